@@ -1,0 +1,63 @@
+# Entry points of the repository. What takes more than a command or two lives in scripts/.
+
+PREFIX  ?= /usr/local
+DESTDIR ?=
+BUILD   ?= build
+CARGO   ?= cargo
+CC      ?= cc
+
+TARGET  := $(or $(CARGO_TARGET_DIR),target)
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
+MAJOR   := $(word 1,$(subst ., ,$(VERSION)))
+MINOR   := $(word 2,$(subst ., ,$(VERSION)))
+ROOT    := $(DESTDIR)$(PREFIX)
+
+LIB     := $(BUILD)/lib
+DEMO    := $(wildcard c-examples/render/*.c)
+CFLAGS  ?= -O2 -Wall -Wextra -Wpedantic
+
+FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
+
+.PHONY: help lib header install demo test clean
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+
+lib: ## build the static and the shared library into build/lib
+	$(CARGO) build --release --package wis-capi
+	install -d $(LIB)
+	install -m 644 $(TARGET)/release/libwis.a $(LIB)/libwis.a
+	install -m 755 $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
+	ln -sf libwis.so.$(VERSION) $(LIB)/libwis.so.$(MAJOR)
+	ln -sf libwis.so.$(MAJOR) $(LIB)/libwis.so
+
+header: ## write include/wis.h from the Rust sources
+	$(CARGO) run --quiet --package xtask -- header
+
+install: lib ## install libraries, headers, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
+	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis
+	install -m 644 include/wis.h include/wis.hpp $(ROOT)/include
+	cp -P $(LIB)/libwis.* $(ROOT)/lib
+	$(FILL_IN) packaging/wis.pc.in > $(ROOT)/lib/pkgconfig/wis.pc
+	$(FILL_IN) packaging/wisConfig.cmake.in > $(ROOT)/lib/cmake/wis/wisConfig.cmake
+	$(FILL_IN) packaging/wisConfigVersion.cmake.in > $(ROOT)/lib/cmake/wis/wisConfigVersion.cmake
+
+$(BUILD)/minimal: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -lm -o $@
+
+$(BUILD)/render: lib
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(DEMO) $(LIB)/libwis.a -lm -lpthread -o $@
+
+demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of your own
+	scripts/setup.sh demo
+	$(MAKE) $(BUILD)/render
+	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
+	@echo "The picture is $(BUILD)/demo.png"
+
+test: ## run everything that continuous integration runs
+	scripts/setup.sh test
+	scripts/test.sh $(BUILD)
+
+clean: ## remove what was built
+	$(CARGO) clean
+	rm -rf $(BUILD)

@@ -1,0 +1,44 @@
+/* A consumer in C99: builds an environment and a product on the heap and compares the pdf of each sample with pdf(wi). */
+#include <wis.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "scene.h"
+
+static const wis_environment *build_environment(const float *pixels, void **memory) {
+    const wis_environment_config config = scene_environment(pixels);
+    wis_memory_size need;
+    if (wis_environment_size(&config, &need, NULL) != WIS_OK) return NULL;
+    *memory = malloc(need.bytes);
+    void *scratch = malloc(need.scratch_bytes);
+    const wis_environment *environment = NULL;
+    if (*memory && scratch)
+        (void)wis_environment_init(&config, *memory, need.bytes, scratch, need.scratch_bytes, &environment, NULL, NULL);
+    free(scratch);
+    return environment;
+}
+
+static const wis_product *prepare_product(const wis_environment *environment, void **memory) {
+    const wis_query query = scene_query();
+    const wis_product_config config = scene_product();
+    wis_memory_size need;
+    if (wis_product_size(&config, &need, NULL) != WIS_OK) return NULL;
+    *memory = malloc(need.bytes);
+    const wis_product *product = NULL;
+    if (*memory) (void)wis_product_prepare(environment, &query, &config, *memory, need.bytes, &product, NULL);
+    return product;
+}
+
+int main(void) {
+    float pixels[SCENE_FLOATS];
+    void *environment_memory = NULL, *product_memory = NULL;
+    scene_paint(pixels);
+    const wis_environment *environment = build_environment(pixels, &environment_memory);
+    const wis_product *product = environment ? prepare_product(environment, &product_memory) : NULL;
+    const int passed = product && scene_densities_agree(environment, product);
+    puts(passed ? "sample and pdf agree" : "FAILED");
+    free(product_memory);
+    free(environment_memory);
+    return passed ? EXIT_SUCCESS : EXIT_FAILURE;
+}

@@ -1,0 +1,2 @@
+// twice.h compiled as C++.
+#include "twice.h"

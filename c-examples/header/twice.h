@@ -1,0 +1,13 @@
+/* The header stands alone, may be included twice, and keeps its promise on the size of a query. */
+#include <wis.h>
+#include <wis.h>
+
+typedef char query_is_192_bytes[sizeof(wis_query) == 192 ? 1 : -1];
+
+/* A use of each kind of declaration: constant, enumerator, struct, opaque type and function. */
+int use_header(const wis_environment *environment, wis_query *query);
+int use_header(const wis_environment *environment, wis_query *query) {
+    double power = 0.0;
+    query->lobe[0].kind = WIS_LOBE_LAMBERT;
+    return wis_environment_power(environment, &power) == WIS_OK;
+}

@@ -1,0 +1,67 @@
+/* Direct light at one point, sampled in five ways. */
+#ifndef RENDER_INTEGRATE_H
+#define RENDER_INTEGRATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "light.h"
+#include "scene.h"
+#include "vec3.h"
+#include "wis.h"
+
+typedef enum Method {
+    METHOD_ENVIRONMENT,     /* the light's density alone */
+    METHOD_BRDF,            /* the BRDF's density alone */
+    METHOD_MIS,             /* half of each, balance heuristic (Veach 1997) */
+    METHOD_MIS_COMPENSATED, /* the same with the compensated light density (Karlik et al. 2019) */
+    METHOD_WIS,             /* the product of light, BRDF and cosine */
+    METHOD_COUNT
+} Method;
+
+const char *method_name(Method method);
+
+/* What all threads read. */
+typedef struct Lighting {
+    const Light *light;
+    const wis_environment *environment;
+    wis_product_config product;
+} Lighting;
+
+/* What each thread owns. */
+typedef struct Workspace {
+    void *product;
+    size_t product_bytes;
+    float (*u)[2];
+    float (*wi)[3];
+    float *pdf;
+} Workspace;
+
+/* A direction and what it adds to the estimate if nothing blocks it. */
+typedef struct LightSample {
+    Vec3 wi;
+    Vec3 radiance;
+} LightSample;
+
+/* Makes room for `capacity` samples at a point. Free the workspace even on failure. */
+wis_status workspace_init(Workspace *workspace, const Lighting *lighting, size_t capacity);
+
+void workspace_free(Workspace *workspace);
+
+/* Fills out[0 .. count - 1], whose radiances add up to an unbiased estimate of the unshadowed light;
+ * count <= the workspace's capacity. Each pass gives a pixel independent random numbers; MIS uses two passes. */
+wis_status integrate(Method method, const Lighting *lighting, Workspace *workspace, const ShadingPoint *point,
+                     uint32_t pass, uint32_t count, LightSample *out);
+
+/* The sum of the radiances that reach the point; samples that carry nothing need no ray. */
+Vec3 sum_visible(const ShadingPoint *point, const LightSample *samples, uint32_t count);
+
+/* The sum of the radiances as if nothing blocked them. */
+Vec3 sum_unshadowed(const LightSample *samples, uint32_t count);
+
+/* wis' own estimate of the unshadowed luminance, without samples. */
+wis_status integrate_estimate(const Lighting *lighting, Workspace *workspace, const ShadingPoint *point,
+                              double *out);
+
+#endif

@@ -1,0 +1,74 @@
+/* Reading a lat-long map and looking radiance up in it. */
+#include "light.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <stb/stb_image.h>
+
+const float light_world_from_map[9] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
+
+const char *light_read(Light *light, const char *path) {
+    int width = 0, height = 0, channels = 0;
+    float *texels = NULL;
+    if (!stbi_is_hdr(path)) {
+        return "not a readable Radiance .hdr file";
+    }
+    texels = stbi_loadf(path, &width, &height, &channels, 3);
+    if (texels == NULL) {
+        return stbi_failure_reason();
+    }
+    if (width != 2 * height) {
+        stbi_image_free(texels);
+        return "not a lat-long map: the width is not twice the height";
+    }
+    light->width = (uint32_t)width;
+    light->height = (uint32_t)height;
+    light->texels = texels;
+    return NULL;
+}
+
+void light_free(Light *light) {
+    free(light->texels);
+    light->texels = NULL;
+}
+
+/* Texel (x, y); a row beyond a pole is the row before it, seen from the other side. */
+static Vec3 texel(const Light *light, int32_t x, int32_t y) {
+    int32_t width = (int32_t)light->width, height = (int32_t)light->height;
+    if (y < 0 || y >= height) {
+        y = y < 0 ? 0 : height - 1;
+        x += width / 2;
+    }
+    x = x < 0 ? x + width : x;
+    x = x >= width ? x - width : x;
+    return vec3_load(light->texels + 3 * ((size_t)y * light->width + (size_t)x));
+}
+
+static Vec3 lerp(Vec3 a, Vec3 b, float t) {
+    return vec3_axpy(vec3_scale(a, 1.0f - t), t, b);
+}
+
+static Vec3 bilinear(const Light *light, float column, float row) {
+    float x = floorf(column - 0.5f), y = floorf(row - 0.5f);
+    float s = column - 0.5f - x, t = row - 0.5f - y;
+    int32_t x0 = (int32_t)x, y0 = (int32_t)y;
+    Vec3 upper = lerp(texel(light, x0, y0), texel(light, x0 + 1, y0), s);
+    Vec3 lower = lerp(texel(light, x0, y0 + 1), texel(light, x0 + 1, y0 + 1), s);
+    return lerp(upper, lower, t);
+}
+
+Vec3 light_radiance(const Light *light, Vec3 wi) {
+    const float *m = light_world_from_map;
+    float x = m[0] * wi.x + m[3] * wi.y + m[6] * wi.z;
+    float y = m[1] * wi.x + m[4] * wi.y + m[7] * wi.z;
+    float z = m[2] * wi.x + m[5] * wi.y + m[8] * wi.z;
+    float turn = atan2f(y, x) / (2.0f * PI);
+    float polar = atan2f(sqrtf(x * x + y * y), z) / PI;
+    float column = (turn < 0.0f ? turn + 1.0f : turn) * (float)light->width;
+    float row = polar * (float)light->height;
+    if (light->nearest) {
+        return texel(light, (int32_t)column, (int32_t)fminf(row, (float)light->height - 1.0f));
+    }
+    return bilinear(light, column, row);
+}

@@ -1,0 +1,551 @@
+/* SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * wis: product importance sampling of environment light x BRDF x cosine.
+ * Generated from the Rust sources: edit those, then run `make header`.
+ *
+ * At a shading point the library draws directions wi distributed like L(wi) f(wo, wi) max(0, n.wi) and answers
+ * their exact pdf. Radiance L, BRDF f and visibility of a sample are evaluated by the caller, who also owns the
+ * memory, the threads and the random numbers.
+ *
+ * Order of work: wis_environment_size and _init once for a light; wis_product_size once for a thread;
+ * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed.
+ *
+ * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
+ * alignment. What was built holds no pointer and has no free function: it may be copied, saved and mapped again.
+ * Nothing allocates, prints or aborts, and there is no global state.
+ *
+ * Threads. An object is const once built, and any number of threads may share it. While it is being built, its
+ * memory and scratch belong to that call alone.
+ *
+ * Failure. A call that can fail answers a wis_status. Unless that is WIS_OK, no handle and no result is written and
+ * the memory of the object is undefined; the diagnostic, which may be null, says where the fault is. Other pointers
+ * must not be null unless their comment says so.
+ *
+ * Structs. Where the first field is `size`, set it to sizeof the struct and every field that is not used to 0.
+ *
+ * Arguments stand in the order objects, config, count, inputs, outputs. A stride is the distance in bytes between
+ * the first floats of neighbouring elements.
+ *
+ * Spaces and units. A direction is three floats x, y, z of unit length in world space and points away from the
+ * surface: wo to the eye, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map.
+ * A map's own axis is z; world_from_map is a row-major 3x3 rotation or reflection, null for the identity.
+ *
+ * Random numbers. A sample takes u in [0, 1)^2 and keeps its stratification. A u outside is clamped, NaN is 0.5.
+ */
+
+#ifndef WIS_H
+#define WIS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/// A lobe `weight / pi`.
+#define WIS_LOBE_LAMBERT 1
+
+/// A lobe of Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)` with height-correlated Smith shadowing
+/// and Schlick's Fresnel term.
+#define WIS_LOBE_GGX 2
+
+/// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+#define WIS_LOBE_PHONG 3
+
+/// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
+#define WIS_QUERY_WHOLE_SPHERE 1
+
+/// Query flag: the values already contain the cosine: it is not multiplied again.
+#define WIS_QUERY_COSINE_INCLUDED 2
+
+/// Lobes in a query.
+#define WIS_MAX_LOBES 4
+
+/// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
+#define WIS_VERSION 256
+
+/// The alignment of every block of memory, in bytes: that of malloc.
+#define WIS_ALIGNMENT 16
+
+/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
+/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
+#define WIS_LAYOUT_LATLONG 1
+
+/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
+#define WIS_LAYOUT_CUBE 2
+
+/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
+/// along y; height = width.
+#define WIS_LAYOUT_OCTAHEDRAL 3
+
+/// 32-bit floats.
+#define WIS_FORMAT_F32 1
+
+/// 16-bit floats.
+#define WIS_FORMAT_F16 2
+
+/// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels.
+#define WIS_STORAGE_PYRAMID 1
+
+/// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
+#define WIS_STORAGE_SPARSE 2
+
+/// The client looks texels up without filtering: importance is not spread to neighbouring texels.
+#define WIS_ENVIRONMENT_NEAREST 1
+
+/// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
+#define WIS_ENVIRONMENT_EXACT_ZERO 2
+
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64).
+#define WIS_ENVIRONMENT_COMPENSATED 4
+
+/// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
+#define WIS_ENVIRONMENT_RGB 8
+
+/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
+/// +Inf by the largest finite luminance of the map.
+#define WIS_ENVIRONMENT_SANITISE 16
+
+/// Proportional to luminance.
+#define WIS_DISTRIBUTION_PLAIN 0
+
+/// Proportional to the luminance above the mean: for multiple importance sampling with the BRDF.
+#define WIS_DISTRIBUTION_COMPENSATED 1
+
+/// The most squares that a configuration may ask for.
+#define WIS_MAX_SQUARES 4096
+
+/// The answer of every call that can fail.
+typedef enum wis_status {
+  /// The call did what was asked.
+  WIS_OK = 0,
+  /// A pointer that must not be null is null.
+  WIS_NULL_POINTER = 1,
+  /// A value is outside the range that its comment states.
+  WIS_INVALID_ARGUMENT = 2,
+  /// The first field of a struct is not the size of that struct.
+  WIS_INVALID_STRUCT_SIZE = 3,
+  /// The memory is shorter than the size query said.
+  WIS_MEMORY_TOO_SMALL = 4,
+  /// A pointer or a stride is not a multiple of the alignment that its comment states.
+  WIS_MISALIGNED = 5,
+  /// Sizes that were asked for overflow, or exceed what the format can address.
+  WIS_OVERFLOW = 6,
+  /// A texel is NaN, infinite or negative, and the policy is to reject it.
+  WIS_INVALID_TEXEL = 7,
+  /// A matrix is not a rotation or reflection within 1e-4, or a direction is not of unit length within 1e-3.
+  WIS_INVALID_TRANSFORM = 8,
+  /// The product was prepared with another environment, or the memory does not hold such an object.
+  WIS_MISMATCH = 9,
+  /// The bytes are not an object that this version wrote, or they were changed.
+  WIS_CORRUPT = 10,
+  /// The density of that direction is 0: no u leads there.
+  WIS_ZERO_DENSITY = 11,
+  /// A callback failed or returned a value that is NaN, infinite or negative.
+  WIS_CALLBACK_FAILED = 12,
+  /// The object was built without what the call needs (RGB, the compensated distribution).
+  WIS_NOT_BUILT = 13,
+} wis_status;
+
+/// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
+typedef struct wis_environment wis_environment;
+
+/// A prepared shading point: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT) and kept. Constant once prepared; any number of threads may use it at once. Every call on it also
+/// takes the environment that it was prepared with. The same environment, query and configuration give the same
+/// bytes. Nothing to free.
+typedef struct wis_product wis_product;
+
+typedef struct Word Word;
+
+/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
+/// thread. Null stops the build with WIS_CALLBACK_FAILED.
+typedef const void *(*wis_row_fn)(void *user, uint32_t y);
+
+/// What to build.
+typedef struct wis_environment_config {
+  /// sizeof(wis_environment_config).
+  uint32_t size;
+  /// WIS_LAYOUT_*.
+  uint32_t layout;
+  /// Texels in a row, at least 1; any number, also odd.
+  uint32_t width;
+  /// Rows, at least 1; of a cube map all six faces.
+  uint32_t height;
+  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+  uint32_t channels;
+  /// WIS_FORMAT_*.
+  uint32_t format;
+  /// WIS_ENVIRONMENT_*, or 0.
+  uint32_t flags;
+  /// WIS_STORAGE_*.
+  uint32_t storage;
+  /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: cells about as large as
+  /// texels.
+  uint32_t resolution;
+  /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
+  /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
+  float error_budget;
+  /// The first texel of row 0, or null if `row` gives the rows.
+  const void *pixels;
+  /// Bytes from a row to the next, may be negative; 0: rows stand close together.
+  ptrdiff_t row_stride;
+  /// Used if `pixels` is null; called from each thread that runs the first pass.
+  wis_row_fn row;
+  /// Handed to `row`.
+  void *row_user;
+} wis_environment_config;
+
+/// How much memory an object needs. Both blocks are the caller's.
+typedef struct wis_memory_size {
+  /// Bytes of the object.
+  size_t bytes;
+  /// Alignment of both blocks, in bytes.
+  size_t align;
+  /// Bytes that only the build needs; may be freed afterwards.
+  size_t scratch_bytes;
+} wis_memory_size;
+
+/// Where the fault is. Written only on failure, and only if the caller gives one.
+typedef struct wis_diagnostic {
+  /// The position of the argument at fault, 1 = first; 0: none in particular.
+  uint32_t argument;
+  /// WIS_INVALID_TEXEL: the column of the texel.
+  uint32_t x;
+  /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row.
+  uint32_t y;
+  /// Always 0.
+  uint32_t reserved;
+  /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
+  uint64_t bytes_needed;
+} wis_diagnostic;
+
+/// What was built.
+typedef struct wis_environment_info {
+  /// sizeof(wis_environment_info), set by the caller.
+  uint32_t size;
+  /// Cells along each side of the square.
+  uint32_t resolution;
+  /// WIS_STORAGE_*.
+  uint32_t storage;
+  /// WIS_ENVIRONMENT_*.
+  uint32_t flags;
+  /// Bytes of the environment: that much of the block is in use and needs to be saved.
+  uint64_t bytes;
+  /// Squares stored, each the averages of four children.
+  uint64_t squares;
+  /// Texels that were replaced.
+  uint64_t sanitised;
+  /// Tells environments apart: a hash of the bytes.
+  uint64_t content_id;
+  /// The integral of luminance over the sphere, in the units of the map times steradian.
+  double power;
+  /// Sparse storage: the variance that pruning added, relative.
+  double error;
+} wis_environment_info;
+
+/// A direction in world space and its pdf per solid angle; a pdf of 0 means that there is no sample.
+typedef struct wis_sample {
+  /// The direction towards the light, unit length, world space.
+  float wi[3];
+  /// The probability density per solid angle; 0: no sample.
+  float pdf;
+} wis_sample;
+
+/// One lobe of a BRDF.
+typedef struct wis_lobe {
+  /// WIS_LOBE_LAMBERT, WIS_LOBE_GGX or WIS_LOBE_PHONG.
+  uint32_t kind;
+  /// Linear RGB factor, finite and not negative.
+  float weight[3];
+  /// GGX: reflectance at normal incidence, RGB in [0, 1]. Others: not read.
+  float f0[3];
+  /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Lambert: not read.
+  float a;
+  /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
+  float b;
+} wis_lobe;
+
+/// A shading point: everything that the product needs to know of it. World space; plain and copyable.
+typedef struct wis_query {
+  /// sizeof(wis_query).
+  uint32_t size;
+  /// WIS_QUERY_* flags, or 0: the upper hemisphere of the normal, the cosine not contained.
+  uint32_t flags;
+  /// Lobes used, 0 to 4; with 0 there is nothing to sample.
+  uint32_t lobe_count;
+  /// The shading normal, unit length.
+  float normal[3];
+  /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+  float tangent[3];
+  /// The direction to the viewer, unit length.
+  float wo[3];
+  /// The lobes, of which the first lobe_count are read.
+  struct wis_lobe lobe[WIS_MAX_LOBES];
+} wis_query;
+
+/// What a preparation may spend, and how the map is turned.
+typedef struct wis_product_config {
+  /// sizeof(wis_product_config).
+  uint32_t size;
+  /// 0: the baseline of the platform. Never changes a bit of the results.
+  uint32_t cpu_level;
+  /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
+  uint32_t max_squares;
+  /// BRDF evaluations besides the 24 squares that narrow lobes may ask for; 0: 64. At least 18 are spent.
+  uint32_t max_evaluations;
+  /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
+  const float *world_from_map;
+} wis_product_config;
+
+/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
+/// Returns 0; anything else stops the preparation with WIS_CALLBACK_FAILED.
+typedef int (*wis_brdf_batch_fn)(void *user, size_t count, const float *wi, float *f_cos);
+
+/// A BRDF that the client evaluates. It is called only while the product is prepared.
+typedef struct wis_callback_brdf {
+  /// sizeof(wis_callback_brdf).
+  uint32_t size;
+  /// WIS_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
+  uint32_t flags;
+  /// The shading normal, unit length.
+  float normal[3];
+  /// The direction about which a narrow lobe is concentrated, unit length. Read if half_angle is above 0.
+  float peak[3];
+  /// The half-angle of that lobe in radians, 0 to pi/2; 0: no narrow lobe.
+  float half_angle;
+  /// The BRDF.
+  wis_brdf_batch_fn eval;
+  /// Handed to `eval`.
+  void *user;
+} wis_callback_brdf;
+
+/// What a prepared product is made of.
+typedef struct wis_product_info {
+  /// sizeof(wis_product_info), set by the caller.
+  uint32_t size;
+  /// Inner nodes.
+  uint32_t squares;
+  /// Leaves.
+  uint32_t leaves;
+  /// BRDF evaluations that the preparation spent.
+  uint32_t evaluations;
+  /// Bytes in use: that much of the block is the product.
+  uint64_t bytes;
+  /// The content id of the environment.
+  uint64_t environment;
+} wis_product_info;
+
+/// All exceptions masked, round to nearest, denormals kept.
+#define DEFAULT 8064
+
+/// Round to nearest, denormals kept, no alternative formats.
+#define DEFAULT 0
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/// A sentence for a log; a static string, also for a value that is not a status.
+const char *wis_status_string(uint32_t status);
+
+/// WIS_VERSION of the library that is linked.
+uint32_t wis_version(void);
+
+/// The bytes that an environment needs: exactly for a pyramid, at most for sparse storage (the bytes that are in use
+/// stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// wis_environment_finish may then be called again).
+enum wis_status wis_environment_size(const struct wis_environment_config *config,
+                                     struct wis_memory_size *size,
+                                     struct wis_diagnostic *diagnostic);
+
+/// Builds an environment in one call. `info` may be null.
+enum wis_status wis_environment_init(const struct wis_environment_config *config,
+                                     void *memory,
+                                     size_t bytes,
+                                     void *scratch,
+                                     size_t scratch_bytes,
+                                     const struct wis_environment **environment,
+                                     struct wis_environment_info *info,
+                                     struct wis_diagnostic *diagnostic);
+
+/// Begins a build that threads share: for each of the two passes `p`, the rows `0..rows[p]` go to
+/// wis_environment_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
+/// how the rows were shared.
+enum wis_status wis_environment_begin(const struct wis_environment_config *config,
+                                      void *scratch,
+                                      size_t scratch_bytes,
+                                      uint32_t rows[2],
+                                      struct wis_diagnostic *diagnostic);
+
+/// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
+/// wis_environment_begin. Threads may call this at once for different rows.
+enum wis_status wis_environment_run(const struct wis_environment_config *config,
+                                    void *scratch,
+                                    size_t scratch_bytes,
+                                    uint32_t pass,
+                                    uint32_t first,
+                                    uint32_t count,
+                                    struct wis_diagnostic *diagnostic);
+
+/// Ends a build when both passes are done. `info` may be null.
+enum wis_status wis_environment_finish(const struct wis_environment_config *config,
+                                       void *memory,
+                                       size_t bytes,
+                                       void *scratch,
+                                       size_t scratch_bytes,
+                                       const struct wis_environment **environment,
+                                       struct wis_environment_info *info,
+                                       struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as an environment. Reads
+/// all of them once. `info` may be null.
+enum wis_status wis_environment_open(const void *memory,
+                                     size_t bytes,
+                                     const struct wis_environment **environment,
+                                     struct wis_environment_info *info,
+                                     struct wis_diagnostic *diagnostic);
+
+/// The integral of luminance over the sphere, in the units of the map times steradian.
+enum wis_status wis_environment_power(const struct wis_environment *environment, double *power);
+
+/// Samples a direction in proportion to the light alone. `u`: two numbers in [0, 1) (others are moved there, NaN
+/// counts as 1/2). `world_from_map`: a row-major 3x3 rotation or reflection, within 1e-4; null is the identity. A
+/// black environment gives pdf 0.
+enum wis_status wis_environment_sample(const struct wis_environment *environment,
+                                       uint32_t distribution,
+                                       const float world_from_map[9],
+                                       const float u[2],
+                                       struct wis_sample *sample);
+
+/// As `count` calls of wis_environment_sample. Strides are in bytes from one element to the next; 0: packed.
+enum wis_status wis_environment_sample_n(const struct wis_environment *environment,
+                                         uint32_t distribution,
+                                         const float world_from_map[9],
+                                         size_t count,
+                                         const float *u,
+                                         size_t u_stride,
+                                         float *wi,
+                                         size_t wi_stride,
+                                         float *pdf,
+                                         size_t pdf_stride);
+
+/// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with.
+enum wis_status wis_environment_pdf(const struct wis_environment *environment,
+                                    uint32_t distribution,
+                                    const float world_from_map[9],
+                                    const float wi[3],
+                                    float *pdf);
+
+/// As `count` calls of wis_environment_pdf; a direction that is not of unit length gets pdf 0.
+enum wis_status wis_environment_pdf_n(const struct wis_environment *environment,
+                                      uint32_t distribution,
+                                      const float world_from_map[9],
+                                      size_t count,
+                                      const float *wi,
+                                      size_t wi_stride,
+                                      float *pdf,
+                                      size_t pdf_stride);
+
+/// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
+enum wis_status wis_environment_invert(const struct wis_environment *environment,
+                                       uint32_t distribution,
+                                       const float world_from_map[9],
+                                       const float wi[3],
+                                       float u[2]);
+
+/// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what the lobes mean.
+/// Strides are in bytes; 0: packed.
+enum wis_status wis_query_eval(const struct wis_query *query,
+                               size_t count,
+                               const float *wi,
+                               size_t wi_stride,
+                               float *f_cos,
+                               size_t f_cos_stride);
+
+/// The bytes that a product needs; no scratch memory besides. Allocate one block per thread and use it over and over.
+enum wis_status wis_product_size(const struct wis_product_config *config,
+                                 struct wis_memory_size *size,
+                                 struct wis_diagnostic *diagnostic);
+
+/// Prepares the product of an environment and a shading point. A query without lobes, or light and lobes that do not
+/// meet, give a product whose samples have pdf 0.
+enum wis_status wis_product_prepare(const struct wis_environment *environment,
+                                    const struct wis_query *query,
+                                    const struct wis_product_config *config,
+                                    void *memory,
+                                    size_t bytes,
+                                    const struct wis_product **product,
+                                    struct wis_diagnostic *diagnostic);
+
+/// As wis_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
+/// estimate of such a product.
+enum wis_status wis_product_prepare_callback(const struct wis_environment *environment,
+                                             const struct wis_callback_brdf *brdf,
+                                             const struct wis_product_config *config,
+                                             void *memory,
+                                             size_t bytes,
+                                             const struct wis_product **product,
+                                             struct wis_diagnostic *diagnostic);
+
+/// What a product is made of.
+enum wis_status wis_product_describe(const struct wis_environment *environment,
+                                     const struct wis_product *product,
+                                     struct wis_product_info *info);
+
+/// An approximation of the integral over directions of luminance x luminance of BRDF x cosine, without visibility, in
+/// the units of the map. An approximation: a ratio or control variate that uses it inherits its error.
+enum wis_status wis_product_estimate(const struct wis_environment *environment,
+                                     const struct wis_product *product,
+                                     double *luminance);
+
+/// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
+/// with WIS_ENVIRONMENT_RGB and the product from a query. Costs a BRDF evaluation for each leaf.
+enum wis_status wis_product_estimate_rgb(const struct wis_environment *environment,
+                                         const struct wis_product *product,
+                                         double rgb[3]);
+
+/// Samples a direction in proportion to the product. `u`: two numbers in [0, 1) (others are moved there, NaN counts as
+/// 1/2). pdf 0: there is nothing to sample.
+enum wis_status wis_product_sample(const struct wis_environment *environment,
+                                   const struct wis_product *product,
+                                   const float u[2],
+                                   struct wis_sample *sample);
+
+/// As `count` calls of wis_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
+/// packed.
+enum wis_status wis_product_sample_n(const struct wis_environment *environment,
+                                     const struct wis_product *product,
+                                     size_t count,
+                                     const float *u,
+                                     size_t u_stride,
+                                     float *wi,
+                                     size_t wi_stride,
+                                     float *pdf,
+                                     size_t pdf_stride);
+
+/// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with, and
+/// above 0 wherever radiance x BRDF x cosine is.
+enum wis_status wis_product_pdf(const struct wis_environment *environment,
+                                const struct wis_product *product,
+                                const float wi[3],
+                                float *pdf);
+
+/// As `count` calls of wis_product_pdf; a direction that is not of unit length gets pdf 0.
+enum wis_status wis_product_pdf_n(const struct wis_environment *environment,
+                                  const struct wis_product *product,
+                                  size_t count,
+                                  const float *wi,
+                                  size_t wi_stride,
+                                  float *pdf,
+                                  size_t pdf_stride);
+
+/// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
+enum wis_status wis_product_invert(const struct wis_environment *environment,
+                                   const struct wis_product *product,
+                                   const float wi[3],
+                                   float u[2]);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* WIS_H */

@@ -1,0 +1,148 @@
+// wis for C++11: wis.h with classes that own the memory of an environment and of a product.
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//
+// Every call passes the status of the C call through; wis.h documents them. Nothing throws, unless WIS_HPP_THROW is
+// defined before this file is included: then a status other than WIS_OK is thrown as wis::error.
+#ifndef WIS_HPP
+#define WIS_HPP
+
+#include "wis.h"
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#ifdef WIS_HPP_THROW
+#include <stdexcept>
+#endif
+
+namespace wis {
+
+using status = wis_status;
+
+#ifdef WIS_HPP_THROW
+class error : public std::runtime_error {
+public:
+    explicit error(wis_status answer) : std::runtime_error(wis_status_string(answer)), code(answer) {}
+    const wis_status code;
+};
+inline status pass(status answer) {
+    if (answer != WIS_OK) throw error(answer);
+    return answer;
+}
+#else
+inline status pass(status answer) noexcept { return answer; }
+#endif
+
+/// A struct that begins with its size, with every other field 0.
+template <class T> T sized() noexcept {
+    T value = T();
+    value.size = static_cast<std::uint32_t>(sizeof(T));
+    return value;
+}
+
+/// Aligned bytes from the heap. Once moved from, only to be reserved again.
+class memory {
+public:
+    /// False if the heap is exhausted. What was held before is freed.
+    bool reserve(std::size_t bytes, std::size_t align) noexcept {
+        block_.reset(bytes > SIZE_MAX - align ? nullptr : std::malloc(bytes + align));
+        bytes_ = block_ ? bytes : 0;
+        data_ = block_.get();
+        std::size_t space = bytes_ + align;
+        return data_ && std::align(align, bytes_, data_, space);
+    }
+    void *data() const noexcept { return data_; }
+    std::size_t bytes() const noexcept { return bytes_; }
+
+private:
+    struct release {
+        void operator()(void *block) const noexcept { std::free(block); }
+    };
+    std::unique_ptr<void, release> block_;
+    void *data_ = nullptr;
+    std::size_t bytes_ = 0;
+};
+
+/// An environment and its memory. Const once built: threads may share it.
+class environment {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_environment_config &config, wis_environment_info *info = nullptr,
+                wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_environment_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.scratch_align))
+            return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_environment_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
+                                         &handle_, info, diagnostic));
+    }
+    const wis_environment *get() const noexcept { return handle_; }
+
+    status sample(const float (&u)[2], wis_sample &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+                  const float *world_from_map = nullptr) const {
+        return pass(wis_environment_sample(handle_, distribution, world_from_map, u, &out));
+    }
+    status pdf(const float (&wi)[3], float &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+               const float *world_from_map = nullptr) const {
+        return pass(wis_environment_pdf(handle_, distribution, world_from_map, wi, &out));
+    }
+    status invert(const float (&wi)[3], float (&u)[2], std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+                  const float *world_from_map = nullptr) const {
+        return pass(wis_environment_invert(handle_, distribution, world_from_map, wi, u));
+    }
+
+private:
+    memory memory_;
+    const wis_environment *handle_ = nullptr;
+};
+
+/// The product at one shading point after another, in memory that is reserved once. One for each thread.
+class product {
+public:
+    /// Reserves the memory. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_product_config &config, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_product_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        config_ = config;
+        return WIS_OK;
+    }
+    status prepare(const environment &light, const wis_query &query, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        return pass(wis_product_prepare(light.get(), &query, &config_, memory_.data(), memory_.bytes(), &handle_,
+                                        diagnostic));
+    }
+    status prepare(const environment &light, const wis_brdf &brdf, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        return pass(wis_product_prepare_callback(light.get(), &brdf, &config_, memory_.data(), memory_.bytes(),
+                                                 &handle_, diagnostic));
+    }
+    const wis_product *get() const noexcept { return handle_; }
+
+    status estimate(const environment &light, double &luminance) const {
+        return pass(wis_product_estimate(light.get(), handle_, &luminance));
+    }
+    status sample(const environment &light, const float (&u)[2], wis_sample &out) const {
+        return pass(wis_product_sample(light.get(), handle_, u, &out));
+    }
+    status pdf(const environment &light, const float (&wi)[3], float &out) const {
+        return pass(wis_product_pdf(light.get(), handle_, wi, &out));
+    }
+    status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
+        return pass(wis_product_invert(light.get(), handle_, wi, u));
+    }
+
+private:
+    memory memory_;
+    wis_product_config config_ = wis_product_config();
+    const wis_product *handle_ = nullptr;
+};
+
+} // namespace wis
+
+#endif

@@ -1,0 +1,20 @@
+#!/bin/sh
+# Builds and runs the consumers against an installed tree: check-consumers.sh <installed tree> <output folder>
+set -eu
+cd "$(dirname "$0")/.."
+prefix=$1
+out=$2
+rm -rf "$out"
+mkdir -p "$out/cc" "$out/pkgconfig"
+
+make --no-print-directory -C c-examples/consumers/cc PREFIX="$prefix" OUT="$out/cc"
+"$out/cc/check"
+
+export PKG_CONFIG_PATH="$prefix/lib/pkgconfig"
+make --no-print-directory -C c-examples/consumers/pkgconfig OUT="$out/pkgconfig"
+LD_LIBRARY_PATH="$prefix/lib" "$out/pkgconfig/check"
+
+cmake -S c-examples/consumers/cmake -B "$out/cmake" -DCMAKE_PREFIX_PATH="$prefix"
+cmake --build "$out/cmake"
+cd "$out/cmake"
+ctest --output-on-failure

@@ -1,0 +1,63 @@
+#!/bin/sh
+# Installs the Debian packages that a target needs and that are missing: setup.sh demo | test
+set -eu
+
+# Each line: the package, and a command or file that shows it is there.
+demo_needs="
+gcc         gcc
+libc6-dev   /usr/include/stdlib.h
+libstb-dev  /usr/include/stb/stb_image.h
+"
+test_needs="$demo_needs
+binutils    nm
+clang       clang
+cmake       cmake
+g++         g++
+pkg-config  pkg-config
+valgrind    valgrind
+"
+
+case "${1:-}" in
+    demo) needs=$demo_needs ;;
+    test) needs=$test_needs ;;
+    *) echo "usage: $0 demo | test" >&2; exit 2 ;;
+esac
+
+# Prints the packages whose command or file is absent.
+missing() {
+    echo "$needs" | while read -r package witness; do
+        case "$witness" in
+            '') ;;
+            /*) [ -e "$witness" ] || printf '%s ' "$package" ;;
+            *) command -v "$witness" > /dev/null || printf '%s ' "$package" ;;
+        esac
+    done
+}
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+# The lists of a fresh machine may be absent or old, so a failed attempt is repeated after an update.
+install_packages() {
+    export DEBIAN_FRONTEND=noninteractive
+    as_root apt-get install -y -q --no-install-recommends "$@" ||
+        { as_root apt-get update -q && as_root apt-get install -y -q --no-install-recommends "$@"; }
+}
+
+if ! command -v cargo > /dev/null; then
+    echo "setup: cargo is missing: install Rust 1.85 or newer, see https://rustup.rs" >&2
+    exit 1
+fi
+
+packages=$(missing)
+[ -n "$packages" ] || exit 0
+
+echo "setup: installing $packages"
+if ! command -v apt-get > /dev/null || { [ "$(id -u)" != 0 ] && ! command -v sudo > /dev/null; }; then
+    echo "setup: please install these packages by hand (no apt-get, or neither root nor sudo): $packages" >&2
+    exit 1
+fi
+# The list is split into words on purpose.
+# shellcheck disable=SC2086
+install_packages $packages

@@ -1,0 +1,75 @@
+#!/bin/sh
+# Runs every check of the repository, one line each, and shows the output of those that fail: test.sh [build folder]
+set -u
+cd "$(dirname "$0")/.."
+
+mkdir -p "${1:-build}/test"
+build=$(cd "${1:-build}" && pwd)
+logs=$build/test
+stage=$logs/stage
+# Not the prefix that the package is made for: the installed tree must work from where it was moved to.
+installed=$stage/opt/wis
+passed=0
+failed=0
+
+# step NAME COMMAND...
+step() {
+    name=$1
+    shift
+    start=$(date +%s)
+    if "$@" > "$logs/$name.log" 2>&1 < /dev/null; then
+        passed=$((passed + 1))
+        verdict="ok  "
+    else
+        failed=$((failed + 1))
+        verdict="FAIL"
+    fi
+    printf '%s  %-14s %4d s\n' "$verdict" "$name" $(($(date +%s) - start))
+    [ "$verdict" = "ok  " ] || sed 's/^/      /' "$logs/$name.log"
+}
+
+# cargo_step NAME SUBCOMMAND...: skipped where that part of the toolchain is not installed.
+cargo_step() {
+    name=$1
+    shift
+    if cargo "$1" --version > /dev/null 2>&1; then
+        step "$name" cargo "$@"
+    else
+        echo "skip  $name: cargo $1 is not installed"
+    fi
+}
+
+install_staged() {
+    rm -rf "$stage"
+    make --no-print-directory install BUILD="$build" DESTDIR="$stage" PREFIX=/opt/wis
+}
+
+minimal() {
+    make --no-print-directory "$build/minimal" BUILD="$build" && "$build/minimal"
+}
+
+minimal_valgrind() {
+    valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal"
+}
+
+demo() {
+    make --no-print-directory "$build/render" BUILD="$build" &&
+        ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ]
+}
+
+cargo_step format fmt --all --check
+cargo_step clippy clippy --workspace --all-targets --exclude wis-capi -- -D warnings
+cargo_step clippy-capi clippy --package wis-capi -- -D warnings
+step header-bytes cargo run --quiet --package xtask -- header --check
+step rust-tests cargo test --workspace
+step install install_staged
+step header scripts/check-header.sh
+step symbols scripts/check-symbols.sh "$installed/lib"
+step freestanding scripts/check-freestanding.sh "$installed" "$logs/freestanding"
+step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
+step minimal minimal
+step valgrind minimal_valgrind
+step demo demo
+
+echo "$passed passed, $failed failed"
+[ "$failed" = 0 ]

@@ -1,0 +1,253 @@
+//! Sample, pdf and invert of a density on the octahedral square, and of directions in world space.
+//!
+//! A density is a tree of quads that ends in cells with a bilinear density. One walk serves all three calls, and
+//! the pdf is one function of the world direction: a sample's pdf is the pdf of the direction that it returns
+//! (rules 12 and 13 of the design: the same bits, and never 0 where the stored density is not).
+
+use crate::numeric::{ONE_MINUS_EPSILON, max, min, sqrt};
+use crate::sphere::{self, Frame, SPHERE, unit};
+use crate::status::{Result, Status};
+use crate::tree::MAX_DEPTH;
+use crate::warp::{clamp_u, place, quad_density, take_quad, undo_quad};
+use glam::Vec3;
+
+/// A density on the square: quads down to cells, a bilinear function inside each cell.
+pub trait Density {
+    /// A place in the tree.
+    type Node: Copy;
+    /// The whole square; `None` if the density is 0 everywhere.
+    fn root(&self) -> Option<Self::Node>;
+    /// The masses of the four children, or `None` if the node is a cell.
+    fn masses(&self, node: Self::Node) -> Option<[f32; 4]>;
+    /// Child `c` of a node that has children.
+    fn child(&self, node: Self::Node, c: u32) -> Self::Node;
+    /// The density of a cell at its corners, up to a factor: corner `2 b1 + b2`, bit 0 = lower end of the axis.
+    fn corners(&self, cell: Self::Node) -> [f32; 4];
+}
+
+/// A direction in world space and its pdf per solid angle; a pdf of 0 means that there is no sample.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// The direction towards the light, unit length, world space.
+    pub wi: [f32; 3],
+    /// The probability density per solid angle; 0: no sample.
+    pub pdf: f32,
+}
+
+/// A cell of the square: `index` of 2^level cells along each axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Cell {
+    level: u32,
+    index: [u32; 2],
+}
+
+impl Cell {
+    const WHOLE: Cell = Cell { level: 0, index: [0, 0] };
+
+    fn child(self, c: u32) -> Cell {
+        let [i, j] = self.index;
+        Cell { level: self.level + 1, index: [2 * i + (c >> 1 & 1), 2 * j + (c & 1)] }
+    }
+
+    fn contains(self, s: [f32; 2]) -> bool {
+        let scale = (1u32 << (self.level & 31)) as f32;
+        [(s[0] * scale) as u32, (s[1] * scale) as u32] == self.index
+    }
+
+    fn centre(self) -> [f32; 2] {
+        let width = 1.0 / (1u32 << (self.level & 31)) as f32;
+        self.index.map(|i| (i as f32 + 0.5) * width)
+    }
+}
+
+/// The child of each level that contains `s`, from the bits of its coordinates.
+#[inline(always)]
+fn child_at(s: [f32; 2], level: u32) -> u32 {
+    let scale = (1u32 << ((level + 1) & 31)) as f32;
+    2 * ((s[0] * scale) as u32 & 1) + ((s[1] * scale) as u32 & 1)
+}
+
+/// The place of `s` inside its cell of `level`, each coordinate in [0, 1).
+#[inline(always)]
+fn offset(s: [f32; 2], level: u32) -> [f32; 2] {
+    let scale = (1u32 << (level & 31)) as f32;
+    s.map(|s| {
+        let x = s * scale;
+        x - (x as u32) as f32
+    })
+}
+
+/// The point of the square for `u` and the cell that it lies in.
+#[inline(always)]
+fn sample_square<D: Density>(density: &D, root: D::Node, u: [f32; 2]) -> (Cell, [f32; 2]) {
+    let mut node = root;
+    let mut cell = Cell::WHOLE;
+    let mut u = u.map(clamp_u);
+    while let Some(masses) = density.masses(node) {
+        if cell.level >= MAX_DEPTH {
+            break;
+        }
+        let (c, inside, _) = take_quad(masses, u);
+        u = inside;
+        node = density.child(node, c);
+        cell = cell.child(c);
+    }
+    let inside = sample_bilinear(density.corners(node), u);
+    let [i, j] = cell.index;
+    (cell, [place(i, inside[0], cell.level), place(j, inside[1], cell.level)])
+}
+
+/// The density at a point of the square, with respect to area; 0 where the stored density is 0.
+#[inline(always)]
+fn density_at<D: Density>(density: &D, root: D::Node, s: [f32; 2]) -> f32 {
+    let mut node = root;
+    let mut level = 0;
+    let mut product = 1.0;
+    while let Some(masses) = density.masses(node) {
+        if level >= MAX_DEPTH {
+            break;
+        }
+        let c = child_at(s, level);
+        product *= quad_density(masses, c);
+        if product <= 0.0 {
+            return 0.0;
+        }
+        node = density.child(node, c);
+        level += 1;
+    }
+    product * bilinear_density(density.corners(node), offset(s, level))
+}
+
+/// A sample of the density as a direction of world space.
+#[inline]
+pub fn sample<D: Density>(density: &D, frame: &Frame, u: [f32; 2]) -> Sample {
+    let Some(root) = density.root() else {
+        return Sample::default();
+    };
+    let (cell, s) = sample_square(density, root, u);
+    let (world, s) = direction_in_cell(frame, cell, s);
+    Sample { wi: world.to_array(), pdf: per_solid_angle(density_at(density, root, s)) }
+}
+
+/// The world direction for `s`, and the point of the square that the direction leads back to.
+///
+/// Rounding may carry a point next to a border into the neighbouring cell, whose density can be 0: such a point
+/// moves towards the centre of its own cell, by 2^-22 at first.
+#[inline(always)]
+fn direction_in_cell(frame: &Frame, cell: Cell, s: [f32; 2]) -> (Vec3, [f32; 2]) {
+    let mut s = s;
+    let mut step = 1.0 / 4_194_304.0;
+    loop {
+        let world = frame.to_world(sphere::direction(s));
+        let back = to_square(frame, world.to_array()).unwrap_or(s);
+        if cell.contains(back) || step > 1.0 {
+            return (world, back);
+        }
+        let centre = cell.centre();
+        s = [towards(s[0], centre[0], step), towards(s[1], centre[1], step)];
+        step *= 2.0;
+    }
+}
+
+/// `from`, moved towards `to` by at most `step`.
+fn towards(from: f32, to: f32, step: f32) -> f32 {
+    from + min(max(to - from, -step), step)
+}
+
+/// The point of the square for a world direction of unit length.
+#[inline(always)]
+fn to_square(frame: &Frame, wi: [f32; 3]) -> Option<[f32; 2]> {
+    let world = unit(wi)?;
+    Some(sphere::square(frame.to_map(world)))
+}
+
+/// A density on the square as a pdf per solid angle: 0 stays 0, and nothing else underflows to 0.
+#[inline(always)]
+fn per_solid_angle(density: f32) -> f32 {
+    if density > 0.0 { max(density / SPHERE, f32::MIN_POSITIVE) } else { 0.0 }
+}
+
+/// The pdf per solid angle of a world direction.
+///
+/// # Errors
+/// [`Status::InvalidTransform`] if `wi` is not of unit length.
+#[inline]
+pub fn pdf<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
+    let s = to_square(frame, wi).ok_or(Status::InvalidTransform)?;
+    Ok(density.root().map_or(0.0, |root| per_solid_angle(density_at(density, root, s))))
+}
+
+/// The `u` that leads to a world direction.
+///
+/// # Errors
+/// [`Status::InvalidTransform`] if `wi` is not of unit length, [`Status::ZeroDensity`] if no u leads there.
+pub fn invert<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
+    let s = to_square(frame, wi).ok_or(Status::InvalidTransform)?;
+    let mut node = density.root().ok_or(Status::ZeroDensity)?;
+    let mut path = [([0.0f32; 4], 0u32); MAX_DEPTH as usize];
+    let mut level = 0;
+    while let Some(masses) = density.masses(node) {
+        let Some(step) = path.get_mut(level as usize) else {
+            break;
+        };
+        let c = child_at(s, level);
+        if quad_density(masses, c) <= 0.0 {
+            return Err(Status::ZeroDensity);
+        }
+        *step = (masses, c);
+        node = density.child(node, c);
+        level += 1;
+    }
+    let start = invert_bilinear(density.corners(node), offset(s, level));
+    let taken = path.iter().take(level as usize).rev();
+    Ok(taken.fold(start, |u, &(masses, c)| undo_quad(masses, c, u)))
+}
+
+/// The point of [0, 1)^2 that the bilinear density with these corners puts at `u`: the marginal along axis 1,
+/// then the conditional along axis 2.
+#[inline(always)]
+fn sample_bilinear(corners: [f32; 4], u: [f32; 2]) -> [f32; 2] {
+    let [c00, c01, c10, c11] = corners;
+    let x = sample_linear(c00 + c01, c10 + c11, u[0]);
+    let y = sample_linear(lerp(x, c00, c10), lerp(x, c01, c11), u[1]);
+    [x, y]
+}
+
+/// The density of [`sample_bilinear`] at a point; its mean over the cell is 1.
+#[inline(always)]
+fn bilinear_density(corners: [f32; 4], x: [f32; 2]) -> f32 {
+    let [c00, c01, c10, c11] = corners;
+    let sum = (c00 + c01) + (c10 + c11);
+    if sum > 0.0 { 4.0 * lerp(x[1], lerp(x[0], c00, c10), lerp(x[0], c01, c11)) / sum } else { 1.0 }
+}
+
+/// The inverse of [`sample_bilinear`].
+#[inline(always)]
+fn invert_bilinear(corners: [f32; 4], x: [f32; 2]) -> [f32; 2] {
+    let [c00, c01, c10, c11] = corners;
+    let v = invert_linear(c00 + c01, c10 + c11, x[0]);
+    let w = invert_linear(lerp(x[0], c00, c10), lerp(x[0], c01, c11), x[1]);
+    [v, w]
+}
+
+/// The point that the linear density from `a` to `b` puts at `u`.
+#[inline(always)]
+fn sample_linear(a: f32, b: f32, u: f32) -> f32 {
+    let denominator = a + sqrt(lerp(u, a * a, b * b));
+    let x = if denominator > 0.0 { u * (a + b) / denominator } else { u };
+    min(x, ONE_MINUS_EPSILON)
+}
+
+/// The inverse of [`sample_linear`].
+#[inline(always)]
+fn invert_linear(a: f32, b: f32, x: f32) -> f32 {
+    let u = if a + b > 0.0 { x * (a * (2.0 - x) + b * x) / (a + b) } else { x };
+    min(u, ONE_MINUS_EPSILON)
+}
+
+/// `a` at `t` = 0, `b` at `t` = 1.
+#[inline(always)]
+pub fn lerp(t: f32, a: f32, b: f32) -> f32 {
+    (1.0 - t) * a + t * b
+}

@@ -1,0 +1,157 @@
+//! An environment: light from every direction, as a tree over the octahedral square in map space.
+//!
+//! Two storages stand behind one interface: the exact pyramid, and a sparse tree pruned by an error budget.
+//! On its own an environment samples directions in proportion to its luminance, or to the luminance above the mean
+//! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling).
+
+mod build;
+mod integrate;
+mod pixels;
+mod polygon;
+
+pub use build::{
+    Config, Decoded, Grid, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
+};
+pub use integrate::Texels;
+pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
+
+use crate::descent::Density;
+use crate::numeric::ContentHash;
+use crate::tree::{Link, NO_SQUARE, Tree};
+
+/// How a tree is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// Every square: 16 bytes for each four cells, and a third more.
+    Pyramid,
+    /// The squares that an error budget keeps: 24 bytes each.
+    Sparse,
+}
+
+/// The first bytes of an environment: what it is, and every number that is not per square.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Header {
+    /// Marks an environment of this version.
+    pub magic: u64,
+    /// Bytes of the whole.
+    pub bytes: u64,
+    /// A hash of everything else.
+    pub content_id: u64,
+    /// Texels that were sanitised.
+    pub sanitised: u64,
+    /// The integral of luminance over the sphere, in the units of the input.
+    pub power: f64,
+    /// The variance that pruning adds, relative.
+    pub error: f64,
+    /// WIS_STORAGE_*.
+    pub storage: u32,
+    /// WIS_ENVIRONMENT_*.
+    pub flags: u32,
+    /// The square has 2^depth cells per axis.
+    pub depth: u32,
+    /// Squares stored.
+    pub squares: u32,
+    /// The stored values are the input's times `2^-exponent`; their mean is in [1, 2).
+    pub exponent: i32,
+    /// The stored average.
+    pub average: f32,
+    /// The stored average of the compensated distribution.
+    pub compensated_average: f32,
+    /// The stored average of RGB.
+    pub rgb_average: [f32; 3],
+    /// Always 0.
+    pub reserved: [u32; 2],
+}
+
+/// "wis-env" and the version of the format.
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x01");
+
+/// An environment in the caller's memory.
+#[derive(Clone, Copy)]
+pub struct Environment<'a> {
+    /// Every number that is not per square.
+    pub header: &'a Header,
+    /// Child averages of luminance.
+    pub squares: &'a [[f32; 4]],
+    /// The links of sparse storage; empty for a pyramid.
+    pub links: &'a [Link],
+    /// Child averages of the compensated distribution; empty if not built.
+    pub compensated: &'a [[f32; 4]],
+    /// Child averages of RGB; empty if not built.
+    pub rgb: &'a [[[f32; 3]; 4]],
+}
+
+impl<'a> Environment<'a> {
+    /// The luminance.
+    pub fn light(&self) -> Tree<'a, 4> {
+        Tree::trusted(self.header.depth, self.header.average, self.squares, self.links)
+    }
+
+    /// The luminance above the mean.
+    pub fn compensated(&self) -> Tree<'a, 4> {
+        Tree::trusted(self.header.depth, self.header.compensated_average, self.compensated, self.links)
+    }
+
+    /// The stored RGB average of child `c` of a square, or of the whole square.
+    pub fn rgb(&self, place: Option<(u32, u32)>) -> [f32; 3] {
+        match place {
+            None => self.header.rgb_average,
+            Some((square, c)) => {
+                self.rgb.get(square as usize).and_then(|quad| quad.get(c as usize)).copied().unwrap_or([0.0; 3])
+            }
+        }
+    }
+
+    /// The hash of everything but the id itself.
+    pub fn content_id(&self) -> u64 {
+        let h = self.header;
+        let mut hash = ContentHash::new();
+        for word in [h.magic, h.bytes, h.sanitised, h.power.to_bits(), h.error.to_bits(), h.exponent as u64] {
+            hash.add(word);
+        }
+        for word in [h.storage, h.flags, h.depth, h.squares, h.average.to_bits(), h.compensated_average.to_bits()] {
+            hash.add(word.into());
+        }
+        hash.add_floats(&h.rgb_average);
+        for square in self.squares.iter().chain(self.compensated) {
+            hash.add_floats(square);
+        }
+        for link in self.links {
+            hash.add(u64::from(link.first) << 32 | u64::from(link.mask));
+        }
+        for colour in self.rgb.iter().flatten() {
+            hash.add_floats(colour);
+        }
+        hash.finish()
+    }
+}
+
+/// The environment's light as a density: constant within a cell.
+#[derive(Clone, Copy)]
+pub struct Light<'a>(pub Tree<'a, 4>);
+
+impl Density for Light<'_> {
+    /// A square, or [`NO_SQUARE`] for a cell.
+    type Node = u32;
+
+    #[inline(always)]
+    fn root(&self) -> Option<u32> {
+        if self.0.average() > 0.0 { Some(self.0.root_square().unwrap_or(NO_SQUARE)) } else { None }
+    }
+
+    #[inline(always)]
+    fn masses(&self, node: u32) -> Option<[f32; 4]> {
+        if node == NO_SQUARE { None } else { Some(self.0.children(node)) }
+    }
+
+    #[inline(always)]
+    fn child(&self, node: u32, c: u32) -> u32 {
+        self.0.child_square(node, c).unwrap_or(NO_SQUARE)
+    }
+
+    #[inline(always)]
+    fn corners(&self, _: u32) -> [f32; 4] {
+        [1.0; 4]
+    }
+}

@@ -1,0 +1,198 @@
+//! The caller's pixels: their layout and format, and what becomes of texels that are NaN, infinite or negative.
+
+use crate::numeric::LUMINANCE;
+use crate::status::{Result, Status};
+
+/// How directions are laid out over the texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Columns are the azimuth, rows the polar angle from +z.
+    LatLong,
+    /// Six square faces below one another: +x, -x, +y, -y, +z, -z.
+    Cube,
+    /// The equal-area octahedral square: columns along axis 1, rows along axis 2.
+    Octahedral,
+}
+
+/// The number format of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// 32-bit floats.
+    F32,
+    /// 16-bit floats.
+    F16,
+}
+
+impl Format {
+    /// The size of one channel.
+    pub fn bytes(self) -> usize {
+        match self {
+            Format::F32 => 4,
+            Format::F16 => 2,
+        }
+    }
+}
+
+/// What the texels of a map are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixels {
+    /// Which direction a texel stands for.
+    pub layout: Layout,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows; of a cube map all six faces.
+    pub height: u32,
+    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored).
+    pub channels: u32,
+    /// The number format of a channel.
+    pub format: Format,
+}
+
+impl Pixels {
+    /// Bytes of one row.
+    pub fn row_bytes(&self) -> Option<usize> {
+        let texel = (self.channels as usize).checked_mul(self.format.bytes())?;
+        texel.checked_mul(self.width as usize)
+    }
+}
+
+/// Gives the bytes of a row; `None` stops the build.
+pub trait Rows {
+    /// Row `y`, at least [`Pixels::row_bytes`] long.
+    fn row(&self, y: u32) -> Option<&[u8]>;
+}
+
+/// A texel that cannot be light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InvalidTexel {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+}
+
+/// Why a row could not be decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowError {
+    /// The client gave no row, or a short one.
+    Missing,
+    /// The policy rejects this texel.
+    Texel(InvalidTexel),
+}
+
+impl RowError {
+    /// The status that a call answers with.
+    pub fn status(self) -> Status {
+        match self {
+            RowError::Missing => Status::CallbackFailed,
+            RowError::Texel(_) => Status::InvalidTexel,
+        }
+    }
+}
+
+/// What a row held besides light.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RowSummary {
+    /// The largest finite luminance.
+    pub largest: f64,
+    /// Texels that were sanitised.
+    pub sanitised: u64,
+}
+
+/// Decodes one row into luminance and, if `rgb` is not empty, RGB. A texel with an infinite channel is left
+/// infinite: what it becomes is known only when all rows are.
+///
+/// # Errors
+/// The first invalid texel, unless `sanitise`.
+pub fn decode_row(
+    pixels: &Pixels,
+    bytes: &[u8],
+    y: u32,
+    sanitise: bool,
+    luminance: &mut [f64],
+    rgb: &mut [[f32; 3]],
+) -> core::result::Result<RowSummary, RowError> {
+    let mut summary = RowSummary::default();
+    let texels = bytes.chunks_exact((pixels.channels as usize * pixels.format.bytes()).max(1));
+    let mut colours = rgb.iter_mut();
+    for ((x, texel), out) in (0u32..).zip(texels).zip(luminance.iter_mut()) {
+        let (colour, valid) = clean(channels(pixels, texel));
+        if !valid {
+            if !sanitise {
+                return Err(RowError::Texel(InvalidTexel { x, y }));
+            }
+            summary.sanitised += 1;
+        }
+        let value = luminance_f64(colour);
+        if value > summary.largest && value < f64::INFINITY {
+            summary.largest = value;
+        }
+        *out = value;
+        if let Some(out) = colours.next() {
+            *out = colour;
+        }
+    }
+    Ok(summary)
+}
+
+/// The luminance of a colour in f64; grey stays exactly what it is.
+pub fn luminance_f64(rgb: [f32; 3]) -> f64 {
+    let [r, g, b] = rgb;
+    if r == g && g == b {
+        return f64::from(r);
+    }
+    LUMINANCE[0] * f64::from(r) + LUMINANCE[1] * f64::from(g) + LUMINANCE[2] * f64::from(b)
+}
+
+/// The colour of a texel.
+fn channels(pixels: &Pixels, texel: &[u8]) -> [f32; 3] {
+    let channel = |c: usize| match pixels.format {
+        Format::F32 => texel.get(4 * c..4 * c + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_ne_bytes),
+        Format::F16 => {
+            texel.get(2 * c..2 * c + 2).and_then(|b| b.try_into().ok()).map_or(0.0, |b| half(u16::from_ne_bytes(b)))
+        }
+    };
+    if pixels.channels == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
+}
+
+/// NaN, negative infinity and negative channels become 0, a texel with +Inf becomes all +Inf; -0 is 0.
+fn clean(colour: [f32; 3]) -> ([f32; 3], bool) {
+    let valid = colour.iter().all(|c| (0.0..f32::INFINITY).contains(c));
+    if colour.contains(&f32::INFINITY) {
+        return ([f32::INFINITY; 3], false);
+    }
+    (colour.map(|c| if c > 0.0 { c } else { 0.0 }), valid)
+}
+
+/// A 16-bit float as f32, exactly.
+fn half(bits: u16) -> f32 {
+    let sign = u32::from(bits >> 15) << 31;
+    let exponent = u32::from(bits >> 10 & 31);
+    let fraction = u32::from(bits & 1023);
+    let magnitude = match exponent {
+        0 => (fraction as f32 * (1.0 / 16_777_216.0)).to_bits(),
+        31 => 0x7f80_0000 | fraction << 13,
+        _ => (exponent + 112) << 23 | fraction << 13,
+    };
+    f32::from_bits(sign | magnitude)
+}
+
+/// Checks what the pixels claim to be.
+///
+/// # Errors
+/// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
+/// number of texels or bytes of a row overflows.
+pub fn check(pixels: &Pixels) -> Result<()> {
+    let fits = match pixels.layout {
+        Layout::LatLong => true,
+        Layout::Cube => pixels.width.checked_mul(6) == Some(pixels.height),
+        Layout::Octahedral => pixels.width == pixels.height,
+    };
+    if pixels.width == 0 || pixels.height == 0 || !fits || !matches!(pixels.channels, 1 | 3 | 4) {
+        return Err(Status::InvalidArgument);
+    }
+    pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(Status::Overflow)?;
+    (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(Status::Overflow)?;
+    Ok(())
+}

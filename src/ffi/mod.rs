@@ -1,0 +1,256 @@
+//! The C boundary: checks, casts and forwards. With the vector module it is the only place with `unsafe`.
+//!
+//! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
+//! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
+
+pub mod environment;
+pub mod product;
+
+mod control;
+
+use crate::status::Status;
+use control::FloatControl;
+use core::ffi::{CStr, c_char};
+
+/// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
+pub const WIS_VERSION: u32 = 0x000100;
+/// The alignment of every block of memory, in bytes: that of malloc.
+pub const WIS_ALIGNMENT: usize = 16;
+
+/// How much memory an object needs. Both blocks are the caller's.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MemorySize {
+    /// Bytes of the object.
+    pub bytes: usize,
+    /// Alignment of both blocks, in bytes.
+    pub align: usize,
+    /// Bytes that only the build needs; may be freed afterwards.
+    pub scratch_bytes: usize,
+}
+
+/// Where the fault is. Written only on failure, and only if the caller gives one.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Diagnostic {
+    /// The position of the argument at fault, 1 = first; 0: none in particular.
+    pub argument: u32,
+    /// WIS_INVALID_TEXEL: the column of the texel.
+    pub x: u32,
+    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row.
+    pub y: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
+    pub bytes_needed: u64,
+}
+
+/// A sentence for a log; a static string, also for a value that is not a status.
+#[unsafe(no_mangle)]
+pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
+    let text: &CStr = Status::from_code(status).map_or(c"unknown status", Status::message);
+    text.as_ptr()
+}
+
+/// WIS_VERSION of the library that is linked.
+#[unsafe(no_mangle)]
+pub extern "C" fn wis_version() -> u32 {
+    WIS_VERSION
+}
+
+/// A status other than `WIS_OK`, and where the fault is.
+#[derive(Clone, Copy)]
+pub(crate) struct Failure {
+    status: Status,
+    diagnostic: Diagnostic,
+}
+
+impl Failure {
+    pub(crate) fn new(status: Status, argument: u32) -> Failure {
+        Failure { status, diagnostic: Diagnostic { argument, ..Diagnostic::default() } }
+    }
+
+    pub(crate) fn too_small(argument: u32, bytes_needed: usize) -> Failure {
+        let diagnostic = Diagnostic { argument, bytes_needed: bytes_needed as u64, ..Diagnostic::default() };
+        Failure { status: Status::MemoryTooSmall, diagnostic }
+    }
+
+    pub(crate) fn at(status: Status, argument: u32, x: u32, y: u32) -> Failure {
+        Failure { status, diagnostic: Diagnostic { argument, x, y, ..Diagnostic::default() } }
+    }
+}
+
+impl From<Status> for Failure {
+    fn from(status: Status) -> Failure {
+        Failure::new(status, 0)
+    }
+}
+
+pub(crate) type Checked<T> = core::result::Result<T, Failure>;
+
+/// Runs the body of an entry point that computes: under the default floating-point control word, with its failure
+/// written to the caller's diagnostic, if any.
+#[inline(always)]
+pub(crate) fn answer(diagnostic: *mut Diagnostic, body: impl FnOnce() -> Checked<()>) -> Status {
+    let control = FloatControl::set_default();
+    let result = body();
+    drop(control);
+    match result {
+        Ok(()) => Status::Ok,
+        Err(failure) => {
+            if !diagnostic.is_null() && diagnostic.is_aligned() {
+                // SAFETY: not null and aligned; the caller gives a diagnostic or null.
+                unsafe { diagnostic.write(failure.diagnostic) };
+            }
+            failure.status
+        }
+    }
+}
+
+/// Checks a pointer that must not be null.
+#[inline(always)]
+pub(crate) fn pointer<T>(pointer: *const T, argument: u32) -> Checked<*const T> {
+    if pointer.is_null() {
+        Err(Failure::new(Status::NullPointer, argument))
+    } else if !pointer.is_aligned() {
+        Err(Failure::new(Status::Misaligned, argument))
+    } else {
+        Ok(pointer)
+    }
+}
+
+/// Checks a pointer to a result.
+#[inline(always)]
+pub(crate) fn out<T>(target: *mut T, argument: u32) -> Checked<*mut T> {
+    pointer(target, argument).map(|_| target)
+}
+
+/// Borrows what a pointer points to.
+///
+/// # Safety
+/// If not null and aligned, the pointer is valid for reads of a `T` for as long as the result is used.
+#[inline(always)]
+pub(crate) unsafe fn borrow<'a, T>(source: *const T, argument: u32) -> Checked<&'a T> {
+    let source = pointer(source, argument)?;
+    // SAFETY: not null, aligned, and valid by this function's contract.
+    Ok(unsafe { &*source })
+}
+
+/// Borrows a struct that begins with its size.
+///
+/// # Safety
+/// As [`borrow`], but if the first field is another size only that field need be readable.
+pub(crate) unsafe fn sized<'a, T>(source: *const T, argument: u32) -> Checked<&'a T> {
+    let source = pointer(source, argument)?;
+    // SAFETY: not null, aligned for T and so for its first field, which is a u32 in each of these structs.
+    let size = unsafe { source.cast::<u32>().read() };
+    if size as usize != size_of::<T>() {
+        return Err(Failure::new(Status::InvalidStructSize, argument));
+    }
+    // SAFETY: the caller states that the struct is this long.
+    Ok(unsafe { &*source })
+}
+
+/// A block of the caller's memory, long enough and aligned.
+#[derive(Clone, Copy)]
+pub(crate) struct Block {
+    start: *mut u8,
+    bytes: usize,
+}
+
+impl Block {
+    /// Checks a block that must hold `needed` bytes.
+    pub(crate) fn new(start: *mut u8, bytes: usize, needed: usize, argument: u32) -> Checked<Block> {
+        if start.is_null() {
+            return Err(Failure::new(Status::NullPointer, argument));
+        }
+        if start.addr() % WIS_ALIGNMENT != 0 {
+            return Err(Failure::new(Status::Misaligned, argument));
+        }
+        if bytes < needed {
+            return Err(Failure::too_small(argument, needed));
+        }
+        Ok(Block { start, bytes: needed })
+    }
+
+    /// Elements `first..first + count` of the array of `T` at `offset`; empty if they do not fit.
+    ///
+    /// # Safety
+    /// The block is valid for reads and writes of its bytes, nobody else writes these elements while the result
+    /// lives, and they are initialised or only written.
+    #[inline(always)]
+    pub(crate) unsafe fn slice<'a, T>(&self, offset: usize, first: usize, count: usize) -> &'a mut [T] {
+        let end = first
+            .checked_add(count)
+            .and_then(|n| n.checked_mul(size_of::<T>()))
+            .and_then(|n| n.checked_add(offset));
+        if end.is_none_or(|end| end > self.bytes) || offset % align_of::<T>() != 0 {
+            return &mut [];
+        }
+        // SAFETY: the elements lie inside the block; the block is aligned to 16, so a multiple of T's alignment
+        // keeps it; the rest is this function's contract.
+        unsafe { core::slice::from_raw_parts_mut(self.start.add(offset).cast::<T>().add(first), count) }
+    }
+}
+
+/// Elements of `N` floats that stand a stride apart.
+#[derive(Clone, Copy)]
+pub(crate) struct Strided<const N: usize> {
+    start: *mut f32,
+    stride: usize,
+}
+
+impl<const N: usize> Strided<N> {
+    /// Checks `count` elements; a stride of 0 means that they stand close together.
+    pub(crate) fn new(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<Strided<N>> {
+        let packed = N * size_of::<f32>();
+        let stride = if stride == 0 { packed } else { stride };
+        if count == 0 {
+            return Ok(Strided { start: start.cast_mut(), stride });
+        }
+        pointer(start, argument)?;
+        if stride % size_of::<f32>() != 0 {
+            return Err(Failure::new(Status::Misaligned, argument + 1));
+        }
+        if stride < packed {
+            return Err(Failure::new(Status::InvalidArgument, argument + 1));
+        }
+        if count.checked_mul(stride).is_none_or(|bytes| bytes > isize::MAX as usize) {
+            return Err(Failure::new(Status::Overflow, argument));
+        }
+        Ok(Strided { start: start.cast_mut(), stride })
+    }
+
+    /// Reads element `index`.
+    ///
+    /// # Safety
+    /// `index` is below the count that was checked, and the elements are readable.
+    #[inline(always)]
+    pub(crate) unsafe fn read(&self, index: usize) -> [f32; N] {
+        // SAFETY: inside the array by this function's contract; floats of it are aligned.
+        unsafe { self.start.byte_add(index * self.stride).cast::<[f32; N]>().read() }
+    }
+
+    /// Writes element `index`.
+    ///
+    /// # Safety
+    /// As [`Strided::read`], and the elements are writable.
+    #[inline(always)]
+    pub(crate) unsafe fn write(&self, index: usize, value: [f32; N]) {
+        // SAFETY: as in `read`.
+        unsafe { self.start.byte_add(index * self.stride).cast::<[f32; N]>().write(value) }
+    }
+}
+
+/// The orthonormal frame of a row-major 3x3 `world_from_map`; null is the identity.
+///
+/// # Safety
+/// The pointer is null or valid for reads of nine floats.
+pub(crate) unsafe fn frame(world_from_map: *const [f32; 9], argument: u32) -> Checked<crate::sphere::Frame> {
+    if world_from_map.is_null() {
+        return Ok(crate::sphere::Frame::IDENTITY);
+    }
+    // SAFETY: not null; the caller states that nine floats follow.
+    let rows = unsafe { borrow(world_from_map, argument)? };
+    crate::sphere::Frame::new(rows).ok_or(Failure::new(Status::InvalidTransform, argument))
+}

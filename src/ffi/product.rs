@@ -1,0 +1,577 @@
+//! Products in C: prepare a shading point, then sample, pdf and invert; evaluate a query's BRDF.
+
+use super::environment::{Environment, view};
+use super::{
+    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, frame, out, sized,
+};
+use crate::descent::{self, Sample};
+use crate::environment as kernel;
+use crate::lobe::{Brdf, Lobes, Peak};
+use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
+use crate::query::{Query, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE};
+use crate::sampler::{Header, MAGIC};
+use crate::sphere::{Frame, unit};
+use crate::status::{Result, Status};
+use core::ffi::{c_int, c_void};
+use glam::Vec3;
+
+/// A prepared shading point: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT) and kept. Constant once prepared; any number of threads may use it at once. Every call on it also
+/// takes the environment that it was prepared with. The same environment, query and configuration give the same
+/// bytes. Nothing to free.
+#[allow(missing_debug_implementations)]
+pub struct Product {
+    _opaque: [u8; 0],
+}
+
+/// The most squares that a configuration may ask for.
+pub const WIS_MAX_SQUARES: u32 = 4096;
+
+/// What a preparation may spend, and how the map is turned.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ProductConfig {
+    /// sizeof(wis_product_config).
+    pub size: u32,
+    /// 0: the baseline of the platform. Never changes a bit of the results.
+    pub cpu_level: u32,
+    /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
+    pub max_squares: u32,
+    /// BRDF evaluations besides the 24 squares that narrow lobes may ask for; 0: 64. At least 18 are spent.
+    pub max_evaluations: u32,
+    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
+    pub world_from_map: *const f32,
+}
+
+/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
+/// Returns 0; anything else stops the preparation with WIS_CALLBACK_FAILED.
+pub type BrdfBatchFn =
+    Option<unsafe extern "C" fn(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int>;
+
+/// A BRDF that the client evaluates. It is called only while the product is prepared.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CallbackBrdf {
+    /// sizeof(wis_callback_brdf).
+    pub size: u32,
+    /// WIS_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
+    pub flags: u32,
+    /// The shading normal, unit length.
+    pub normal: [f32; 3],
+    /// The direction about which a narrow lobe is concentrated, unit length. Read if half_angle is above 0.
+    pub peak: [f32; 3],
+    /// The half-angle of that lobe in radians, 0 to pi/2; 0: no narrow lobe.
+    pub half_angle: f32,
+    /// The BRDF.
+    pub eval: BrdfBatchFn,
+    /// Handed to `eval`.
+    pub user: *mut c_void,
+}
+
+/// What a prepared product is made of.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ProductInfo {
+    /// sizeof(wis_product_info), set by the caller.
+    pub size: u32,
+    /// Inner nodes.
+    pub squares: u32,
+    /// Leaves.
+    pub leaves: u32,
+    /// BRDF evaluations that the preparation spent.
+    pub evaluations: u32,
+    /// Bytes in use: that much of the block is the product.
+    pub bytes: u64,
+    /// The content id of the environment.
+    pub environment: u64,
+}
+
+/// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what the lobes mean.
+/// Strides are in bytes; 0: packed.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_query_eval(
+    query: *const Query,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    f_cos: *mut f32,
+    f_cos_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let lobes = Lobes::new(sized(query, 1)?).map_err(|status| Failure::new(status, 1))?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 3)?;
+            let f_cos = Strided::<3>::new(f_cos, f_cos_stride, count, 5)?;
+            for index in 0..count {
+                f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], |wi| lobes.rgb(wi)));
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The bytes that a product needs; no scratch memory besides. Allocate one block per thread and use it over and over.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_size(
+    config: *const ProductConfig,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (budget, _) = read_config(config, 1)?;
+            let target = out(size, 2)?;
+            let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 1))?;
+            target.write(MemorySize { bytes: layout.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
+        }
+        Ok(())
+    })
+}
+
+/// Prepares the product of an environment and a shading point. A query without lobes, or light and lobes that do not
+/// meet, give a product whose samples have pdf 0.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_prepare(
+    environment: *const Environment,
+    query: *const Query,
+    config: *const ProductConfig,
+    memory: *mut c_void,
+    bytes: usize,
+    product: *mut *const Product,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let environment = view(environment, 1)?;
+            let query = *sized(query, 2)?;
+            let mut lobes = Lobes::new(&query).map_err(|status| Failure::new(status, 2))?;
+            prepare(&environment, query, &mut lobes, config, (memory, bytes), product)
+        }
+    })
+}
+
+/// As wis_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
+/// estimate of such a product.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_prepare_callback(
+    environment: *const Environment,
+    brdf: *const CallbackBrdf,
+    config: *const ProductConfig,
+    memory: *mut c_void,
+    bytes: usize,
+    product: *mut *const Product,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let environment = view(environment, 1)?;
+            let mut brdf = Callback::new(sized(brdf, 2)?)?;
+            prepare(&environment, Query::default(), &mut brdf, config, (memory, bytes), product)
+        }
+    })
+}
+
+/// What a product is made of.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_describe(
+    environment: *const Environment,
+    product: *const Product,
+    info: *mut ProductInfo,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            sized(info.cast_const(), 3)?;
+            let header = opened.header;
+            info.write(ProductInfo {
+                size: size_of::<ProductInfo>() as u32,
+                squares: header.squares,
+                leaves: header.leaves,
+                evaluations: header.evaluations,
+                bytes: header.bytes,
+                environment: header.environment,
+            });
+        }
+        Ok(())
+    })
+}
+
+/// An approximation of the integral over directions of luminance x luminance of BRDF x cosine, without visibility, in
+/// the units of the map. An approximation: a ratio or control variate that uses it inherits its error.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_estimate(
+    environment: *const Environment,
+    product: *const Product,
+    luminance: *mut f64,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            out(luminance, 3)?.write(opened.header.estimate(&opened.environment));
+        }
+        Ok(())
+    })
+}
+
+/// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
+/// with WIS_ENVIRONMENT_RGB and the product from a query. Costs a BRDF evaluation for each leaf.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_estimate_rgb(
+    environment: *const Environment,
+    product: *const Product,
+    rgb: *mut [f64; 3],
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            let target = out(rgb, 3)?;
+            if opened.environment.header.flags & super::environment::WIS_ENVIRONMENT_RGB == 0 {
+                return Err(Failure::new(Status::NotBuilt, 1));
+            }
+            target.write(opened.header.estimate_rgb(&opened.environment, &opened.cells)?);
+        }
+        Ok(())
+    })
+}
+
+/// Samples a direction in proportion to the product. `u`: two numbers in [0, 1) (others are moved there, NaN counts as
+/// 1/2). pdf 0: there is nothing to sample.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_sample(
+    environment: *const Environment,
+    product: *const Product,
+    u: *const [f32; 2],
+    sample: *mut Sample,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            let u = *borrow(u, 3)?;
+            out(sample, 4)?.write(descent::sample(&opened.cells, &opened.frame, u));
+        }
+        Ok(())
+    })
+}
+
+/// As `count` calls of wis_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
+/// packed.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_sample_n(
+    environment: *const Environment,
+    product: *const Product,
+    count: usize,
+    u: *const f32,
+    u_stride: usize,
+    wi: *mut f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            let u = Strided::<2>::new(u, u_stride, count, 4)?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 6)?;
+            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 8)?;
+            for index in 0..count {
+                let sample = descent::sample(&opened.cells, &opened.frame, u.read(index));
+                wi.write(index, sample.wi);
+                pdf.write(index, [sample.pdf]);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with, and
+/// above 0 wherever radiance x BRDF x cosine is.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_pdf(
+    environment: *const Environment,
+    product: *const Product,
+    wi: *const [f32; 3],
+    pdf: *mut f32,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            let wi = *borrow(wi, 3)?;
+            let target = out(pdf, 4)?;
+            let value = descent::pdf(&opened.cells, &opened.frame, wi);
+            target.write(value.map_err(|status| Failure::new(status, 3))?);
+        }
+        Ok(())
+    })
+}
+
+/// As `count` calls of wis_product_pdf; a direction that is not of unit length gets pdf 0.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_pdf_n(
+    environment: *const Environment,
+    product: *const Product,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
+            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 6)?;
+            for index in 0..count {
+                let value = descent::pdf(&opened.cells, &opened.frame, wi.read(index));
+                pdf.write(index, [value.unwrap_or(0.0)]);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_invert(
+    environment: *const Environment,
+    product: *const Product,
+    wi: *const [f32; 3],
+    u: *mut [f32; 2],
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            let wi = *borrow(wi, 3)?;
+            let target = out(u, 4)?;
+            let value = descent::invert(&opened.cells, &opened.frame, wi);
+            target.write(value.map_err(|status| Failure::new(status, 3))?);
+        }
+        Ok(())
+    })
+}
+
+/// A product with its environment, ready for a call.
+struct Opened<'a> {
+    environment: kernel::Environment<'a>,
+    header: &'a Header,
+    cells: Cells<'a>,
+    frame: Frame,
+}
+
+impl<'a> Opened<'a> {
+    /// Checks that the two belong together.
+    ///
+    /// # Safety
+    /// The handles are null or point to an environment and a product that this version made.
+    #[inline(always)]
+    unsafe fn new(environment: *const Environment, product: *const Product) -> Checked<Opened<'a>> {
+        // SAFETY: the caller's contract; the object is as long as its header says.
+        unsafe {
+            let environment = view(environment, 1)?;
+            let header = borrow(product.cast::<Header>(), 2)?;
+            if header.magic != MAGIC || header.environment != environment.header.content_id {
+                return Err(Failure::new(Status::Mismatch, 2));
+            }
+            let bytes = header.bytes as usize;
+            let block = Block::new(product.cast_mut().cast(), bytes, bytes, 2)?;
+            let (squares, leaves) = (header.squares as usize, header.leaves as usize);
+            let cells = Cells {
+                light: environment.light(),
+                squares: block.slice(Layout::SQUARES, 0, squares),
+                leaves: block.slice(Layout::SQUARES + squares * size_of::<Square>(), 0, leaves),
+                average: header.average,
+            };
+            Ok(Opened { environment, header, cells, frame: header.frame() })
+        }
+    }
+}
+
+/// The client's BRDF.
+struct Callback {
+    hemisphere: Option<Vec3>,
+    peak: Option<Peak>,
+    eval: unsafe extern "C" fn(*mut c_void, usize, *const f32, *mut f32) -> c_int,
+    user: *mut c_void,
+}
+
+impl Callback {
+    fn new(brdf: &CallbackBrdf) -> Checked<Callback> {
+        let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2))?;
+        let whole = brdf.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+        if brdf.flags & !(WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) != 0
+            || !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle)
+        {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        let invalid = Failure::new(Status::InvalidTransform, 2);
+        let normal = unit(brdf.normal).ok_or(invalid)?;
+        let peak = if brdf.half_angle > 0.0 {
+            let direction = unit(brdf.peak).ok_or(invalid)?;
+            Some(Peak { direction, radius: brdf.half_angle, detail: brdf.half_angle })
+        } else {
+            None
+        };
+        Ok(Callback { hemisphere: if whole { None } else { Some(normal) }, peak, eval, user: brdf.user })
+    }
+}
+
+impl Brdf for Callback {
+    fn hemisphere(&self) -> Option<Vec3> {
+        self.hemisphere
+    }
+
+    fn peaks(&self) -> impl Iterator<Item = Peak> {
+        self.peak.into_iter()
+    }
+
+    fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()> {
+        let count = if wi.len() < f_cos.len() { wi.len() } else { f_cos.len() };
+        // SAFETY: a Vec3 is three floats; both arrays hold `count` elements; the function is the client's.
+        let answer = unsafe { (self.eval)(self.user, count, wi.as_ptr().cast(), f_cos.as_mut_ptr()) };
+        if answer == 0 { Ok(()) } else { Err(Status::CallbackFailed) }
+    }
+}
+
+/// Where the parts of a product's block stand while it is built: header, squares and leaves, then the cells.
+struct Layout {
+    cells: usize,
+    bytes: usize,
+}
+
+impl Layout {
+    const SQUARES: usize = size_of::<Header>().next_multiple_of(WIS_ALIGNMENT);
+
+    fn new(budget: Budget) -> Option<Layout> {
+        let squares = budget.squares as usize;
+        let leaves = squares.checked_mul(3)?.checked_add(1)?;
+        let stored = squares * size_of::<Square>() + leaves * size_of::<Leaf>();
+        let cells = (Layout::SQUARES + stored).next_multiple_of(WIS_ALIGNMENT);
+        let bytes = product::cell_count(budget.squares)? as usize * size_of::<Cell>();
+        Some(Layout { cells, bytes: (cells + bytes).next_multiple_of(WIS_ALIGNMENT) })
+    }
+}
+
+/// Checks a configuration.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<(Budget, Frame)> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let config = sized(config, argument)?;
+        if config.max_squares > WIS_MAX_SQUARES {
+            return Err(Failure::new(Status::InvalidArgument, argument));
+        }
+        let or = |value: u32, default: u32| if value == 0 { default } else { value };
+        let budget = Budget {
+            squares: or(config.max_squares, Budget::DEFAULT.squares),
+            evaluations: or(config.max_evaluations, Budget::DEFAULT.evaluations),
+        };
+        Ok((budget, frame(config.world_from_map.cast(), argument)?))
+    }
+}
+
+/// Prepares a product for any BRDF.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+unsafe fn prepare<B: Brdf>(
+    environment: &kernel::Environment,
+    query: Query,
+    brdf: &mut B,
+    config: *const ProductConfig,
+    (memory, bytes): (*mut c_void, usize),
+    product: *mut *const Product,
+) -> Checked<()> {
+    // SAFETY: the caller's contract; the parts of the block do not overlap.
+    unsafe {
+        let (budget, frame) = read_config(config, 3)?;
+        let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 3))?;
+        let block = Block::new(memory.cast(), bytes, layout.bytes, 4)?;
+        let target = out(product, 6)?;
+        let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
+        let cells = block.slice::<Cell>(layout.cells, 0, room);
+        let built = product::build(environment.light(), &frame, brdf, budget, cells)
+            .map_err(|status| Failure::new(status, 2))?;
+        store(&block, &built, cells, query, &frame, environment.header.content_id);
+        target.write(memory.cast_const().cast());
+    }
+    Ok(())
+}
+
+/// Writes a built product to the front of its block.
+///
+/// # Safety
+/// The block is the caller's to write.
+unsafe fn store(block: &Block, built: &Built, cells: &[Cell], query: Query, frame: &Frame, environment: u64) {
+    let (squares, leaves) = (built.squares as usize, built.leaves as usize);
+    let leaves_at = Layout::SQUARES + squares * size_of::<Square>();
+    let header = Header {
+        magic: MAGIC,
+        bytes: (leaves_at + leaves * size_of::<Leaf>()) as u64,
+        environment,
+        query,
+        frame: frame.to_array(),
+        average: built.average,
+        exponent: built.exponent,
+        squares: built.squares,
+        leaves: built.leaves,
+        evaluations: built.evaluations,
+        reserved: [0; 3],
+    };
+    let used = cells.get(..built.cells as usize).unwrap_or(&[]);
+    // SAFETY: the caller's contract; squares and leaves end before the cells begin.
+    unsafe {
+        product::emit(used, block.slice(Layout::SQUARES, 0, squares), block.slice(leaves_at, 0, leaves));
+        if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
+            *slot = header;
+        }
+    }
+}

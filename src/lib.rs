@@ -1,0 +1,30 @@
+//! `wis`: product importance sampling of environment light x BRDF x cosine.
+//!
+//! The kernel allocates nothing, prints nothing, keeps no global state and never panics. Everything it
+//! builds lives in memory that the caller gives and holds no pointer, so it can be copied, saved and mapped.
+//!
+//! Data flows one way, and a file imports only what stands below it in this list:
+//! `status`, `numeric` -> `sphere`, `points`, `haar` -> `tree` -> `warp` -> `environment`, `lobe` ->
+//! `product` -> `sampler` -> `ffi`.
+#![no_std]
+#![deny(unsafe_code, missing_docs)]
+
+pub mod descent;
+pub mod environment;
+pub mod haar;
+pub mod inner;
+pub mod lobe;
+pub mod morton;
+pub mod numeric;
+pub mod points;
+pub mod product;
+pub mod prune;
+pub mod query;
+pub mod sampler;
+pub mod sphere;
+pub mod status;
+pub mod tree;
+pub mod warp;
+
+#[allow(unsafe_code)]
+pub mod ffi;

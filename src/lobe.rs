@@ -1,0 +1,266 @@
+//! Materials: sums of Lambert, GGX and Phong lobes as a plain copyable query, and what a product asks of any BRDF.
+
+use crate::numeric::{LUMINANCE, max, min, sqrt};
+use crate::query::{
+    Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_LOBE_PHONG, WIS_MAX_LOBES, WIS_QUERY_COSINE_INCLUDED,
+    WIS_QUERY_WHOLE_SPHERE,
+};
+use crate::sphere::unit;
+use crate::status::{Result, Status};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// The narrowest and the widest microfacet distribution that a lobe may have.
+pub const ALPHA_RANGE: [f32; 2] = [1e-5, 16.0];
+/// The sharpest Phong lobe.
+pub const MAX_EXPONENT: f32 = 1e7;
+/// Where a lobe is concentrated: cells about this direction are refined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// World direction, unit length.
+    pub direction: Vec3,
+    /// The half-angle, in radians, within which the lobe varies.
+    pub radius: f32,
+    /// The angle, in radians, over which it varies.
+    pub detail: f32,
+}
+
+/// What a product asks of a BRDF at a shading point.
+pub trait Brdf {
+    /// The normal of the hemisphere outside which the BRDF is 0, or `None` for the whole sphere.
+    fn hemisphere(&self) -> Option<Vec3>;
+    /// The narrow lobes.
+    fn peaks(&self) -> impl Iterator<Item = Peak>;
+    /// Writes the luminance of BRDF x cosine for world directions, finite and not negative.
+    fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()>;
+}
+
+/// A lobe with everything precomputed that does not depend on wi.
+#[derive(Clone, Copy)]
+enum Prepared {
+    Lambert { albedo: f32 },
+    Ggx { alpha: [f32; 2], norm: f32, wo_length: f32, fresnel: [f32; 2] },
+    Phong { exponent: f32, norm: f32 },
+}
+
+/// A query with its lobes prepared for evaluation.
+#[derive(Clone, Copy)]
+pub struct Lobes {
+    normal: Vec3,
+    tangent: Vec3,
+    bitangent: Vec3,
+    /// wo in the frame of tangent, bitangent and normal, on the upper side.
+    wo: Vec3,
+    /// +1, or -1 if wo lies below the surface and the whole sphere counts.
+    side: f32,
+    flags: u32,
+    count: usize,
+    prepared: [Prepared; WIS_MAX_LOBES],
+    raw: [Lobe; WIS_MAX_LOBES],
+}
+
+impl Lobes {
+    /// Checks and prepares a query.
+    ///
+    /// # Errors
+    /// [`Status::InvalidTransform`] for a normal or wo that is not of unit length, or a tangent that is needed and
+    /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range.
+    pub fn new(query: &Query) -> Result<Lobes> {
+        if query.flags & !(WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) != 0 {
+            return Err(Status::InvalidArgument);
+        }
+        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Status::InvalidArgument)?;
+        let normal = unit(query.normal).ok_or(Status::InvalidTransform)?;
+        let world_wo = unit(query.wo).ok_or(Status::InvalidTransform)?;
+        let anisotropic = lobes.iter().any(|l| l.kind == WIS_LOBE_GGX && l.a != l.b);
+        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Status::InvalidTransform)?;
+        let bitangent = normal.cross(tangent);
+        let mut wo = Vec3::new(world_wo.dot(tangent), world_wo.dot(bitangent), world_wo.dot(normal));
+        let side = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 && wo.z < 0.0 { -1.0 } else { 1.0 };
+        wo.z *= side;
+        let mut prepared = [Prepared::Lambert { albedo: 0.0 }; WIS_MAX_LOBES];
+        for (slot, lobe) in prepared.iter_mut().zip(lobes) {
+            *slot = prepare(lobe, wo)?;
+        }
+        let count = lobes.len();
+        Ok(Lobes { normal, tangent, bitangent, wo, side, flags: query.flags, count, prepared, raw: query.lobe })
+    }
+
+    /// The luminance of BRDF x cosine.
+    pub fn luminance(&self, wi: Vec3) -> f32 {
+        self.sum(wi, |lobe, _, shape, grazing| match lobe {
+            Prepared::Lambert { albedo } => shape * albedo,
+            Prepared::Ggx { fresnel: [constant, slope], .. } => shape * (constant + slope * grazing),
+            Prepared::Phong { norm, .. } => shape * norm,
+        })
+    }
+
+    /// RGB of BRDF x cosine.
+    pub fn rgb(&self, wi: Vec3) -> [f32; 3] {
+        [0, 1, 2].map(|c: usize| {
+            let channel = |v: [f32; 3]| v.get(c).copied().unwrap_or(0.0);
+            self.sum(wi, |lobe, raw, shape, grazing| {
+                let weight = channel(raw.weight);
+                match lobe {
+                    Prepared::Lambert { .. } => shape * (weight / PI),
+                    Prepared::Ggx { .. } => {
+                        let f0 = channel(raw.f0);
+                        shape * (weight * (f0 + (1.0 - f0) * grazing))
+                    }
+                    Prepared::Phong { exponent, .. } => shape * (weight * phong_norm(*exponent)),
+                }
+            })
+        })
+    }
+
+    /// The sum over the lobes of `value(lobe, its parameters, shape x cosine, Schlick's grazing term)`.
+    #[inline(always)]
+    fn sum(&self, wi: Vec3, value: impl Fn(&Prepared, &Lobe, f32, f32) -> f32) -> f32 {
+        let cosine = self.side * wi.dot(self.normal);
+        let whole = self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+        if !whole && !(cosine > 0.0 && self.wo.z > 0.0) {
+            return 0.0;
+        }
+        let local = Vec3::new(wi.dot(self.tangent), wi.dot(self.bitangent), cosine);
+        let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { cosine.abs() };
+        let lobes = self.prepared.iter().zip(&self.raw).take(self.count);
+        let sum = lobes.fold(0.0, |sum, (lobe, raw)| {
+            let (shape, grazing) = lobe.shape(self.wo, local);
+            sum + value(lobe, raw, shape * factor, grazing)
+        });
+        // Products of extreme weights and sharp lobes stay finite.
+        min(max(sum, 0.0), f32::MAX)
+    }
+}
+
+impl Brdf for Lobes {
+    fn hemisphere(&self) -> Option<Vec3> {
+        if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 { None } else { Some(self.normal) }
+    }
+
+    fn peaks(&self) -> impl Iterator<Item = Peak> {
+        let mirror = self.tangent * -self.wo.x + self.bitangent * -self.wo.y + self.normal * (self.wo.z * self.side);
+        let extent = |lobe: &Prepared| match *lobe {
+            Prepared::Lambert { .. } => None,
+            Prepared::Ggx { alpha: [a, b], .. } => Some((max(a, b), sqrt(a * b))),
+            Prepared::Phong { exponent, .. } => {
+                let half = phong_half_angle(exponent);
+                Some((half, half))
+            }
+        };
+        let lit = self.prepared.iter().take(self.count).filter(|lobe| lobe.matters() && self.wo.z > 0.0);
+        lit.filter_map(extent).map(move |(radius, detail)| Peak { direction: mirror, radius, detail })
+    }
+
+    fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()> {
+        for (&wi, out) in wi.iter().zip(f_cos) {
+            *out = self.luminance(wi);
+        }
+        Ok(())
+    }
+}
+
+impl Prepared {
+    /// Whether the lobe reflects anything.
+    fn matters(&self) -> bool {
+        match *self {
+            Prepared::Lambert { albedo } => albedo > 0.0,
+            Prepared::Ggx { fresnel: [constant, slope], .. } => constant + slope > 0.0,
+            Prepared::Phong { norm, .. } => norm > 0.0,
+        }
+    }
+
+    /// The lobe's value without its weights and without the cosine, and Schlick's `(1 - wi.h)^5`.
+    #[inline(always)]
+    fn shape(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
+        match *self {
+            Prepared::Lambert { .. } => (1.0, 0.0),
+            _ if !(wi.z > 0.0 && wo.z > 0.0) => (0.0, 0.0),
+            Prepared::Ggx { alpha: [a, b], norm, wo_length, .. } => {
+                // The half vector stays unnormalised: its length gives wi.h, and D needs only its square.
+                let h = wi + wo;
+                let squared = h.length_squared();
+                let (x, y) = (h.x / a, h.y / b);
+                let slope = x * x + y * y + h.z * h.z;
+                let ratio = squared / slope;
+                let wi_length = Vec3::new(a * wi.x, b * wi.y, wi.z).length();
+                let smith = wi.z * wo_length + wo.z * wi_length;
+                let cosine = min(0.5 * sqrt(squared), 1.0);
+                (finite(norm * ratio * ratio / smith), fifth_power(1.0 - cosine))
+            }
+            Prepared::Phong { exponent, .. } => {
+                let cosine = wi.z * wo.z - wi.x * wo.x - wi.y * wo.y;
+                (if cosine > 0.0 { libm::powf(min(cosine, 1.0), exponent) } else { 0.0 }, 0.0)
+            }
+        }
+    }
+}
+
+fn finite(x: f32) -> f32 {
+    if x < f32::MAX { x } else { 0.0 }
+}
+
+fn fifth_power(x: f32) -> f32 {
+    let squared = x * x;
+    squared * squared * x
+}
+
+fn phong_norm(exponent: f32) -> f32 {
+    (exponent + 2.0) / (2.0 * PI)
+}
+
+/// Where the lobe has fallen to half its peak: acos(2^(-1 / (s + 1))).
+fn phong_half_angle(exponent: f32) -> f32 {
+    libm::acosf(libm::exp2f(-1.0 / (exponent + 1.0)))
+}
+
+/// Checks a lobe and prepares it.
+fn prepare(lobe: &Lobe, wo: Vec3) -> Result<Prepared> {
+    let valid_weight = lobe.weight.iter().all(|w| (0.0..=f32::MAX).contains(w));
+    if !valid_weight {
+        return Err(Status::InvalidArgument);
+    }
+    let luminance = |v: [f64; 3]| (LUMINANCE[0] * v[0] + LUMINANCE[1] * v[1] + LUMINANCE[2] * v[2]) as f32;
+    let weight = lobe.weight.map(f64::from);
+    match lobe.kind {
+        WIS_LOBE_LAMBERT => Ok(Prepared::Lambert { albedo: luminance(weight) / PI }),
+        WIS_LOBE_GGX => {
+            let alpha = [lobe.a, lobe.b];
+            let in_range = |a: &f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(a);
+            let valid = alpha.iter().all(in_range) && lobe.f0.iter().all(|f| (0.0..=1.0).contains(f));
+            if !valid {
+                return Err(Status::InvalidArgument);
+            }
+            let [r, g, b] = lobe.f0.map(f64::from);
+            let normal = [weight[0] * r, weight[1] * g, weight[2] * b];
+            let rest = [weight[0] * (1.0 - r), weight[1] * (1.0 - g), weight[2] * (1.0 - b)];
+            Ok(Prepared::Ggx {
+                alpha,
+                norm: 0.5 / (PI * alpha[0] * alpha[1]),
+                wo_length: Vec3::new(alpha[0] * wo.x, alpha[1] * wo.y, wo.z).length(),
+                fresnel: [luminance(normal), luminance(rest)],
+            })
+        }
+        WIS_LOBE_PHONG if (0.0..=MAX_EXPONENT).contains(&lobe.a) => {
+            Ok(Prepared::Phong { exponent: lobe.a, norm: luminance(weight) * phong_norm(lobe.a) })
+        }
+        _ => Err(Status::InvalidArgument),
+    }
+}
+
+/// A unit tangent normal to `normal`: the client's, made orthogonal, or any if it is not needed and all 0.
+fn tangent_frame(normal: Vec3, tangent: [f32; 3], needed: bool) -> Option<Vec3> {
+    let given = Vec3::from_array(tangent);
+    let rejected = given - normal * normal.dot(given);
+    let length = rejected.length();
+    if length > 1e-3 && length < f32::MAX {
+        return Some(rejected / length);
+    }
+    if needed || tangent.iter().any(|t| !t.is_finite()) {
+        return None;
+    }
+    // Frisvad's method in the branch-free form of Duff et al. 2017.
+    let sign = if normal.z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (sign + normal.z);
+    Some(Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * normal.x * normal.y * a, -sign * normal.x))
+}

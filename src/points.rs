@@ -1,0 +1,68 @@
+//! Point sets in the unit square: Hammersley and the Owen-scrambled Sobol (0,2)-sequence.
+//!
+//! The scrambling hashes the digits as Burley 2020, "Practical Hash-based Owen Scrambling", does: a permutation in
+//! which each bit depends on lower ones only (Laine and Karras 2011), applied to the reversed digits, is a nested
+//! uniform scramble. The index is shuffled in the same way, so that the point pairs of several seeds are
+//! independent; every aligned block of 2^k indices stays a (0,2)-net.
+//!
+//! Coordinates are (k + 1/2) 2^-23, the centres of 2^23 cells: exact in `f32`, and never 0 or 1. A u of exactly 0
+//! would take the lower side of every split, however improbable.
+
+use crate::numeric::{ONE_MINUS_EPSILON, min};
+
+/// A seed for a pixel in a pass: neighbours and passes are decorrelated.
+#[inline]
+pub fn pixel_seed(x: u32, y: u32, pass: u32) -> u32 {
+    mix(x ^ mix(y ^ mix(pass)))
+}
+
+/// A seed for a further pair of dimensions of the points with `seed`; `dimension` 0 is the first further pair.
+#[inline]
+pub fn dimension_seed(seed: u32, dimension: u32) -> u32 {
+    mix(seed ^ mix(dimension.wrapping_add(0x9e37_79b9)))
+}
+
+/// Point `index` of the Hammersley set of `total` points: ((index + 1/2) / total, radical inverse in base 2).
+/// A total of 0 counts as 1.
+#[inline]
+pub fn hammersley(index: u32, total: u32) -> [f32; 2] {
+    let x = (f64::from(index) + 0.5) / f64::from(total.max(1));
+    [min(x as f32, ONE_MINUS_EPSILON), centred(index.reverse_bits())]
+}
+
+/// Point `index` of the Owen-scrambled Sobol (0,2)-sequence of a seed. Any index, in any order.
+#[inline]
+pub fn sobol(seed: u32, index: u32) -> [f32; 2] {
+    let order = permute(index.reverse_bits(), mix(seed)).reverse_bits();
+    let x = permute(order, mix(seed ^ 0x5851_f42d));
+    let y = permute(pascal(order), mix(seed ^ 0x1405_7b7e));
+    [centred(x.reverse_bits()), centred(y.reverse_bits())]
+}
+
+/// The digits of the second Sobol coordinate, least significant first: digit j is the parity of the digits i of
+/// the index with binomial(i, j) odd, which are the i that contain the bits of j (Lucas).
+fn pascal(index: u32) -> u32 {
+    [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)]
+        .iter()
+        .fold(index, |digits, (shift, without_bit)| digits ^ ((digits >> shift) & without_bit))
+}
+
+/// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
+fn permute(x: u32, seed: u32) -> u32 {
+    let x = x.wrapping_add(seed);
+    [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6]
+        .iter()
+        .fold(x, |x, &even| x ^ x.wrapping_mul(even))
+}
+
+/// An integer hash with nearly ideal avalanche (Wellons 2018, "lowbias32").
+fn mix(x: u32) -> u32 {
+    let x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    let x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+/// The centre of the cell of 2^-23 that holds a fraction of 32 bits.
+fn centred(fraction: u32) -> f32 {
+    (2 * (fraction >> 9) + 1) as f32 * (1.0 / 16_777_216.0)
+}

@@ -1,0 +1,89 @@
+//! A prepared shading point: what the library knows of a product besides its cells, and the estimate of its integral.
+
+use crate::environment::Environment;
+use crate::lobe::Lobes;
+use crate::numeric::{exp2i, luminance};
+use crate::product::Product;
+use crate::query::Query;
+use crate::sphere::{Frame, direction};
+use crate::status::{Result, Status};
+use core::f64::consts::PI;
+use glam::Vec3;
+
+/// The first bytes of a product.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Header {
+    /// Marks a product of this version.
+    pub magic: u64,
+    /// Bytes of the whole.
+    pub bytes: u64,
+    /// The content id of its environment.
+    pub environment: u64,
+    /// The shading point; of size 0 if the BRDF was a callback.
+    pub query: Query,
+    /// world_from_map, column by column.
+    pub frame: [f32; 9],
+    /// The average product over the square, in the units of what is stored.
+    pub average: f32,
+    /// The stored BRDF is its own times `2^-exponent`.
+    pub exponent: i32,
+    /// Inner nodes.
+    pub squares: u32,
+    /// Leaves.
+    pub leaves: u32,
+    /// BRDF evaluations that the build spent.
+    pub evaluations: u32,
+    /// Always 0.
+    pub reserved: [u32; 3],
+}
+
+/// "wis-prd" and the version of the format.
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x01");
+
+impl Header {
+    /// The frame in which the product was prepared.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame {
+        Frame::from_array(&self.frame)
+    }
+
+    /// What a stored integral over the square is in the units of the input.
+    fn unit(&self, environment: &Environment) -> f64 {
+        4.0 * PI * exp2i(environment.header.exponent) * exp2i(self.exponent)
+    }
+
+    /// An approximation of the integral of luminance x BRDF x cosine over directions.
+    pub fn estimate(&self, environment: &Environment) -> f64 {
+        f64::from(self.average) * self.unit(environment)
+    }
+
+    /// The approximation of the integral of radiance x BRDF x cosine, channel by channel: the leaves' shares, each
+    /// in the colour of its light and of the BRDF at its centre. Costs a BRDF evaluation for each leaf.
+    ///
+    /// # Errors
+    /// [`Status::NotBuilt`] if the environment has no RGB or the BRDF was a callback.
+    pub fn estimate_rgb(&self, environment: &Environment, product: &Product) -> Result<[f64; 3]> {
+        if environment.rgb.is_empty() && environment.header.squares > 0 || self.query.size == 0 {
+            return Err(Status::NotBuilt);
+        }
+        let lobes = Lobes::new(&self.query)?;
+        let frame = self.frame();
+        let mut sum = [0.0f64; 3];
+        for (leaf, share) in product.shares() {
+            let wi: Vec3 = frame.to_world(direction(leaf.centre()));
+            let light = hue(environment.rgb(leaf.light()));
+            let brdf = hue(lobes.rgb(wi));
+            for ((sum, light), brdf) in sum.iter_mut().zip(light).zip(brdf) {
+                *sum += f64::from(share) * light * brdf;
+            }
+        }
+        Ok(sum.map(|s| s * self.unit(environment)))
+    }
+}
+
+/// A colour divided by its luminance; black counts as grey.
+fn hue(rgb: [f32; 3]) -> [f64; 3] {
+    let luminance = f64::from(luminance(rgb));
+    rgb.map(|c| if luminance > 0.0 { f64::from(c) / luminance } else { 1.0 })
+}

@@ -1,0 +1,86 @@
+//! What a call answers, and where the fault is when it cannot do what was asked.
+
+use core::ffi::CStr;
+
+/// The answer of every call that can fail.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Status {
+    /// The call did what was asked.
+    Ok = 0,
+    /// A pointer that must not be null is null.
+    NullPointer = 1,
+    /// A value is outside the range that its comment states.
+    InvalidArgument = 2,
+    /// The first field of a struct is not the size of that struct.
+    InvalidStructSize = 3,
+    /// The memory is shorter than the size query said.
+    MemoryTooSmall = 4,
+    /// A pointer or a stride is not a multiple of the alignment that its comment states.
+    Misaligned = 5,
+    /// Sizes that were asked for overflow, or exceed what the format can address.
+    Overflow = 6,
+    /// A texel is NaN, infinite or negative, and the policy is to reject it.
+    InvalidTexel = 7,
+    /// A matrix is not a rotation or reflection within 1e-4, or a direction is not of unit length within 1e-3.
+    InvalidTransform = 8,
+    /// The product was prepared with another environment, or the memory does not hold such an object.
+    Mismatch = 9,
+    /// The bytes are not an object that this version wrote, or they were changed.
+    Corrupt = 10,
+    /// The density of that direction is 0: no u leads there.
+    ZeroDensity = 11,
+    /// A callback failed or returned a value that is NaN, infinite or negative.
+    CallbackFailed = 12,
+    /// The object was built without what the call needs (RGB, the compensated distribution).
+    NotBuilt = 13,
+}
+
+impl Status {
+    /// A sentence for a log, in English.
+    pub const fn message(self) -> &'static CStr {
+        match self {
+            Status::Ok => c"ok",
+            Status::NullPointer => c"a pointer that must not be null is null",
+            Status::InvalidArgument => c"an argument is outside its documented range",
+            Status::InvalidStructSize => c"the size field of a struct does not match this version",
+            Status::MemoryTooSmall => c"the memory is shorter than the size query said",
+            Status::Misaligned => c"a pointer or stride is not aligned as documented",
+            Status::Overflow => c"the requested sizes overflow",
+            Status::InvalidTexel => c"a texel is NaN, infinite or negative",
+            Status::InvalidTransform => c"a matrix is not a rotation or reflection, or a direction is not of unit length",
+            Status::Mismatch => c"the product was prepared with another environment",
+            Status::Corrupt => c"the bytes are not a valid object of this version",
+            Status::ZeroDensity => c"the density of the direction is zero",
+            Status::CallbackFailed => c"a callback failed or returned an invalid value",
+            Status::NotBuilt => c"the object was built without what the call needs",
+        }
+    }
+}
+
+impl Status {
+    /// The status with this number.
+    pub fn from_code(code: u32) -> Option<Status> {
+        const ALL: [Status; 14] = [
+            Status::Ok,
+            Status::NullPointer,
+            Status::InvalidArgument,
+            Status::InvalidStructSize,
+            Status::MemoryTooSmall,
+            Status::Misaligned,
+            Status::Overflow,
+            Status::InvalidTexel,
+            Status::InvalidTransform,
+            Status::Mismatch,
+            Status::Corrupt,
+            Status::ZeroDensity,
+            Status::CallbackFailed,
+            Status::NotBuilt,
+        ];
+        ALL.get(code as usize).copied()
+    }
+}
+
+/// `Ok(value)` or a status other than [`Status::Ok`].
+pub type Result<T> = core::result::Result<T, Status>;

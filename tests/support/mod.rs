@@ -1,0 +1,267 @@
+//! What the integration tests share: environments and products built through the C boundary, in aligned memory.
+#![allow(dead_code)]
+
+use std::ptr::{null, null_mut};
+use wis::descent::Sample;
+use wis::ffi::environment::*;
+use wis::ffi::product::*;
+use wis::ffi::{Diagnostic, MemorySize};
+use wis::query::*;
+use wis::status::Status;
+
+/// Memory as a client gives it: 16-byte aligned, filled with a pattern so that nothing relies on zeros.
+pub struct Memory(Vec<u128>);
+
+impl Memory {
+    pub fn new(bytes: usize) -> Memory {
+        Memory(vec![0xa5a5_a5a5_a5a5_a5a5_a5a5_a5a5_a5a5_a5a5; bytes.div_ceil(16)])
+    }
+
+    pub fn pointer(&mut self) -> *mut std::ffi::c_void {
+        self.0.as_mut_ptr().cast()
+    }
+
+    pub fn len(&self) -> usize {
+        self.0.len() * 16
+    }
+
+    pub fn bytes(&self) -> &[u8] {
+        // SAFETY: any bit pattern is a byte.
+        unsafe { std::slice::from_raw_parts(self.0.as_ptr().cast(), self.len()) }
+    }
+}
+
+/// An environment and the memory that it lives in.
+pub struct Environment {
+    pub memory: Memory,
+    pub handle: *const wis::ffi::environment::Environment,
+    pub info: EnvironmentInfo,
+}
+
+// SAFETY: environments are constant once built.
+unsafe impl Sync for Environment {}
+
+/// A map for tests.
+#[derive(Clone)]
+pub struct Map {
+    pub width: u32,
+    pub height: u32,
+    pub channels: u32,
+    pub layout: u32,
+    pub pixels: Vec<f32>,
+}
+
+impl Map {
+    pub fn latlong(width: u32, height: u32, mut luminance: impl FnMut(u32, u32) -> f32) -> Map {
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| luminance(x, y)).collect();
+        Map { width, height, channels: 1, layout: WIS_LAYOUT_LATLONG, pixels }
+    }
+
+    pub fn config(&self, resolution: u32, flags: u32) -> EnvironmentConfig {
+        EnvironmentConfig {
+            size: size_of::<EnvironmentConfig>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format: WIS_FORMAT_F32,
+            flags,
+            storage: WIS_STORAGE_PYRAMID,
+            resolution,
+            error_budget: 0.0,
+            pixels: self.pixels.as_ptr().cast(),
+            row_stride: 0,
+            row: None,
+            row_user: null_mut(),
+        }
+    }
+
+    pub fn build(&self, resolution: u32, flags: u32) -> Environment {
+        build(&self.config(resolution, flags)).expect("the map is valid")
+    }
+}
+
+/// Builds an environment in one call.
+pub fn build(config: &EnvironmentConfig) -> Result<Environment, (Status, Diagnostic)> {
+    let mut size = MemorySize::default();
+    let mut diagnostic = Diagnostic::default();
+    // SAFETY: all pointers are valid.
+    let status = unsafe { wis_environment_size(config, &mut size, &mut diagnostic) };
+    if status != Status::Ok {
+        return Err((status, diagnostic));
+    }
+    let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+    let mut handle = null();
+    let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
+    // SAFETY: all pointers are valid and the blocks as long as the library said.
+    let status = unsafe {
+        wis_environment_init(
+            config,
+            memory.pointer(),
+            size.bytes,
+            scratch.pointer(),
+            size.scratch_bytes,
+            &mut handle,
+            &mut info,
+            &mut diagnostic,
+        )
+    };
+    if status == Status::Ok { Ok(Environment { memory, handle, info }) } else { Err((status, diagnostic)) }
+}
+
+impl Environment {
+    pub fn sample(&self, distribution: u32, matrix: Option<&[f32; 9]>, u: [f32; 2]) -> Sample {
+        let mut sample = Sample::default();
+        let matrix = matrix.map_or(null(), |m| m as *const _);
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_environment_sample(self.handle, distribution, matrix, &u, &mut sample) };
+        assert_eq!(status, Status::Ok);
+        sample
+    }
+
+    pub fn pdf(&self, distribution: u32, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> f32 {
+        let mut pdf = -1.0;
+        let matrix = matrix.map_or(null(), |m| m as *const _);
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_environment_pdf(self.handle, distribution, matrix, &wi, &mut pdf) };
+        assert_eq!(status, Status::Ok);
+        pdf
+    }
+
+    pub fn invert(&self, distribution: u32, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> Option<[f32; 2]> {
+        let mut u = [-1.0; 2];
+        let matrix = matrix.map_or(null(), |m| m as *const _);
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_environment_invert(self.handle, distribution, matrix, &wi, &mut u) };
+        if status == Status::Ok { Some(u) } else { None }
+    }
+
+    pub fn prepare(&self, query: &Query, config: &ProductConfig) -> Product<'_> {
+        let mut size = MemorySize::default();
+        let mut handle = null();
+        // SAFETY: all pointers are valid.
+        unsafe {
+            assert_eq!(wis_product_size(config, &mut size, null_mut()), Status::Ok);
+            let mut memory = Memory::new(size.bytes);
+            let block = memory.pointer();
+            let status = wis_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
+            assert_eq!(status, Status::Ok);
+            Product { environment: self, memory, handle }
+        }
+    }
+}
+
+/// A product and the memory that it lives in.
+pub struct Product<'a> {
+    pub environment: &'a Environment,
+    pub memory: Memory,
+    pub handle: *const wis::ffi::product::Product,
+}
+
+impl Product<'_> {
+    pub fn sample(&self, u: [f32; 2]) -> Sample {
+        let mut sample = Sample::default();
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
+        assert_eq!(status, Status::Ok);
+        sample
+    }
+
+    pub fn pdf(&self, wi: [f32; 3]) -> f32 {
+        let mut pdf = -1.0;
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
+        assert_eq!(status, Status::Ok);
+        pdf
+    }
+
+    pub fn invert(&self, wi: [f32; 3]) -> Option<[f32; 2]> {
+        let mut u = [-1.0; 2];
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_product_invert(self.environment.handle, self.handle, &wi, &mut u) };
+        if status == Status::Ok { Some(u) } else { None }
+    }
+
+    pub fn estimate(&self) -> f64 {
+        let mut luminance = -1.0;
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_product_estimate(self.environment.handle, self.handle, &mut luminance) };
+        assert_eq!(status, Status::Ok);
+        luminance
+    }
+
+    pub fn info(&self) -> ProductInfo {
+        let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..Default::default() };
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_product_describe(self.environment.handle, self.handle, &mut info) };
+        assert_eq!(status, Status::Ok);
+        info
+    }
+
+    /// The bytes that are the product.
+    pub fn bytes(&self) -> &[u8] {
+        &self.memory.bytes()[..self.info().bytes as usize]
+    }
+}
+
+/// The default configuration.
+pub fn product_config() -> ProductConfig {
+    ProductConfig {
+        size: size_of::<ProductConfig>() as u32,
+        cpu_level: 0,
+        max_squares: 0,
+        max_evaluations: 0,
+        world_from_map: null(),
+    }
+}
+
+pub fn lambert(albedo: f32) -> Lobe {
+    Lobe { kind: WIS_LOBE_LAMBERT, weight: [albedo; 3], ..Lobe::default() }
+}
+
+pub fn ggx(alpha: f32) -> Lobe {
+    Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
+}
+
+/// A shading point with up to four lobes.
+pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[Lobe]) -> Query {
+    let mut query =
+        Query { size: size_of::<Query>() as u32, lobe_count: lobes.len() as u32, normal, wo, ..Query::default() };
+    query.lobe[..lobes.len()].copy_from_slice(lobes);
+    query
+}
+
+/// A unit vector.
+pub fn normalise(v: [f64; 3]) -> [f32; 3] {
+    let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    v.map(|c| (c / length) as f32)
+}
+
+/// A fast generator of uniform numbers for tests (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In (0, 1), a multiple of 2^-24 plus half of that, as clients of 24 bits have it.
+    pub fn f32(&mut self) -> f32 {
+        ((self.bits() >> 40) as f32 + 0.5) / 16_777_216.0
+    }
+
+    pub fn f64(&mut self) -> f64 {
+        ((self.bits() >> 11) as f64 + 0.5) / 9_007_199_254_740_992.0
+    }
+
+    pub fn direction(&mut self) -> [f64; 3] {
+        let z = 2.0 * self.f64() - 1.0;
+        let phi = std::f64::consts::TAU * self.f64();
+        let r = (1.0 - z * z).sqrt();
+        [r * phi.cos(), r * phi.sin(), z]
+    }
+}

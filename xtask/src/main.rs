@@ -1,0 +1,28 @@
+//! Chores of the repository that need Rust: `cargo run -p xtask -- header [--check]`.
+
+mod header;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo run -p xtask -- header [--check]
+  header          writes include/wis.h from the C boundary in src/
+  header --check  fails if include/wis.h differs by a byte from what `header` would write";
+
+fn main() -> ExitCode {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match arguments.as_slice() {
+        ["header"] => header::write(&root),
+        ["header", "--check"] => header::check(&root),
+        _ => Err(USAGE.into()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}

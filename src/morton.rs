@@ -14,7 +14,9 @@ pub const fn cells(n: u32, depth: u32) -> Option<usize> {
 /// The Morton code of cell `t`; n depth must be at most 64 bits.
 #[inline]
 pub fn encode<const N: usize>(t: [u32; N], depth: u32) -> u64 {
-    (0..depth).rev().fold(0, |code, bit| t.iter().fold(code, |code, t| (code << 1) | u64::from(t.wrapping_shr(bit) & 1)))
+    (0..depth)
+        .rev()
+        .fold(0, |code, bit| t.iter().fold(code, |code, t| (code << 1) | u64::from(t.wrapping_shr(bit) & 1)))
 }
 
 /// The cell whose Morton code is `code`: the inverse of [`encode`].

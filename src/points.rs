@@ -50,9 +50,7 @@ fn pascal(index: u32) -> u32 {
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
 fn permute(x: u32, seed: u32) -> u32 {
     let x = x.wrapping_add(seed);
-    [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6]
-        .iter()
-        .fold(x, |x, &even| x ^ x.wrapping_mul(even))
+    [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6].iter().fold(x, |x, &even| x ^ x.wrapping_mul(even))
 }
 
 /// An integer hash with nearly ideal avalanche (Wellons 2018, "lowbias32").

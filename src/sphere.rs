@@ -154,11 +154,7 @@ pub fn direction_f64(s: [f64; 2]) -> [f64; 3] {
     let horizontal = radius * libm::sqrt((2.0 - radius * radius).max(0.0));
     let z = 1.0 - radius * radius;
     let signed = |negative: bool, v: f64| if negative { -v } else { v };
-    [
-        signed(x < 0.0, horizontal * libm::cos(angle)),
-        signed(y < 0.0, horizontal * libm::sin(angle)),
-        signed(south, z),
-    ]
+    [signed(x < 0.0, horizontal * libm::cos(angle)), signed(y < 0.0, horizontal * libm::sin(angle)), signed(south, z)]
 }
 
 /// A rotation or reflection of world space against map space; the matrix is orthonormal to f32 precision.

@@ -49,7 +49,9 @@ impl Status {
             Status::Misaligned => c"a pointer or stride is not aligned as documented",
             Status::Overflow => c"the requested sizes overflow",
             Status::InvalidTexel => c"a texel is NaN, infinite or negative",
-            Status::InvalidTransform => c"a matrix is not a rotation or reflection, or a direction is not of unit length",
+            Status::InvalidTransform => {
+                c"a matrix is not a rotation or reflection, or a direction is not of unit length"
+            }
             Status::Mismatch => c"the product was prepared with another environment",
             Status::Corrupt => c"the bytes are not a valid object of this version",
             Status::ZeroDensity => c"the density of the direction is zero",

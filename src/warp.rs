@@ -2,7 +2,7 @@
 //! and the in-place warp of a whole batch.
 //!
 //! Clarberg et al. 2005, "Wavelet Importance Sampling", Section 4.2 and Fig. 5: each square splits its points
-//! in one axis after another by the masses of the halves. Every split is an increasing bijection, so is the
+//! in one axis after another by the masses of the splits. Every split is an increasing bijection, so is the
 //! whole warp; its Jacobian is 1 / pdf, and well-spread points stay well spread.
 
 pub use crate::numeric::ONE_MINUS_EPSILON;
@@ -17,14 +17,10 @@ const SMALLEST_SPLIT: f32 = 1.0 / 16_777_216.0;
 /// `u` moved into [0, 1 - 2^-24]; NaN counts as 1/2.
 #[inline]
 pub fn clamp_u(u: f32) -> f32 {
-    if u.is_nan() {
-        0.5
-    } else {
-        min(max(u, 0.0), ONE_MINUS_EPSILON)
-    }
+    if u.is_nan() { 0.5 } else { min(max(u, 0.0), ONE_MINUS_EPSILON) }
 }
 
-/// The probabilities of the two halves of a split. Every sample, pdf and invert of the library decides by it.
+/// The probabilities of the two splits of a split. Every sample, pdf and invert of the library decides by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
     lower: f32,
@@ -36,34 +32,45 @@ impl Split {
     #[inline(always)]
     pub fn new(lower: f32, upper: f32) -> Split {
         let total = lower + upper;
-        let ratio = if total > 0.0 { lower / total } else { 0.5 };
+        let ratio = lower / max(total, f32::from_bits(1));
         let least = if lower > 0.0 { SMALLEST_SPLIT } else { 0.0 };
         let most = if upper > 0.0 { ONE_MINUS_EPSILON } else { 1.0 };
-        Split { lower: min(max(ratio, least), most) }
+        let neither = if total > 0.0 { 0.0 } else { 0.5 };
+        Split { lower: min(max(ratio, least), most) + neither }
     }
 
     /// The side that `u` in [0, 1 - 2^-24] falls into, 0 = lower and 1 = upper, and its position inside that
     /// side, again in [0, 1 - 2^-24]. A side of probability 0 is never entered.
     #[inline(always)]
     pub fn take(self, u: f32) -> (u32, f32) {
-        let p = self.lower;
-        let upper = u >= p;
-        let (offset, width) = if upper { (u - p, 1.0 - p) } else { (u, p) };
-        (u32::from(upper), min(offset / width, ONE_MINUS_EPSILON))
+        let side = u32::from(u >= self.lower);
+        let offset = u - side as f32 * self.lower;
+        (side, min(offset / self.probability(side), ONE_MINUS_EPSILON))
     }
 
     /// The factor by which the split multiplies the density on a side: twice its probability.
     #[inline(always)]
     pub fn density(self, side: u32) -> f32 {
-        2.0 * if side == 0 { self.lower } else { 1.0 - self.lower }
+        2.0 * self.probability(side)
     }
 
     /// The inverse of [`Split::take`] on a side of positive probability.
     #[inline(always)]
     pub fn undo(self, side: u32, u: f32) -> f32 {
-        let p = self.lower;
-        let outer = if side == 0 { u * p } else { p + u * (1.0 - p) };
-        min(outer, ONE_MINUS_EPSILON)
+        min(side as f32 * self.lower + u * self.probability(side), ONE_MINUS_EPSILON)
+    }
+
+    /// p or 1 - p, exactly, and without a branch: which side is taken cannot be predicted.
+    #[inline(always)]
+    fn probability(self, side: u32) -> f32 {
+        (side as f32 - self.lower).abs()
+    }
+
+    /// One of two splits, exactly, and without a branch.
+    #[inline(always)]
+    fn choose(side: u32, lower: Split, upper: Split) -> Split {
+        let b = side as f32;
+        Split { lower: (1.0 - b) * lower.lower + b * upper.lower }
     }
 }
 
@@ -73,7 +80,7 @@ impl Split {
 pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2], f32) {
     let mut u = u;
     let mut density = 1.0;
-    let child = Halves::new(masses).take(&mut u, &mut density);
+    let child = Splits::new(masses).take(&mut u, &mut density);
     (child, u, density)
 }
 
@@ -81,7 +88,7 @@ pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2], f32) {
 #[inline(always)]
 pub fn quad_density(masses: [f32; 4], child: u32) -> f32 {
     let mut density = 1.0;
-    Halves::new(masses).multiply_density::<2>(child, &mut density);
+    Splits::new(masses).multiply_density::<2>(child, &mut density);
     density
 }
 
@@ -89,7 +96,7 @@ pub fn quad_density(masses: [f32; 4], child: u32) -> f32 {
 #[inline(always)]
 pub fn undo_quad(masses: [f32; 4], child: u32, u: [f32; 2]) -> [f32; 2] {
     let mut u = u;
-    Halves::new(masses).undo(child, &mut u);
+    Splits::new(masses).undo(child, &mut u);
     u
 }
 
@@ -177,7 +184,7 @@ pub fn sample<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, u:
     let mut pdf = 1.0;
     let mut node = hierarchy.root();
     while let (Some(here), true) = (node, cell.level < hierarchy.depth()) {
-        let child = Halves::new(hierarchy.masses(here)).take(&mut u, &mut pdf);
+        let child = Splits::new(hierarchy.masses(here)).take(&mut u, &mut pdf);
         cell = cell.child(child);
         node = hierarchy.child(here, child);
     }
@@ -197,7 +204,7 @@ pub fn pdf<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point
     for level in 0..depth {
         let Some(here) = node else { break };
         let child = child_of(cells, depth - 1 - level);
-        Halves::new(hierarchy.masses(here)).multiply_density::<N>(child, &mut pdf);
+        Splits::new(hierarchy.masses(here)).multiply_density::<N>(child, &mut pdf);
         node = hierarchy.child(here, child);
     }
     pdf
@@ -227,7 +234,7 @@ pub fn invert<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, po
     }
     let mut u = point.map(|y| locate(y, leaf_level).1);
     for (here, child) in path.iter().rev().flatten() {
-        Halves::new(hierarchy.masses(*here)).undo(*child, &mut u);
+        Splits::new(hierarchy.masses(*here)).undo(*child, &mut u);
     }
     Ok(u)
 }
@@ -264,17 +271,17 @@ fn warp_square<const C: usize, const N: usize, H: Hierarchy<C>>(
     batch: Batch<N>,
 ) {
     if let (Some(here), true) = (node, cell.level < hierarchy.depth()) {
-        warp_half(hierarchy, here, &Halves::new(hierarchy.masses(here)), (1, 0), cell, batch);
+        warp_half(hierarchy, here, &Splits::new(hierarchy.masses(here)), (1, 0), cell, batch);
     } else {
         batch.points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth()));
     }
 }
 
-/// Splits the points of a half (its number in [`Halves`], and the axis to split) until the halves are children.
+/// Splits the points of a half (its number in [`Splits`], and the axis to split) until the splits are children.
 fn warp_half<const C: usize, const N: usize, H: Hierarchy<C>>(
     hierarchy: &H,
     here: H::Node,
-    halves: &Halves<C>,
+    splits: &Splits<C>,
     (half, axis): (usize, usize),
     cell: Cell<N>,
     batch: Batch<N>,
@@ -286,9 +293,9 @@ fn warp_half<const C: usize, const N: usize, H: Hierarchy<C>>(
         let child = (half & (C - 1)) as u32;
         return warp_square(hierarchy, hierarchy.child(here, child), cell.child(child), batch);
     }
-    let (lower, upper) = batch.split(halves.split(half), axis);
-    warp_half(hierarchy, here, halves, (2 * half, axis + 1), cell, lower);
-    warp_half(hierarchy, here, halves, (2 * half + 1, axis + 1), cell, upper);
+    let (lower, upper) = batch.split(splits.heap[half & (MAX_CHILDREN - 1)], axis);
+    warp_half(hierarchy, here, splits, (2 * half, axis + 1), cell, lower);
+    warp_half(hierarchy, here, splits, (2 * half + 1, axis + 1), cell, upper);
 }
 
 /// Points and what they were numbered before.
@@ -369,65 +376,81 @@ impl<const N: usize> Cell<N> {
     }
 }
 
-/// The masses of the halves of every split of a square: a heap in which node 1 is the square, node `i` splits
-/// into `2 i` and `2 i + 1`, and child `c` is node `C + c`. Pairwise sums keep equal children at exactly 1/2.
-struct Halves<const C: usize> {
-    mass: [f32; 32],
+/// The splits of a square as a heap: node 1 splits axis 1, and the sides of node `i` are nodes `2 i` and `2 i + 1`,
+/// down to child `c`, which is node `C + c`.
+#[derive(Clone, Copy)]
+struct Splits<const C: usize> {
+    heap: [Split; MAX_CHILDREN],
 }
 
-impl<const C: usize> Halves<C> {
+const MAX_CHILDREN: usize = 16;
+
+impl<const C: usize> Splits<C> {
+    /// All splits at once: their divisions do not wait for one another. Pairwise sums keep equal children at 1/2.
     #[inline(always)]
     fn new(children: [f32; C]) -> Self {
-        let mut mass = [0.0; 32];
-        for (c, m) in children.into_iter().enumerate() {
-            mass[(C + c) & 31] = m;
+        const { assert!(C <= MAX_CHILDREN) };
+        let mut mass = [0.0; 2 * MAX_CHILDREN];
+        for (c, child) in children.into_iter().enumerate() {
+            mass[C + c] = child;
         }
-        for node in (2..C & 31).rev() {
-            mass[node] = mass[(2 * node) & 31] + mass[(2 * node + 1) & 31];
+        let mut heap = [Split { lower: 0.5 }; MAX_CHILDREN];
+        for node in (1..C).rev() {
+            let (lower, upper) = (mass[2 * node], mass[2 * node + 1]);
+            mass[node] = lower + upper;
+            heap[node] = Split::new(lower, upper);
         }
-        Halves { mass }
+        Splits { heap }
+    }
+
+    /// The splits of one side of the first axis.
+    #[inline(always)]
+    fn side(self, side: u32) -> Self {
+        let mut heap = self.heap;
+        for node in 1..C / 2 {
+            let width = 1 << node.ilog2();
+            heap[node] = Split::choose(side, self.heap[node + width], self.heap[node + 2 * width]);
+        }
+        Splits { heap }
     }
 
     #[inline(always)]
-    fn split(&self, node: usize) -> Split {
-        Split::new(self.mass[(2 * node) & 31], self.mass[(2 * node + 1) & 31])
-    }
-
-    #[inline(always)]
-    fn take<const N: usize>(&self, u: &mut [f32; N], density: &mut f32) -> u32 {
-        let mut node = 1;
+    fn take<const N: usize>(self, u: &mut [f32; N], density: &mut f32) -> u32 {
+        let mut splits = self;
+        let mut child = 0;
         for u in u {
-            let split = self.split(node);
+            let split = splits.heap[1];
             let (side, inside) = split.take(*u);
             *u = inside;
             multiply(density, split.density(side));
-            node = 2 * node + side as usize;
+            child = 2 * child + side;
+            splits = splits.side(side);
         }
-        (node & (C - 1)) as u32
+        child
     }
 
     #[inline(always)]
     fn multiply_density<const N: usize>(&self, child: u32, density: &mut f32) {
         for axis in 0..N {
-            let (node, side) = self.step::<N>(child, axis);
-            multiply(density, self.split(node).density(side));
+            let (split, side) = self.step::<N>(child, axis);
+            multiply(density, split.density(side));
         }
     }
 
     #[inline(always)]
     fn undo<const N: usize>(&self, child: u32, u: &mut [f32; N]) {
         for (axis, u) in u.iter_mut().enumerate() {
-            let (node, side) = self.step::<N>(child, axis);
-            *u = self.split(node).undo(side, *u);
+            let (split, side) = self.step::<N>(child, axis);
+            *u = split.undo(side, *u);
         }
     }
 
-    /// The heap node that splits `axis` on the way to `child`, and the side of the child.
+    /// The split of `axis` on the way to `child`, and the side of the child.
     #[inline(always)]
-    fn step<const N: usize>(&self, child: u32, axis: usize) -> (usize, u32) {
+    fn step<const N: usize>(&self, child: u32, axis: usize) -> (Split, u32) {
         let below = (N - axis) as u32;
         let node = (C + child as usize) >> below;
-        (node, (child >> (below - 1)) & 1)
+        (self.heap[node & (MAX_CHILDREN - 1)], (child >> (below - 1)) & 1)
     }
 }
 

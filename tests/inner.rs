@@ -90,7 +90,8 @@ fn check_points<const N: usize, const C: usize, const K: usize, const M: usize>(
         for axis in 0..N {
             assert_eq!(f64::from(cell[axis]), doubles(&point["cell"])[axis]);
             let cells = f64::from(1u32 << depth);
-            let error = f64::from(sampled.point[axis]) * cells - f64::from(cell[axis]) - doubles(&point["offset"])[axis];
+            let error =
+                f64::from(sampled.point[axis]) * cells - f64::from(cell[axis]) - doubles(&point["offset"])[axis];
             assert!(error.abs() <= 16.0 * EPS / axis_prob[axis] + EPS * cells, "{point} {error}");
         }
         let least = axis_prob.iter().copied().fold(1.0, f64::min);

@@ -85,7 +85,8 @@ fn budget_zero_drops_constant_squares_only() {
         assert_eq!(pruning.error, 0.0);
         assert!(sparse.squares.len() < complete.squares.len());
         assert_eq!(sparse.pixels::<2>(), complete.pixels::<2>());
-        let parent = |s: usize, link: &Link| link.mask == 0 && sparse.squares[s].iter().all(|v| *v == sparse.squares[s][0]);
+        let parent =
+            |s: usize, link: &Link| link.mask == 0 && sparse.squares[s].iter().all(|v| *v == sparse.squares[s][0]);
         assert!(!sparse.links.iter().enumerate().any(|(s, link)| parent(s, link)), "a constant square was kept");
     }
 }
@@ -154,7 +155,8 @@ fn costs_are_not_monotone_along_a_path() {
     pixels[1][..2].copy_from_slice(&[0.0, 0.0]);
     let complete = Stored::<4>::complete::<2>(2, pixels.as_flattened());
     let constant = Stored { squares: vec![], links: vec![], ..complete.clone() };
-    let root_only = Stored { squares: complete.squares[..1].to_vec(), links: vec![Link::default()], ..complete.clone() };
+    let root_only =
+        Stored { squares: complete.squares[..1].to_vec(), links: vec![Link::default()], ..complete.clone() };
     let (whole, child) = (added_variance::<4, 2>(&complete, &constant), added_variance::<4, 2>(&complete, &root_only));
     assert!(whole < 0.31 && child > 0.42);
     assert_eq!(complete.pruned(0.35).1.squares, 0);

@@ -166,7 +166,10 @@ fn lossless_pruning_changes_no_bit() {
         for u in points::<2>(seed, 2000) {
             let (a, b) = (sample(&complete.tree(), u), sample(&sparse.tree(), u));
             assert_eq!((bits(a.point), a.pdf.to_bits()), (bits(b.point), b.pdf.to_bits()));
-            assert_eq!(warp::invert(&complete.tree(), a.point).map(bits), warp::invert(&sparse.tree(), a.point).map(bits));
+            assert_eq!(
+                warp::invert(&complete.tree(), a.point).map(bits),
+                warp::invert(&sparse.tree(), a.point).map(bits)
+            );
         }
     }
 }
@@ -199,7 +202,8 @@ fn the_density_integrates_to_one() {
 #[test]
 fn frequencies_follow_the_pdf() {
     use statrs::distribution::{ChiSquared, ContinuousCDF};
-    let stored = Stored::<4>::complete::<2>(4, &Random(11).image(256).iter().map(|x| x.min(8.0) + 0.5).collect::<Vec<_>>());
+    let stored =
+        Stored::<4>::complete::<2>(4, &Random(11).image(256).iter().map(|x| x.min(8.0) + 0.5).collect::<Vec<_>>());
     let mut counts = [0.0; 256];
     let mut random = Random(12);
     let total = 1 << 20;
@@ -217,7 +221,9 @@ fn well_spread_points_stay_well_spread() {
     let stored = Stored::<4>::complete::<2>(5, &Random(13).image(1024));
     let cells = |points: &mut dyn Iterator<Item = [f32; 2]>| {
         let mut counts = [0.0; 16];
-        points.for_each(|u| counts[support::pixel_index(support::pixel_of(sample(&stored.tree(), u).point, 2), 2)] += 1.0);
+        points.for_each(|u| {
+            counts[support::pixel_index(support::pixel_of(sample(&stored.tree(), u).point, 2), 2)] += 1.0
+        });
         counts
     };
     let mass: Vec<f64> = support::centres::<2>(5).map(|y| f64::from(warp::pdf(&stored.tree(), y)) / 1024.0).collect();
@@ -230,7 +236,8 @@ fn well_spread_points_stay_well_spread() {
 
 #[test]
 fn a_side_without_mass_is_never_entered() {
-    for (lower, upper, side) in [(0.0, 1.0, 1), (1.0, 0.0, 0), (0.0, f32::from_bits(1), 1), (f32::from_bits(1), 0.0, 0)] {
+    for (lower, upper, side) in [(0.0, 1.0, 1), (1.0, 0.0, 0), (0.0, f32::from_bits(1), 1), (f32::from_bits(1), 0.0, 0)]
+    {
         let split = Split::new(lower, upper);
         for u in [0.0, f32::from_bits(1), 0.5, ONE_MINUS_EPSILON] {
             assert_eq!(split.take(u), (side, u));
@@ -287,7 +294,10 @@ fn quads_split_as_trees_do() {
 #[test]
 fn axis_one_splits_first() {
     let (child, inside, density) = warp::take_quad([1.0, 2.0, 0.0, 5.0], [0.25, 0.5]);
-    assert_eq!((child, inside, density), (1, [0.25 / 0.375, (0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0)], 4.0 * 0.375 * (1.0 - 1.0 / 3.0)));
+    assert_eq!(
+        (child, inside, density),
+        (1, [0.25 / 0.375, (0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0)], 4.0 * 0.375 * (1.0 - 1.0 / 3.0))
+    );
 }
 
 #[test]

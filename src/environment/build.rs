@@ -216,7 +216,8 @@ pub fn complete(config: &Config, grid: &Grid, trees: &mut Trees, header: &mut He
         header.compensated_average = fill(config.depth, trees.compensated, compensated)?;
     }
     if config.rgb {
-        header.rgb_average = fill_rgb(config.depth, trees.rgb, |t| at(grid.rgb, t, cells).map(|c| normal.apply(c.into())))?;
+        header.rgb_average =
+            fill_rgb(config.depth, trees.rgb, |t| at(grid.rgb, t, cells).map(|c| normal.apply(c.into())))?;
     }
     Ok(())
 }

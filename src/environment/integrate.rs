@@ -18,13 +18,7 @@ pub trait Texels<const N: usize> {
 }
 
 /// The average of the map over cell `(i, j)` of `cells` x `cells` (a power of two, at least 2).
-pub fn cell_average<const N: usize>(
-    pixels: &Pixels,
-    texels: &impl Texels<N>,
-    cells: u32,
-    i: u32,
-    j: u32,
-) -> [f64; N] {
+pub fn cell_average<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, cells: u32, i: u32, j: u32) -> [f64; N] {
     let width = 1.0 / f64::from(cells);
     let x = [f64::from(i) * width, f64::from(i + 1) * width];
     let y = [f64::from(j) * width, f64::from(j + 1) * width];
@@ -190,7 +184,8 @@ fn cube_cell<const N: usize>(
 ) -> [f64; N] {
     let coarse = cube_rectangle(pixels, texels, x, y);
     let (mx, my) = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
-    let quarters = [([x[0], mx], [y[0], my]), ([x[0], mx], [my, y[1]]), ([mx, x[1]], [y[0], my]), ([mx, x[1]], [my, y[1]])];
+    let quarters =
+        [([x[0], mx], [y[0], my]), ([x[0], mx], [my, y[1]]), ([mx, x[1]], [y[0], my]), ([mx, x[1]], [my, y[1]])];
     let mut fine = [0.0; N];
     for (qx, qy) in quarters {
         fine = add(fine, cube_rectangle(pixels, texels, qx, qy));
@@ -238,12 +233,7 @@ fn cube_rectangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [
 }
 
 /// Adds a triangle of the square, face by face, row by row, column by column.
-fn cube_triangle<const N: usize>(
-    pixels: &Pixels,
-    texels: &impl Texels<N>,
-    corners: [[f64; 2]; 3],
-    sum: &mut Sum<N>,
-) {
+fn cube_triangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, corners: [[f64; 2]; 3], sum: &mut Sum<N>) {
     let plane = Linear::new(corners);
     let triangle = Polygon::new(&corners);
     for face in 0..6 {
@@ -355,14 +345,32 @@ pub fn neighbour(pixels: &Pixels, x: i64, y: i64, face: u32) -> [u32; 2] {
     let wrapped = match pixels.layout {
         Layout::LatLong => {
             let beyond = y < 0 || y >= h;
-            let row = if y < 0 { -1 - y } else if y >= h { 2 * h - 1 - y } else { y };
+            let row = if y < 0 {
+                -1 - y
+            } else if y >= h {
+                2 * h - 1 - y
+            } else {
+                y
+            };
             let column = if beyond { x + w / 2 } else { x };
             [column.rem_euclid(w.max(1)), row]
         }
         Layout::Octahedral => {
             // Beyond an edge the square continues mirrored about the middle of that edge.
-            let (x, y) = if x < 0 { (-1 - x, w - 1 - y) } else if x >= w { (2 * w - 1 - x, w - 1 - y) } else { (x, y) };
-            if y < 0 { [w - 1 - x, -1 - y] } else if y >= w { [w - 1 - x, 2 * w - 1 - y] } else { [x, y] }
+            let (x, y) = if x < 0 {
+                (-1 - x, w - 1 - y)
+            } else if x >= w {
+                (2 * w - 1 - x, w - 1 - y)
+            } else {
+                (x, y)
+            };
+            if y < 0 {
+                [w - 1 - x, -1 - y]
+            } else if y >= w {
+                [w - 1 - x, 2 * w - 1 - y]
+            } else {
+                [x, y]
+            }
         }
         Layout::Cube => return cube_neighbour(pixels.width, x, y, face),
     };

@@ -9,9 +9,7 @@ mod integrate;
 mod pixels;
 mod polygon;
 
-pub use build::{
-    Config, Decoded, Grid, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
-};
+pub use build::{Config, Decoded, Grid, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept};
 pub use integrate::Texels;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 

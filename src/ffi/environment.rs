@@ -837,9 +837,7 @@ impl Build {
     unsafe fn run(&self, rows: &PixelRows, pass: u32, first: u32, count: u32) -> Checked<()> {
         for row in first..first + count {
             // SAFETY: the caller's contract.
-            unsafe {
-                if pass == 0 { self.decode(rows, row)? } else { self.integrate(row) }
-            }
+            unsafe { if pass == 0 { self.decode(rows, row)? } else { self.integrate(row) } }
         }
         Ok(())
     }

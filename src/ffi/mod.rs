@@ -180,10 +180,8 @@ impl Block {
     /// lives, and they are initialised or only written.
     #[inline(always)]
     pub(crate) unsafe fn slice<'a, T>(&self, offset: usize, first: usize, count: usize) -> &'a mut [T] {
-        let end = first
-            .checked_add(count)
-            .and_then(|n| n.checked_mul(size_of::<T>()))
-            .and_then(|n| n.checked_add(offset));
+        let end =
+            first.checked_add(count).and_then(|n| n.checked_mul(size_of::<T>())).and_then(|n| n.checked_add(offset));
         if end.is_none_or(|end| end > self.bytes) || offset % align_of::<T>() != 0 {
             return &mut [];
         }

@@ -387,7 +387,11 @@ impl<'a, B: Brdf> Builder<'a, B> {
             let mut child = Cell {
                 corners: corners_of_child(parent.corners, new, c),
                 light: if has_square { light.get(c as usize).copied().unwrap_or(0.0) } else { parent.light },
-                square: if has_square { self.light.child_square(parent.square, c).unwrap_or(NO_SQUARE) } else { NO_SQUARE },
+                square: if has_square {
+                    self.light.child_square(parent.square, c).unwrap_or(NO_SQUARE)
+                } else {
+                    NO_SQUARE
+                },
                 above: if has_square { parent.square * 4 + c } else { parent.above },
                 level: parent.level + 1,
                 index: [2 * parent.index[0] + (c >> 1) as u16, 2 * parent.index[1] + (c & 1) as u16],
@@ -465,7 +469,8 @@ fn centre(cell: &Cell) -> [f32; 2] {
 /// The points of a cell's five new values, in the order of [`corners_of_child`].
 fn new_points(cell: &Cell) -> [[f32; 2]; NEW] {
     let half = 0.5 / (1u32 << (cell.level & 31)) as f32;
-    let at = |i: f32, j: f32| [(2.0 * f32::from(cell.index[0]) + i) * half, (2.0 * f32::from(cell.index[1]) + j) * half];
+    let at =
+        |i: f32, j: f32| [(2.0 * f32::from(cell.index[0]) + i) * half, (2.0 * f32::from(cell.index[1]) + j) * half];
     [at(1.0, 0.0), at(1.0, 2.0), at(0.0, 1.0), at(2.0, 1.0), at(1.0, 1.0)]
 }
 

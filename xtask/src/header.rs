@@ -1,8 +1,7 @@
 //! The C header, generated from the boundary's `repr(C)` types, `WIS_` constants and `wis_` functions.
 
 use cbindgen::{
-    Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, FunctionConfig, Language,
-    Layout, RenameRule, Style,
+    Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, FunctionConfig, Language, Layout, RenameRule, Style,
 };
 use std::collections::HashMap;
 use std::error::Error;
@@ -30,10 +29,7 @@ pub fn check(root: &Path) -> Result<()> {
     if committed == generate(root)?.into_bytes() {
         return Ok(());
     }
-    Err(format!(
-        "{HEADER} is out of date: run `cargo run -p xtask -- header` and commit the result"
-    )
-    .into())
+    Err(format!("{HEADER} is out of date: run `cargo run -p xtask -- header` and commit the result").into())
 }
 
 fn generate(root: &Path) -> Result<String> {
@@ -63,18 +59,9 @@ fn config(names: HashMap<String, String>) -> Config {
         style: Style::Both,
         documentation_style: DocumentationStyle::Cxx,
         line_length: 120,
-        export: ExportConfig {
-            rename: names,
-            ..ExportConfig::default()
-        },
-        enumeration: EnumConfig {
-            rename_variants: RenameRule::QualifiedScreamingSnakeCase,
-            ..EnumConfig::default()
-        },
-        function: FunctionConfig {
-            args: Layout::Auto,
-            ..FunctionConfig::default()
-        },
+        export: ExportConfig { rename: names, ..ExportConfig::default() },
+        enumeration: EnumConfig { rename_variants: RenameRule::QualifiedScreamingSnakeCase, ..EnumConfig::default() },
+        function: FunctionConfig { args: Layout::Auto, ..FunctionConfig::default() },
         ..Config::default()
     }
 }
@@ -84,11 +71,7 @@ fn type_names(root: &Path) -> Result<HashMap<String, String>> {
     let mut names = HashMap::new();
     for file in source_files(root)? {
         let text = fs::read_to_string(file)?;
-        names.extend(
-            text.lines()
-                .filter_map(declared_type)
-                .map(|name| (name.into(), c_name(name))),
-        );
+        names.extend(text.lines().filter_map(declared_type).map(|name| (name.into(), c_name(name))));
     }
     Ok(names)
 }
@@ -113,9 +96,7 @@ fn source_files(root: &Path) -> Result<Vec<PathBuf>> {
 /// The name in a line such as `pub struct Name {`.
 fn declared_type(line: &str) -> Option<&str> {
     let item = line.strip_prefix("pub ")?;
-    let rest = ["struct ", "enum ", "union ", "type "]
-        .iter()
-        .find_map(|keyword| item.strip_prefix(keyword))?;
+    let rest = ["struct ", "enum ", "union ", "type "].iter().find_map(|keyword| item.strip_prefix(keyword))?;
     rest.split(|c: char| !c.is_alphanumeric()).next()
 }
 
@@ -165,15 +146,8 @@ fn without_safety_sections(text: &str) -> String {
 
 /// The header is read by C programmers: links and paths of rustdoc must not leak into it.
 fn reject_rust_syntax(text: &str) -> Result<()> {
-    match text
-        .lines()
-        .find(|line| line.contains("::") || line.contains("[`") || line.contains("# Safety"))
-    {
-        Some(line) => Err(format!(
-            "Rust syntax in a comment of the C boundary: {}",
-            line.trim()
-        )
-        .into()),
+    match text.lines().find(|line| line.contains("::") || line.contains("[`") || line.contains("# Safety")) {
+        Some(line) => Err(format!("Rust syntax in a comment of the C boundary: {}", line.trim()).into()),
         None => Ok(()),
     }
 }
@@ -184,28 +158,16 @@ mod tests {
 
     #[test]
     fn types_get_prefixed_snake_case_names() {
-        assert_eq!(
-            declared_type("pub struct ProductConfig {"),
-            Some("ProductConfig")
-        );
-        assert_eq!(
-            declared_type("pub type RowFn = Option<fn()>;"),
-            Some("RowFn")
-        );
+        assert_eq!(declared_type("pub struct ProductConfig {"), Some("ProductConfig"));
+        assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
         assert_eq!(c_name("ProductConfig"), "wis_product_config");
     }
 
     #[test]
     fn pointers_to_arrays_become_array_parameters() {
-        assert_eq!(
-            array_parameters("f(const float (*u)[2], float (*m)[9]);"),
-            "f(const float u[2], float m[9]);"
-        );
-        assert_eq!(
-            array_parameters("typedef int (*f)(void);"),
-            "typedef int (*f)(void);"
-        );
+        assert_eq!(array_parameters("f(const float (*u)[2], float (*m)[9]);"), "f(const float u[2], float m[9]);");
+        assert_eq!(array_parameters("typedef int (*f)(void);"), "typedef int (*f)(void);");
     }
 
     #[test]

@@ -61,21 +61,37 @@ impl Cell {
     }
 }
 
-/// The child of each level that contains `s`, from the bits of its coordinates.
-#[inline(always)]
-fn child_at(s: [f32; 2], level: u32) -> u32 {
-    let scale = (1u32 << ((level + 1) & 31)) as f32;
-    2 * ((s[0] * scale) as u32 & 1) + ((s[1] * scale) as u32 & 1)
+/// A point of the square as the path that leads to it: which child at each level, and where in the last cell.
+#[derive(Clone, Copy)]
+struct Path {
+    s: [f32; 2],
+    /// The coordinates in units of the finest cells.
+    finest: [u32; 2],
 }
 
-/// The place of `s` inside its cell of `level`, each coordinate in [0, 1).
-#[inline(always)]
-fn offset(s: [f32; 2], level: u32) -> [f32; 2] {
-    let scale = (1u32 << (level & 31)) as f32;
-    s.map(|s| {
-        let x = s * scale;
-        x - (x as u32) as f32
-    })
+impl Path {
+    #[inline(always)]
+    fn to(s: [f32; 2]) -> Path {
+        const CELLS: f32 = (1 << MAX_DEPTH) as f32;
+        Path { s, finest: s.map(|s| (s * CELLS) as u32) }
+    }
+
+    /// The child at a level below [`MAX_DEPTH`].
+    #[inline(always)]
+    fn child(&self, level: u32) -> u32 {
+        let shift = (MAX_DEPTH - 1).wrapping_sub(level) & 31;
+        let [i, j] = self.finest;
+        2 * (i >> shift & 1) + (j >> shift & 1)
+    }
+
+    /// The place inside the cell of a level, each coordinate in [0, 1).
+    #[inline(always)]
+    fn offset(&self, level: u32) -> [f32; 2] {
+        let scale = (1u32 << (level & 31)) as f32;
+        let shift = MAX_DEPTH.wrapping_sub(level) & 31;
+        let [i, j] = self.finest;
+        [self.s[0] * scale - (i >> shift) as f32, self.s[1] * scale - (j >> shift) as f32]
+    }
 }
 
 /// The point of the square for `u` and the cell that it lies in.
@@ -101,6 +117,7 @@ fn sample_square<D: Density>(density: &D, root: D::Node, u: [f32; 2]) -> (Cell, 
 /// The density at a point of the square, with respect to area; 0 where the stored density is 0.
 #[inline(always)]
 fn density_at<D: Density>(density: &D, root: D::Node, s: [f32; 2]) -> f32 {
+    let path = Path::to(s);
     let mut node = root;
     let mut level = 0;
     let mut product = 1.0;
@@ -108,7 +125,7 @@ fn density_at<D: Density>(density: &D, root: D::Node, s: [f32; 2]) -> f32 {
         if level >= MAX_DEPTH {
             break;
         }
-        let c = child_at(s, level);
+        let c = path.child(level);
         product *= quad_density(masses, c);
         if product <= 0.0 {
             return 0.0;
@@ -116,7 +133,7 @@ fn density_at<D: Density>(density: &D, root: D::Node, s: [f32; 2]) -> f32 {
         node = density.child(node, c);
         level += 1;
     }
-    product * bilinear_density(density.corners(node), offset(s, level))
+    product * bilinear_density(density.corners(node), path.offset(level))
 }
 
 /// A sample of the density as a direction of world space.
@@ -185,13 +202,14 @@ pub fn pdf<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<f32> 
 pub fn invert<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
     let s = to_square(frame, wi).ok_or(Status::InvalidTransform)?;
     let mut node = density.root().ok_or(Status::ZeroDensity)?;
-    let mut path = [([0.0f32; 4], 0u32); MAX_DEPTH as usize];
+    let path = Path::to(s);
+    let mut steps = [([0.0f32; 4], 0u32); MAX_DEPTH as usize];
     let mut level = 0;
     while let Some(masses) = density.masses(node) {
-        let Some(step) = path.get_mut(level as usize) else {
+        let Some(step) = steps.get_mut(level as usize) else {
             break;
         };
-        let c = child_at(s, level);
+        let c = path.child(level);
         if quad_density(masses, c) <= 0.0 {
             return Err(Status::ZeroDensity);
         }
@@ -199,8 +217,8 @@ pub fn invert<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<[f
         node = density.child(node, c);
         level += 1;
     }
-    let start = invert_bilinear(density.corners(node), offset(s, level));
-    let taken = path.iter().take(level as usize).rev();
+    let start = invert_bilinear(density.corners(node), path.offset(level));
+    let taken = steps.iter().take(level as usize).rev();
     Ok(taken.fold(start, |u, &(masses, c)| undo_quad(masses, c, u)))
 }
 

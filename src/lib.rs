@@ -12,6 +12,7 @@
 pub mod descent;
 pub mod environment;
 pub mod haar;
+pub mod image;
 pub mod inner;
 pub mod lobe;
 pub mod morton;
@@ -22,6 +23,7 @@ pub mod prune;
 pub mod query;
 pub mod sampler;
 pub mod sphere;
+pub mod split;
 pub mod status;
 pub mod tree;
 pub mod warp;

@@ -2,103 +2,14 @@
 //! and the in-place warp of a whole batch.
 //!
 //! Clarberg et al. 2005, "Wavelet Importance Sampling", Section 4.2 and Fig. 5: each square splits its points
-//! in one axis after another by the masses of the splits. Every split is an increasing bijection, so is the
+//! in one axis after another by the masses of the halves. Every split is an increasing bijection, so is the
 //! whole warp; its Jacobian is 1 / pdf, and well-spread points stay well spread.
 
-pub use crate::numeric::ONE_MINUS_EPSILON;
 use crate::numeric::{max, min};
+use crate::split::Splits;
+pub use crate::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, Tree};
-
-/// No side that has mass is less probable than this, or a 24-bit u of 0 would enter it too often: the clamp
-/// makes the probability of such a side the one that it is really sampled with.
-const SMALLEST_SPLIT: f32 = 1.0 / 16_777_216.0;
-
-/// `u` moved into [0, 1 - 2^-24]; NaN counts as 1/2.
-#[inline]
-pub fn clamp_u(u: f32) -> f32 {
-    if u.is_nan() { 0.5 } else { min(max(u, 0.0), ONE_MINUS_EPSILON) }
-}
-
-/// The probabilities of the two splits of a split. Every sample, pdf and invert of the library decides by it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Split {
-    lower: f32,
-}
-
-impl Split {
-    /// Splits by two masses, each in [0, 2^120]. Both positive: the lower half has the probability
-    /// lower / (lower + upper), clamped to [2^-24, 1 - 2^-24]; one of them 0: exactly 0 or 1; both 0: 1/2.
-    #[inline(always)]
-    pub fn new(lower: f32, upper: f32) -> Split {
-        let total = lower + upper;
-        let ratio = lower / max(total, f32::from_bits(1));
-        let least = if lower > 0.0 { SMALLEST_SPLIT } else { 0.0 };
-        let most = if upper > 0.0 { ONE_MINUS_EPSILON } else { 1.0 };
-        let neither = if total > 0.0 { 0.0 } else { 0.5 };
-        Split { lower: min(max(ratio, least), most) + neither }
-    }
-
-    /// The side that `u` in [0, 1 - 2^-24] falls into, 0 = lower and 1 = upper, and its position inside that
-    /// side, again in [0, 1 - 2^-24]. A side of probability 0 is never entered.
-    #[inline(always)]
-    pub fn take(self, u: f32) -> (u32, f32) {
-        let side = u32::from(u >= self.lower);
-        let offset = u - side as f32 * self.lower;
-        (side, min(offset / self.probability(side), ONE_MINUS_EPSILON))
-    }
-
-    /// The factor by which the split multiplies the density on a side: twice its probability.
-    #[inline(always)]
-    pub fn density(self, side: u32) -> f32 {
-        2.0 * self.probability(side)
-    }
-
-    /// The inverse of [`Split::take`] on a side of positive probability.
-    #[inline(always)]
-    pub fn undo(self, side: u32, u: f32) -> f32 {
-        min(side as f32 * self.lower + u * self.probability(side), ONE_MINUS_EPSILON)
-    }
-
-    /// p or 1 - p, exactly, and without a branch: which side is taken cannot be predicted.
-    #[inline(always)]
-    fn probability(self, side: u32) -> f32 {
-        (side as f32 - self.lower).abs()
-    }
-
-    /// One of two splits, exactly, and without a branch.
-    #[inline(always)]
-    fn choose(side: u32, lower: Split, upper: Split) -> Split {
-        let b = side as f32;
-        Split { lower: (1.0 - b) * lower.lower + b * upper.lower }
-    }
-}
-
-/// Sends a point of a square into one of its four children and returns the child, the point inside it and the
-/// factor of the density. Child `c = 2 b1 + b2`; axis 1 (`u[0]`) splits first.
-#[inline(always)]
-pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2], f32) {
-    let mut u = u;
-    let mut density = 1.0;
-    let child = Splits::new(masses).take(&mut u, &mut density);
-    (child, u, density)
-}
-
-/// The factor by which the two splits that lead to `child` (0..4) multiply the density: the bits of [`take_quad`].
-#[inline(always)]
-pub fn quad_density(masses: [f32; 4], child: u32) -> f32 {
-    let mut density = 1.0;
-    Splits::new(masses).multiply_density::<2>(child, &mut density);
-    density
-}
-
-/// The inverse of [`take_quad`] for a child (0..4) of positive mass.
-#[inline(always)]
-pub fn undo_quad(masses: [f32; 4], child: u32, u: [f32; 2]) -> [f32; 2] {
-    let mut u = u;
-    Splits::new(masses).undo(child, &mut u);
-    u
-}
 
 /// The coordinate of offset `u` in [0, 1) inside cell `t` of 2^depth cells, rounded so that it stays in the
 /// half-open cell (t + u would else round up to the next one).
@@ -179,16 +90,26 @@ pub fn sample<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, u:
     if !hierarchy.has_mass() {
         return None;
     }
-    let mut cell = Cell::UNIT;
-    let mut u = u.map(clamp_u);
-    let mut pdf = 1.0;
-    let mut node = hierarchy.root();
+    let (point, pdf) = descend(hierarchy, hierarchy.root(), Cell::UNIT, u.map(clamp_u));
+    Some(Sample { point, pdf })
+}
+
+/// Warps the point at offset `u` inside `cell`, whose node is `node`: the point of the cube, and its density times
+/// the volume of the cell over the probability of the cell.
+#[inline]
+fn descend<const C: usize, const N: usize, H: Hierarchy<C>>(
+    hierarchy: &H,
+    node: Option<H::Node>,
+    cell: Cell<N>,
+    u: [f32; N],
+) -> ([f32; N], f32) {
+    let (mut node, mut cell, mut u, mut pdf) = (node, cell, u, 1.0);
     while let (Some(here), true) = (node, cell.level < hierarchy.depth()) {
         let child = Splits::new(hierarchy.masses(here)).take(&mut u, &mut pdf);
         cell = cell.child(child);
         node = hierarchy.child(here, child);
     }
-    Some(Sample { point: cell.place(u, hierarchy.depth()), pdf })
+    (cell.place(u, hierarchy.depth()), pdf)
 }
 
 /// The density at a point, coordinates clamped by [`clamp_u`]: the bits that [`sample`] returns with it.
@@ -210,8 +131,8 @@ pub fn pdf<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point
     pdf
 }
 
-/// The u that [`sample`] warps to `point` (coordinates clamped by [`clamp_u`]), within 16 eps / (the product of
-/// the split probabilities of that axis).
+/// The u that [`sample`] warps to `point` (coordinates clamped by [`clamp_u`]), within (16 + 2^depth P) 2^-24 in an
+/// axis whose split probabilities on the way have the product P.
 ///
 /// # Errors
 /// [`Status::ZeroDensity`] where the density is 0.
@@ -270,14 +191,17 @@ fn warp_square<const C: usize, const N: usize, H: Hierarchy<C>>(
     cell: Cell<N>,
     batch: Batch<N>,
 ) {
-    if let (Some(here), true) = (node, cell.level < hierarchy.depth()) {
-        warp_half(hierarchy, here, &Splits::new(hierarchy.masses(here)), (1, 0), cell, batch);
-    } else {
-        batch.points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth()));
+    match (node, batch.points) {
+        (_, [point]) => *point = descend(hierarchy, node, cell, *point).0,
+        (Some(here), points) if cell.level < hierarchy.depth() => {
+            let splits = Splits::new(hierarchy.masses(here));
+            warp_half(hierarchy, here, &splits, (1, 0), cell, Batch { points, index: batch.index });
+        }
+        (_, points) => points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth())),
     }
 }
 
-/// Splits the points of a half (its number in [`Splits`], and the axis to split) until the splits are children.
+/// Splits the points of a half (its number in [`Splits`], and the axis to split) until the halves are children.
 fn warp_half<const C: usize, const N: usize, H: Hierarchy<C>>(
     hierarchy: &H,
     here: H::Node,
@@ -293,7 +217,7 @@ fn warp_half<const C: usize, const N: usize, H: Hierarchy<C>>(
         let child = (half & (C - 1)) as u32;
         return warp_square(hierarchy, hierarchy.child(here, child), cell.child(child), batch);
     }
-    let (lower, upper) = batch.split(splits.heap[half & (MAX_CHILDREN - 1)], axis);
+    let (lower, upper) = batch.split(splits.at(half), axis);
     warp_half(hierarchy, here, splits, (2 * half, axis + 1), cell, lower);
     warp_half(hierarchy, here, splits, (2 * half + 1, axis + 1), cell, upper);
 }
@@ -308,18 +232,15 @@ impl<'b, const N: usize> Batch<'b, N> {
     /// Moves the points of the lower side before those of the upper one, each at its place inside its side.
     fn split(self, split: Split, axis: usize) -> (Batch<'b, N>, Batch<'b, N>) {
         let mut lower = 0;
-        let mut upper = self.points.len();
-        while lower < upper {
-            let Some(u) = self.points.get_mut(lower).and_then(|point| point.get_mut(axis)) else { break };
-            let (side, inside) = split.take(*u);
-            *u = inside;
-            if side == 0 {
-                lower += 1;
-            } else {
-                upper -= 1;
-                swap(self.points, lower, upper);
-                swap(self.index, lower, upper);
+        for next in 0..self.points.len() {
+            let Some(&point) = self.points.get(next) else { break };
+            let (side, inside) = split.take(point.get(axis).copied().unwrap_or(0.0));
+            let point = core::array::from_fn(|a| if a == axis { inside } else { point[a] });
+            replace(self.points, next, lower, point);
+            if let Some(&number) = self.index.get(next) {
+                replace(self.index, next, lower, number);
             }
+            lower += 1 - side as usize;
         }
         let (lower_points, upper_points) = self.points.split_at_mut_checked(lower).unwrap_or_default();
         let (lower_index, upper_index) = self.index.split_at_mut_checked(lower).unwrap_or_default();
@@ -327,13 +248,12 @@ impl<'b, const N: usize> Batch<'b, N> {
     }
 }
 
-fn swap<T: Copy>(items: &mut [T], a: usize, b: usize) {
-    if let (Some(&first), Some(&second)) = (items.get(a), items.get(b)) {
-        if let Some(item) = items.get_mut(a) {
-            *item = second;
-        }
-        if let Some(item) = items.get_mut(b) {
-            *item = first;
+/// Puts `item` at `to`, and what stood there at `from`.
+#[inline(always)]
+fn replace<T: Copy>(items: &mut [T], from: usize, to: usize, item: T) {
+    if let Some(displaced) = items.get_mut(to).map(|slot| core::mem::replace(slot, item)) {
+        if let (true, Some(slot)) = (from != to, items.get_mut(from)) {
+            *slot = displaced;
         }
     }
 }
@@ -374,91 +294,4 @@ impl<const N: usize> Cell<N> {
         }
         point
     }
-}
-
-/// The splits of a square as a heap: node 1 splits axis 1, and the sides of node `i` are nodes `2 i` and `2 i + 1`,
-/// down to child `c`, which is node `C + c`.
-#[derive(Clone, Copy)]
-struct Splits<const C: usize> {
-    heap: [Split; MAX_CHILDREN],
-}
-
-const MAX_CHILDREN: usize = 16;
-
-impl<const C: usize> Splits<C> {
-    /// All splits at once: their divisions do not wait for one another. Pairwise sums keep equal children at 1/2.
-    #[inline(always)]
-    fn new(children: [f32; C]) -> Self {
-        const { assert!(C <= MAX_CHILDREN) };
-        let mut mass = [0.0; 2 * MAX_CHILDREN];
-        for (c, child) in children.into_iter().enumerate() {
-            mass[C + c] = child;
-        }
-        let mut heap = [Split { lower: 0.5 }; MAX_CHILDREN];
-        for node in (1..C).rev() {
-            let (lower, upper) = (mass[2 * node], mass[2 * node + 1]);
-            mass[node] = lower + upper;
-            heap[node] = Split::new(lower, upper);
-        }
-        Splits { heap }
-    }
-
-    /// The splits of one side of the first axis.
-    #[inline(always)]
-    fn side(self, side: u32) -> Self {
-        let mut heap = self.heap;
-        for node in 1..C / 2 {
-            let width = 1 << node.ilog2();
-            heap[node] = Split::choose(side, self.heap[node + width], self.heap[node + 2 * width]);
-        }
-        Splits { heap }
-    }
-
-    #[inline(always)]
-    fn take<const N: usize>(self, u: &mut [f32; N], density: &mut f32) -> u32 {
-        let mut splits = self;
-        let mut child = 0;
-        for u in u {
-            let split = splits.heap[1];
-            let (side, inside) = split.take(*u);
-            *u = inside;
-            multiply(density, split.density(side));
-            child = 2 * child + side;
-            splits = splits.side(side);
-        }
-        child
-    }
-
-    #[inline(always)]
-    fn multiply_density<const N: usize>(&self, child: u32, density: &mut f32) {
-        for axis in 0..N {
-            let (split, side) = self.step::<N>(child, axis);
-            multiply(density, split.density(side));
-        }
-    }
-
-    #[inline(always)]
-    fn undo<const N: usize>(&self, child: u32, u: &mut [f32; N]) {
-        for (axis, u) in u.iter_mut().enumerate() {
-            let (split, side) = self.step::<N>(child, axis);
-            *u = split.undo(side, *u);
-        }
-    }
-
-    /// The split of `axis` on the way to `child`, and the side of the child.
-    #[inline(always)]
-    fn step<const N: usize>(&self, child: u32, axis: usize) -> (Split, u32) {
-        let below = (N - axis) as u32;
-        let node = (C + child as usize) >> below;
-        (self.heap[node & (MAX_CHILDREN - 1)], (child >> (below - 1)) & 1)
-    }
-}
-
-/// Multiplies a density by the factor of one split. A chain of improbable splits must not underflow to 0: what
-/// can be sampled has a positive pdf.
-#[inline(always)]
-fn multiply(density: &mut f32, factor: f32) {
-    let product = *density * factor;
-    let reachable = *density > 0.0 && factor > 0.0;
-    *density = if reachable && product < f32::MIN_POSITIVE { f32::MIN_POSITIVE } else { product };
 }

@@ -4,7 +4,9 @@
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
 pub mod environment;
+pub mod points;
 pub mod product;
+pub mod tree;
 
 mod control;
 

@@ -1,6 +1,6 @@
 //! Building a product: which cells to refine, what a leaf weighs, and the floor under it.
 
-use super::{LEAF, Leaf, Square, child_masses, corners_of_child};
+use super::{LEAF, Leaf, Square, corners_of_child, leaf_weight};
 use crate::lobe::{Brdf, Peak};
 use crate::numeric::{exp2i, exponent, max, min, sqrt};
 use crate::sphere::{Frame, cell_chord, direction};
@@ -498,12 +498,6 @@ fn too_coarse(peak: &Peak, level: u32, centre: Vec3) -> bool {
     let radius = cell_chord(level);
     let distance = sqrt((centre - peak.direction).length_squared());
     radius > 1.8 * peak.detail && distance <= 0.75 * peak.radius + radius
-}
-
-/// The average product over a leaf, as the descent below it sees it.
-fn leaf_weight(corners: [f32; 4], light: f32, children: [f32; 4], square: u32) -> f32 {
-    let [a, b, c, d] = if square == NO_SQUARE { corners.map(|f| light * f) } else { child_masses(corners, children) };
-    0.25 * ((a + b) + (c + d))
 }
 
 /// Writes the squares and leaves of built cells; the slices have the lengths that [`Built`] tells.

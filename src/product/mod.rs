@@ -81,8 +81,49 @@ impl Product<'_> {
 pub enum Node {
     /// An inner node.
     Square(u32),
-    /// The BRDF's corners and the light's square, or [`NO_SQUARE`].
-    Cell([f32; 4], u32),
+    /// Part of a leaf.
+    Part(Part),
+}
+
+/// A part of a leaf: the leaf's corners, where in the leaf the part lies, and its light.
+#[derive(Clone, Copy)]
+pub struct Part {
+    corners: [f32; 4],
+    origin: [f32; 2],
+    size: f32,
+    square: u32,
+}
+
+impl Part {
+    const NOTHING: Part = Part { corners: [0.0; 4], origin: [0.0; 2], size: 1.0, square: NO_SQUARE };
+
+    /// The BRDF at (x0, y0), (x0, y1), (x1, y0), (x1, y1), in units of the part.
+    #[inline(always)]
+    fn values(&self, low: f32, high: f32) -> [f32; 4] {
+        let [c00, c01, c10, c11] = self.corners;
+        let [x, y] = self.origin;
+        let (x0, x1) = (x + low * self.size, x + high * self.size);
+        let (y0, y1) = (y + low * self.size, y + high * self.size);
+        let (left0, right0) = (lerp(x0, c00, c10), lerp(x0, c01, c11));
+        let (left1, right1) = (lerp(x1, c00, c10), lerp(x1, c01, c11));
+        [lerp(y0, left0, right0), lerp(y1, left0, right0), lerp(y0, left1, right1), lerp(y1, left1, right1)]
+    }
+
+    /// The masses of the children: their light times the BRDF at their centres.
+    #[inline(always)]
+    fn masses(&self, light: [f32; 4]) -> [f32; 4] {
+        let [f0, f1, f2, f3] = self.values(0.25, 0.75);
+        let [l0, l1, l2, l3] = light;
+        [l0 * f0, l1 * f1, l2 * f2, l3 * f3]
+    }
+
+    #[inline(always)]
+    fn child(&self, c: u32, square: u32) -> Part {
+        let size = 0.5 * self.size;
+        let [x, y] = self.origin;
+        let origin = [x + (c >> 1 & 1) as f32 * size, y + (c & 1) as f32 * size];
+        Part { corners: self.corners, origin, size, square }
+    }
 }
 
 impl Density for Product<'_> {
@@ -97,8 +138,8 @@ impl Density for Product<'_> {
     fn masses(&self, node: Node) -> Option<[f32; 4]> {
         match node {
             Node::Square(index) => Some(self.squares.get(index as usize).map_or([0.0; 4], |s| s.weights)),
-            Node::Cell(_, NO_SQUARE) => None,
-            Node::Cell(corners, square) => Some(child_masses(corners, self.light.children(square))),
+            Node::Part(part) if part.square == NO_SQUARE => None,
+            Node::Part(part) => Some(part.masses(self.light.children(part.square))),
         }
     }
 
@@ -112,12 +153,10 @@ impl Density for Product<'_> {
                     return Node::Square(link);
                 }
                 let leaf = self.leaves.get((link & !LEAF) as usize);
-                leaf.map_or(Node::Cell([0.0; 4], NO_SQUARE), |leaf| Node::Cell(leaf.corners, leaf.square))
+                let whole = |leaf: &Leaf| Part { corners: leaf.corners, square: leaf.square, ..Part::NOTHING };
+                Node::Part(leaf.map_or(Part::NOTHING, whole))
             }
-            Node::Cell(corners, square) => {
-                let below = self.light.child_square(square, c).unwrap_or(NO_SQUARE);
-                Node::Cell(child_corners(corners, c), below)
-            }
+            Node::Part(part) => Node::Part(part.child(c, self.light.child_square(part.square, c).unwrap_or(NO_SQUARE))),
         }
     }
 
@@ -125,33 +164,17 @@ impl Density for Product<'_> {
     fn corners(&self, node: Node) -> [f32; 4] {
         match node {
             Node::Square(_) => [0.0; 4],
-            Node::Cell(corners, _) => corners,
+            Node::Part(part) => part.values(0.0, 1.0),
         }
     }
 }
 
-/// The masses of a cell's children: their light times the bilinear BRDF at their centres.
+/// The average product over a leaf, as the descent below it sees it.
 #[inline(always)]
-fn child_masses(corners: [f32; 4], light: [f32; 4]) -> [f32; 4] {
-    let [c00, c01, c10, c11] = corners;
-    let (low0, low1) = (lerp(0.25, c00, c10), lerp(0.25, c01, c11));
-    let (high0, high1) = (lerp(0.75, c00, c10), lerp(0.75, c01, c11));
-    let [l0, l1, l2, l3] = light;
-    [
-        l0 * lerp(0.25, low0, low1),
-        l1 * lerp(0.75, low0, low1),
-        l2 * lerp(0.25, high0, high1),
-        l3 * lerp(0.75, high0, high1),
-    ]
-}
-
-/// The corners of child `c` of a bilinear cell.
-#[inline(always)]
-fn child_corners(corners: [f32; 4], c: u32) -> [f32; 4] {
-    let [c00, c01, c10, c11] = corners;
-    let middles = [0.5 * (c00 + c10), 0.5 * (c01 + c11), 0.5 * (c00 + c01), 0.5 * (c10 + c11)];
-    let centre = 0.5 * (middles[0] + middles[1]);
-    corners_of_child(corners, [middles[0], middles[1], middles[2], middles[3], centre], c)
+fn leaf_weight(corners: [f32; 4], light: f32, children: [f32; 4], square: u32) -> f32 {
+    let part = Part { corners, square, ..Part::NOTHING };
+    let [a, b, c, d] = if square == NO_SQUARE { corners.map(|f| light * f) } else { part.masses(children) };
+    0.25 * ((a + b) + (c + d))
 }
 
 /// The corners of child `c` from its parent's corners and five new values: the middles of the parent's edges at

@@ -1,0 +1,702 @@
+//! Wavelet trees of any function on the unit cube of one to four axes, in C.
+
+use super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, out, pointer, sized};
+use crate::numeric::{ContentHash, exp2i};
+use crate::status::Status;
+use crate::tree::{self as kernel, Link, MAX_DEPTH, complete_len};
+use crate::{haar, image, inner, morton, prune, warp};
+use core::ffi::c_void;
+use core::ptr::null_mut;
+
+/// Calls a function for `N` axes and `C = 2^N` children.
+macro_rules! with_axes {
+    ($dimensions:expr, $argument:expr, $function:ident($($value:expr),*)) => {
+        match $dimensions {
+            1 => $function::<1, 2>($($value),*),
+            2 => $function::<2, 4>($($value),*),
+            3 => $function::<3, 8>($($value),*),
+            4 => $function::<4, 16>($($value),*),
+            _ => Err(Failure::new(Status::InvalidArgument, $argument)),
+        }
+    };
+}
+
+/// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
+#[allow(missing_debug_implementations)]
+pub struct Tree {
+    _opaque: [u8; 0],
+}
+
+/// What to build.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct TreeConfig {
+    /// sizeof(wis_tree_config).
+    pub size: u32,
+    /// Axes n, 1 to 4.
+    pub dimensions: u32,
+    /// The grid has 2^depth pixels along each axis; 0 to 12.
+    pub depth: u32,
+    /// The variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01 =
+    /// 1 %); 0 drops nothing but constant squares.
+    pub error_budget: f32,
+    /// 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
+    pub pixels: *const f32,
+}
+
+/// What was built.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TreeInfo {
+    /// sizeof(wis_tree_info), set by the caller.
+    pub size: u32,
+    /// Axes.
+    pub dimensions: u32,
+    /// The grid has 2^depth pixels along each axis.
+    pub depth: u32,
+    /// Squares stored, each the averages of 2^n children.
+    pub squares: u32,
+    /// Bytes of the tree: that much of the block is in use and needs to be saved.
+    pub bytes: u64,
+    /// Tells trees apart: a hash of the bytes.
+    pub content_id: u64,
+    /// The average of the function.
+    pub average: f64,
+    /// The variance that pruning added, relative.
+    pub error: f64,
+}
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
+/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
+/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
+/// scaling coefficient the pixel at the origin.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_haar_forward(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
+}
+
+/// Replaces the coefficients of wis_haar_forward by the image, in place.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_haar_inverse(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
+}
+
+/// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
+/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_size(
+    config: *const TreeConfig,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        let request = Request::new(unsafe { sized(config, 1)? })?;
+        let size = out(size, 2)?;
+        let stored = request.stored(request.complete)?;
+        let needed = MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: request.scratch()?.bytes };
+        // SAFETY: checked by `out`.
+        unsafe { size.write(needed) };
+        Ok(())
+    })
+}
+
+/// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
+/// the row.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_init(
+    config: *const TreeConfig,
+    memory: *mut c_void,
+    bytes: usize,
+    scratch: *mut c_void,
+    scratch_bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let request = Request::new(sized(config, 1)?)?;
+            check_results(tree, 6, info, 7)?;
+            let pixels = request.pixels()?;
+            let scratch = Block::new(scratch.cast(), scratch_bytes, request.scratch()?.bytes, 4)?;
+            Block::new(memory.cast(), bytes, size_of::<Header>(), 2)?;
+            let header = with_axes!(request.dimensions, 1, build(&request, pixels, &scratch, memory.cast(), bytes))?;
+            publish(memory.cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. Reads all of
+/// them once. `info` may be null.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; the bytes do not change while the tree is in use.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_open(
+    memory: *const c_void,
+    bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            check_results(tree, 3, info, 4)?;
+            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let corrupt = Failure::new(Status::Corrupt, 1);
+            let header = block.slice::<Header>(0, 0, 1).first().ok_or(corrupt)?;
+            let stored = header.layout().filter(|stored| stored.bytes as u64 == header.bytes).ok_or(corrupt)?;
+            let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
+            with_axes!(header.dimensions, 1, check(&Object { header, block }))?;
+            publish(memory.cast(), header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// The average of the function.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_average(tree: *const Tree, average: *mut f64) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe { out(average, 2)?.write(Object::view(tree, 1)?.header.mean) };
+        Ok(())
+    })
+}
+
+/// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
+/// many, and is constant along the rest. Costs one visit of each square that both trees keep.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_product_integral(e: *const Tree, f: *const Tree, integral: *mut f64) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (e, f) = (Object::view(e, 1)?, Object::view(f, 2)?);
+            let integral = out(integral, 3)?;
+            integral.write(product_integral(&e, &f)?);
+        }
+        Ok(())
+    })
+}
+
+/// Samples a point of the unit cube in proportion to the function. `u`: n numbers in [0, 1) (others are moved there,
+/// NaN counts as 1/2); `point`: n numbers; `pdf`: the density there with respect to the cube. A tree that is 0
+/// everywhere gives pdf 0.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_sample(tree: *const Tree, u: *const f32, point: *mut f32, pdf: *mut f32) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let tree = Object::view(tree, 1)?;
+            with_axes!(tree.header.dimensions, 1, sample(&tree, u, point, pdf))
+        }
+    })
+}
+
+/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_pdf(tree: *const Tree, point: *const f32, pdf: *mut f32) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let tree = Object::view(tree, 1)?;
+            with_axes!(tree.header.dimensions, 1, pdf_at(&tree, point, pdf))
+        }
+    })
+}
+
+/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_invert(tree: *const Tree, point: *const f32, u: *mut f32) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let tree = Object::view(tree, 1)?;
+            with_axes!(tree.header.dimensions, 1, invert(&tree, point, u))
+        }
+    })
+}
+
+/// Warps `count` points (n packed numbers each) in place, faster than one by one. The points and `index` (your
+/// numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to the bit.
+/// WIS_ZERO_DENSITY if the tree is 0 everywhere.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_warp_in_place(
+    tree: *const Tree,
+    points: *mut f32,
+    index: *mut u32,
+    count: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let tree = Object::view(tree, 1)?;
+            with_axes!(tree.header.dimensions, 1, warp_points(&tree, points, index, count))
+        }
+    })
+}
+
+#[derive(Clone, Copy)]
+enum Direction {
+    Forward,
+    Inverse,
+}
+
+/// # Safety
+/// `values` is null or points to `count` elements.
+unsafe fn transform(
+    dimensions: u32,
+    depth: u32,
+    count: usize,
+    values: *mut f64,
+    direction: Direction,
+) -> Checked<()> {
+    check_grid(dimensions, depth)?;
+    if morton::cells(dimensions, depth) != Some(count) {
+        return Err(Failure::new(Status::InvalidArgument, 3));
+    }
+    // SAFETY: the caller's contract.
+    let values = unsafe { slice_mut(values, count, 4)? };
+    with_axes!(dimensions, 1, transform_axes(depth, values, direction))
+}
+
+fn transform_axes<const N: usize, const C: usize>(depth: u32, values: &mut [f64], direction: Direction) -> Checked<()> {
+    match direction {
+        Direction::Forward => haar::forward::<N, C>(depth, values)?,
+        Direction::Inverse => haar::inverse::<N, C>(depth, values)?,
+    }
+    Ok(())
+}
+
+fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
+    if !(1..=4).contains(&dimensions) {
+        return Err(Failure::new(Status::InvalidArgument, 1));
+    }
+    if depth > MAX_DEPTH {
+        return Err(Failure::new(Status::InvalidArgument, 2));
+    }
+    Ok(())
+}
+
+/// # Safety
+/// `start` is null or points to `count` elements that nobody else uses meanwhile.
+unsafe fn slice_mut<'a, T>(start: *mut T, count: usize, argument: u32) -> Checked<&'a mut [T]> {
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    out(start, argument)?;
+    check_bytes::<T>(count, argument)?;
+    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
+    Ok(unsafe { core::slice::from_raw_parts_mut(start, count) })
+}
+
+/// # Safety
+/// `start` is null or points to `count` elements that nobody writes meanwhile.
+unsafe fn slice<'a, T>(start: *const T, count: usize, argument: u32) -> Checked<&'a [T]> {
+    pointer(start, argument)?;
+    check_bytes::<T>(count, argument)?;
+    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
+    Ok(unsafe { core::slice::from_raw_parts(start, count) })
+}
+
+fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
+    match count.checked_mul(size_of::<T>()) {
+        Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
+        _ => Err(Failure::new(Status::Overflow, argument)),
+    }
+}
+
+/// A checked configuration.
+#[derive(Clone, Copy)]
+struct Request {
+    dimensions: u32,
+    depth: u32,
+    budget: f32,
+    pixels: *const f32,
+    /// Squares of the complete tree.
+    complete: usize,
+}
+
+impl Request {
+    fn new(config: &TreeConfig) -> Checked<Request> {
+        check_grid(config.dimensions, config.depth).map_err(|_| Failure::new(Status::InvalidArgument, 1))?;
+        if !(config.error_budget >= 0.0) {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        let complete = with_axes!(config.dimensions, 1, complete_squares(config.depth))?;
+        Ok(Request {
+            dimensions: config.dimensions,
+            depth: config.depth,
+            budget: config.error_budget,
+            pixels: config.pixels,
+            complete,
+        })
+    }
+
+    /// # Safety
+    /// The configuration's pixels are readable.
+    unsafe fn pixels<'a>(&self) -> Checked<&'a [f32]> {
+        let count = morton::cells(self.dimensions, self.depth).ok_or(Failure::new(Status::Overflow, 1))?;
+        // SAFETY: the caller's contract.
+        let pixels = unsafe { slice(self.pixels, count, 1)? };
+        match image::first_invalid(pixels) {
+            Some(pixel) => {
+                let along = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
+                let (x, y) = (pixel & ((1 << self.depth) - 1), pixel >> self.depth);
+                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)))
+            }
+            None => Ok(pixels),
+        }
+    }
+
+    fn stored(&self, squares: usize) -> Checked<Stored> {
+        Stored::new(self.dimensions, squares).ok_or(Failure::new(Status::Overflow, 1))
+    }
+
+    fn scratch(&self) -> Checked<Scratch> {
+        let squares_bytes = self.complete.checked_mul(children(self.dimensions) * size_of::<f32>());
+        let savings = squares_bytes.ok_or(Failure::new(Status::Overflow, 1))?;
+        let bytes = self.complete.checked_mul(size_of::<f64>()).and_then(|bytes| bytes.checked_add(savings));
+        match bytes {
+            Some(bytes) if bytes <= isize::MAX as usize => Ok(Scratch { savings, bytes }),
+            _ => Err(Failure::new(Status::Overflow, 1)),
+        }
+    }
+}
+
+fn complete_squares<const N: usize, const C: usize>(depth: u32) -> Checked<usize> {
+    complete_len::<C>(depth).map(|len| len as usize).ok_or(Failure::new(Status::Overflow, 1))
+}
+
+fn children(dimensions: u32) -> usize {
+    1usize.wrapping_shl(dimensions)
+}
+
+/// The scratch block: the squares of the complete tree, then what keeping each saves.
+struct Scratch {
+    savings: usize,
+    bytes: usize,
+}
+
+/// The first bytes of a stored tree.
+#[repr(C)]
+#[derive(Clone, Copy)]
+struct Header {
+    magic: u64,
+    bytes: u64,
+    content_id: u64,
+    mean: f64,
+    error: f64,
+    dimensions: u32,
+    depth: u32,
+    squares: u32,
+    exponent: i32,
+    average: f32,
+    reserved: u32,
+}
+
+/// "wis-tree" with the version of the format in its last letter.
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x01");
+
+impl Header {
+    /// Where the parts stand; `None` if this is not the header of a tree.
+    fn layout(&self) -> Option<Stored> {
+        if self.magic != MAGIC || check_grid(self.dimensions, self.depth).is_err() {
+            return None;
+        }
+        Stored::new(self.dimensions, self.squares as usize)
+    }
+
+    /// The hash of everything but the id itself.
+    fn content_id<const C: usize>(&self, tree: &kernel::Tree<C>) -> u64 {
+        let mut hash = ContentHash::new();
+        for word in [self.magic, self.bytes, self.mean.to_bits(), self.error.to_bits(), self.exponent as u64] {
+            hash.add(word);
+        }
+        for word in [self.dimensions, self.depth, self.squares, self.average.to_bits()] {
+            hash.add(word.into());
+        }
+        for square in tree.squares() {
+            hash.add_floats(square);
+        }
+        for link in tree.links() {
+            hash.add(u64::from(link.first) << 32 | u64::from(link.mask));
+        }
+        hash.finish()
+    }
+}
+
+/// Where the parts of a stored tree stand, behind the header.
+#[derive(Clone, Copy)]
+struct Stored {
+    links: usize,
+    bytes: usize,
+}
+
+impl Stored {
+    fn new(dimensions: u32, squares: usize) -> Option<Stored> {
+        let links = squares.checked_mul(children(dimensions) * size_of::<f32>())?.checked_add(size_of::<Header>())?;
+        let bytes = squares.checked_mul(size_of::<Link>())?.checked_add(links)?;
+        if bytes > isize::MAX as usize { None } else { Some(Stored { links, bytes }) }
+    }
+}
+
+/// A stored tree behind a handle.
+struct Object<'a> {
+    header: &'a Header,
+    block: Block,
+}
+
+impl<'a> Object<'a> {
+    /// # Safety
+    /// The handle is null or points to a tree that this version built or opened.
+    #[inline(always)]
+    unsafe fn view(tree: *const Tree, argument: u32) -> Checked<Object<'a>> {
+        // SAFETY: the caller's contract; a header is at least aligned.
+        let header = unsafe { borrow(tree.cast::<Header>(), argument)? };
+        let stored = header.layout().ok_or(Failure::new(Status::Mismatch, argument))?;
+        let block = Block::new(tree.cast_mut().cast(), stored.bytes, stored.bytes, argument)?;
+        Ok(Object { header, block })
+    }
+
+    /// The squares and links.
+    ///
+    /// # Safety
+    /// The block is as long as the header says, has `C` children a square, and nobody writes it.
+    #[inline(always)]
+    unsafe fn parts<const C: usize>(&self) -> (&'a [[f32; C]], &'a [Link]) {
+        let count = self.header.squares as usize;
+        let links = size_of::<Header>() + count * size_of::<[f32; C]>();
+        // SAFETY: the caller's contract; the parts lie inside the block.
+        unsafe { (self.block.slice(size_of::<Header>(), 0, count), self.block.slice(links, 0, count)) }
+    }
+
+    /// # Safety
+    /// As [`Object::parts`].
+    #[inline(always)]
+    unsafe fn tree<const C: usize>(&self) -> kernel::Tree<'a, C> {
+        // SAFETY: the caller's contract.
+        let (squares, links) = unsafe { self.parts::<C>() };
+        kernel::Tree::trusted(self.header.depth, self.header.average, squares, links)
+    }
+}
+
+/// Builds the complete tree in scratch memory and writes the squares that the budget keeps.
+///
+/// # Safety
+/// Blocks are the caller's to write.
+unsafe fn build<const N: usize, const C: usize>(
+    request: &Request,
+    pixels: &[f32],
+    scratch: &Block,
+    memory: *mut u8,
+    bytes: usize,
+) -> Checked<Header> {
+    // SAFETY: the caller's contract; the parts do not overlap.
+    unsafe {
+        let squares = scratch.slice::<[f32; C]>(0, 0, request.complete);
+        let savings = scratch.slice::<f64>(request.scratch()?.savings, 0, request.complete);
+        let scale = image::build::<N, C>(request.depth, pixels, squares)?;
+        let complete = kernel::Tree::trusted(request.depth, scale.average, squares, &[]);
+        let planned = prune::plan(&complete, request.budget.into(), savings)?;
+        let stored = request.stored(planned.squares as usize)?;
+        let block = Block::new(memory, bytes, stored.bytes, 2)?;
+        let count = planned.squares as usize;
+        let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, count);
+        let links = block.slice::<Link>(stored.links, 0, count);
+        prune::write(&complete, savings, kept, links)?;
+        let mut header = Header {
+            magic: MAGIC,
+            bytes: stored.bytes as u64,
+            content_id: 0,
+            mean: scale.mean,
+            error: planned.error,
+            dimensions: request.dimensions,
+            depth: request.depth,
+            squares: planned.squares,
+            exponent: scale.exponent,
+            average: scale.average,
+            reserved: 0,
+        };
+        header.content_id = header.content_id(&kernel::Tree::trusted(request.depth, scale.average, kept, links));
+        memory.cast::<Header>().write(header);
+        Ok(header)
+    }
+}
+
+/// Checks everything in stored bytes that later calls rely on.
+///
+/// # Safety
+/// As [`Object::parts`].
+unsafe fn check<const N: usize, const C: usize>(object: &Object) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    let (squares, links) = unsafe { object.parts::<C>() };
+    let corrupt = Failure::new(Status::Corrupt, 1);
+    let header = object.header;
+    let tree = kernel::Tree::sparse(header.depth, header.average, squares, links).map_err(|_| corrupt)?;
+    if header.content_id == header.content_id(&tree) { Ok(()) } else { Err(corrupt) }
+}
+
+/// Checks the pointers to the results of a build.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+unsafe fn check_results(
+    tree: *mut *const Tree,
+    tree_argument: u32,
+    info: *mut TreeInfo,
+    info_argument: u32,
+) -> Checked<()> {
+    out(tree, tree_argument)?;
+    if !info.is_null() {
+        // SAFETY: the caller's contract.
+        unsafe { sized(info.cast_const(), info_argument)? };
+    }
+    Ok(())
+}
+
+/// Writes the results of a build or an opening.
+///
+/// # Safety
+/// [`check_results`] accepted the pointers.
+unsafe fn publish(memory: *const Tree, header: &Header, tree: *mut *const Tree, info: *mut TreeInfo) {
+    // SAFETY: checked before; info may be null.
+    unsafe {
+        tree.write(memory);
+        if !info.is_null() {
+            info.write(TreeInfo {
+                size: size_of::<TreeInfo>() as u32,
+                dimensions: header.dimensions,
+                depth: header.depth,
+                squares: header.squares,
+                bytes: header.bytes,
+                content_id: header.content_id,
+                average: header.mean,
+                error: header.error,
+            });
+        }
+    }
+}
+
+/// # Safety
+/// The objects are trees of this version.
+unsafe fn product_integral(e: &Object, f: &Object) -> Checked<f64> {
+    // SAFETY: the caller's contract; the header tells the number of children.
+    let integral = unsafe {
+        match (e.header.dimensions, f.header.dimensions) {
+            (1, 1) => inner::integral(&e.tree::<2>(), &f.tree::<2>()),
+            (2, 1) => inner::integral(&e.tree::<4>(), &f.tree::<2>()),
+            (2, 2) => inner::integral(&e.tree::<4>(), &f.tree::<4>()),
+            (3, 1) => inner::integral(&e.tree::<8>(), &f.tree::<2>()),
+            (3, 2) => inner::integral(&e.tree::<8>(), &f.tree::<4>()),
+            (3, 3) => inner::integral(&e.tree::<8>(), &f.tree::<8>()),
+            (4, 1) => inner::integral(&e.tree::<16>(), &f.tree::<2>()),
+            (4, 2) => inner::integral(&e.tree::<16>(), &f.tree::<4>()),
+            (4, 3) => inner::integral(&e.tree::<16>(), &f.tree::<8>()),
+            (4, 4) => inner::integral(&e.tree::<16>(), &f.tree::<16>()),
+            _ => return Err(Failure::new(Status::InvalidArgument, 2)),
+        }
+    };
+    Ok(integral * exp2i(e.header.exponent) * exp2i(f.header.exponent))
+}
+
+/// # Safety
+/// As wis_tree_sample, for a tree of `N` axes.
+#[inline(always)]
+unsafe fn sample<const N: usize, const C: usize>(
+    tree: &Object,
+    u: *const f32,
+    point: *mut f32,
+    pdf: *mut f32,
+) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let u = *borrow(u.cast::<[f32; N]>(), 2)?;
+        let (point, pdf) = (out(point.cast::<[f32; N]>(), 3)?, out(pdf, 4)?);
+        let none = warp::Sample { point: [0.0; N], pdf: 0.0 };
+        let sample = warp::sample(&tree.tree::<C>(), u).unwrap_or(none);
+        point.write(sample.point);
+        pdf.write(sample.pdf);
+    }
+    Ok(())
+}
+
+/// # Safety
+/// As wis_tree_pdf, for a tree of `N` axes.
+#[inline(always)]
+unsafe fn pdf_at<const N: usize, const C: usize>(tree: &Object, point: *const f32, pdf: *mut f32) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let point = *borrow(point.cast::<[f32; N]>(), 2)?;
+        out(pdf, 3)?.write(warp::pdf(&tree.tree::<C>(), point));
+    }
+    Ok(())
+}
+
+/// # Safety
+/// As wis_tree_invert, for a tree of `N` axes.
+#[inline(always)]
+unsafe fn invert<const N: usize, const C: usize>(tree: &Object, point: *const f32, u: *mut f32) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let point = *borrow(point.cast::<[f32; N]>(), 2)?;
+        let u = out(u.cast::<[f32; N]>(), 3)?;
+        u.write(warp::invert(&tree.tree::<C>(), point).map_err(|status| Failure::new(status, 2))?);
+    }
+    Ok(())
+}
+
+/// # Safety
+/// As wis_warp_in_place, for a tree of `N` axes.
+#[inline(always)]
+unsafe fn warp_points<const N: usize, const C: usize>(
+    tree: &Object,
+    points: *mut f32,
+    index: *mut u32,
+    count: usize,
+) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let points = slice_mut(points.cast::<[f32; N]>(), count, 2)?;
+        let index = slice_mut(index, count, 3)?;
+        warp::warp_in_place(&tree.tree::<C>(), points, index)?;
+    }
+    Ok(())
+}

@@ -4,7 +4,6 @@ PREFIX  ?= /usr/local
 DESTDIR ?=
 BUILD   ?= build
 CARGO   ?= cargo
-CC      ?= cc
 
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -12,9 +11,10 @@ MAJOR   := $(word 1,$(subst ., ,$(VERSION)))
 MINOR   := $(word 2,$(subst ., ,$(VERSION)))
 ROOT    := $(DESTDIR)$(PREFIX)
 
-LIB     := $(BUILD)/lib
-DEMO    := $(wildcard c-examples/render/*.c)
-CFLAGS  ?= -O2 -Wall -Wextra -Wpedantic
+LIB      := $(BUILD)/lib
+DEMO     := $(wildcard c-examples/render/*.c)
+CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
+CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
@@ -43,7 +43,10 @@ install: lib ## install libraries, headers, pkg-config file and CMake package: P
 	$(FILL_IN) packaging/wisConfigVersion.cmake.in > $(ROOT)/lib/cmake/wis/wisConfigVersion.cmake
 
 $(BUILD)/minimal: lib
-	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -lm -o $@
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
+
+$(BUILD)/minimal-cpp: lib
+	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
 
 $(BUILD)/render: lib
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(DEMO) $(LIB)/libwis.a -lm -lpthread -o $@

@@ -24,7 +24,7 @@
  * Structs. Where the first field is `size`, set it to sizeof the struct and every field that is not used to 0.
  *
  * Arguments stand in the order objects, config, count, inputs, outputs. A stride is the distance in bytes between
- * the first floats of neighbouring elements.
+ * the first floats of neighbouring elements; 0: they stand close together.
  *
  * Spaces and units. A direction is three floats x, y, z of unit length in world space and points away from the
  * surface: wo to the eye, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map.
@@ -38,25 +38,6 @@
 
 #include <stddef.h>
 #include <stdint.h>
-
-/// A lobe `weight / pi`.
-#define WIS_LOBE_LAMBERT 1
-
-/// A lobe of Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)` with height-correlated Smith shadowing
-/// and Schlick's Fresnel term.
-#define WIS_LOBE_GGX 2
-
-/// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
-#define WIS_LOBE_PHONG 3
-
-/// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
-#define WIS_QUERY_WHOLE_SPHERE 1
-
-/// Query flag: the values already contain the cosine: it is not multiplied again.
-#define WIS_QUERY_COSINE_INCLUDED 2
-
-/// Lobes in a query.
-#define WIS_MAX_LOBES 4
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
 #define WIS_VERSION 256
@@ -112,6 +93,25 @@
 /// The most squares that a configuration may ask for.
 #define WIS_MAX_SQUARES 4096
 
+/// A lobe `weight / pi`.
+#define WIS_LOBE_LAMBERT 1
+
+/// A lobe of Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)` with height-correlated Smith shadowing
+/// and Schlick's Fresnel term.
+#define WIS_LOBE_GGX 2
+
+/// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+#define WIS_LOBE_PHONG 3
+
+/// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
+#define WIS_QUERY_WHOLE_SPHERE 1
+
+/// Query flag: the values already contain the cosine: it is not multiplied again.
+#define WIS_QUERY_COSINE_INCLUDED 2
+
+/// Lobes in a query.
+#define WIS_MAX_LOBES 4
+
 /// The answer of every call that can fail.
 typedef enum wis_status {
   /// The call did what was asked.
@@ -154,7 +154,9 @@ typedef struct wis_environment wis_environment;
 /// bytes. Nothing to free.
 typedef struct wis_product wis_product;
 
-typedef struct Word Word;
+/// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
+typedef struct wis_tree wis_tree;
 
 /// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
 /// thread. Null stops the build with WIS_CALLBACK_FAILED.
@@ -334,11 +336,40 @@ typedef struct wis_product_info {
   uint64_t environment;
 } wis_product_info;
 
-/// All exceptions masked, round to nearest, denormals kept.
-#define DEFAULT 8064
+/// What to build.
+typedef struct wis_tree_config {
+  /// sizeof(wis_tree_config).
+  uint32_t size;
+  /// Axes n, 1 to 4.
+  uint32_t dimensions;
+  /// The grid has 2^depth pixels along each axis; 0 to 12.
+  uint32_t depth;
+  /// The variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01 =
+  /// 1 %); 0 drops nothing but constant squares.
+  float error_budget;
+  /// 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
+  const float *pixels;
+} wis_tree_config;
 
-/// Round to nearest, denormals kept, no alternative formats.
-#define DEFAULT 0
+/// What was built.
+typedef struct wis_tree_info {
+  /// sizeof(wis_tree_info), set by the caller.
+  uint32_t size;
+  /// Axes.
+  uint32_t dimensions;
+  /// The grid has 2^depth pixels along each axis.
+  uint32_t depth;
+  /// Squares stored, each the averages of 2^n children.
+  uint32_t squares;
+  /// Bytes of the tree: that much of the block is in use and needs to be saved.
+  uint64_t bytes;
+  /// Tells trees apart: a hash of the bytes.
+  uint64_t content_id;
+  /// The average of the function.
+  double average;
+  /// The variance that pruning added, relative.
+  double error;
+} wis_tree_info;
 
 #ifdef __cplusplus
 extern "C" {
@@ -452,6 +483,18 @@ enum wis_status wis_environment_invert(const struct wis_environment *environment
                                        const float wi[3],
                                        float u[2]);
 
+/// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
+uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
+
+/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square. No coordinate is
+/// exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+enum wis_status wis_points_hammersley(uint32_t first, uint32_t count, uint32_t total, float *out, size_t stride);
+
+/// Points `first` to `first + count - 1` (at most 2^32 - 1) of an Owen-scrambled Sobol (0,2)-sequence: each aligned
+/// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are
+/// independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
+
 /// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what the lobes mean.
 /// Strides are in bytes; 0: packed.
 enum wis_status wis_query_eval(const struct wis_query *query,
@@ -543,6 +586,63 @@ enum wis_status wis_product_invert(const struct wis_environment *environment,
                                    const struct wis_product *product,
                                    const float wi[3],
                                    float u[2]);
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
+/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
+/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
+/// scaling coefficient the pixel at the origin.
+enum wis_status wis_haar_forward(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+
+/// Replaces the coefficients of wis_haar_forward by the image, in place.
+enum wis_status wis_haar_inverse(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+
+/// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
+/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.
+enum wis_status wis_tree_size(const struct wis_tree_config *config,
+                              struct wis_memory_size *size,
+                              struct wis_diagnostic *diagnostic);
+
+/// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
+/// the row.
+enum wis_status wis_tree_init(const struct wis_tree_config *config,
+                              void *memory,
+                              size_t bytes,
+                              void *scratch,
+                              size_t scratch_bytes,
+                              const struct wis_tree **tree,
+                              struct wis_tree_info *info,
+                              struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. Reads all of
+/// them once. `info` may be null.
+enum wis_status wis_tree_open(const void *memory,
+                              size_t bytes,
+                              const struct wis_tree **tree,
+                              struct wis_tree_info *info,
+                              struct wis_diagnostic *diagnostic);
+
+/// The average of the function.
+enum wis_status wis_tree_average(const struct wis_tree *tree, double *average);
+
+/// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
+/// many, and is constant along the rest. Costs one visit of each square that both trees keep.
+enum wis_status wis_tree_product_integral(const struct wis_tree *e, const struct wis_tree *f, double *integral);
+
+/// Samples a point of the unit cube in proportion to the function. `u`: n numbers in [0, 1) (others are moved there,
+/// NaN counts as 1/2); `point`: n numbers; `pdf`: the density there with respect to the cube. A tree that is 0
+/// everywhere gives pdf 0.
+enum wis_status wis_tree_sample(const struct wis_tree *tree, const float *u, float *point, float *pdf);
+
+/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with.
+enum wis_status wis_tree_pdf(const struct wis_tree *tree, const float *point, float *pdf);
+
+/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does.
+enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point, float *u);
+
+/// Warps `count` points (n packed numbers each) in place, faster than one by one. The points and `index` (your
+/// numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to the bit.
+/// WIS_ZERO_DENSITY if the tree is 0 everywhere.
+enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, uint32_t *index, size_t count);
 
 #ifdef __cplusplus
 }  // extern "C"

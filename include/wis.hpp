@@ -74,7 +74,7 @@ public:
         const status measured = wis_environment_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         memory scratch;
-        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.scratch_align))
+        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
             return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_environment_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
                                          &handle_, info, diagnostic));
@@ -117,7 +117,7 @@ public:
         return pass(wis_product_prepare(light.get(), &query, &config_, memory_.data(), memory_.bytes(), &handle_,
                                         diagnostic));
     }
-    status prepare(const environment &light, const wis_brdf &brdf, wis_diagnostic *diagnostic = nullptr) {
+    status prepare(const environment &light, const wis_callback_brdf &brdf, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         return pass(wis_product_prepare_callback(light.get(), &brdf, &config_, memory_.data(), memory_.bytes(),
                                                  &handle_, diagnostic));

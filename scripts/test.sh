@@ -44,8 +44,11 @@ install_staged() {
     make --no-print-directory install BUILD="$build" DESTDIR="$stage" PREFIX=/opt/wis
 }
 
+# The C++ twin must print what the C program prints.
 minimal() {
-    make --no-print-directory "$build/minimal" BUILD="$build" && "$build/minimal"
+    make --no-print-directory "$build/minimal" "$build/minimal-cpp" BUILD="$build" &&
+        "$build/minimal" > "$logs/minimal.txt" && "$build/minimal-cpp" > "$logs/minimal-cpp.txt" &&
+        cat "$logs/minimal.txt" && diff "$logs/minimal.txt" "$logs/minimal-cpp.txt"
 }
 
 minimal_valgrind() {

@@ -8,9 +8,8 @@
 //! The coefficient (l, t, f) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the scaling
 //! coefficient the pixel at the origin; so neither direction needs memory of its own.
 
-use crate::morton;
+use crate::morton::{self, MAX_DEPTH};
 use crate::status::{Result, Status};
-use crate::tree::MAX_DEPTH;
 use core::f64::consts::FRAC_1_SQRT_2;
 
 /// The average (entry 0) and the value-space details (entry f) of a square from the averages of its children.

@@ -14,15 +14,27 @@ use glam::Vec3;
 pub const ALPHA_RANGE: [f32; 2] = [1e-5, 16.0];
 /// The sharpest Phong lobe.
 pub const MAX_EXPONENT: f32 = 1e7;
-/// Where a lobe is concentrated: cells about this direction are refined.
+/// Where a narrow lobe is concentrated: an ellipse of directions, about which cells are refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// World direction, unit length.
+    /// The middle, a world direction of unit length.
     pub direction: Vec3,
-    /// The half-angle, in radians, within which the lobe varies.
-    pub radius: f32,
-    /// The angle, in radians, over which it varies.
-    pub detail: f32,
+    /// The short axis of the ellipse, unit length and normal to the direction.
+    pub across: Vec3,
+    /// The half-widths in radians along the long and the short axis.
+    pub radii: [f32; 2],
+}
+
+impl Peak {
+    /// A disc.
+    pub fn disc(direction: Vec3, radius: f32) -> Peak {
+        Peak { direction, across: any_tangent(direction), radii: [radius; 2] }
+    }
+
+    /// The long axis of the ellipse.
+    pub fn along(&self) -> Vec3 {
+        self.direction.cross(self.across)
+    }
 }
 
 /// What a product asks of a BRDF at a shading point.
@@ -113,6 +125,27 @@ impl Lobes {
         })
     }
 
+    /// The mirror direction of wo.
+    fn mirror(&self) -> Vec3 {
+        self.tangent * -self.wo.x + self.bitangent * -self.wo.y + self.normal * (self.wo.z * self.side)
+    }
+
+    /// The peak of a GGX lobe. A half vector that leans by an angle in the plane of incidence turns wi by twice that
+    /// angle, but one that leans across the plane only by `2 cos(theta_o)` times it: at grazing view the lobe is a
+    /// narrow blade.
+    fn ggx_peak(&self, alpha: [f32; 2]) -> Peak {
+        let horizontal = sqrt(self.wo.x * self.wo.x + self.wo.y * self.wo.y);
+        let (x, y) = if horizontal > 0.0 { (self.wo.x / horizontal, self.wo.y / horizontal) } else { (1.0, 0.0) };
+        let along = sqrt(x * x * alpha[0] * alpha[0] + y * y * alpha[1] * alpha[1]);
+        let across = sqrt(y * y * alpha[0] * alpha[0] + x * x * alpha[1] * alpha[1]);
+        let narrowed = across * max(self.wo.z, min(along, 1.0));
+        Peak {
+            direction: self.mirror(),
+            across: self.tangent * -y + self.bitangent * x,
+            radii: [max(along, narrowed), narrowed],
+        }
+    }
+
     /// The sum over the lobes of `value(lobe, its parameters, shape x cosine, Schlick's grazing term)`.
     #[inline(always)]
     fn sum(&self, wi: Vec3, value: impl Fn(&Prepared, &Lobe, f32, f32) -> f32) -> f32 {
@@ -139,17 +172,12 @@ impl Brdf for Lobes {
     }
 
     fn peaks(&self) -> impl Iterator<Item = Peak> {
-        let mirror = self.tangent * -self.wo.x + self.bitangent * -self.wo.y + self.normal * (self.wo.z * self.side);
-        let extent = |lobe: &Prepared| match *lobe {
-            Prepared::Lambert { .. } => None,
-            Prepared::Ggx { alpha: [a, b], .. } => Some((max(a, b), sqrt(a * b))),
-            Prepared::Phong { exponent, .. } => {
-                let half = phong_half_angle(exponent);
-                Some((half, half))
-            }
-        };
         let lit = self.prepared.iter().take(self.count).filter(|lobe| lobe.matters() && self.wo.z > 0.0);
-        lit.filter_map(extent).map(move |(radius, detail)| Peak { direction: mirror, radius, detail })
+        lit.filter_map(|lobe| match *lobe {
+            Prepared::Lambert { .. } => None,
+            Prepared::Ggx { alpha, .. } => Some(self.ggx_peak(alpha)),
+            Prepared::Phong { exponent, .. } => Some(Peak::disc(self.mirror(), phong_half_angle(exponent))),
+        })
     }
 
     fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()> {
@@ -259,8 +287,12 @@ fn tangent_frame(normal: Vec3, tangent: [f32; 3], needed: bool) -> Option<Vec3> 
     if needed || tangent.iter().any(|t| !t.is_finite()) {
         return None;
     }
-    // Frisvad's method in the branch-free form of Duff et al. 2017.
+    Some(any_tangent(normal))
+}
+
+/// A unit vector normal to a unit vector: Frisvad's method in the branch-free form of Duff et al. 2017.
+fn any_tangent(normal: Vec3) -> Vec3 {
     let sign = if normal.z < 0.0 { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + normal.z);
-    Some(Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * normal.x * normal.y * a, -sign * normal.x))
+    Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * normal.x * normal.y * a, -sign * normal.x)
 }

@@ -3,6 +3,9 @@
 
 use crate::status::{Result, Status};
 
+/// The finest grid has 2^12 cells per axis.
+pub const MAX_DEPTH: u32 = 12;
+
 /// The number of cells of a grid of `n` axes; `None` if it does not fit a `usize`.
 pub const fn cells(n: u32, depth: u32) -> Option<usize> {
     match n.checked_mul(depth) {
@@ -39,7 +42,7 @@ pub fn c_order_cell<const N: usize>(index: usize, depth: u32) -> [u32; N] {
     let mut t = [0; N];
     let mut index = index;
     for t in t.iter_mut().rev() {
-        *t = (index & ((1usize << depth) - 1)) as u32;
+        *t = (index & 1usize.wrapping_shl(depth).wrapping_sub(1)) as u32;
         index = index.wrapping_shr(depth);
     }
     t
@@ -55,7 +58,7 @@ pub fn copy_from_c_order<const N: usize>(depth: u32, pixels: &[f32], out: &mut [
         return Err(Status::InvalidArgument);
     }
     let last_axis = last_axis_bits::<N>(depth);
-    let side = 1usize << depth;
+    let side = 1usize.wrapping_shl(depth);
     let mut code = 0;
     for (i, pixel) in pixels.iter().enumerate() {
         if i & (side - 1) == 0 {

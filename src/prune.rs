@@ -29,7 +29,8 @@ pub struct Pruning {
 /// is negative or NaN.
 pub fn plan<const C: usize>(tree: &Tree<C>, budget: f64, savings: &mut [f64]) -> Result<Pruning> {
     let complete = complete_len::<C>(tree.depth()).map(|len| len as usize) == Some(tree.squares().len());
-    if !complete || !tree.links().is_empty() || savings.len() != tree.squares().len() || !(budget >= 0.0) {
+    if !complete || !tree.links().is_empty() || savings.len() != tree.squares().len() || budget.is_nan() || budget < 0.0
+    {
         return Err(Status::InvalidArgument);
     }
     collapse_costs(tree, savings);
@@ -77,7 +78,7 @@ pub fn write<const C: usize>(
 /// Fills `costs` with the variance that each square adds if it collapses to its average. Variances are summed
 /// up from differences, so that they are 0 for a constant square and for no other.
 fn collapse_costs<const C: usize>(tree: &Tree<C>, costs: &mut [f64]) {
-    let total = f64::from(tree.average());
+    let total = if tree.average() > 0.0 { f64::from(tree.average()) } else { 1.0 };
     let mut level = tree.depth();
     let mut level_first = costs.len();
     let mut weight = 1.0;

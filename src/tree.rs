@@ -8,11 +8,9 @@
 //! over a rooted set of whole squares is the projection onto piecewise constants, so every value is a true
 //! average of the function: never negative, and never 0 where the function is not.
 
+pub use crate::morton::MAX_DEPTH;
 use crate::numeric;
 use crate::status::{Result, Status};
-
-/// The finest grid has 2^12 cells per axis.
-pub const MAX_DEPTH: u32 = 12;
 
 /// Stands for "no square": the function is constant from here on.
 pub const NO_SQUARE: u32 = u32::MAX;
@@ -233,7 +231,7 @@ impl<'a, const C: usize> Tree<'a, C> {
     #[inline]
     pub fn child_square(&self, square: u32, c: u32) -> Option<u32> {
         let child = if self.links.is_empty() {
-            square.checked_mul(C as u32)?.checked_add(1 + c)?
+            square.checked_mul(C as u32)?.checked_add(c)?.checked_add(1)?
         } else {
             let link = self.links.get(square as usize)?;
             let bit = 1u32.wrapping_shl(c);

@@ -138,7 +138,7 @@ pub fn pdf<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point
 /// [`Status::ZeroDensity`] where the density is 0.
 pub fn invert<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point: [f32; N]) -> Result<[f32; N]> {
     let point = point.map(clamp_u);
-    if !(pdf(hierarchy, point) > 0.0) {
+    if pdf(hierarchy, point) <= 0.0 {
         return Err(Status::ZeroDensity);
     }
     let depth = hierarchy.depth();

@@ -1,14 +1,14 @@
 //! The Haar transform against its vectors, its inverse and its norm.
 
-mod support;
+mod stored;
 
-use support::{Random, cases, doubles, integer, number};
+use stored::{Random, cases, doubles, integer, number};
 use wis::haar;
 use wis::status::Status;
 
 fn coefficient_index<const N: usize>(depth: u32, level: u32, t: [u32; N], f: usize) -> usize {
     let slot = |axis: usize| (2 * t[axis] + ((f >> (N - 1 - axis)) & 1) as u32) << (depth - 1 - level);
-    support::pixel_index::<N>(std::array::from_fn(slot), depth)
+    stored::pixel_index::<N>(std::array::from_fn(slot), depth)
 }
 
 fn check_case<const N: usize, const C: usize>(case: &serde_json::Value) {
@@ -72,7 +72,7 @@ fn value_space_details_rebuild_the_children() {
 /// Free thresholding makes negative texels; whole rooted squares do not (tests/tree.rs).
 #[test]
 fn dropping_single_coefficients_makes_negative_texels() {
-    let cases = support::vectors("hard.json")["negative_reconstruction"].as_array().unwrap().clone();
+    let cases = stored::vectors("hard.json")["negative_reconstruction"].as_array().unwrap().clone();
     for case in cases {
         let mut values = doubles(&case["image"]);
         let depth = values.len().ilog2() / 2;

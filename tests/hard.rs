@@ -1,8 +1,8 @@
 //! Degenerate inputs: black, hot, huge, denormal and contradictory images.
 
-mod support;
+mod stored;
 
-use support::{EPS, Stored, array, bits, doubles, floats, integer, number, vectors};
+use stored::{EPS, Stored, array, bits, doubles, floats, integer, number, vectors};
 use wis::inner::{self, Product};
 use wis::warp;
 
@@ -17,7 +17,7 @@ fn point(x: &serde_json::Value) -> [f32; 2] {
 }
 
 fn expected(kind: &str) -> Vec<serde_json::Value> {
-    let all = support::cases("hard.json");
+    let all = stored::cases("hard.json");
     all.into_iter().filter(|case| case["expect"].as_str() == Some(kind)).collect()
 }
 
@@ -31,7 +31,7 @@ fn every_result_is_lit_finite_and_in_range() {
         let (stored, image) = (stored(&case, "image"), floats(&case["image"]));
         for u in points(&case) {
             let sampled = warp::sample(&stored.tree(), u).unwrap();
-            let pixel = support::pixel_index(support::pixel_of(sampled.point, stored.depth), stored.depth);
+            let pixel = stored::pixel_index(stored::pixel_of(sampled.point, stored.depth), stored.depth);
             assert!(sampled.point.iter().all(|y| (0.0..1.0).contains(y)), "{}", case["name"]);
             assert!(image[pixel] > 0.0 && sampled.pdf > 0.0 && sampled.pdf.is_finite(), "{}", case["name"]);
             assert_eq!(warp::pdf(&stored.tree(), sampled.point).to_bits(), sampled.pdf.to_bits());
@@ -49,8 +49,8 @@ fn results_are_those_of_rational_arithmetic() {
         let total: f64 = image.iter().sum();
         for row in case["exact"].as_array().unwrap() {
             let sampled = warp::sample(&stored.tree(), point(&row["x"])).unwrap();
-            let cell = support::pixel_of(sampled.point, stored.depth);
-            let probability = image[support::pixel_index(cell, stored.depth)] / total;
+            let cell = stored::pixel_of(sampled.point, stored.depth);
+            let probability = image[stored::pixel_index(cell, stored.depth)] / total;
             if probability < 1.0 / 4_194_304.0 {
                 continue;
             }
@@ -80,7 +80,7 @@ fn black_has_no_distribution() {
             let stored = stored(&case, "image");
             assert!(points(&case).into_iter().all(|u| warp::sample(&stored.tree(), u).is_none()));
             assert_eq!(warp::pdf(&stored.tree(), [0.3, 0.7]), 0.0);
-            assert_eq!(stored.pruned(0.0).1.squares, 0);
+            assert_eq!(stored.pruned(0.0).1, wis::prune::Pruning { squares: 0, error: 0.0 });
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Products of two stored trees: exact averages against vectors and against the naive product of the pixels.
 
-mod support;
+mod stored;
 
-use support::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
+use stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
 use wis::inner::{self, Product};
 use wis::status::Status;
 use wis::warp::{self, ONE_MINUS_EPSILON};
@@ -82,7 +82,7 @@ fn check_points<const N: usize, const C: usize, const K: usize, const M: usize>(
     for point in case["points"].as_array().unwrap() {
         let u = array::<N>(&doubles(&point["x"])).map(|x| (x / 16_777_216.0) as f32);
         let sampled = warp::sample(&product, u).unwrap();
-        let cell = support::pixel_of(sampled.point, depth);
+        let cell = stored::pixel_of(sampled.point, depth);
         if number(&point["margin"]) <= 1.0 / 1_048_576.0 {
             continue;
         }
@@ -131,7 +131,7 @@ fn check_laws<const N: usize, const C: usize, const K: usize, const M: usize>(de
         let mean: f64 = naive.pixels::<N>().iter().sum::<f64>() / (1u64 << (N as u32 * depth)) as f64;
         assert!((product.average() * scale(&e, &f) - mean).abs() <= 2.0 * EPS * mean);
         let mut total = 0.0;
-        for y in support::centres::<N>(depth) {
+        for y in stored::centres::<N>(depth) {
             let (pdf, expected) = (f64::from(warp::pdf(&product, y)), f64::from(warp::pdf(&naive.tree(), y)));
             assert_eq!(pdf > 0.0, expected > 0.0);
             total += pdf;
@@ -204,7 +204,7 @@ fn extreme_ranges_neither_overflow_nor_underflow() {
         assert!(sampled.pdf > 0.0 && sampled.pdf.is_finite());
         assert_eq!(warp::pdf(&product, sampled.point).to_bits(), sampled.pdf.to_bits());
     }
-    for y in support::centres::<2>(3) {
+    for y in stored::centres::<2>(3) {
         assert!(warp::pdf(&product, y) > 0.0);
     }
 }

@@ -1,8 +1,8 @@
 //! Point sets: nets in every prefix and aligned block, independence of pixels, golden values.
 
-mod support;
+mod stored;
 
-use support::bits;
+use stored::bits;
 use wis::points::{dimension_seed, hammersley, pixel_seed, sobol};
 
 /// Whether every elementary interval of area 2^-k holds one of the 2^k points: a (0,k,2)-net.

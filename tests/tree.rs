@@ -1,8 +1,8 @@
 //! Trees: building, pruning to a budget, and what makes stored bytes invalid.
 
-mod support;
+mod stored;
 
-use support::{Random, Stored, cases, doubles, integer};
+use stored::{Random, Stored, cases, doubles, integer};
 use wis::status::Status;
 use wis::tree::{self, Link, Tree};
 use wis::{morton, prune};
@@ -28,7 +28,7 @@ fn check_averages<const N: usize, const C: usize>(depth: u32) {
                 let t = morton::decode::<N>(u64::from(m * C as u32 + c), level + 1);
                 let expected = naive_average(&pixels, depth, level + 1, t);
                 let value = f64::from(stored.squares[(first + m) as usize][c as usize]) * scale;
-                assert!((value - expected).abs() <= expected * support::EPS, "{value} {expected}");
+                assert!((value - expected).abs() <= expected * stored::EPS, "{value} {expected}");
             }
         }
     }
@@ -168,10 +168,10 @@ fn costs_are_not_monotone_along_a_path() {
 fn truncation_of_whole_squares_keeps_the_sign() {
     for case in cases("estimator.json") {
         let depth = integer(&case["L"]);
-        let stored = truncated(&Stored::complete::<2>(depth, &support::floats(&case["f"])), &case["keep_squares"]);
+        let stored = truncated(&Stored::complete::<2>(depth, &stored::floats(&case["f"])), &case["keep_squares"]);
         let rebuilt = stored.pixels::<2>();
         for ((h, expected), f) in rebuilt.iter().zip(doubles(&case["H"])).zip(doubles(&case["f"])) {
-            assert!((h - expected).abs() <= 2.0 * support::EPS * expected, "{h} {expected}");
+            assert!((h - expected).abs() <= 2.0 * stored::EPS * expected, "{h} {expected}");
             assert!(*h > 0.0 || f == 0.0);
         }
     }
@@ -190,10 +190,7 @@ fn truncated(complete: &Stored<4>, keep: &serde_json::Value) -> Stored<4> {
         savings[square] = if kept { 1.0 } else { -1.0 };
         rooted += usize::from(kept);
     }
-    let mut squares = vec![[0.0; 4]; rooted];
-    let mut links = vec![Link::default(); rooted];
-    prune::write(&complete.tree(), &savings, &mut squares, &mut links).unwrap();
-    Stored { squares, links, ..complete.clone() }
+    complete.keep(&savings, rooted)
 }
 
 /// Clarberg et al. 2005, Eq. 8 and 11: expectations of the two estimators when the truncated map is sampled.
@@ -201,20 +198,20 @@ fn truncated(complete: &Stored<4>, keep: &serde_json::Value) -> Stored<4> {
 fn estimators_have_the_expected_values() {
     for case in cases("estimator.json") {
         let depth = integer(&case["L"]);
-        let stored = truncated(&Stored::complete::<2>(depth, &support::floats(&case["f"])), &case["keep_squares"]);
+        let stored = truncated(&Stored::complete::<2>(depth, &stored::floats(&case["f"])), &case["keep_squares"]);
         let tree = stored.tree();
         let integral = f64::from(stored.average) * 2f64.powi(stored.exponent);
         let (mut eq8, mut eq11) = (0.0, 0.0);
         let area = 1.0 / (1u32 << (2 * depth)) as f64;
         let terms = doubles(&case["f"]).into_iter().zip(doubles(&case["visible"]));
-        for ((f, visible), centre) in terms.zip(support::centres::<2>(depth)) {
+        for ((f, visible), centre) in terms.zip(stored::centres::<2>(depth)) {
             let pdf = f64::from(wis::warp::pdf(&tree, centre));
             eq8 += if pdf > 0.0 { area * pdf * (f * visible / pdf) } else { 0.0 };
             eq11 += area * pdf * integral * visible;
         }
-        assert!((eq8 - support::number(&case["expectation_eq8"])).abs() < 1e-7);
-        assert!((eq8 - support::number(&case["truth"])).abs() < 1e-7);
-        assert!((eq11 - support::number(&case["expectation_eq11"])).abs() < 1e-6 * eq11);
+        assert!((eq8 - stored::number(&case["expectation_eq8"])).abs() < 1e-7);
+        assert!((eq8 - stored::number(&case["truth"])).abs() < 1e-7);
+        assert!((eq11 - stored::number(&case["expectation_eq11"])).abs() < 1e-6 * eq11);
     }
 }
 

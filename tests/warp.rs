@@ -1,12 +1,12 @@
 //! The warp: exact vectors, the laws of sample, pdf and invert, and the batch against one point at a time.
 
-mod support;
+mod stored;
 
-use support::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
+use stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
 use wis::prune;
 use wis::status::Status;
 use wis::tree::Tree;
-use wis::warp::{self, ONE_MINUS_EPSILON, Sample, Split};
+use wis::warp::{self, ONE_MINUS_EPSILON, Sample};
 
 fn sample<const C: usize, const N: usize>(tree: &Tree<C>, u: [f32; N]) -> Sample<N> {
     warp::sample(tree, u).unwrap()
@@ -30,10 +30,10 @@ fn check_vectors<const N: usize, const C: usize>(case: &serde_json::Value) {
     for point in case["points"].as_array().unwrap() {
         let u = array::<N>(&doubles(&point["x"])).map(|x| (x / 16_777_216.0) as f32);
         let Sample { point: y, pdf } = sample(&stored.tree(), u);
-        let cell = support::pixel_of(y, depth);
+        let cell = stored::pixel_of(y, depth);
         let expected: [f64; N] = array(&doubles(&point["cell"]));
         assert!(y.iter().all(|y| (0.0..1.0).contains(y)));
-        assert!(stored.pixels::<N>()[support::pixel_index(cell, depth)] > 0.0);
+        assert!(stored.pixels::<N>()[stored::pixel_index(cell, depth)] > 0.0);
         if number(&point["margin"]) <= 1.0 / 1_048_576.0 {
             continue;
         }
@@ -69,8 +69,8 @@ fn check_laws<const N: usize, const C: usize>(depth: u32, stored: &Stored<C>, se
     let tree = stored.tree();
     for u in points::<N>(seed, 2000) {
         let sampled = sample(&tree, u);
-        let t = support::pixel_of(sampled.point, depth);
-        assert!(support::value_at(&tree, t) > 0.0, "a cell of zero mass was entered");
+        let t = stored::pixel_of(sampled.point, depth);
+        assert!(stored::value_at(&tree, t) > 0.0, "a cell of zero mass was entered");
         assert!(sampled.pdf > 0.0 && sampled.pdf.is_finite());
         assert_eq!(warp::pdf(&tree, sampled.point).to_bits(), sampled.pdf.to_bits());
         let back = warp::invert(&tree, sampled.point).unwrap();
@@ -192,7 +192,7 @@ fn scaling_by_powers_of_two_changes_no_bit() {
 fn the_density_integrates_to_one() {
     for budget in [0.0, 0.1] {
         let stored = Stored::<4>::complete::<2>(5, &Random(9).image(1024)).pruned(budget).0;
-        let sum: f64 = support::centres::<2>(5).map(|y| f64::from(warp::pdf(&stored.tree(), y))).sum();
+        let sum: f64 = stored::centres::<2>(5).map(|y| f64::from(warp::pdf(&stored.tree(), y))).sum();
         assert!((sum / 1024.0 - 1.0).abs() < 1e-6);
     }
 }
@@ -208,9 +208,9 @@ fn frequencies_follow_the_pdf() {
     let mut random = Random(12);
     let total = 1 << 20;
     for _ in 0..total {
-        counts[support::pixel_index(support::pixel_of(sample(&stored.tree(), random.point::<2>()).point, 4), 4)] += 1.0;
+        counts[stored::pixel_index(stored::pixel_of(sample(&stored.tree(), random.point::<2>()).point, 4), 4)] += 1.0;
     }
-    let expected = support::centres::<2>(4).map(|y| f64::from(warp::pdf(&stored.tree(), y)) * f64::from(total) / 256.0);
+    let expected = stored::centres::<2>(4).map(|y| f64::from(warp::pdf(&stored.tree(), y)) * f64::from(total) / 256.0);
     let statistic: f64 = expected.zip(counts).map(|(e, n)| (n - e) * (n - e) / e).sum();
     assert!(ChiSquared::new(255.0).unwrap().cdf(statistic) < 1.0 - 1e-6, "chi-square {statistic}");
 }
@@ -221,98 +221,16 @@ fn well_spread_points_stay_well_spread() {
     let stored = Stored::<4>::complete::<2>(5, &Random(13).image(1024));
     let cells = |points: &mut dyn Iterator<Item = [f32; 2]>| {
         let mut counts = [0.0; 16];
-        points.for_each(|u| {
-            counts[support::pixel_index(support::pixel_of(sample(&stored.tree(), u).point, 2), 2)] += 1.0
-        });
+        points
+            .for_each(|u| counts[stored::pixel_index(stored::pixel_of(sample(&stored.tree(), u).point, 2), 2)] += 1.0);
         counts
     };
-    let mass: Vec<f64> = support::centres::<2>(5).map(|y| f64::from(warp::pdf(&stored.tree(), y)) / 1024.0).collect();
+    let mass: Vec<f64> = stored::centres::<2>(5).map(|y| f64::from(warp::pdf(&stored.tree(), y)) / 1024.0).collect();
     let mut share = [0.0; 16];
     mass.iter().enumerate().for_each(|(i, m)| share[(i / 32 / 8) * 4 + i % 32 / 8] += m);
     let counts = cells(&mut (0..1024).map(|i| wis::points::sobol(1, i)));
     let worst = counts.iter().zip(share).map(|(n, m)| (n / 1024.0 - m).abs()).fold(0.0, f64::max);
     assert!(worst < 0.012, "{worst}");
-}
-
-#[test]
-fn a_side_without_mass_is_never_entered() {
-    for (lower, upper, side) in [(0.0, 1.0, 1), (1.0, 0.0, 0), (0.0, f32::from_bits(1), 1), (f32::from_bits(1), 0.0, 0)]
-    {
-        let split = Split::new(lower, upper);
-        for u in [0.0, f32::from_bits(1), 0.5, ONE_MINUS_EPSILON] {
-            assert_eq!(split.take(u), (side, u));
-            assert_eq!(split.undo(side, u), u);
-        }
-        assert_eq!((split.density(side), split.density(1 - side)), (2.0, 0.0));
-    }
-}
-
-#[test]
-fn improbable_sides_keep_a_probability() {
-    for (lower, upper) in [(1e-30, 1.0), (1.0, 1e-30), (f32::MIN_POSITIVE, 1e36), (1e36, f32::from_bits(1))] {
-        let split = Split::new(lower, upper);
-        assert!(split.density(0) >= 2.0 / 16_777_216.0 && split.density(1) >= 2.0 / 16_777_216.0);
-        assert_eq!((split.take(0.0).0, split.take(ONE_MINUS_EPSILON).0), (0, 1));
-    }
-    assert_eq!(Split::new(0.0, 0.0), Split::new(3.0, 3.0));
-}
-
-#[test]
-fn undoing_a_split_stays_on_its_side() {
-    let mut random = Random(17);
-    for _ in 0..100_000 {
-        let split = Split::new(random.texel(), random.texel());
-        let u = if random.unit() < 0.1 { ONE_MINUS_EPSILON } else { random.unit() };
-        for side in [0, 1] {
-            if split.density(side) > 0.0 {
-                let outer = split.undo(side, u);
-                assert!((0.0..1.0).contains(&outer));
-                assert_eq!(split.take(outer).0, side);
-            }
-        }
-    }
-}
-
-#[test]
-fn quads_split_as_trees_do() {
-    let mut random = Random(19);
-    for _ in 0..1000 {
-        let masses = std::array::from_fn(|_| random.texel());
-        let squares = [masses];
-        let tree = Tree::<4>::complete(1, masses.iter().sum(), &squares).unwrap();
-        let u = random.point();
-        let (child, inside, density) = warp::take_quad(masses, u);
-        let Some(sampled) = warp::sample(&tree, u) else { continue };
-        let t = support::pixel_of(sampled.point, 1);
-        assert_eq!((2 * t[0] + t[1], sampled.pdf), (child, density));
-        assert_eq!(warp::quad_density(masses, child).to_bits(), density.to_bits());
-        let back = warp::undo_quad(masses, child, inside);
-        assert!((0..2).all(|axis| (f64::from(back[axis]) - f64::from(u[axis])).abs() <= 2.0 * EPS));
-    }
-}
-
-#[test]
-fn axis_one_splits_first() {
-    let (child, inside, density) = warp::take_quad([1.0, 2.0, 0.0, 5.0], [0.25, 0.5]);
-    assert_eq!(
-        (child, inside, density),
-        (1, [0.25 / 0.375, (0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0)], 4.0 * 0.375 * (1.0 - 1.0 / 3.0))
-    );
-}
-
-#[test]
-fn u_outside_the_unit_interval_is_clamped() {
-    for (u, clamped) in [
-        (f32::NAN, 0.5),
-        (-1.0, 0.0),
-        (-0.0, 0.0),
-        (1.0, ONE_MINUS_EPSILON),
-        (f32::INFINITY, ONE_MINUS_EPSILON),
-        (f32::NEG_INFINITY, 0.0),
-        (0.25, 0.25),
-    ] {
-        assert_eq!(warp::clamp_u(u).to_bits(), f32::to_bits(clamped));
-    }
 }
 
 #[test]
@@ -335,7 +253,7 @@ fn pruned_trees_keep_every_lit_texel_reachable() {
     let mut savings = vec![0.0; stored.squares.len()];
     prune::plan(&stored.tree(), 0.5, &mut savings).unwrap();
     let pruned = stored.pruned(0.5).0;
-    for (pixel, centre) in image.iter().zip(support::centres::<2>(6)) {
+    for (pixel, centre) in image.iter().zip(stored::centres::<2>(6)) {
         assert!(*pixel == 0.0 || warp::pdf(&pruned.tree(), centre) > 0.0);
     }
 }

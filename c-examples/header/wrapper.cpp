@@ -9,7 +9,7 @@ int use_wrapper(wis::environment &environment, wis::product &product) {
     double luminance = 0.0;
     wis_sample sample;
     const auto query = wis::sized<wis_query>();
-    const auto brdf = wis::sized<wis_brdf>();
+    const auto brdf = wis::sized<wis_callback_brdf>();
     const wis::status answers[] = {
         environment.init(wis::sized<wis_environment_config>()),
         environment.sample(u, sample),

@@ -81,7 +81,8 @@ static bool write_sheet(const Session *s) {
         snprintf(panels[m].caption, sizeof panels[m].caption, "%s, %u samples, relative error %.3f",
                  method_name((Method)m), o->spp, metrics_relative(r, r->shadowed, s->difference));
     }
-    snprintf(caption, sizeof caption, "reference, %u samples", o->reference_spp);
+    snprintf(caption, sizeof caption, "reference, %u samples, 1 of %u x %u pixels", o->reference_spp,
+             o->crop.stride, o->crop.stride);
     return sheet_write(o->out, panels, caption, &s->light, &s->view, r, &o->crop) ||
            complain(o->out, "cannot be written");
 }

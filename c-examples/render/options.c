@@ -22,7 +22,7 @@ void options_help(void) {
          "  --threads N            (default: one per processor)\n"
          "  --nearest              look the light up without filtering\n"
          "  --crop X,Y,W,H,STRIDE  pixels that have a reference: every STRIDE-th of the rectangle\n"
-         "                         (default: every 2nd of a band that crosses the spheres)\n"
+         "                         (default: every 3rd of a band that crosses the spheres)\n"
          "  --reference-spp N      samples per reference pixel (default: 4096)\n"
          "  --help");
 }
@@ -129,7 +129,7 @@ static const char *complete(Options *o) {
     uint32_t batch = 2 * REFERENCE_BATCHES;
     o->reference_spp = (o->reference_spp + batch - 1) / batch * batch;
     if (o->crop.stride == 0) {
-        Crop band = {0, o->height * 35 / 100, o->width, o->height / 2, 2};
+        Crop band = {0, o->height * 35 / 100, o->width, o->height / 2, 3};
         o->crop = band;
     }
     if (o->width < 16 || o->height < 16 || o->width > MAX_SIZE || o->height > MAX_SIZE) {

@@ -38,7 +38,7 @@ static void print_method(const Session *s, int m) {
 
 static void print_methods(const Session *s) {
     const Reference *r = &s->reference;
-    printf("%-16s %7s %11s %7s %11s %9s %9s\n", "", "CPU", "ns / sample", "", "error", "", "");
+    printf("%-16s %7s %11s %7s %11s\n", "", "CPU", "ns / sample", "", "error");
     printf("%-16s %7s %11s %7s %11s %9s %9s\n", "method", "seconds", "sampling", "shadow", "unshadowed", "relative",
            "absolute");
     for (int m = 0; m < METHOD_COUNT; m++) {
@@ -48,10 +48,11 @@ static void print_methods(const Session *s) {
     print_errors(metrics_absolute(r, r->unshadowed, r->unshadowed_error),
                  metrics_relative(r, r->shadowed, r->shadowed_error),
                  metrics_absolute(r, r->shadowed, r->shadowed_error));
-    puts("\nSeconds are CPU time of all threads. Sampling: random numbers, preparation, directions, densities, BRDF\n"
-         "and light; shadow: rays against these few spheres, far cheaper than in a real scene. Errors are of\n"
-         "luminance: unshadowed and absolute = RMSE / mean, relative = sqrt(mean d^2 / (ref^2 + (0.01 mean)^2)).\n"
-         "The last row is the reference's standard error, the floor of what can be measured.\n");
+    puts("\nEqual numbers of samples, not equal time. Seconds are CPU time of all threads. Sampling: random\n"
+         "numbers, preparation, directions, densities, BRDF and light; shadow: rays against these few spheres,\n"
+         "far cheaper than in a real scene. Errors are of luminance: unshadowed and absolute = RMSE / mean,\n"
+         "relative = sqrt(mean d^2 / (ref^2 + (0.01 mean)^2)). The last row is the reference's standard error,\n"
+         "the floor of what can be measured.\n");
 }
 
 static void print_material_row(const Session *s, const char *name, const float *difference) {

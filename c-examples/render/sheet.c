@@ -9,7 +9,7 @@
 #define CAPTION 22u
 
 /* A log-average point is drawn this bright (1 = about mid white). */
-#define KEY 0.45f
+#define KEY 0.35f
 
 typedef struct Corner {
     uint32_t x, y;

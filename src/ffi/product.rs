@@ -454,7 +454,7 @@ impl Callback {
         let normal = unit(brdf.normal).ok_or(invalid)?;
         let peak = if brdf.half_angle > 0.0 {
             let direction = unit(brdf.peak).ok_or(invalid)?;
-            Some(Peak { direction, radius: brdf.half_angle, detail: brdf.half_angle })
+            Some(Peak::disc(direction, brdf.half_angle))
         } else {
             None
         };

@@ -251,7 +251,7 @@ pub unsafe extern "C" fn wis_tree_invert(tree: *const Tree, point: *const f32, u
     })
 }
 
-/// Warps `count` points (n packed numbers each) in place, faster than one by one. The points and `index` (your
+/// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points and `index` (your
 /// numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to the bit.
 /// WIS_ZERO_DENSITY if the tree is 0 everywhere.
 ///
@@ -281,13 +281,7 @@ enum Direction {
 
 /// # Safety
 /// `values` is null or points to `count` elements.
-unsafe fn transform(
-    dimensions: u32,
-    depth: u32,
-    count: usize,
-    values: *mut f64,
-    direction: Direction,
-) -> Checked<()> {
+unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64, direction: Direction) -> Checked<()> {
     check_grid(dimensions, depth)?;
     if morton::cells(dimensions, depth) != Some(count) {
         return Err(Failure::new(Status::InvalidArgument, 3));
@@ -357,7 +351,7 @@ struct Request {
 impl Request {
     fn new(config: &TreeConfig) -> Checked<Request> {
         check_grid(config.dimensions, config.depth).map_err(|_| Failure::new(Status::InvalidArgument, 1))?;
-        if !(config.error_budget >= 0.0) {
+        if config.error_budget.is_nan() || config.error_budget < 0.0 {
             return Err(Failure::new(Status::InvalidArgument, 1));
         }
         let complete = with_axes!(config.dimensions, 1, complete_squares(config.depth))?;
@@ -432,7 +426,7 @@ struct Header {
     reserved: u32,
 }
 
-/// "wis-tree" with the version of the format in its last letter.
+/// "wis-tre" and the version of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x01");
 
 impl Header {

@@ -23,7 +23,17 @@ impl Budget {
 }
 
 /// Splits that the peaks of narrow lobes may cause.
-const PEAK_SPLITS: u32 = 24;
+const PEAK_SPLITS: u32 = 64;
+/// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
+const PEAK_REACH: f32 = 1.5;
+/// ... until they are smaller than this many of its short half-widths.
+const PEAK_DETAIL: f32 = 1.8;
+/// A leaf that overlaps the ellipse of this many half-widths may hold the peak itself.
+const PEAK_CORE: f32 = 0.5;
+/// Cells of this level and finer are flat enough to be taken as parallelograms.
+const FLAT_LEVEL: u32 = 5;
+/// No leaf is darker than this share of its largest corner, or of a peak that it holds.
+const LEAF_FLOOR: f32 = 0.05;
 /// Refinement stops where a split would lower the variance of a sample's weight by less than this.
 const TOLERANCE: f32 = 1e-4;
 /// Squares of the base: the root and its children.
@@ -110,7 +120,7 @@ impl Floor {
     fn of(&self, corners: [f32; 4], level: u32, centre: Vec3) -> f32 {
         let above = self.hemisphere.is_none_or(|normal| normal.dot(centre) + cell_chord(level) >= 0.0);
         let largest = corners.iter().fold(0.0, |a, &b| max(a, b));
-        if above { max(0.05 * largest, self.least) } else { -1.0 }
+        if above { max(LEAF_FLOOR * largest, self.least) } else { -1.0 }
     }
 }
 
@@ -126,7 +136,8 @@ struct Builder<'a, B: Brdf> {
     /// Values are multiplied by this power of two before they are stored.
     scale: f32,
     floor: Floor,
-    peaks: [Option<Peak>; 4],
+    /// The narrow lobes and their values at the peak.
+    peaks: [Option<(Peak, f32)>; 4],
 }
 
 /// Builds the cells of a product.
@@ -189,6 +200,8 @@ const GRID: [[u8; 5]; 5] =
 /// The first values of the BRDF, and what follows from them.
 struct Base {
     values: [f32; BASE.len()],
+    /// The values at the peaks.
+    peaks: [f32; 4],
     largest: f32,
     /// The mean of the values above the horizon.
     mean: f32,
@@ -217,11 +230,13 @@ impl Base {
         let lit = directions.iter().zip(values).take(BASE.len()).filter(|(wi, _)| above(wi));
         let (sum, lit) = lit.fold((0.0f64, 0.0f64), |(sum, n), (_, v)| (sum + f64::from(v), n + 1.0));
         let mut base = [0.0; BASE.len()];
-        for (slot, value) in base.iter_mut().zip(values) {
+        let mut peaks = [0.0; 4];
+        for (slot, value) in base.iter_mut().chain(&mut peaks).zip(values) {
             *slot = value;
         }
         Ok(Base {
             values: base,
+            peaks,
             largest,
             mean: (sum / if lit > 0.0 { lit } else { 1.0 }) as f32,
             exponent: if largest > 0.0 { exponent(f64::from(largest)) } else { 0 },
@@ -249,8 +264,8 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let least = max(base.mean * scale * (1.0 / 1024.0), exp2i(-40) as f32);
         let floor = Floor { hemisphere: brdf.hemisphere(), least };
         let mut peaks = [None; 4];
-        for (slot, peak) in peaks.iter_mut().zip(brdf.peaks()) {
-            *slot = Some(peak);
+        for ((slot, peak), value) in peaks.iter_mut().zip(brdf.peaks()).zip(base.peaks) {
+            *slot = Some((peak, value * scale));
         }
         let evaluations = base.evaluations;
         Builder { light, frame, brdf, cells, used: 0, squares: 0, evaluations, scale, floor, peaks }
@@ -413,6 +428,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
     fn weigh(&self, cell: &mut Cell, residuals: [f32; 4]) {
         let centre = self.frame.to_world(direction(centre(cell)));
         cell.floor = self.floor.of(cell.corners, cell.level, centre);
+        self.mind_peaks(cell, centre);
         let corners = cell.raised();
         cell.weight = leaf_weight(corners, cell.light, self.light.children(cell.square), cell.square);
         let largest = corners.iter().fold(0.0, |a, &b| max(a, b));
@@ -422,7 +438,22 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let error = 0.35 * residual + 0.03 * (largest - smallest);
         if cell.level < MAX_DEPTH && mean > 0.0 {
             cell.priority = area(cell.level) * cell.light * error * error / (mean + 0.3 * error);
-            cell.coarse = u32::from(self.peaks.iter().flatten().any(|peak| too_coarse(peak, cell.level, centre)));
+        }
+    }
+
+    /// Marks a cell that is too coarse for a peak near it, and raises the floor of one that may hold the peak itself.
+    ///
+    /// Without this the cells at a narrow peak, whose corners are all dark, are missed.
+    fn mind_peaks(&self, cell: &mut Cell, centre: Vec3) {
+        for (peak, value) in self.peaks.iter().flatten() {
+            if !near(peak, PEAK_REACH, cell, centre, self.frame) {
+                continue;
+            }
+            let coarse = cell_chord(cell.level) > PEAK_DETAIL * peak.radii[1] && cell.level < MAX_DEPTH;
+            cell.coarse |= u32::from(coarse);
+            if cell.floor >= 0.0 && near(peak, PEAK_CORE, cell, centre, self.frame) {
+                cell.floor = max(cell.floor, LEAF_FLOOR * value);
+            }
         }
     }
 
@@ -491,13 +522,33 @@ fn residuals(corners: [f32; 4], new: [f32; NEW]) -> [f32; NEW] {
     result
 }
 
-/// Whether a cell overlaps the disc of 0.75 half-angles about a peak and is coarser than 1.8 of them.
-///
-/// Without this the cells beside a narrow peak, whose corners are all dark, are missed.
-fn too_coarse(peak: &Peak, level: u32, centre: Vec3) -> bool {
-    let radius = cell_chord(level);
-    let distance = sqrt((centre - peak.direction).length_squared());
-    radius > 1.8 * peak.detail && distance <= 0.75 * peak.radius + radius
+/// Whether a cell overlaps the ellipse of `reach` half-widths about a peak.
+fn near(peak: &Peak, reach: f32, cell: &Cell, centre: Vec3, frame: &Frame) -> bool {
+    let chord = cell_chord(cell.level);
+    let [long, short] = peak.radii.map(|r| reach * r);
+    let offset = peak.direction - centre;
+    sqrt(offset.length_squared()) <= long + chord
+        && offset.dot(peak.across).abs() <= short + chord
+        && (cell.level < FLAT_LEVEL || overlaps(peak, [long, short], offset, half_axes(cell, centre, frame)))
+}
+
+/// The vectors from the centre of a cell to the middles of its upper edges.
+fn half_axes(cell: &Cell, middle: Vec3, frame: &Frame) -> [Vec3; 2] {
+    let half = 0.5 / (1u32 << (cell.level & 31)) as f32;
+    let [x, y] = centre(cell);
+    [[x + half, y], [x, y + half]].map(|s| frame.to_world(direction(s)) - middle)
+}
+
+/// Whether an ellipse overlaps a cell: in the coordinates of the cell's half axes the cell is the square [-1, 1]^2.
+fn overlaps(peak: &Peak, [long, short]: [f32; 2], offset: Vec3, [a, b]: [Vec3; 2]) -> bool {
+    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
+    let determinant = max(aa * bb - ab * ab, f32::MIN_POSITIVE);
+    let local = |v: Vec3| {
+        let (va, vb) = (v.dot(a), v.dot(b));
+        [(va * bb - vb * ab) / determinant, (vb * aa - va * ab) / determinant]
+    };
+    let ([x, y], [ux, uy], [vx, vy]) = (local(offset), local(peak.along() * long), local(peak.across * short));
+    x.abs() <= 1.0 + sqrt(ux * ux + vx * vx) && y.abs() <= 1.0 + sqrt(uy * uy + vy * vy)
 }
 
 /// Writes the squares and leaves of built cells; the slices have the lengths that [`Built`] tells.

@@ -1,6 +1,14 @@
 //! What the integration tests share: environments and products built through the C boundary, in aligned memory.
 #![allow(dead_code)]
 
+pub mod maps;
+pub mod material;
+pub mod partition;
+pub mod quadrature;
+pub mod scenes;
+pub mod statistics;
+pub mod vector;
+
 use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;

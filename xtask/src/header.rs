@@ -3,7 +3,6 @@
 use cbindgen::{
     Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, FunctionConfig, Language, Layout, RenameRule, Style,
 };
-use std::collections::HashMap;
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,8 +11,9 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 const HEADER: &str = "include/wis.h";
 
-/// Where the items of the C API are declared, in the order in which the header lists them; `mod` lines are followed.
-const SOURCES: [&str; 4] = ["src/status.rs", "src/query.rs", "src/descent.rs", "src/ffi/mod.rs"];
+/// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
+/// modules of a `mod.rs` are followed.
+const SOURCES: [&str; 4] = ["src/ffi/mod.rs", "src/query.rs", "src/descent.rs", "src/status.rs"];
 
 /// The top of the header: what a caller must know that no single declaration can say.
 const INTRODUCTION: &str = include_str!("introduction.h");
@@ -33,8 +33,7 @@ pub fn check(root: &Path) -> Result<()> {
 }
 
 fn generate(root: &Path) -> Result<String> {
-    let names = type_names(root)?;
-    let mut builder = Builder::new().with_config(config(names));
+    let mut builder = Builder::new().with_config(config(&declarations(root)?));
     for source in SOURCES {
         builder = builder.with_src(root.join(source));
     }
@@ -42,12 +41,14 @@ fn generate(root: &Path) -> Result<String> {
     builder.generate()?.write(&mut text);
     // cbindgen qualifies an enumerator with the name of its type; the statuses are known as WIS_OK, not WIS_STATUS_OK.
     let text = String::from_utf8(text)?.replace("WIS_STATUS_", "WIS_");
-    let text = without_safety_sections(&array_parameters(&text));
+    let text = array_parameters(&without_safety_sections(&text));
     reject_rust_syntax(&text)?;
     Ok(text)
 }
 
-fn config(names: HashMap<String, String>) -> Config {
+fn config(declarations: &str) -> Config {
+    let types = declarations.lines().filter_map(declared_type);
+    let internal = declarations.lines().filter_map(declared_constant).filter(|name| !name.starts_with("WIS_"));
     Config {
         language: Language::C,
         header: Some(INTRODUCTION.trim_end().into()),
@@ -59,21 +60,24 @@ fn config(names: HashMap<String, String>) -> Config {
         style: Style::Both,
         documentation_style: DocumentationStyle::Cxx,
         line_length: 120,
-        export: ExportConfig { rename: names, ..ExportConfig::default() },
+        export: ExportConfig {
+            rename: types.map(|name| (name.into(), c_name(name))).collect(),
+            exclude: internal.map(String::from).collect(),
+            ..ExportConfig::default()
+        },
         enumeration: EnumConfig { rename_variants: RenameRule::QualifiedScreamingSnakeCase, ..EnumConfig::default() },
         function: FunctionConfig { args: Layout::Auto, ..FunctionConfig::default() },
         ..Config::default()
     }
 }
 
-/// The C name of every public type: `ProductConfig` becomes `wis_product_config`.
-fn type_names(root: &Path) -> Result<HashMap<String, String>> {
-    let mut names = HashMap::new();
+/// The text of all sources.
+fn declarations(root: &Path) -> Result<String> {
+    let mut text = String::new();
     for file in source_files(root)? {
-        let text = fs::read_to_string(file)?;
-        names.extend(text.lines().filter_map(declared_type).map(|name| (name.into(), c_name(name))));
+        text += &fs::read_to_string(file)?;
     }
-    Ok(names)
+    Ok(text)
 }
 
 /// Every Rust file that stands beside a source, since [`SOURCES`] name modules whose children are followed.
@@ -95,11 +99,21 @@ fn source_files(root: &Path) -> Result<Vec<PathBuf>> {
 
 /// The name in a line such as `pub struct Name {`.
 fn declared_type(line: &str) -> Option<&str> {
-    let item = line.strip_prefix("pub ")?;
+    let item = line.trim_start().strip_prefix("pub ")?;
     let rest = ["struct ", "enum ", "union ", "type "].iter().find_map(|keyword| item.strip_prefix(keyword))?;
-    rest.split(|c: char| !c.is_alphanumeric()).next()
+    identifier(rest)
 }
 
+/// The name in a line such as `pub const NAME: u32 = 1;`.
+fn declared_constant(line: &str) -> Option<&str> {
+    identifier(line.trim_start().strip_prefix("pub const ")?)
+}
+
+fn identifier(text: &str) -> Option<&str> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').next()
+}
+
+/// `ProductConfig` becomes `wis_product_config`.
 fn c_name(rust: &str) -> String {
     let mut name = String::from("wis");
     for letter in rust.chars() {
@@ -146,7 +160,7 @@ fn without_safety_sections(text: &str) -> String {
 
 /// The header is read by C programmers: links and paths of rustdoc must not leak into it.
 fn reject_rust_syntax(text: &str) -> Result<()> {
-    match text.lines().find(|line| line.contains("::") || line.contains("[`") || line.contains("# Safety")) {
+    match text.lines().find(|line| line.contains("::") || line.contains("[`")) {
         Some(line) => Err(format!("Rust syntax in a comment of the C boundary: {}", line.trim()).into()),
         None => Ok(()),
     }
@@ -162,6 +176,11 @@ mod tests {
         assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
         assert_eq!(c_name("ProductConfig"), "wis_product_config");
+    }
+
+    #[test]
+    fn constants_are_found_at_any_depth() {
+        assert_eq!(declared_constant("    pub const DEFAULT: u32 = 0;"), Some("DEFAULT"));
     }
 
     #[test]

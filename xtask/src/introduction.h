@@ -24,7 +24,7 @@
  * Structs. Where the first field is `size`, set it to sizeof the struct and every field that is not used to 0.
  *
  * Arguments stand in the order objects, config, count, inputs, outputs. A stride is the distance in bytes between
- * the first floats of neighbouring elements.
+ * the first floats of neighbouring elements; 0: they stand close together.
  *
  * Spaces and units. A direction is three floats x, y, z of unit length in world space and points away from the
  * surface: wo to the eye, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map.

@@ -10,7 +10,9 @@ const USAGE: &str = "usage: cargo run -p xtask -- header [--check]
   header --check  fails if include/wis.h differs by a byte from what `header` would write";
 
 fn main() -> ExitCode {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    // Set by `cargo run`; the value at compile time may be another checkout's that shares the target folder.
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| "xtask".into());
+    let root = Path::new(&package).join("..");
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let outcome = match arguments.as_slice() {

@@ -1,0 +1,252 @@
+//! Building in passes: in order, with one configuration, with every row; and the rows that the client gives.
+
+use crate::block::Block;
+use crate::call::Call;
+use crate::objects::function;
+use crate::scene::Scene;
+use std::ffi::c_void;
+use std::ptr::null;
+use wis::ffi::environment::*;
+use wis::status::Status;
+
+/// Rows of the two passes of the scene's map.
+const ROWS: [usize; 2] = [3, 4];
+
+#[test]
+fn rows_out_of_range() {
+    let (scene, run) = (Scene::new(), function("wis_environment_run"));
+    for pass in 0..2 {
+        let rows = ROWS[pass];
+        let faults =
+            [(rows + 1, 0, "first"), (u32::MAX as usize, 1, "first"), (0, rows + 1, "count"), (rows, 1, "count")];
+        for (first, count, at_fault) in faults {
+            let mut call = Call::valid(&scene, &run);
+            [("pass", pass), ("first", first), ("count", count)].map(|(name, number)| call.set(name, number));
+            call.fails(&format!("pass {pass}: {first} + {count}"), Status::InvalidArgument, at_fault);
+        }
+        let mut call = Call::valid(&scene, &run);
+        [("pass", pass), ("first", rows), ("count", 0)].map(|(name, number)| call.set(name, number));
+        call.succeeds("no rows at the end");
+    }
+    for pass in [2, 3, u32::MAX as usize] {
+        let mut call = Call::valid(&scene, &run);
+        call.set("pass", pass);
+        call.fails(&format!("pass {pass}"), Status::InvalidArgument, "pass");
+    }
+}
+
+/// A scratch block in which nothing was begun.
+#[test]
+fn nothing_begun() {
+    let scene = Scene::new();
+    for name in ["wis_environment_run", "wis_environment_finish"] {
+        let function = function(name);
+        for filling in [0, 0xa5, 0xff] {
+            let mut call = Call::valid(&scene, &function);
+            call.give("scratch", Block::new(&vec![filling; call.number("scratch_bytes")], 0));
+            call.fails("nothing begun", Status::Mismatch, "scratch");
+        }
+    }
+}
+
+/// The scratch block after some passes; a pass is its number and its rows.
+fn scratch_after(scene: &Scene, passes: &[(usize, std::ops::Range<usize>)]) -> Vec<u8> {
+    let (begin, run) = (function("wis_environment_begin"), function("wis_environment_run"));
+    let begun = Call::valid(scene, &begin);
+    begun.succeeds("begin");
+    let mut scratch = begun.bytes("scratch").to_vec();
+    for (pass, rows) in passes {
+        let mut call = Call::valid(scene, &run);
+        call.give("scratch", Block::new(&scratch, 0));
+        [("pass", *pass), ("first", rows.start), ("count", rows.len())].map(|(name, number)| call.set(name, number));
+        call.succeeds("run");
+        scratch = call.bytes("scratch").to_vec();
+    }
+    scratch
+}
+
+/// The second pass waits for every row of the first, the end for every row of both.
+#[test]
+fn passes_out_of_order() {
+    let scene = Scene::new();
+    let run = function("wis_environment_run");
+    for done in [&[][..], &[(0, 0..2)], &[(0, 1..3)], &[(0, 0..1), (0, 2..3)]] {
+        let mut call = Call::valid(&scene, &run);
+        call.give("scratch", Block::new(&scratch_after(&scene, done), 0));
+        call.set("pass", 1);
+        call.fails(&format!("after {done:?}"), Status::Mismatch, "scratch");
+    }
+    let finish = function("wis_environment_finish");
+    for done in [&[][..], &[(0, 0..3)], &[(0, 0..3), (1, 0..3)], &[(0, 0..3), (1, 1..4)]] {
+        let mut call = Call::valid(&scene, &finish);
+        call.give("scratch", Block::new(&scratch_after(&scene, done), 0));
+        call.fails(&format!("after {done:?}"), Status::Mismatch, "scratch");
+    }
+}
+
+/// However the rows are shared, and whoever does a row twice, the environment is the same to the byte.
+#[test]
+fn any_portions() {
+    let scene = Scene::new();
+    let finish = function("wis_environment_finish");
+    let whole = Call::valid(&scene, &finish);
+    whole.succeeds("whole passes");
+    let portions = [(0, 2..3), (0, 0..2), (0, 1..2), (1, 3..4), (1, 1..2), (1, 0..2), (1, 2..3)];
+    let mut call = Call::valid(&scene, &finish);
+    call.give("scratch", Block::new(&scratch_after(&scene, &portions), 0));
+    call.succeeds("portions");
+    assert_eq!(call.bytes("memory"), whole.bytes("memory"));
+}
+
+/// A configuration that is not the one of wis_environment_begin.
+#[test]
+fn changed_configuration() {
+    let changes: [fn(&mut EnvironmentConfig); 8] = [
+        |c| c.layout = WIS_LAYOUT_OCTAHEDRAL,
+        |c| c.width = 5,
+        |c| c.height = 2,
+        |c| c.channels = 1,
+        |c| c.flags = 0,
+        |c| c.storage = WIS_STORAGE_PYRAMID,
+        |c| c.resolution = 2,
+        |c| c.error_budget = 0.5,
+    ];
+    let scene = Scene::new();
+    for name in ["wis_environment_run", "wis_environment_finish"] {
+        let function = function(name);
+        for (number, change) in changes.into_iter().enumerate() {
+            let mut call = Call::valid(&scene, &function);
+            call.edit("config", |c: &mut EnvironmentConfig| {
+                change(c);
+                if c.layout == WIS_LAYOUT_OCTAHEDRAL {
+                    c.width = c.height;
+                }
+            });
+            call.fails(&format!("change {number}"), Status::Mismatch, "scratch");
+        }
+    }
+}
+
+/// A build that lacks memory only at its end can be ended again.
+#[test]
+fn finish_after_a_short_block() {
+    let scene = Scene::new();
+    let (init, finish) = (function("wis_environment_init"), function("wis_environment_finish"));
+    let whole = Call::valid(&scene, &init);
+    whole.succeeds("init");
+    let mut short = Call::valid(&scene, &init);
+    short.set("bytes", 0);
+    short.answer();
+    let mut call = Call::valid(&scene, &finish);
+    call.give("scratch", Block::new(short.bytes("scratch"), 0));
+    call.succeeds("finish");
+    assert_eq!(call.bytes("memory"), whole.bytes("memory"));
+}
+
+/// Rows from a callback, of which `user` tells the first that is missing.
+struct Supply {
+    pixels: *const u8,
+    row_bytes: usize,
+    missing: u32,
+}
+
+unsafe extern "C" fn supply(user: *mut c_void, y: u32) -> *const c_void {
+    // SAFETY: `user` is the supply.
+    let supply = unsafe { &*user.cast::<Supply>() };
+    if y == supply.missing {
+        return null();
+    }
+    supply.pixels.wrapping_add(y as usize * supply.row_bytes).cast()
+}
+
+/// Rows of a callback give what an array gives; a row that is missing is named.
+#[test]
+fn rows_of_a_callback() {
+    let scene = Scene::new();
+    let init = function("wis_environment_init");
+    let expected = Call::valid(&scene, &init);
+    expected.succeeds("an array");
+    for missing in [0, 1, 2, u32::MAX] {
+        let mut supplied = Supply { pixels: null(), row_bytes: 6 * 12, missing };
+        let mut call = Call::valid(&scene, &init);
+        call.edit("config", |c: &mut EnvironmentConfig| {
+            supplied.pixels = std::mem::replace(&mut c.pixels, null()).cast();
+            c.row = Some(supply);
+            c.row_user = (&raw mut supplied).cast();
+        });
+        if missing == u32::MAX {
+            call.succeeds("every row");
+            assert_eq!(call.bytes("memory"), expected.bytes("memory"));
+        } else {
+            let diagnostic = call.fails("a row is missing", Status::CallbackFailed, "config");
+            assert_eq!((diagnostic.x, diagnostic.y), (0, missing));
+        }
+    }
+}
+
+/// Rows may stand at any address, in any order and at any distance.
+#[test]
+fn strides_of_rows() {
+    let scene = Scene::new();
+    let init = function("wis_environment_init");
+    let expected = Call::valid(&scene, &init);
+    expected.succeeds("packed");
+    for (stride, address) in [(72, 0), (72, 1), (75, 3), (400, 2), (-72, 0), (-77, 5)] {
+        let mut call = Call::valid(&scene, &init);
+        let mut rows = Block::new(&[0xff; 1024], 0);
+        call.edit("config", |c: &mut EnvironmentConfig| {
+            let start = if stride < 0 { 512 } else { address };
+            for y in 0..3isize {
+                // SAFETY: the map has three rows of 72 bytes.
+                let row = unsafe { std::slice::from_raw_parts(c.pixels.cast::<u8>().add(72 * y as usize), 72) };
+                let at = (start as isize + y * stride) as usize;
+                rows[at..at + 72].copy_from_slice(row);
+            }
+            (c.pixels, c.row_stride) = (rows.pointer().wrapping_add(start).cast(), stride);
+        });
+        call.succeeds("strided rows");
+        assert_eq!(call.bytes("memory"), expected.bytes("memory"), "stride {stride}");
+    }
+}
+
+/// Texels that are not light: rejected and named, or replaced and counted.
+#[test]
+fn bad_texels() {
+    let (scene, init) = (Scene::new(), function("wis_environment_init"));
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -f32::MIN_POSITIVE] {
+        for (x, y, channel) in [(0, 0, 0), (5, 0, 2), (3, 1, 1), (0, 2, 0), (5, 2, 2)] {
+            let mut pixels = vec![1.0f32; 6 * 3 * 3];
+            pixels[(y * 6 + x) * 3 + channel] = bad;
+            let mut call = Call::valid(&scene, &init);
+            call.edit("config", |c: &mut EnvironmentConfig| c.pixels = pixels.as_ptr().cast());
+            let diagnostic = call.fails(&format!("{bad}"), Status::InvalidTexel, "config");
+            assert_eq!((diagnostic.x as usize, diagnostic.y as usize), (x, y));
+            call.edit("config", |c: &mut EnvironmentConfig| c.flags |= WIS_ENVIRONMENT_SANITISE);
+            call.succeeds("sanitised");
+            call.edit("info", |info: &mut EnvironmentInfo| assert_eq!(info.sanitised, 1));
+        }
+    }
+    for harmless in [0.0, -0.0, f32::MAX, 1e-45] {
+        let pixels = vec![harmless; 6 * 3 * 3];
+        let mut call = Call::valid(&scene, &init);
+        call.edit("config", |c: &mut EnvironmentConfig| c.pixels = pixels.as_ptr().cast());
+        call.succeeds("a texel");
+    }
+}
+
+/// Alpha is not light: any bits will do.
+#[test]
+fn alpha_is_ignored() {
+    let (scene, init) = (Scene::new(), function("wis_environment_init"));
+    let build = |alpha: f32| {
+        let pixels: Vec<f32> = (0..6 * 3).flat_map(|i| [1.0 + i as f32, 2.0, 0.5, alpha]).collect();
+        let mut call = Call::valid(&scene, &init);
+        call.edit("config", |c: &mut EnvironmentConfig| {
+            (c.channels, c.pixels) = (4, pixels.as_ptr().cast());
+        });
+        call.succeeds("four channels");
+        call.bytes("memory").to_vec()
+    };
+    let expected = build(1.0);
+    assert!([f32::NAN, f32::INFINITY, -1.0].into_iter().all(|alpha| build(alpha) == expected));
+}

@@ -1,0 +1,273 @@
+//! Null and misaligned pointers, short blocks, wrong struct sizes and strides: the same faults at every function.
+
+use crate::block::{Block, SENTINEL};
+use crate::call::Call;
+use crate::header::{Function, Parameter, begins_with_size, functions};
+use crate::scene::{COUNT, Scene};
+use wis::descent::Sample;
+use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
+use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
+use wis::ffi::tree::{TreeConfig, TreeInfo};
+use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
+use wis::query::Query;
+use wis::status::Status;
+
+/// Calls `test` with every parameter of every function.
+fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
+    let scene = Scene::new();
+    for function in functions().iter().filter(|function| function.answers_status) {
+        for parameter in &function.parameters {
+            test(&scene, function, parameter);
+        }
+    }
+}
+
+/// The pointers of which the header says that they may be null.
+fn is_optional(function: &Function, parameter: &Parameter) -> bool {
+    match parameter.name.as_str() {
+        "diagnostic" | "world_from_map" => true,
+        "info" => function.name != "wis_product_describe",
+        _ => false,
+    }
+}
+
+/// The alignment of what a pointer points to.
+fn alignment(parameter: &Parameter) -> usize {
+    match parameter.pointee() {
+        "void" | "wis_environment" | "wis_product" | "wis_tree" => WIS_ALIGNMENT,
+        "float" | "uint32_t" => 4,
+        "double" => 8,
+        "wis_sample" => align_of::<Sample>(),
+        "wis_query" => align_of::<Query>(),
+        "wis_memory_size" => align_of::<MemorySize>(),
+        "wis_diagnostic" => align_of::<Diagnostic>(),
+        "wis_environment_config" => align_of::<EnvironmentConfig>(),
+        "wis_environment_info" => align_of::<EnvironmentInfo>(),
+        "wis_product_config" => align_of::<ProductConfig>(),
+        "wis_product_info" => align_of::<ProductInfo>(),
+        "wis_callback_brdf" => align_of::<CallbackBrdf>(),
+        "wis_tree_config" => align_of::<TreeConfig>(),
+        "wis_tree_info" => align_of::<TreeInfo>(),
+        handle if handle.ends_with('*') => align_of::<*const u8>(),
+        other => panic!("{other} has no alignment"),
+    }
+}
+
+#[test]
+fn null_pointers() {
+    for_each_parameter(|scene, function, parameter| {
+        if parameter.is_pointer() {
+            let mut call = Call::valid(scene, function);
+            call.set(&parameter.name, 0);
+            if is_optional(function, parameter) {
+                call.succeeds("optional");
+            } else {
+                call.fails("null", Status::NullPointer, &parameter.name);
+            }
+        }
+    });
+}
+
+#[test]
+fn misaligned_pointers() {
+    for_each_parameter(|scene, function, parameter| {
+        if parameter.is_pointer() {
+            let alignment = alignment(parameter);
+            for offset in (1..alignment).filter(|offset| *offset < 4 || offset % 4 == 0) {
+                let mut call = Call::valid(scene, function);
+                call.misalign(&parameter.name, offset);
+                call.fails(&format!("{offset} bytes off"), Status::Misaligned, &parameter.name);
+            }
+            let mut call = Call::valid(scene, function);
+            call.misalign(&parameter.name, alignment);
+            call.succeeds("aligned");
+        }
+    });
+}
+
+/// A block that is too short names the bytes that it lacks, and these are enough.
+#[test]
+fn short_blocks() {
+    for_each_parameter(|scene, function, parameter| {
+        let Some(block) = block_of(&parameter.name) else { return };
+        for storage in storages(function) {
+            let call = |bytes: usize| {
+                let mut call = Call::valid(scene, function);
+                storage.into_iter().for_each(|storage| set_storage(&mut call, storage));
+                give_bytes(&mut call, block, &parameter.name, bytes);
+                call
+            };
+            let most = Call::valid(scene, function).number(&parameter.name);
+            let needed = least(most, |bytes| call(bytes).answer() == Status::Ok as usize);
+            for bytes in [0, 1, needed / 2, needed - 1] {
+                let diagnostic = call(bytes).fails(&format!("{bytes} bytes"), Status::MemoryTooSmall, block);
+                let told = diagnostic.bytes_needed as usize;
+                // What only its header measures cannot be measured before the header is there.
+                let in_header = function.takes("const void *memory") && bytes < told && told <= 96;
+                assert!(told == needed || in_header, "{}: {bytes} bytes: {told}", function.name);
+            }
+            call(needed).succeeds("exactly the bytes that are needed");
+        }
+    });
+}
+
+/// The block whose length a parameter tells.
+fn block_of(length: &str) -> Option<&'static str> {
+    match length {
+        "bytes" => Some("memory"),
+        "scratch_bytes" => Some("scratch"),
+        _ => None,
+    }
+}
+
+/// The storages with which a function is tried; `None` as it comes.
+fn storages(function: &Function) -> Vec<Option<u32>> {
+    let builds = matches!(function.name.as_str(), "wis_environment_init" | "wis_environment_begin");
+    if builds { vec![Some(WIS_STORAGE_PYRAMID), Some(WIS_STORAGE_SPARSE)] } else { vec![None] }
+}
+
+fn set_storage(call: &mut Call, storage: u32) {
+    call.edit("config", |config: &mut EnvironmentConfig| config.storage = storage);
+}
+
+/// The least number of bytes that is enough.
+fn least(most: usize, enough: impl Fn(usize) -> bool) -> usize {
+    let (mut short, mut high) = (0, most);
+    assert!(enough(high));
+    while short + 1 < high {
+        let middle = short + (high - short) / 2;
+        if enough(middle) { high = middle } else { short = middle }
+    }
+    high
+}
+
+/// Gives a block of another length: the first bytes of the old one.
+fn give_bytes(call: &mut Call, block: &str, length: &str, bytes: usize) {
+    let mut content = call.bytes(block).to_vec();
+    content.resize(bytes, SENTINEL);
+    call.give(block, Block::new(&content, 0));
+    call.set(length, bytes);
+}
+
+/// A struct of another version: only its size is read, or there.
+#[test]
+fn wrong_struct_sizes() {
+    for_each_parameter(|scene, function, parameter| {
+        if begins_with_size(parameter.pointee()) {
+            let size = Call::valid(scene, function).bytes(&parameter.name).len() as u32;
+            for wrong in [0, size - 4, size - 1, size + 1, size + 4, u32::MAX] {
+                let mut call = Call::valid(scene, function);
+                call.give(&parameter.name, Block::new(&wrong.to_ne_bytes(), 0));
+                call.fails(&format!("size {wrong}"), Status::InvalidStructSize, &parameter.name);
+            }
+        }
+    });
+}
+
+/// The floats of an element of an array.
+fn floats_of_element(array: &str) -> usize {
+    match array {
+        "pdf" => 1,
+        "u" | "out" => 2,
+        "wi" | "f_cos" => 3,
+        other => panic!("{other} is no array"),
+    }
+}
+
+/// The array that a stride belongs to.
+fn array_of(stride: &Parameter) -> Option<&str> {
+    if stride.name == "stride" { Some("out") } else { stride.name.strip_suffix("_stride") }
+}
+
+#[test]
+fn strides() {
+    for_each_parameter(|scene, function, parameter| {
+        let Some(array) = array_of(parameter) else { return };
+        let packed = 4 * floats_of_element(array);
+        let try_stride = |stride: usize, status: Status| {
+            let mut call = Call::valid(scene, function);
+            call.set(&parameter.name, stride);
+            call.fails(&format!("{array} {stride}"), status, &parameter.name);
+        };
+        (4..packed).step_by(4).for_each(|stride| try_stride(stride, Status::InvalidArgument));
+        [1, 2, 3, packed + 1, packed + 2, usize::MAX].map(|stride| try_stride(stride, Status::Misaligned));
+        [usize::MAX - 3, usize::MAX / 2 - 3].map(|stride| try_stride(stride, Status::Overflow));
+    });
+}
+
+/// A stride that is wider than the element leaves what is between untouched, and gives the same numbers.
+#[test]
+fn wide_strides() {
+    for_each_parameter(|scene, function, parameter| {
+        let Some(array) = array_of(parameter) else { return };
+        let width = floats_of_element(array);
+        let packed = Call::valid(scene, function);
+        let mut wide = Call::valid(scene, function);
+        let spread = |floats: &[f32], gap: f32| -> Vec<f32> {
+            let elements = floats.chunks_exact(width);
+            let mut spread: Vec<f32> = elements.flat_map(|e| e.iter().copied().chain([gap, gap])).collect();
+            spread.truncate(spread.len() - 2);
+            spread
+        };
+        let gap = f32::from_ne_bytes([SENTINEL; 4]);
+        wide.give(array, Block::new(&crate::block::numbers(&spread(&packed.floats(array), gap)), 0));
+        wide.set(&parameter.name, 4 * width + 8);
+        packed.succeeds("packed");
+        wide.succeeds("wide");
+        for result in &function.parameters {
+            if result.name == array {
+                assert_eq!(spread(&packed.floats(array), gap), wide.floats(array), "{}", function.name);
+            } else if result.is_pointer() && !result.declaration.starts_with("const") {
+                assert_eq!(packed.bytes(&result.name), wide.bytes(&result.name), "{}", function.name);
+            }
+        }
+    });
+}
+
+/// More elements than an address space holds.
+#[test]
+fn overflowing_counts() {
+    for_each_parameter(|scene, function, parameter| {
+        let strided = function.parameters.iter().any(|parameter| array_of(parameter).is_some());
+        if parameter.declaration == "size_t count" && (strided || function.name == "wis_warp_in_place") {
+            for count in [usize::MAX, usize::MAX / 2, usize::MAX / 4 + 1] {
+                let mut call = Call::valid(scene, function);
+                call.set("count", count);
+                call.fails(&format!("count {count}"), Status::Overflow, "count");
+            }
+        }
+    });
+}
+
+/// Nothing to do is no fault, wherever the arrays are.
+#[test]
+fn zero_elements() {
+    for_each_parameter(|scene, function, parameter| {
+        if parameter.name == "count" && !function.name.starts_with("wis_haar") {
+            let mut call = Call::valid(scene, function);
+            call.set("count", 0);
+            for array in ["u", "wi", "pdf", "f_cos", "out", "points", "index"] {
+                if function.parameter(array).is_some() {
+                    call.set(array, 0);
+                }
+            }
+            call.succeeds("count 0");
+        }
+    });
+    const { assert!(COUNT > 0) };
+}
+
+/// A handle that points to something else.
+#[test]
+fn other_objects() {
+    for_each_parameter(|scene, function, parameter| {
+        if matches!(parameter.pointee(), "wis_environment" | "wis_product" | "wis_tree") {
+            let len = Call::valid(scene, function).bytes(&parameter.name).len();
+            for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {
+                let mut call = Call::valid(scene, function);
+                call.give(&parameter.name, Block::new(&other, 0));
+                call.fails("another object", Status::Mismatch, &parameter.name);
+            }
+        }
+    });
+}

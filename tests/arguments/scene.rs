@@ -1,0 +1,284 @@
+//! A valid argument for every parameter of the header, from which the tests then spoil one at a time.
+
+use crate::block::{Block, SENTINEL, numbers, plain};
+use crate::header::{Function, Parameter};
+use std::ffi::{c_int, c_void};
+use std::ptr::{null, null_mut};
+use wis::descent::Sample;
+use wis::ffi::environment::*;
+use wis::ffi::product::*;
+use wis::ffi::tree::*;
+use wis::ffi::{Diagnostic, MemorySize};
+use wis::query::*;
+use wis::status::Status;
+
+/// A rotation about the axis (1, 1, 1).
+pub const ROTATION: [f32; 9] = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+/// Elements of the functions that take many.
+pub const COUNT: usize = 3;
+
+const DIRECTIONS: [[f32; 3]; COUNT] = [[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.0, 0.0, 1.0]];
+const RANDOM: [[f32; 2]; COUNT] = [[0.25, 0.75], [0.0, 0.5], [0.9, 0.1]];
+const WIDTH: u32 = 6;
+const HEIGHT: u32 = 3;
+const IMAGE: [f64; 16] = [1.0, 2.0, 3.0, 4.0, 0.5, 9.0, 7.0, 1.0, 1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 5.0, 8.0];
+
+/// A valid value for a parameter.
+pub enum Value {
+    Number(usize),
+    /// What the pointer points to.
+    Bytes(Vec<u8>),
+}
+
+/// A map, an image and everything that is built from them.
+pub struct Scene {
+    pixels: Vec<f32>,
+    image: Vec<f32>,
+    environment_size: MemorySize,
+    /// A scratch block after wis_environment_begin and the first pass.
+    decoded: Vec<u8>,
+    /// A scratch block after both passes.
+    integrated: Vec<u8>,
+    environment: Vec<u8>,
+    product_size: MemorySize,
+    product: Vec<u8>,
+    tree_size: MemorySize,
+    tree: Vec<u8>,
+}
+
+impl Scene {
+    pub fn new() -> Scene {
+        let mut scene = Scene {
+            pixels: (0..WIDTH * HEIGHT * 3).map(|i| 0.25 + (i % 7) as f32).collect(),
+            image: IMAGE.map(|value| value as f32).to_vec(),
+            environment_size: MemorySize::default(),
+            decoded: Vec::new(),
+            integrated: Vec::new(),
+            environment: Vec::new(),
+            product_size: MemorySize::default(),
+            product: Vec::new(),
+            tree_size: MemorySize::default(),
+            tree: Vec::new(),
+        };
+        scene.build_environment();
+        scene.build_product();
+        scene.build_tree();
+        scene
+    }
+
+    fn build_environment(&mut self) {
+        let config = Block::new(&self.environment_config(), 0);
+        let config = config.pointer().cast();
+        let mut rows = [0; 2];
+        let mut handle = null();
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_environment_size(config, &mut self.environment_size, null_mut()));
+            let (bytes, scratch_bytes) = (self.environment_size.bytes, self.environment_size.scratch_bytes);
+            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
+            let work = scratch.pointer().cast();
+            expect_ok(wis_environment_begin(config, work, scratch_bytes, &mut rows, null_mut()));
+            expect_ok(wis_environment_run(config, work, scratch_bytes, 0, 0, rows[0], null_mut()));
+            self.decoded = scratch.to_vec();
+            expect_ok(wis_environment_run(config, work, scratch_bytes, 1, 0, rows[1], null_mut()));
+            self.integrated = scratch.to_vec();
+            let place = memory.pointer().cast();
+            let (info, none) = (null_mut(), null_mut());
+            expect_ok(wis_environment_finish(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
+            self.environment = memory.to_vec();
+        }
+    }
+
+    fn build_product(&mut self) {
+        let (config, query) = (Block::new(&product_config(), 0), Block::new(&query(), 0));
+        let (config, query) = (config.pointer().cast(), query.pointer().cast());
+        let environment = Block::new(&self.environment, 0);
+        let mut handle = null();
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_product_size(config, &mut self.product_size, null_mut()));
+            let memory = Block::unwritten(self.product_size.bytes);
+            let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
+            expect_ok(wis_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
+            let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..ProductInfo::default() };
+            expect_ok(wis_product_describe(light, handle, &mut info));
+            self.product = memory[..info.bytes as usize].to_vec();
+        }
+    }
+
+    fn build_tree(&mut self) {
+        let config = Block::new(&self.tree_config(), 0);
+        let config = config.pointer().cast();
+        let mut handle = null();
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_tree_size(config, &mut self.tree_size, null_mut()));
+            let (bytes, scratch_bytes) = (self.tree_size.bytes, self.tree_size.scratch_bytes);
+            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
+            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
+            let none = null_mut();
+            expect_ok(wis_tree_init(config, place, bytes, work, scratch_bytes, &mut handle, &mut info, none));
+            self.tree = memory[..info.bytes as usize].to_vec();
+        }
+    }
+
+    /// A valid argument for a parameter of a function.
+    pub fn value(&self, function: &Function, parameter: &Parameter) -> Value {
+        if parameter.is_pointer() {
+            Value::Bytes(self.bytes(function, parameter))
+        } else {
+            Value::Number(self.number(function, parameter))
+        }
+    }
+
+    fn number(&self, function: &Function, parameter: &Parameter) -> usize {
+        let name = function.name.as_str();
+        match parameter.name.as_str() {
+            "count" if name == "wis_environment_run" => 1,
+            "count" if name.starts_with("wis_haar") => IMAGE.len(),
+            "count" => COUNT,
+            "bytes" if function.takes("const void *memory") => self.stored(name).len(),
+            "bytes" => self.size(name).bytes,
+            "scratch_bytes" => self.size(name).scratch_bytes,
+            "dimensions" | "depth" => 2,
+            "total" => 8,
+            "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
+            stride if stride.ends_with("stride") => 0,
+            _ => panic!("no argument for {} of {name}", parameter.declaration),
+        }
+    }
+
+    fn bytes(&self, function: &Function, parameter: &Parameter) -> Vec<u8> {
+        let name = function.name.as_str();
+        let count = if function.takes("size_t count") || function.takes("uint32_t count") { COUNT } else { 1 };
+        let unwritten = |len: usize| vec![SENTINEL; len];
+        match parameter.declaration.as_str() {
+            "const wis_environment_config *config" => self.environment_config(),
+            "const wis_product_config *config" => product_config(),
+            "const wis_tree_config *config" => self.tree_config(),
+            "const wis_query *query" => query(),
+            "const wis_callback_brdf *brdf" => callback_brdf(),
+            "const wis_environment *environment" => self.environment.clone(),
+            "const wis_product *product" => self.product.clone(),
+            "const wis_tree *tree" | "const wis_tree *e" | "const wis_tree *f" => self.tree.clone(),
+            "const void *memory" => self.stored(name).to_vec(),
+            "void *memory" => unwritten(self.size(name).bytes),
+            "void *scratch" if name == "wis_environment_run" => self.decoded.clone(),
+            "void *scratch" if name == "wis_environment_finish" => self.integrated.clone(),
+            "void *scratch" => unwritten(self.size(name).scratch_bytes),
+            "wis_environment_info *info" => sized(size_of::<EnvironmentInfo>()),
+            "wis_product_info *info" => sized(size_of::<ProductInfo>()),
+            "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
+            "wis_memory_size *size" => unwritten(size_of::<MemorySize>()),
+            "wis_diagnostic *diagnostic" => unwritten(size_of::<Diagnostic>()),
+            "wis_sample *sample" => unwritten(size_of::<Sample>()),
+            "const float world_from_map[9]" => numbers(&ROTATION),
+            "const float *u" | "const float u[2]" => numbers(&RANDOM[..count]),
+            "const float *wi" | "const float wi[3]" => numbers(&DIRECTIONS[..count]),
+            "const float *point" => numbers(&RANDOM[0]),
+            "float *points" => numbers(&RANDOM),
+            "uint32_t *index" => numbers(&[0u32, 1, 2]),
+            "double *values" => numbers(&IMAGE),
+            "float *wi" | "float *f_cos" => unwritten(12 * count),
+            "float *out" => unwritten(8 * count),
+            "float *pdf" => unwritten(4 * count),
+            "float *u" | "float u[2]" | "float *point" | "uint32_t rows[2]" => unwritten(8),
+            "double *power" | "double *luminance" | "double *average" | "double *integral" => unwritten(8),
+            "double rgb[3]" => unwritten(24),
+            handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
+            other => panic!("no argument for {other} of {name}"),
+        }
+    }
+
+    pub fn environment(&self) -> &[u8] {
+        &self.environment
+    }
+
+    /// An object of another kind than a handle's.
+    pub fn other_object(&self, kind: &str) -> Vec<u8> {
+        if kind == "wis_environment" { self.product.clone() } else { self.environment.clone() }
+    }
+
+    /// The object that a function opens.
+    fn stored(&self, function: &str) -> &[u8] {
+        if function.starts_with("wis_tree") { &self.tree } else { &self.environment }
+    }
+
+    /// The memory that a function builds in.
+    fn size(&self, function: &str) -> MemorySize {
+        match function {
+            name if name.starts_with("wis_tree") => self.tree_size,
+            name if name.starts_with("wis_product") => self.product_size,
+            _ => self.environment_size,
+        }
+    }
+
+    fn environment_config(&self) -> Vec<u8> {
+        plain(|config: &mut EnvironmentConfig| {
+            config.size = size_of::<EnvironmentConfig>() as u32;
+            config.layout = WIS_LAYOUT_LATLONG;
+            (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
+            config.format = WIS_FORMAT_F32;
+            config.flags = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+            config.storage = WIS_STORAGE_SPARSE;
+            config.resolution = 4;
+            config.pixels = self.pixels.as_ptr().cast();
+        })
+    }
+
+    fn tree_config(&self) -> Vec<u8> {
+        plain(|config: &mut TreeConfig| {
+            config.size = size_of::<TreeConfig>() as u32;
+            (config.dimensions, config.depth) = (2, 2);
+            config.pixels = self.image.as_ptr();
+        })
+    }
+}
+
+fn product_config() -> Vec<u8> {
+    plain(|config: &mut ProductConfig| {
+        config.size = size_of::<ProductConfig>() as u32;
+        config.max_squares = 32;
+        config.world_from_map = ROTATION.as_ptr();
+    })
+}
+
+fn query() -> Vec<u8> {
+    plain(|query: &mut Query| {
+        query.size = size_of::<Query>() as u32;
+        query.lobe_count = 3;
+        (query.normal, query.wo) = ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]);
+        let [lambert, ggx, phong, _] = &mut query.lobe;
+        *lambert = Lobe { kind: WIS_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
+        *ggx = Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
+        *phong = Lobe { kind: WIS_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
+    })
+}
+
+fn callback_brdf() -> Vec<u8> {
+    plain(|brdf: &mut CallbackBrdf| {
+        brdf.size = size_of::<CallbackBrdf>() as u32;
+        (brdf.normal, brdf.peak, brdf.half_angle) = ([0.0, 0.0, 1.0], [0.0, -0.6, 0.8], 0.5);
+        brdf.eval = Some(lambert);
+    })
+}
+
+extern "C" fn lambert(_: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
+    for i in 0..count {
+        // SAFETY: the library gives `count` directions and as many results.
+        unsafe { f_cos.add(i).write(wi.add(3 * i + 2).read().max(0.0)) };
+    }
+    0
+}
+
+/// A struct that only its size is known of.
+fn sized(size: usize) -> Vec<u8> {
+    let mut bytes = vec![SENTINEL; size];
+    bytes[..4].copy_from_slice(&(size as u32).to_ne_bytes());
+    bytes
+}
+
+fn expect_ok(status: Status) {
+    assert_eq!(status, Status::Ok);
+}

@@ -1,0 +1,76 @@
+//! Every function of the library, callable with one machine word for each argument.
+
+use wis::ffi::environment::*;
+use wis::ffi::points::*;
+use wis::ffi::product::*;
+use wis::ffi::tree::*;
+use wis::ffi::{wis_status_string, wis_version};
+
+/// A function, its parameters in order, and how it is called.
+pub struct Entry {
+    pub name: &'static str,
+    pub parameters: &'static [&'static str],
+    pub call: fn(&[usize]) -> usize,
+}
+
+macro_rules! table {
+    ($($name:ident($($parameter:ident),*);)*) => {
+        &[$(Entry {
+            name: stringify!($name),
+            parameters: &[$(stringify!($parameter)),*],
+            call: |arguments| {
+                let mut arguments = arguments.iter().copied();
+                $(let $parameter = arguments.next().expect(stringify!($parameter));)*
+                assert_eq!(arguments.next(), None);
+                // SAFETY: the tests hand over null, misaligned or valid pointers to blocks as long as they say.
+                #[allow(unused_unsafe)]
+                unsafe { $name($($parameter as _),*) as usize }
+            },
+        }),*]
+    };
+}
+
+pub const TABLE: &[Entry] = table! {
+    wis_status_string(status);
+    wis_version();
+    wis_environment_size(config, size, diagnostic);
+    wis_environment_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
+    wis_environment_begin(config, scratch, scratch_bytes, rows, diagnostic);
+    wis_environment_run(config, scratch, scratch_bytes, pass, first, count, diagnostic);
+    wis_environment_finish(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
+    wis_environment_open(memory, bytes, environment, info, diagnostic);
+    wis_environment_power(environment, power);
+    wis_environment_sample(environment, distribution, world_from_map, u, sample);
+    wis_environment_sample_n(
+        environment, distribution, world_from_map, count, u, u_stride, wi, wi_stride, pdf, pdf_stride
+    );
+    wis_environment_pdf(environment, distribution, world_from_map, wi, pdf);
+    wis_environment_pdf_n(environment, distribution, world_from_map, count, wi, wi_stride, pdf, pdf_stride);
+    wis_environment_invert(environment, distribution, world_from_map, wi, u);
+    wis_pixel_seed(x, y, pass);
+    wis_points_hammersley(first, count, total, out, stride);
+    wis_points_sobol(seed, first, count, out, stride);
+    wis_query_eval(query, count, wi, wi_stride, f_cos, f_cos_stride);
+    wis_product_size(config, size, diagnostic);
+    wis_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
+    wis_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
+    wis_product_describe(environment, product, info);
+    wis_product_estimate(environment, product, luminance);
+    wis_product_estimate_rgb(environment, product, rgb);
+    wis_product_sample(environment, product, u, sample);
+    wis_product_sample_n(environment, product, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
+    wis_product_pdf(environment, product, wi, pdf);
+    wis_product_pdf_n(environment, product, count, wi, wi_stride, pdf, pdf_stride);
+    wis_product_invert(environment, product, wi, u);
+    wis_haar_forward(dimensions, depth, count, values);
+    wis_haar_inverse(dimensions, depth, count, values);
+    wis_tree_size(config, size, diagnostic);
+    wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
+    wis_tree_open(memory, bytes, tree, info, diagnostic);
+    wis_tree_average(tree, average);
+    wis_tree_product_integral(e, f, integral);
+    wis_tree_sample(tree, u, point, pdf);
+    wis_tree_pdf(tree, point, pdf);
+    wis_tree_invert(tree, point, u);
+    wis_warp_in_place(tree, points, index, count);
+};

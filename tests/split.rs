@@ -1,0 +1,89 @@
+//! The split rule: which side a point takes, and the way back.
+
+mod stored;
+
+use stored::{EPS, Random};
+use wis::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
+use wis::tree::Tree;
+use wis::warp;
+
+#[test]
+fn a_side_without_mass_is_never_entered() {
+    for (lower, upper, side) in [(0.0, 1.0, 1), (1.0, 0.0, 0), (0.0, f32::from_bits(1), 1), (f32::from_bits(1), 0.0, 0)]
+    {
+        let split = Split::new(lower, upper);
+        for u in [0.0, f32::from_bits(1), 0.5, ONE_MINUS_EPSILON] {
+            assert_eq!(split.take(u), (side, u));
+            assert_eq!(split.undo(side, u), u);
+        }
+        assert_eq!((split.density(side), split.density(1 - side)), (2.0, 0.0));
+    }
+}
+
+#[test]
+fn improbable_sides_keep_a_probability() {
+    for (lower, upper) in [(1e-30, 1.0), (1.0, 1e-30), (f32::MIN_POSITIVE, 1e36), (1e36, f32::from_bits(1))] {
+        let split = Split::new(lower, upper);
+        assert!(split.density(0) >= 2.0 / 16_777_216.0 && split.density(1) >= 2.0 / 16_777_216.0);
+        assert_eq!((split.take(0.0).0, split.take(ONE_MINUS_EPSILON).0), (0, 1));
+    }
+    assert_eq!(Split::new(0.0, 0.0), Split::new(3.0, 3.0));
+}
+
+#[test]
+fn undoing_a_split_stays_on_its_side() {
+    let mut random = Random(17);
+    for _ in 0..100_000 {
+        let split = Split::new(random.texel(), random.texel());
+        let u = if random.unit() < 0.1 { ONE_MINUS_EPSILON } else { random.unit() };
+        for side in [0, 1] {
+            if split.density(side) > 0.0 {
+                let outer = split.undo(side, u);
+                assert!((0.0..1.0).contains(&outer));
+                assert_eq!(split.take(outer).0, side);
+            }
+        }
+    }
+}
+
+#[test]
+fn quads_split_as_trees_do() {
+    let mut random = Random(19);
+    for _ in 0..1000 {
+        let masses = std::array::from_fn(|_| random.texel());
+        let squares = [masses];
+        let tree = Tree::<4>::complete(1, masses.iter().sum(), &squares).unwrap();
+        let u = random.point();
+        let (child, inside, density) = take_quad(masses, u);
+        let Some(sampled) = warp::sample(&tree, u) else { continue };
+        let t = stored::pixel_of(sampled.point, 1);
+        assert_eq!((2 * t[0] + t[1], sampled.pdf), (child, density));
+        assert_eq!(quad_density(masses, child).to_bits(), density.to_bits());
+        let back = undo_quad(masses, child, inside);
+        assert!((0..2).all(|axis| (f64::from(back[axis]) - f64::from(u[axis])).abs() <= 2.0 * EPS));
+    }
+}
+
+#[test]
+fn axis_one_splits_first() {
+    let (child, inside, density) = take_quad([1.0, 2.0, 0.0, 5.0], [0.25, 0.5]);
+    assert_eq!(
+        (child, inside, density),
+        (1, [0.25 / 0.375, (0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0)], 4.0 * 0.375 * (1.0 - 1.0 / 3.0))
+    );
+}
+
+#[test]
+fn u_outside_the_unit_interval_is_clamped() {
+    for (u, clamped) in [
+        (f32::NAN, 0.5),
+        (-1.0, 0.0),
+        (-0.0, 0.0),
+        (1.0, ONE_MINUS_EPSILON),
+        (f32::INFINITY, ONE_MINUS_EPSILON),
+        (f32::NEG_INFINITY, 0.0),
+        (0.25, 0.25),
+    ] {
+        assert_eq!(clamp_u(u).to_bits(), f32::to_bits(clamped));
+    }
+}

@@ -8,7 +8,8 @@
  * memory, the threads and the random numbers.
  *
  * Order of work: wis_environment_size and _init once for a light; wis_product_size once for a thread;
- * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed.
+ * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed. Besides: low-discrepancy
+ * points (wis_points_*), and wavelet trees of any function to sample from (wis_haar_*, wis_tree_*, wis_warp_*).
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
  * alignment. What was built holds no pointer and has no free function: it may be copied, saved and mapped again.
@@ -639,8 +640,9 @@ enum wis_status wis_tree_pdf(const struct wis_tree *tree, const float *point, fl
 /// The `u` that leads to a point. WIS_ZERO_DENSITY if none does.
 enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point, float *u);
 
-/// Warps `count` points (n packed numbers each) in place, faster than one by one. The points and `index` (your
-/// numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to the bit.
+/// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points
+/// and `index` (your numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to
+/// the bit.
 /// WIS_ZERO_DENSITY if the tree is 0 everywhere.
 enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, uint32_t *index, size_t count);
 

@@ -1,8 +1,9 @@
 // wis for C++11: wis.h with classes that own the memory of an environment and of a product.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
-// Every call passes the status of the C call through; wis.h documents them. Nothing throws, unless WIS_HPP_THROW is
-// defined before this file is included: then a status other than WIS_OK is thrown as wis::error.
+// Every call passes the status of the C call through; wis.h documents them, and get() gives its handles for the calls
+// that have no member here. Nothing throws, unless WIS_HPP_THROW is defined before this file is included: then a
+// status other than WIS_OK is thrown as wis::error.
 #ifndef WIS_HPP
 #define WIS_HPP
 

@@ -11,7 +11,7 @@ use crate::environment::{
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
 use crate::status::{Result, Status};
-use crate::tree::{Link, MAX_DEPTH, complete_len};
+use crate::tree::{Link, MAX_DEPTH, Tree, complete_len};
 use core::ffi::c_void;
 
 /// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
@@ -145,8 +145,9 @@ pub unsafe extern "C" fn wis_environment_size(
         // SAFETY: the caller's contract.
         let (request, _) = unsafe { read_config(config)? };
         let size = out(size, 2)?;
-        let stored = request.stored(request.squares()).ok_or(Status::Overflow)?;
-        let scratch = Scratch::of(&request).ok_or(Status::Overflow)?;
+        let overflow = Failure::new(Status::Overflow, 1);
+        let stored = request.stored(request.squares()).ok_or(overflow)?;
+        let scratch = Scratch::of(&request).ok_or(overflow)?;
         let needed = MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: scratch.bytes };
         // SAFETY: checked by `out`.
         unsafe { size.write(needed) };
@@ -173,6 +174,8 @@ pub unsafe extern "C" fn wis_environment_init(
         // SAFETY: the caller's contract.
         unsafe {
             let (request, rows) = read_config(config)?;
+            // Whether the block is long enough for a sparse tree is known only at the end.
+            Block::new(memory.cast(), bytes, 0, 2)?;
             check_results(environment, 6, info, 7)?;
             let build = Build::begin(request, scratch, scratch_bytes, 4)?;
             for (pass, count) in (0..).zip(build.rows()) {
@@ -210,7 +213,8 @@ pub unsafe extern "C" fn wis_environment_begin(
 }
 
 /// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
-/// wis_environment_begin. Threads may call this at once for different rows.
+/// wis_environment_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
+/// before the first is done.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; no other thread works on the same rows.
@@ -230,15 +234,19 @@ pub unsafe extern "C" fn wis_environment_run(
             let (request, rows) = read_config(config)?;
             let build = Build::go_on(request, scratch, scratch_bytes, 2)?;
             let available = build.rows().get(pass as usize).copied().ok_or(Failure::new(Status::InvalidArgument, 4))?;
-            if first.checked_add(count).is_none_or(|end| end > available) {
-                return Err(Failure::new(Status::InvalidArgument, 5));
+            let left = available.checked_sub(first).ok_or(Failure::new(Status::InvalidArgument, 5))?;
+            if count > left {
+                return Err(Failure::new(Status::InvalidArgument, 6));
+            }
+            if pass > 0 {
+                build.require(pass - 1, 2)?;
             }
             build.run(&rows, pass, first, count)
         }
     })
 }
 
-/// Ends a build when both passes are done. `info` may be null.
+/// Ends a build when both passes are done (WIS_MISMATCH before). `info` may be null.
 ///
 /// # Safety
 /// As wis_environment_init; no thread is still at work on the scratch block.
@@ -259,6 +267,7 @@ pub unsafe extern "C" fn wis_environment_finish(
             let (request, _) = read_config(config)?;
             check_results(environment, 6, info, 7)?;
             let build = Build::go_on(request, scratch, scratch_bytes, 4)?;
+            build.require(1, 4)?;
             build.finish(memory.cast(), bytes, environment, info)
         }
     })
@@ -291,6 +300,9 @@ pub unsafe extern "C" fn wis_environment_open(
             let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
             let view = stored.view(&block).ok_or(corrupt)?;
             check_stored(&view).map_err(|_| corrupt)?;
+            if stored.padding(&block).iter().any(|link| *link != Link::default()) {
+                return Err(corrupt);
+            }
             publish(memory.cast(), &header, environment, info);
         }
         Ok(())
@@ -538,25 +550,22 @@ unsafe fn publish(
     }
 }
 
-/// Checks everything in stored bytes that later calls rely on.
+/// Checks everything in stored bytes that later calls rely on, and that nothing was changed.
 fn check_stored(view: &kernel::Environment) -> Result<()> {
-    let tree = |average, squares| {
-        if view.links.is_empty() {
-            crate::tree::Tree::<4>::complete(view.header.depth, average, squares)
-        } else {
-            crate::tree::Tree::<4>::sparse(view.header.depth, average, squares, view.links)
-        }
+    let header = view.header;
+    let tree = |average, squares| match header.storage {
+        WIS_STORAGE_SPARSE => Tree::<4>::sparse(header.depth, average, squares, view.links),
+        _ => Tree::<4>::complete(header.depth, average, squares),
     };
-    if view.header.content_id != view.content_id() {
-        return Err(Status::Corrupt);
+    tree(header.average, view.squares)?;
+    if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 {
+        tree(header.compensated_average, view.compensated)?;
     }
-    if !view.squares.is_empty() {
-        tree(view.header.average, view.squares)?;
-    }
-    if !view.compensated.is_empty() {
-        tree(view.header.compensated_average, view.compensated)?;
-    }
-    Ok(())
+    let mut colours = view.rgb.iter().flatten().chain([&header.rgb_average]).flatten();
+    let finite = [header.power, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value))
+        && colours.all(|channel| (0.0..=f32::MAX).contains(channel));
+    let unchanged = header.reserved == [0; 2] && header.content_id == view.content_id();
+    if finite && unchanged { Ok(()) } else { Err(Status::Corrupt) }
 }
 
 /// Where the parts of a stored environment stand.
@@ -595,6 +604,15 @@ impl Stored {
             return None;
         }
         Stored::new(header.squares as usize, header.storage == WIS_STORAGE_SPARSE, header.flags)
+    }
+
+    /// The room behind an odd number of links.
+    ///
+    /// # Safety
+    /// As [`Block::slice`].
+    unsafe fn padding<'a>(&self, block: &Block) -> &'a mut [Link] {
+        // SAFETY: the caller's contract; the links are padded to the alignment of the next part.
+        self.links.map_or(&mut [], |links| unsafe { block.slice(links, self.count, self.count & 1) })
     }
 
     /// The environment in a block.
@@ -739,6 +757,9 @@ struct ScratchHeader {
 
 const SCRATCH_MAGIC: u64 = u64::from_le_bytes(*b"wis-bld\x01");
 
+/// The largest luminance of a row of texels, or the first cell of a row, until that row is done.
+const UNFINISHED: f64 = -1.0;
+
 /// Where the parts of a scratch block stand; the trees only if they do not go to the environment at once.
 #[derive(Clone, Copy)]
 struct Scratch {
@@ -805,9 +826,17 @@ impl Build {
     /// The block is the caller's to write.
     unsafe fn begin(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let build = Build::new(request, scratch, bytes, argument)?;
+        let [texel_rows, cell_rows] = build.rows();
         // SAFETY: the caller's contract; nothing else uses the block yet.
-        if let Some(header) = unsafe { build.block.slice::<ScratchHeader>(0, 0, 1) }.first_mut() {
-            *header = ScratchHeader { magic: SCRATCH_MAGIC, fingerprint: request.fingerprint() };
+        unsafe {
+            if let Some(header) = build.block.slice::<ScratchHeader>(0, 0, 1).first_mut() {
+                *header = ScratchHeader { magic: SCRATCH_MAGIC, fingerprint: request.fingerprint() };
+            }
+            let unfinished = RowSummary { largest: UNFINISHED, sanitised: 0 };
+            build.block.slice::<RowSummary>(build.scratch.rows, 0, texel_rows as usize).fill(unfinished);
+            for row in 0..cell_rows {
+                build.first_cell(row).fill(UNFINISHED);
+            }
         }
         Ok(build)
     }
@@ -823,6 +852,31 @@ impl Build {
             .first()
             .is_some_and(|h| h.magic == SCRATCH_MAGIC && h.fingerprint == request.fingerprint());
         if begun { Ok(build) } else { Err(Failure::new(Status::Mismatch, argument)) }
+    }
+
+    /// Checks that every row of a pass is done.
+    ///
+    /// # Safety
+    /// No thread is at work on that pass.
+    unsafe fn require(&self, pass: u32, scratch_argument: u32) -> Checked<()> {
+        let [_, cell_rows] = self.rows();
+        // SAFETY: the caller's contract.
+        let done = unsafe {
+            match pass {
+                0 => self.summaries().iter().all(|row| row.largest != UNFINISHED),
+                _ => (0..cell_rows).all(|row| self.first_cell(row) != [UNFINISHED]),
+            }
+        };
+        if done { Ok(()) } else { Err(Failure::new(Status::Mismatch, scratch_argument)) }
+    }
+
+    /// The first cell of a row of the second pass.
+    ///
+    /// # Safety
+    /// No thread is at work on that row.
+    unsafe fn first_cell<'a>(&self, row: u32) -> &'a mut [f64] {
+        // SAFETY: the caller's contract.
+        unsafe { self.block.slice(self.scratch.cells, row as usize * self.request.config.cells() as usize, 1) }
     }
 
     /// Rows of the two passes.
@@ -1004,8 +1058,8 @@ impl Build {
             let block = Block::new(memory, bytes, stored.bytes, 2)?;
             let links = block.slice::<Link>(stored.links.unwrap_or(0), 0, kept);
             kernel::write_kept(config, &header, trees.plain, savings, block.slice(stored.squares, 0, kept), links)?;
-            // An odd number of links leaves room that must not depend on what was there.
-            block.slice::<Link>(stored.links.unwrap_or(0), kept, kept & 1).fill(Link::default());
+            // The bytes of an environment must not depend on what was in the block.
+            stored.padding(&block).fill(Link::default());
             let sources = self.block.slice::<u32>(self.scratch.sources, 0, kept);
             if let Some(part) = stored.compensated {
                 kernel::copy_kept(links, sources, trees.compensated, block.slice(part, 0, kept));

@@ -94,14 +94,17 @@ pub(crate) type Checked<T> = core::result::Result<T, Failure>;
 /// written to the caller's diagnostic, if any.
 #[inline(always)]
 pub(crate) fn answer(diagnostic: *mut Diagnostic, body: impl FnOnce() -> Checked<()>) -> Status {
+    if !diagnostic.is_null() && !diagnostic.is_aligned() {
+        return Status::Misaligned;
+    }
     let control = FloatControl::set_default();
     let result = body();
     drop(control);
     match result {
         Ok(()) => Status::Ok,
         Err(failure) => {
-            if !diagnostic.is_null() && diagnostic.is_aligned() {
-                // SAFETY: not null and aligned; the caller gives a diagnostic or null.
+            if !diagnostic.is_null() {
+                // SAFETY: not null, and checked to be aligned; the caller gives a diagnostic or null.
                 unsafe { diagnostic.write(failure.diagnostic) };
             }
             failure.status

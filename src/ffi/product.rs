@@ -8,7 +8,7 @@ use crate::descent::{self, Sample};
 use crate::environment as kernel;
 use crate::lobe::{Brdf, Lobes, Peak};
 use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
-use crate::query::{Query, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE};
+use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::sampler::{Header, MAGIC};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
@@ -445,7 +445,7 @@ impl Callback {
     fn new(brdf: &CallbackBrdf) -> Checked<Callback> {
         let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2))?;
         let whole = brdf.flags & WIS_QUERY_WHOLE_SPHERE != 0;
-        if brdf.flags & !(WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) != 0
+        if brdf.flags & !WIS_QUERY_WHOLE_SPHERE != 0
             || !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle)
         {
             return Err(Failure::new(Status::InvalidArgument, 2));

@@ -251,8 +251,9 @@ pub unsafe extern "C" fn wis_tree_invert(tree: *const Tree, point: *const f32, u
     })
 }
 
-/// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points and `index` (your
-/// numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to the bit.
+/// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points
+/// and `index` (your numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to
+/// the bit.
 /// WIS_ZERO_DENSITY if the tree is 0 everywhere.
 ///
 /// # Safety

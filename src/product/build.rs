@@ -339,28 +339,18 @@ impl<'a, B: Brdf> Builder<'a, B> {
 
     /// The leaves with the highest priority, the best first; equal ones in the order of their index.
     fn most_valuable(&self, room: usize) -> ([usize; BATCH], usize) {
-        let mut batch = [0usize; BATCH];
-        let mut priorities = [0.0f32; BATCH];
-        let mut count = 0;
         let total: f32 = self.leaves().map(|(_, cell)| cell.weight * area(cell.level)).sum();
+        let mut best = [(TOLERANCE * total, usize::MAX); BATCH];
         for (index, cell) in self.leaves() {
-            let last = priorities.get(room.wrapping_sub(1)).copied().unwrap_or(f32::INFINITY);
-            if !(cell.priority > TOLERANCE * total) || (count == room && cell.priority <= last) {
-                continue;
-            }
-            if count < room {
-                count += 1;
-            }
-            let place = priorities.iter().take(count).position(|&p| cell.priority > p).unwrap_or(count - 1);
-            if let (Some(p), Some(b)) = (priorities.get_mut(place..count), batch.get_mut(place..count)) {
-                p.rotate_right(1);
-                b.rotate_right(1);
-                if let (Some(p), Some(b)) = (p.first_mut(), b.first_mut()) {
-                    (*p, *b) = (cell.priority, index);
+            let mut candidate = (cell.priority, index);
+            for kept in best.iter_mut().take(room) {
+                if candidate.0 > kept.0 {
+                    core::mem::swap(&mut candidate, kept);
                 }
             }
         }
-        (batch, count)
+        let count = best.iter().take(room).filter(|(_, index)| *index != usize::MAX).count();
+        (best.map(|(_, index)| index), count)
     }
 
     fn leaves(&self) -> impl Iterator<Item = (usize, &Cell)> {

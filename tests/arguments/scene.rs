@@ -249,6 +249,7 @@ fn query() -> Vec<u8> {
         query.size = size_of::<Query>() as u32;
         query.lobe_count = 3;
         (query.normal, query.wo) = ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]);
+        query.tangent = [1.0, 0.0, 0.0];
         let [lambert, ggx, phong, _] = &mut query.lobe;
         *lambert = Lobe { kind: WIS_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
         *ggx = Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };

@@ -76,6 +76,7 @@ fn environment_configurations() {
         ("rows before memory", |c| c.row_stride = isize::MIN, OVERFLOW),
         ("4 billion squared", |c| (c.width, c.height) = (u32::MAX, u32::MAX), OVERFLOW),
         ("2^60 texels", |c| (c.width, c.height) = (1 << 30, 1 << 30), OVERFLOW),
+        ("scratch of 2^63 bytes", |c| (c.width, c.height, c.channels, c.format) = (1 << 30, 1 << 30, 1, 2), OVERFLOW),
         ("no pixels", |c| c.pixels = null(), Status::NullPointer),
     ];
     check_faults("const wis_environment_config *config", faults);
@@ -168,7 +169,7 @@ fn queries() {
         ("wo of 0.999", |q| q.wo = [0.0, 0.0, 0.999], TRANSFORM),
         ("tangent NaN", |q| q.tangent[0] = f32::NAN, TRANSFORM),
         ("tangent Inf", |q| q.tangent[0] = f32::INFINITY, TRANSFORM),
-        ("no tangent, though one is needed", |q| q.lobe[1].b = 0.5, TRANSFORM),
+        ("no tangent, though one is needed", |q| (q.lobe[1].b, q.tangent) = (0.5, [0.0; 3]), TRANSFORM),
         ("tangent along the normal, though one is needed", |q| (q.lobe[1].b, q.tangent) = (0.5, q.normal), TRANSFORM),
     ];
     check_faults("const wis_query *query", faults);

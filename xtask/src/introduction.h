@@ -8,7 +8,8 @@
  * memory, the threads and the random numbers.
  *
  * Order of work: wis_environment_size and _init once for a light; wis_product_size once for a thread;
- * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed.
+ * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed. Besides: low-discrepancy
+ * points (wis_points_*), and wavelet trees of any function to sample from (wis_haar_*, wis_tree_*, wis_warp_*).
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
  * alignment. What was built holds no pointer and has no free function: it may be copied, saved and mapped again.

@@ -181,8 +181,8 @@ typedef struct wis_environment_config {
   uint32_t flags;
   /// WIS_STORAGE_*.
   uint32_t storage;
-  /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: cells about as large as
-  /// texels.
+  /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
+  /// as texels.
   uint32_t resolution;
   /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
   /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
@@ -409,7 +409,8 @@ enum wis_status wis_environment_begin(const struct wis_environment_config *confi
                                       struct wis_diagnostic *diagnostic);
 
 /// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
-/// wis_environment_begin. Threads may call this at once for different rows.
+/// wis_environment_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
+/// before the first is done.
 enum wis_status wis_environment_run(const struct wis_environment_config *config,
                                     void *scratch,
                                     size_t scratch_bytes,
@@ -418,7 +419,7 @@ enum wis_status wis_environment_run(const struct wis_environment_config *config,
                                     uint32_t count,
                                     struct wis_diagnostic *diagnostic);
 
-/// Ends a build when both passes are done. `info` may be null.
+/// Ends a build when both passes are done (WIS_MISMATCH before). `info` may be null.
 enum wis_status wis_environment_finish(const struct wis_environment_config *config,
                                        void *memory,
                                        size_t bytes,

@@ -104,7 +104,7 @@ fn sample_square<D: Density>(density: &D, root: D::Node, u: [f32; 2]) -> (Cell, 
         if cell.level >= MAX_DEPTH {
             break;
         }
-        let (c, inside, _) = take_quad(masses, u);
+        let (c, inside) = take_quad(masses, u);
         u = inside;
         node = density.child(node, c);
         cell = cell.child(c);

@@ -52,10 +52,11 @@ impl Config {
         self.pixels.width as usize * self.pixels.height as usize
     }
 
-    /// The depth for a map whose resolution is left to the library: cells about as large as texels.
+    /// The depth for a map whose resolution is left to the library: as many cells as texels, or up to four times as
+    /// many. With fewer, a small sun or lamp shares its cells with the dark beside it.
     pub fn natural_depth(pixels: &Pixels) -> u32 {
         let texels = u64::from(pixels.width) * u64::from(pixels.height);
-        (texels.max(1).ilog2() / 2).min(MAX_DEPTH)
+        (texels.next_power_of_two().ilog2().div_ceil(2)).min(MAX_DEPTH)
     }
 }
 

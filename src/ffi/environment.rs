@@ -87,8 +87,8 @@ pub struct EnvironmentConfig {
     pub flags: u32,
     /// WIS_STORAGE_*.
     pub storage: u32,
-    /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: cells about as large as
-    /// texels.
+    /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
+    /// as texels.
     pub resolution: u32,
     /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
     /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.

@@ -61,6 +61,13 @@ impl<'a> Call<'a> {
         self.argument(name).word = word;
     }
 
+    /// Sets several numbers.
+    pub fn set_all(&mut self, numbers: &[(&str, usize)]) {
+        for (name, number) in numbers {
+            self.set(name, *number);
+        }
+    }
+
     pub fn number(&self, name: &str) -> usize {
         self.arguments[self.position(name)].word
     }

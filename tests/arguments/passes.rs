@@ -21,11 +21,11 @@ fn rows_out_of_range() {
             [(rows + 1, 0, "first"), (u32::MAX as usize, 1, "first"), (0, rows + 1, "count"), (rows, 1, "count")];
         for (first, count, at_fault) in faults {
             let mut call = Call::valid(&scene, &run);
-            [("pass", pass), ("first", first), ("count", count)].map(|(name, number)| call.set(name, number));
+            call.set_all(&[("pass", pass), ("first", first), ("count", count)]);
             call.fails(&format!("pass {pass}: {first} + {count}"), Status::InvalidArgument, at_fault);
         }
         let mut call = Call::valid(&scene, &run);
-        [("pass", pass), ("first", rows), ("count", 0)].map(|(name, number)| call.set(name, number));
+        call.set_all(&[("pass", pass), ("first", rows), ("count", 0)]);
         call.succeeds("no rows at the end");
     }
     for pass in [2, 3, u32::MAX as usize] {
@@ -58,7 +58,7 @@ fn scratch_after(scene: &Scene, passes: &[(usize, std::ops::Range<usize>)]) -> V
     for (pass, rows) in passes {
         let mut call = Call::valid(scene, &run);
         call.give("scratch", Block::new(&scratch, 0));
-        [("pass", *pass), ("first", rows.start), ("count", rows.len())].map(|(name, number)| call.set(name, number));
+        call.set_all(&[("pass", *pass), ("first", rows.start), ("count", rows.len())]);
         call.succeeds("run");
         scratch = call.bytes("scratch").to_vec();
     }

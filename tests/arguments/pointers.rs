@@ -189,9 +189,15 @@ fn strides() {
             call.set(&parameter.name, stride);
             call.fails(&format!("{array} {stride}"), status, &parameter.name);
         };
-        (4..packed).step_by(4).for_each(|stride| try_stride(stride, Status::InvalidArgument));
-        [1, 2, 3, packed + 1, packed + 2, usize::MAX].map(|stride| try_stride(stride, Status::Misaligned));
-        [usize::MAX - 3, usize::MAX / 2 - 3].map(|stride| try_stride(stride, Status::Overflow));
+        for stride in (4..packed).step_by(4) {
+            try_stride(stride, Status::InvalidArgument);
+        }
+        for stride in [1, 2, 3, packed + 1, packed + 2, usize::MAX] {
+            try_stride(stride, Status::Misaligned);
+        }
+        for stride in [usize::MAX - 3, usize::MAX / 2 - 3] {
+            try_stride(stride, Status::Overflow);
+        }
     });
 }
 

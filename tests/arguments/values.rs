@@ -219,7 +219,7 @@ fn callback_brdfs() {
         ("gives NaN", |b| b.eval = Some(gives_nan), Status::CallbackFailed),
         ("gives Inf", |b| b.eval = Some(gives_infinity), Status::CallbackFailed),
         ("gives less than 0", |b| b.eval = Some(gives_negative), Status::CallbackFailed),
-        ("writes nothing", |b| b.eval = Some(refuses_late), Status::CallbackFailed),
+        ("refuses later", |b| b.eval = Some(refuses_late), Status::CallbackFailed),
     ];
     check_faults("const wis_callback_brdf *brdf", faults);
     let accepted: &[fn(&mut CallbackBrdf)] = &[
@@ -458,7 +458,7 @@ fn grids_and_points() {
     ] {
         let function = function(name);
         let mut call = Call::valid(&scene, &function);
-        [("first", first), ("count", count)].map(|(name, number)| call.set(name, number));
+        call.set_all(&[("first", first), ("count", count)]);
         if function.parameter("total").is_some() {
             call.set("total", total);
         }

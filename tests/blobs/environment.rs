@@ -1,0 +1,303 @@
+//! Environments as stored bytes.
+
+use crate::block::{Block, SENTINEL};
+use crate::support::{build, ggx, lambert, product_config, query};
+use crate::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, put, word};
+use std::mem::offset_of;
+use std::ptr::{dangling, null_mut};
+use wis::descent::Sample;
+use wis::environment::Header;
+use wis::ffi::environment::*;
+use wis::ffi::product::*;
+use wis::ffi::{Diagnostic, MemorySize};
+use wis::numeric::ContentHash;
+use wis::status::Status;
+
+pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_of::<Header>() };
+
+const SQUARES: usize = size_of::<Header>();
+
+/// Some maps, with every storage and flag.
+fn objects() -> Vec<Vec<u8>> {
+    let all = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+    let varied = |i: u32| 0.1 + (i * i % 17) as f32;
+    let mut objects = Vec::new();
+    for (storage, flags, resolution, budget) in [
+        (WIS_STORAGE_PYRAMID, all, 4, 0.0),
+        (WIS_STORAGE_PYRAMID, WIS_ENVIRONMENT_EXACT_ZERO, 1, 0.0),
+        (WIS_STORAGE_SPARSE, all, 8, 0.05),
+        (WIS_STORAGE_SPARSE, WIS_ENVIRONMENT_COMPENSATED, 4, 0.1),
+        (WIS_STORAGE_SPARSE, all, 4, 1e30),
+    ] {
+        objects.push(object(storage, flags, resolution, budget, varied));
+    }
+    for storage in [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE] {
+        for value in [0.0, 1e-45, f32::MAX] {
+            objects.push(object(storage, all, 2, 0.0, |_| value));
+        }
+    }
+    objects
+}
+
+/// The bytes of an environment of 5 x 3 texels.
+fn object(storage: u32, flags: u32, resolution: u32, error_budget: f32, texel: impl Fn(u32) -> f32) -> Vec<u8> {
+    let pixels: Vec<f32> = (0..5 * 3 * 3).map(texel).collect();
+    let config = EnvironmentConfig {
+        size: size_of::<EnvironmentConfig>() as u32,
+        layout: WIS_LAYOUT_LATLONG,
+        width: 5,
+        height: 3,
+        channels: 3,
+        format: WIS_FORMAT_F32,
+        flags,
+        storage,
+        resolution,
+        error_budget,
+        pixels: pixels.as_ptr().cast(),
+        row_stride: 0,
+        row: None,
+        row_user: null_mut(),
+    };
+    let environment = build(&config).unwrap();
+    environment.memory.bytes()[..environment.info.bytes as usize].to_vec()
+}
+
+fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
+    let untouched = dangling::<Environment>();
+    let mut handle = untouched;
+    let size = size_of::<EnvironmentInfo>() as u32;
+    let mut info = EnvironmentInfo { size, content_id: SENTINEL.into(), ..EnvironmentInfo::default() };
+    let mut diagnostic = Diagnostic::default();
+    // SAFETY: all pointers are valid; the tests claim more bytes only for blocks that hold a whole object.
+    let status =
+        unsafe { wis_environment_open(block.pointer().cast(), bytes, &mut handle, &mut info, &mut diagnostic) };
+    let is_written = [handle != untouched, info.content_id != SENTINEL.into()];
+    assert_eq!(is_written, [status == Status::Ok; 2]);
+    assert!(status != Status::Ok || handle == block.pointer().cast_const().cast());
+    (status, diagnostic)
+}
+
+/// Where the parts behind the header stand, and where they end.
+struct Parts {
+    links: usize,
+    compensated: usize,
+    rgb: usize,
+    end: usize,
+}
+
+impl Parts {
+    fn of(bytes: &[u8]) -> Parts {
+        let squares = word(bytes, offset_of!(Header, squares)) as usize;
+        let flags = word(bytes, offset_of!(Header, flags));
+        let when = |condition: bool, bytes_each: usize| {
+            if condition { (squares * bytes_each).next_multiple_of(16) } else { 0 }
+        };
+        let links = SQUARES + 16 * squares;
+        let compensated = links + when(word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE, 8);
+        let rgb = compensated + when(flags & WIS_ENVIRONMENT_COMPENSATED != 0, 16);
+        Parts { links, compensated, rgb, end: rgb + when(flags & WIS_ENVIRONMENT_RGB != 0, 48) }
+    }
+}
+
+fn content_id(bytes: &[u8]) -> Option<u64> {
+    let header = bytes.get(..SQUARES)?;
+    let mut hash = ContentHash::new();
+    for offset in
+        [0, BYTES, offset_of!(Header, sanitised), offset_of!(Header, power), offset_of!(Header, error)]
+    {
+        hash.add(long(header, offset));
+    }
+    hash.add(i64::from(word(header, offset_of!(Header, exponent)) as i32) as u64);
+    for offset in [
+        offset_of!(Header, storage),
+        offset_of!(Header, flags),
+        offset_of!(Header, depth),
+        offset_of!(Header, squares),
+        offset_of!(Header, average),
+        offset_of!(Header, compensated_average),
+    ] {
+        hash.add(word(header, offset).into());
+    }
+    add_words(&mut hash, header, offset_of!(Header, rgb_average), 3)?;
+    let (parts, squares) = (Parts::of(bytes), word(header, offset_of!(Header, squares)) as usize);
+    add_words(&mut hash, bytes, SQUARES, 4 * squares)?;
+    add_words(&mut hash, bytes, parts.compensated, (parts.rgb - parts.compensated) / 4)?;
+    let links = if parts.compensated > parts.links { squares } else { 0 };
+    add_links(&mut hash, bytes, parts.links, links)?;
+    add_words(&mut hash, bytes, parts.rgb, (parts.end - parts.rgb) / 4)?;
+    Some(hash.finish())
+}
+
+const RANDOM: [[f32; 2]; 5] = [[0.0, 0.0], [0.5, 0.25], [0.99, 0.99], [0.1, 0.8], [0.7, 0.3]];
+
+/// Samples the light and a product with it.
+fn exercise(block: &Block) {
+    let handle = block.pointer().cast_const().cast::<Environment>();
+    let mut power = -1.0;
+    // SAFETY: the handle was opened.
+    unsafe {
+        assert_eq!(wis_environment_power(handle, &mut power), Status::Ok);
+        assert!(power >= 0.0);
+        for distribution in [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED] {
+            for u in RANDOM {
+                exercise_light(handle, distribution, u);
+            }
+        }
+    }
+    exercise_product(handle);
+}
+
+/// # Safety
+/// The handle was opened.
+unsafe fn exercise_light(handle: *const Environment, distribution: u32, u: [f32; 2]) {
+    let mut sample = Sample::default();
+    let (mut pdf, mut back) = (0.0, [0.0; 2]);
+    // SAFETY: all pointers are valid.
+    unsafe {
+        let status = wis_environment_sample(handle, distribution, std::ptr::null(), &u, &mut sample);
+        if status == Status::NotBuilt {
+            return;
+        }
+        assert_eq!(status, Status::Ok);
+        if sample.pdf != 0.0 {
+            assert_eq!(wis_environment_pdf(handle, distribution, std::ptr::null(), &sample.wi, &mut pdf), Status::Ok);
+            assert_eq!(pdf.to_bits(), sample.pdf.to_bits());
+            let status = wis_environment_invert(handle, distribution, std::ptr::null(), &sample.wi, &mut back);
+            assert!(matches!(status, Status::Ok | Status::ZeroDensity));
+        }
+    }
+}
+
+fn exercise_product(environment: *const Environment) {
+    let config = ProductConfig { max_squares: 24, ..product_config() };
+    let query = query([0.0, 0.6, 0.8], [0.0, 0.0, 1.0], &[lambert(0.5), ggx(0.1)]);
+    let mut size = MemorySize::default();
+    let mut product = std::ptr::null();
+    let (mut luminance, mut rgb, mut sample, mut back) = (0.0, [0.0; 3], Sample::default(), [0.0; 2]);
+    // SAFETY: all pointers are valid, the handle was opened.
+    unsafe {
+        assert_eq!(wis_product_size(&config, &mut size, null_mut()), Status::Ok);
+        let memory = Block::unwritten(size.bytes);
+        let (place, none) = (memory.pointer().cast(), null_mut());
+        let status = wis_product_prepare(environment, &query, &config, place, size.bytes, &mut product, none);
+        assert_eq!(status, Status::Ok);
+        assert_eq!(wis_product_estimate(environment, product, &mut luminance), Status::Ok);
+        let status = wis_product_estimate_rgb(environment, product, &mut rgb);
+        assert!(matches!(status, Status::Ok | Status::NotBuilt));
+        for u in RANDOM {
+            assert_eq!(wis_product_sample(environment, product, &u, &mut sample), Status::Ok);
+            if sample.pdf != 0.0 {
+                let status = wis_product_invert(environment, product, &sample.wi, &mut back);
+                assert!(matches!(status, Status::Ok | Status::ZeroDensity), "{status:?}");
+            }
+        }
+    }
+}
+
+/// What the library writes itself is finite throughout, also for the darkest and the brightest maps.
+#[test]
+fn estimates_are_finite() {
+    for object in objects() {
+        let block = Block::new(&object, 0);
+        let environment = crate::support::Environment {
+            memory: crate::support::Memory::new(0),
+            handle: block.pointer().cast_const().cast(),
+            info: EnvironmentInfo::default(),
+        };
+        let query = query([0.0, 0.6, 0.8], [0.0, 0.0, 1.0], &[lambert(0.5), ggx(0.1)]);
+        let product = environment.prepare(&query, &product_config());
+        assert!(product.estimate().is_finite());
+        for u in RANDOM {
+            let sample = product.sample(u);
+            assert!(sample.pdf == 0.0 || product.pdf(sample.wi).to_bits() == sample.pdf.to_bits());
+            assert!(sample.pdf.is_finite());
+        }
+    }
+}
+
+fn sparse() -> Vec<u8> {
+    let all = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+    object(WIS_STORAGE_SPARSE, all, 8, 0.0, |i| 0.1 + (i * i % 17) as f32)
+}
+
+fn pyramid() -> Vec<u8> {
+    let all = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+    object(WIS_STORAGE_PYRAMID, all, 4, 0.0, |i| 0.1 + (i * i % 17) as f32)
+}
+
+/// Numbers that cannot be, wherever they stand.
+#[test]
+fn amounts() {
+    let constant = object(WIS_STORAGE_SPARSE, WIS_ENVIRONMENT_COMPENSATED, 4, 1e30, |i| 1.0 + i as f32);
+    assert_eq!(constant.len(), SQUARES);
+    for object in [sparse(), pyramid(), constant] {
+        let parts = Parts::of(&object);
+        for no_amount in NO_AMOUNTS {
+            for offset in [offset_of!(Header, power), offset_of!(Header, error)] {
+                assert_refuses(&KIND, &object, offset, &no_amount.to_ne_bytes(), "power or error");
+            }
+            let average = offset_of!(Header, average);
+            for offset in (average..offset_of!(Header, reserved)).step_by(4) {
+                assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "average");
+            }
+            for offset in (SQUARES..parts.links).chain(parts.compensated..parts.end).step_by(4) {
+                assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "square");
+            }
+        }
+    }
+}
+
+#[test]
+fn headers() {
+    for object in [sparse(), pyramid()] {
+        for (offset, numbers) in [
+            (offset_of!(Header, storage), &[0, 3, u32::MAX][..]),
+            (offset_of!(Header, flags), &[32, 1 << 31, u32::MAX, 0, WIS_ENVIRONMENT_RGB]),
+            (offset_of!(Header, depth), &[0, 1, 13, 32, u32::MAX]),
+            (offset_of!(Header, squares), &[0, 1, 4, 6, 1_000_000, 1 << 31, u32::MAX]),
+            (offset_of!(Header, reserved), &[1, u32::MAX]),
+            (BYTES, &[0, 95, 96, 1_000_000, u32::MAX]),
+            (0, &[0, 1, u32::MAX]),
+        ] {
+            for number in numbers {
+                assert_refuses(&KIND, &object, offset, &number.to_ne_bytes(), &format!("{offset}: {number}"));
+            }
+        }
+    }
+}
+
+/// One kind of storage under the name of the other, and a depth that the squares do not have.
+#[test]
+fn other_storage() {
+    let constant = object(WIS_STORAGE_SPARSE, 0, 4, 1e30, |_| 1.0);
+    assert_refuses(&KIND, &constant, offset_of!(Header, storage), &WIS_STORAGE_PYRAMID.to_ne_bytes(), "a pyramid");
+    let plain = object(WIS_STORAGE_PYRAMID, 0, 4, 0.0, |i| i as f32);
+    let mut renamed = plain.clone();
+    put(&mut renamed, offset_of!(Header, storage), &WIS_STORAGE_SPARSE.to_ne_bytes());
+    renamed.resize(plain.len() + 48, 0);
+    let len = renamed.len() as u64;
+    assert_refuses(&KIND, &renamed, BYTES, &len.to_ne_bytes(), "links that are all 0");
+    let deep = object(WIS_STORAGE_PYRAMID, 0, 1, 0.0, |_| 1.0);
+    for depth in 1..=12u32 {
+        assert_refuses(&KIND, &deep, offset_of!(Header, depth), &depth.to_ne_bytes(), "no squares");
+    }
+}
+
+#[test]
+fn links() {
+    let object = sparse();
+    let parts = Parts::of(&object);
+    for (offset, value, context) in NO_LINKS {
+        assert_refuses(&KIND, &object, parts.links + offset, &value.to_ne_bytes(), context);
+    }
+    // Every link in turn leads back to the root, to itself, or beyond the end.
+    let squares = word(&object, offset_of!(Header, squares));
+    for square in (0..squares).filter(|square| word(&object, parts.links + 8 * *square as usize + 4) != 0) {
+        for target in [0, square, squares, squares - 1] {
+            let offset = parts.links + 8 * square as usize;
+            if word(&object, offset) != target {
+                assert_refuses(&KIND, &object, offset, &target.to_ne_bytes(), &format!("{square} to {target}"));
+            }
+        }
+    }
+}

@@ -13,16 +13,12 @@ use glam::Vec3;
 
 /// A density on the square: quads down to cells, a bilinear function inside each cell.
 pub trait Density {
-    /// A place in the tree.
-    type Node: Copy;
-    /// The whole square; `None` if the density is 0 everywhere.
-    fn root(&self) -> Option<Self::Node>;
-    /// The masses of the four children, or `None` if the node is a cell.
-    fn masses(&self, node: Self::Node) -> Option<[f32; 4]>;
-    /// Child `c` of a node that has children.
-    fn child(&self, node: Self::Node, c: u32) -> Self::Node;
-    /// The density of a cell at its corners, up to a factor: corner `2 b1 + b2`, bit 0 = lower end of the axis.
-    fn corners(&self, cell: Self::Node) -> [f32; 4];
+    /// Whether there is anything to sample.
+    fn is_positive(&self) -> bool;
+    /// Walks from the whole square to a cell: hands the masses of the four children to `choose`, goes to the child
+    /// that it names, and so on. Returns the density of the cell at its corners, up to a factor (corner `2 b1 + b2`,
+    /// bit 0 = lower end of the axis), or `None` if `choose` gave up.
+    fn walk(&self, choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]>;
 }
 
 /// A direction in world space and its pdf per solid angle; a pdf of 0 means that there is no sample.
@@ -48,6 +44,11 @@ impl Cell {
     fn child(self, c: u32) -> Cell {
         let [i, j] = self.index;
         Cell { level: self.level + 1, index: [2 * i + (c >> 1 & 1), 2 * j + (c & 1)] }
+    }
+
+    /// Whether the cell is not finer than the finest that there is: a damaged tree ends here.
+    fn is_allowed(self) -> bool {
+        self.level <= MAX_DEPTH
     }
 
     fn contains(self, s: [f32; 2]) -> bool {
@@ -96,55 +97,46 @@ impl Path {
 
 /// The point of the square for `u` and the cell that it lies in.
 #[inline(always)]
-fn sample_square<D: Density>(density: &D, root: D::Node, u: [f32; 2]) -> (Cell, [f32; 2]) {
-    let mut node = root;
+fn sample_square<D: Density>(density: &D, u: [f32; 2]) -> Option<(Cell, [f32; 2])> {
     let mut cell = Cell::WHOLE;
     let mut u = u.map(clamp_u);
-    while let Some(masses) = density.masses(node) {
-        if cell.level >= MAX_DEPTH {
-            break;
-        }
+    let corners = density.walk(|masses| {
         let (c, inside) = take_quad(masses, u);
         u = inside;
-        node = density.child(node, c);
         cell = cell.child(c);
-    }
-    let inside = sample_bilinear(density.corners(node), u);
+        cell.is_allowed().then_some(c)
+    })?;
+    let inside = sample_bilinear(corners, u);
     let [i, j] = cell.index;
-    (cell, [place(i, inside[0], cell.level), place(j, inside[1], cell.level)])
+    Some((cell, [place(i, inside[0], cell.level), place(j, inside[1], cell.level)]))
 }
 
 /// The density at a point of the square, with respect to area; 0 where the stored density is 0.
 #[inline(always)]
-fn density_at<D: Density>(density: &D, root: D::Node, s: [f32; 2]) -> f32 {
+fn density_at<D: Density>(density: &D, s: [f32; 2]) -> f32 {
     let path = Path::to(s);
-    let mut node = root;
     let mut level = 0;
     let mut product = 1.0;
-    while let Some(masses) = density.masses(node) {
-        if level >= MAX_DEPTH {
-            break;
-        }
+    let corners = density.walk(|masses| {
         let c = path.child(level);
         product *= quad_density(masses, c);
-        if product <= 0.0 {
-            return 0.0;
-        }
-        node = density.child(node, c);
         level += 1;
-    }
-    product * bilinear_density(density.corners(node), path.offset(level))
+        (product > 0.0 && level <= MAX_DEPTH).then_some(c)
+    });
+    corners.map_or(0.0, |corners| product * bilinear_density(corners, path.offset(level)))
 }
 
 /// A sample of the density as a direction of world space.
 #[inline]
 pub fn sample<D: Density>(density: &D, frame: &Frame, u: [f32; 2]) -> Sample {
-    let Some(root) = density.root() else {
+    if !density.is_positive() {
+        return Sample::default();
+    }
+    let Some((cell, s)) = sample_square(density, u) else {
         return Sample::default();
     };
-    let (cell, s) = sample_square(density, root, u);
     let (world, s) = direction_in_cell(frame, cell, s);
-    Sample { wi: world.to_array(), pdf: per_solid_angle(density_at(density, root, s)) }
+    Sample { wi: world.to_array(), pdf: per_solid_angle(density_at(density, s)) }
 }
 
 /// The world direction for `s`, and the point of the square that the direction leads back to.
@@ -192,7 +184,7 @@ fn per_solid_angle(density: f32) -> f32 {
 #[inline]
 pub fn pdf<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
     let s = to_square(frame, wi).ok_or(Status::InvalidTransform)?;
-    Ok(density.root().map_or(0.0, |root| per_solid_angle(density_at(density, root, s))))
+    Ok(if density.is_positive() { per_solid_angle(density_at(density, s)) } else { 0.0 })
 }
 
 /// The `u` that leads to a world direction.
@@ -201,23 +193,19 @@ pub fn pdf<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<f32> 
 /// [`Status::InvalidTransform`] if `wi` is not of unit length, [`Status::ZeroDensity`] if no u leads there.
 pub fn invert<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
     let s = to_square(frame, wi).ok_or(Status::InvalidTransform)?;
-    let mut node = density.root().ok_or(Status::ZeroDensity)?;
+    if !density.is_positive() {
+        return Err(Status::ZeroDensity);
+    }
     let path = Path::to(s);
     let mut steps = [([0.0f32; 4], 0u32); MAX_DEPTH as usize];
     let mut level = 0;
-    while let Some(masses) = density.masses(node) {
-        let Some(step) = steps.get_mut(level as usize) else {
-            break;
-        };
+    let corners = density.walk(|masses| {
         let c = path.child(level);
-        if quad_density(masses, c) <= 0.0 {
-            return Err(Status::ZeroDensity);
-        }
-        *step = (masses, c);
-        node = density.child(node, c);
+        *steps.get_mut(level as usize)? = (masses, c);
         level += 1;
-    }
-    let start = invert_bilinear(density.corners(node), path.offset(level));
+        (quad_density(masses, c) > 0.0).then_some(c)
+    });
+    let start = invert_bilinear(corners.ok_or(Status::ZeroDensity)?, path.offset(level));
     let taken = steps.iter().take(level as usize).rev();
     Ok(taken.fold(start, |u, &(masses, c)| undo_quad(masses, c, u)))
 }

@@ -150,8 +150,8 @@ impl Lobes {
     #[inline(always)]
     fn sum(&self, wi: Vec3, value: impl Fn(&Prepared, &Lobe, f32, f32) -> f32) -> f32 {
         let cosine = self.side * wi.dot(self.normal);
-        let whole = self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
-        if !whole && !(cosine > 0.0 && self.wo.z > 0.0) {
+        let reflects = cosine > 0.0 && self.wo.z > 0.0;
+        if !reflects && self.flags & WIS_QUERY_WHOLE_SPHERE == 0 {
             return 0.0;
         }
         let local = Vec3::new(wi.dot(self.tangent), wi.dot(self.bitangent), cosine);

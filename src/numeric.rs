@@ -43,7 +43,18 @@ pub fn sin_cos_turns(x: f32) -> (f32, f32) {
 /// The polynomial with coefficients `c`, lowest first, at `t`.
 #[inline(always)]
 fn horner<const N: usize>(c: [f32; N], t: f32) -> f32 {
-    c.iter().rev().fold(0.0, |sum, &c| sum * t + c)
+    let mut sum = c[N - 1];
+    for k in (0..N - 1).rev() {
+        sum = sum * t + c[k];
+    }
+    sum
+}
+
+/// `a` if the condition holds, else `b`, without a branch: conditions on samples cannot be predicted.
+#[inline(always)]
+pub fn select(condition: bool, a: f32, b: f32) -> f32 {
+    let mask = u32::from(condition).wrapping_neg();
+    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 /// Square root, correctly rounded.

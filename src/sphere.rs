@@ -5,7 +5,7 @@
 //! edges' midpoints. Axis 1 of the square runs along x, axis 2 along y.
 //! The radius comes from `sqrt((x^2 + y^2) / (1 + |z|))`, which does not cancel at the poles.
 
-use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, max, min, sin_cos_turns, sqrt};
+use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, max, min, select, sin_cos_turns, sqrt};
 use core::f64::consts::PI;
 use glam::{Mat3, Vec3};
 
@@ -29,11 +29,10 @@ pub fn square(direction: Vec3) -> [f32; 2] {
     let [x, y, z] = direction.to_array();
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
     let radius = sqrt((ax * ax + ay * ay) / (1.0 + az));
-    let (small, large) = (min(ax, ay), max(ax, ay));
-    let turns = if large > 0.0 { atan_turns(small / large) } else { 0.0 };
+    let turns = atan_turns(min(ax, ay) / max(max(ax, ay), f32::MIN_POSITIVE));
     let minor = radius * turns;
     let major = radius - minor;
-    let (along_x, along_y) = if ay > ax { (minor, major) } else { (major, minor) };
+    let (along_x, along_y) = (select(ay > ax, minor, major), select(ay > ax, major, minor));
     // In the lower half |u| = 1 - along_y and |v| = 1 - along_x.
     let south = z < 0.0;
     [coordinate(x > 0.0, south, along_x, along_y), coordinate(y > 0.0, south, along_y, along_x)]
@@ -42,34 +41,24 @@ pub fn square(direction: Vec3) -> [f32; 2] {
 /// One coordinate of the square from the distances along its own and the other axis.
 #[inline(always)]
 fn coordinate(positive: bool, south: bool, own: f32, other: f32) -> f32 {
-    let lower = if south { 0.5 * other } else { 0.5 - 0.5 * own };
-    let s = if positive { 1.0 - lower } else { lower };
-    min(max(s, 0.0), ONE_MINUS_EPSILON)
+    let lower = select(south, 0.5 * other, 0.5 - 0.5 * own);
+    min(max(select(positive, 1.0 - lower, lower), 0.0), ONE_MINUS_EPSILON)
 }
 
 /// The direction for a point of [0, 1]^2.
 #[inline(always)]
 pub fn direction(s: [f32; 2]) -> Vec3 {
-    let (x, upper_x) = distance_to_edge(s[0]);
-    let (y, upper_y) = distance_to_edge(s[1]);
-    // Distances from the centre (north) or, folded, from the corner (south); exact in either case.
+    // Distances to the nearer edges, then from the centre (north) or, folded, from the corner (south): all exact.
+    let [x, y] = s.map(|s| min(s, 1.0 - s));
     let south = x + y < 0.5;
-    let (a, b) = if south { (2.0 * y, 2.0 * x) } else { (1.0 - 2.0 * x, 1.0 - 2.0 * y) };
+    let (a, b) = (select(south, 2.0 * y, 1.0 - 2.0 * x), select(south, 2.0 * x, 1.0 - 2.0 * y));
     let radius = a + b;
-    let (small, large) = (min(a, b), max(a, b));
-    let (sin, cos) = if large > 0.0 { sin_cos_turns(small / radius) } else { (0.0, 1.0) };
+    let (sin, cos) = sin_cos_turns(min(a, b) / max(radius, f32::MIN_POSITIVE));
     let squared = radius * radius;
     let horizontal = radius * sqrt(2.0 - squared);
-    let (dx, dy) = if b > a { (sin, cos) } else { (cos, sin) };
-    let sign = |upper: bool, v: f32| if upper { v } else { -v };
+    let (dx, dy) = (select(b > a, sin, cos), select(b > a, cos, sin));
     let z = 1.0 - squared;
-    Vec3::new(sign(upper_x, horizontal * dx), sign(upper_y, horizontal * dy), if south { -z } else { z })
-}
-
-/// The distance to the nearer edge of the square along one axis, and whether that is the upper edge.
-#[inline(always)]
-fn distance_to_edge(s: f32) -> (f32, bool) {
-    if s > 0.5 { (1.0 - s, true) } else { (s, false) }
+    Vec3::new((horizontal * dx).copysign(s[0] - 0.5), (horizontal * dy).copysign(s[1] - 0.5), select(south, -z, z))
 }
 
 /// The point `(u, v)` of a lat-long map, u = phi / 2 pi and v = theta / pi from +z, for a direction.

@@ -27,11 +27,9 @@ impl Split {
     /// lower / (lower + upper), clamped to [2^-24, 1 - 2^-24]; one of them 0: exactly 0 or 1; both 0: 1/2.
     #[inline(always)]
     pub fn new(lower: f32, upper: f32) -> Split {
-        let total = lower + upper;
-        let ratio = if total > 0.0 { lower / total } else { 0.5 };
-        let least = if lower > 0.0 { SMALLEST_SPLIT } else { 0.0 };
-        let most = if upper > 0.0 { ONE_MINUS_EPSILON } else { 1.0 };
-        Split { lower: min(max(ratio, least), most) }
+        let ratio = lower / (lower + upper);
+        let ordinary = (SMALLEST_SPLIT..=ONE_MINUS_EPSILON).contains(&ratio);
+        Split { lower: if ordinary { ratio } else { extreme(lower, upper) } }
     }
 
     /// The side that `u` in [0, 1 - 2^-24] falls into, 0 = lower and 1 = upper, and its position inside that
@@ -62,6 +60,23 @@ impl Split {
     }
 }
 
+/// The probability of the lower of two masses whose ratio is outside the clamp or is none.
+#[cold]
+fn extreme(lower: f32, upper: f32) -> f32 {
+    match (lower > 0.0, upper > 0.0) {
+        (true, true) => {
+            if lower < upper {
+                SMALLEST_SPLIT
+            } else {
+                ONE_MINUS_EPSILON
+            }
+        }
+        (true, false) => 1.0,
+        (false, true) => 0.0,
+        (false, false) => 0.5,
+    }
+}
+
 /// 0.0 or 1.0 for a side. Like the comparison in [`Split::take`], which is exact because numbers that are not
 /// negative are ordered as their bits, it leaves the compiler no branch: half of them would be mispredicted.
 #[inline(always)]
@@ -69,11 +84,10 @@ fn unit(side: u32) -> f32 {
     f32::from_bits(side.wrapping_mul(1.0f32.to_bits()))
 }
 
-/// `b` if `side` is 1, `a` if it is 0, without a branch.
+/// `b` if `side` is 1, `a` if it is 0, exactly: products with 0 and 1 leave the compiler no branch.
 #[inline(always)]
-fn select(side: u32, a: f32, b: f32) -> f32 {
-    let mask = side.wrapping_neg();
-    f32::from_bits((a.to_bits() & !mask) | (b.to_bits() & mask))
+fn choose(side: u32, a: f32, b: f32) -> f32 {
+    a * unit(1 - side) + b * unit(side)
 }
 
 /// Sends a point of a square into one of its four children and returns the child and the point inside it. Child
@@ -84,7 +98,7 @@ pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2]) {
     // Both splits of axis 2 at once: they do not wait for the side that axis 1 takes.
     let (low, high) = (Split::new(m0, m1), Split::new(m2, m3));
     let (b1, v) = Split::new(m0 + m1, m2 + m3).take(u[0]);
-    let (b2, w) = Split { lower: select(b1, low.lower, high.lower) }.take(u[1]);
+    let (b2, w) = Split { lower: choose(b1, low.lower, high.lower) }.take(u[1]);
     (2 * b1 + b2, [v, w])
 }
 
@@ -93,7 +107,7 @@ pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2]) {
 fn quad_splits(masses: [f32; 4], child: u32) -> [(Split, u32); 2] {
     let [m0, m1, m2, m3] = masses;
     let (b1, b2) = (child >> 1 & 1, child & 1);
-    [(Split::new(m0 + m1, m2 + m3), b1), (Split::new(select(b1, m0, m2), select(b1, m1, m3)), b2)]
+    [(Split::new(m0 + m1, m2 + m3), b1), (Split::new(choose(b1, m0, m2), choose(b1, m1, m3)), b2)]
 }
 
 /// The factor by which the two splits that lead to `child` (0..4) multiply the density.

@@ -15,7 +15,7 @@ pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Row
 
 use crate::descent::Density;
 use crate::numeric::ContentHash;
-use crate::tree::{Link, NO_SQUARE, Tree};
+use crate::tree::{Link, Tree};
 
 /// How a tree is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,26 +130,17 @@ impl<'a> Environment<'a> {
 pub struct Light<'a>(pub Tree<'a, 4>);
 
 impl Density for Light<'_> {
-    /// A square, or [`NO_SQUARE`] for a cell.
-    type Node = u32;
-
-    #[inline(always)]
-    fn root(&self) -> Option<u32> {
-        if self.0.average() > 0.0 { Some(self.0.root_square().unwrap_or(NO_SQUARE)) } else { None }
+    fn is_positive(&self) -> bool {
+        self.0.average() > 0.0
     }
 
     #[inline(always)]
-    fn masses(&self, node: u32) -> Option<[f32; 4]> {
-        if node == NO_SQUARE { None } else { Some(self.0.children(node)) }
-    }
-
-    #[inline(always)]
-    fn child(&self, node: u32, c: u32) -> u32 {
-        self.0.child_square(node, c).unwrap_or(NO_SQUARE)
-    }
-
-    #[inline(always)]
-    fn corners(&self, _: u32) -> [f32; 4] {
-        [1.0; 4]
+    fn walk(&self, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
+        let mut square = self.0.root_square();
+        while let Some(here) = square {
+            let c = choose(self.0.children(here))?;
+            square = self.0.child_square(here, c);
+        }
+        Some([1.0; 4])
     }
 }

@@ -67,6 +67,8 @@ pub struct Cell {
     index: [u16; 2],
     /// Whether it lies near a narrow lobe's peak and is too coarse for it.
     coarse: u32,
+    /// Whether it lies near a peak at all: only then its children may.
+    near_peak: u32,
     /// The least value of a corner; below 0 if the cell is wholly below the horizon.
     floor: f32,
 }
@@ -119,8 +121,13 @@ impl Floor {
     /// Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
     fn of(&self, corners: [f32; 4], level: u32, centre: Vec3) -> f32 {
         let above = self.hemisphere.is_none_or(|normal| normal.dot(centre) + cell_chord(level) >= 0.0);
+        if above { self.above(corners) } else { -1.0 }
+    }
+
+    /// The floor of a leaf that reaches above the horizon.
+    fn above(&self, corners: [f32; 4]) -> f32 {
         let largest = corners.iter().fold(0.0, |a, &b| max(a, b));
-        if above { max(LEAF_FLOOR * largest, self.least) } else { -1.0 }
+        max(LEAF_FLOOR * largest, self.least)
     }
 }
 
@@ -170,7 +177,7 @@ pub fn build<B: Brdf>(
 /// The directions of the corners of 4 x 4 cells: 25 grid points, of which the folded edges leave 18.
 const BASE: [[f32; 3]; 18] = {
     const H: f32 = 0.661_437_8;
-    const D: f32 = 0.707_106_8;
+    const D: f32 = core::f32::consts::FRAC_1_SQRT_2;
     [
         [0.0, 0.0, -1.0],
         [-H, 0.0, -0.75],
@@ -386,6 +393,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let parent = self.cell(index);
         let residuals = residuals(parent.corners, new);
         let light = self.light.children(parent.square);
+        let near_peak = parent.near_peak != 0 || parent.level == 0;
         let first = self.used;
         for c in 0..4u32 {
             let has_square = parent.square != NO_SQUARE;
@@ -402,7 +410,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
                 index: [2 * parent.index[0] + (c >> 1) as u16, 2 * parent.index[1] + (c & 1) as u16],
                 ..Cell::default()
             };
-            self.weigh(&mut child, corners_of_child([0.0; 4], residuals, c));
+            self.weigh(&mut child, corners_of_child([0.0; 4], residuals, c), near_peak);
             if let Some(slot) = self.cells.get_mut(self.used) {
                 *slot = child;
                 self.used += 1;
@@ -415,10 +423,17 @@ impl<'a, B: Brdf> Builder<'a, B> {
     }
 
     /// The weight of a cell as a leaf, and what splitting it is worth.
-    fn weigh(&self, cell: &mut Cell, residuals: [f32; 4]) {
-        let centre = self.frame.to_world(direction(centre(cell)));
-        cell.floor = self.floor.of(cell.corners, cell.level, centre);
-        self.mind_peaks(cell, centre);
+    fn weigh(&self, cell: &mut Cell, residuals: [f32; 4], parent_peaks: bool) {
+        let dark = cell.corners.iter().any(|&c| c <= 0.0);
+        if dark || parent_peaks {
+            let centre = self.frame.to_world(direction(centre(cell)));
+            cell.floor = self.floor.of(cell.corners, cell.level, centre);
+            if parent_peaks {
+                self.mind_peaks(cell, centre);
+            }
+        } else {
+            cell.floor = self.floor.above(cell.corners);
+        }
         let corners = cell.raised();
         cell.weight = leaf_weight(corners, cell.light, self.light.children(cell.square), cell.square);
         let largest = corners.iter().fold(0.0, |a, &b| max(a, b));
@@ -439,6 +454,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
             if !near(peak, PEAK_REACH, cell, centre, self.frame) {
                 continue;
             }
+            cell.near_peak = 1;
             let coarse = cell_chord(cell.level) > PEAK_DETAIL * peak.radii[1] && cell.level < MAX_DEPTH;
             cell.coarse |= u32::from(coarse);
             if cell.floor >= 0.0 && near(peak, PEAK_CORE, cell, centre, self.frame) {

@@ -10,6 +10,7 @@ mod build;
 pub use build::{Budget, Built, Cell, build, cell_count, emit};
 
 use crate::descent::{Density, lerp};
+use crate::numeric::select;
 use crate::tree::{NO_SQUARE, Tree};
 
 /// Set in a link that leads to a leaf.
@@ -76,15 +77,6 @@ impl Product<'_> {
     }
 }
 
-/// A place in a product: an inner node, or a cell below which only the light has detail.
-#[derive(Clone, Copy)]
-pub enum Node {
-    /// An inner node.
-    Square(u32),
-    /// Part of a leaf.
-    Part(Part),
-}
-
 /// A part of a leaf: the leaf's corners, where in the leaf the part lies, and its light.
 #[derive(Clone, Copy)]
 pub struct Part {
@@ -121,51 +113,34 @@ impl Part {
     fn child(&self, c: u32, square: u32) -> Part {
         let size = 0.5 * self.size;
         let [x, y] = self.origin;
-        let origin = [x + (c >> 1 & 1) as f32 * size, y + (c & 1) as f32 * size];
+        let half = |upper: u32| select(upper == 1, size, 0.0);
+        let origin = [x + half(c >> 1 & 1), y + half(c & 1)];
         Part { corners: self.corners, origin, size, square }
     }
 }
 
 impl Density for Product<'_> {
-    type Node = Node;
-
-    #[inline(always)]
-    fn root(&self) -> Option<Node> {
-        if self.average > 0.0 { Some(Node::Square(0)) } else { None }
+    fn is_positive(&self) -> bool {
+        self.average > 0.0
     }
 
     #[inline(always)]
-    fn masses(&self, node: Node) -> Option<[f32; 4]> {
-        match node {
-            Node::Square(index) => Some(self.squares.get(index as usize).map_or([0.0; 4], |s| s.weights)),
-            Node::Part(part) if part.square == NO_SQUARE => None,
-            Node::Part(part) => Some(part.masses(self.light.children(part.square))),
-        }
-    }
-
-    #[inline(always)]
-    fn child(&self, node: Node, c: u32) -> Node {
-        match node {
-            Node::Square(index) => {
-                let link = self.squares.get(index as usize).and_then(|s| s.links.get(c as usize)).copied();
-                let link = link.unwrap_or(LEAF);
-                if link & LEAF == 0 {
-                    return Node::Square(link);
-                }
-                let leaf = self.leaves.get((link & !LEAF) as usize);
-                let whole = |leaf: &Leaf| Part { corners: leaf.corners, square: leaf.square, ..Part::NOTHING };
-                Node::Part(leaf.map_or(Part::NOTHING, whole))
+    fn walk(&self, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
+        let mut square = self.squares.first()?;
+        let leaf = loop {
+            let c = choose(square.weights)?;
+            let link = *square.links.get(c as usize)?;
+            if link & LEAF != 0 {
+                break self.leaves.get((link & !LEAF) as usize)?;
             }
-            Node::Part(part) => Node::Part(part.child(c, self.light.child_square(part.square, c).unwrap_or(NO_SQUARE))),
+            square = self.squares.get(link as usize)?;
+        };
+        let mut part = Part { corners: leaf.corners, square: leaf.square, ..Part::NOTHING };
+        while part.square != NO_SQUARE {
+            let c = choose(part.masses(self.light.children(part.square)))?;
+            part = part.child(c, self.light.child_square(part.square, c).unwrap_or(NO_SQUARE));
         }
-    }
-
-    #[inline(always)]
-    fn corners(&self, node: Node) -> [f32; 4] {
-        match node {
-            Node::Square(_) => [0.0; 4],
-            Node::Part(part) => part.values(0.0, 1.0),
-        }
+        Some(part.values(0.0, 1.0))
     }
 }
 

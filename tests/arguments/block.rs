@@ -78,9 +78,3 @@ pub fn plain<T: Copy>(set: impl FnOnce(&mut T)) -> Vec<u8> {
     block.edit(set);
     block.to_vec()
 }
-
-/// The bytes of numbers.
-pub fn numbers<T: Copy>(values: &[T]) -> Vec<u8> {
-    // SAFETY: numbers have no padding.
-    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }.to_vec()
-}

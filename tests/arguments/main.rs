@@ -7,11 +7,15 @@
 mod block;
 mod call;
 mod control;
+mod extremes;
 mod header;
 mod objects;
 mod passes;
 mod pointers;
 mod scene;
+mod sizes;
+#[path = "../support/mod.rs"]
+mod support;
 mod table;
 mod values;
 

@@ -15,8 +15,7 @@ const ROWS: [usize; 2] = [3, 4];
 #[test]
 fn rows_out_of_range() {
     let (scene, run) = (Scene::new(), function("wis_environment_run"));
-    for pass in 0..2 {
-        let rows = ROWS[pass];
+    for (pass, rows) in ROWS.into_iter().enumerate() {
         let faults =
             [(rows + 1, 0, "first"), (u32::MAX as usize, 1, "first"), (0, rows + 1, "count"), (rows, 1, "count")];
         for (first, count, at_fault) in faults {

@@ -3,7 +3,7 @@
 use crate::block::{Block, SENTINEL};
 use crate::call::Call;
 use crate::header::{Function, Parameter, begins_with_size, functions};
-use crate::scene::{COUNT, Scene};
+use crate::scene::{COUNT, Scene, numbers};
 use wis::descent::Sample;
 use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
@@ -216,7 +216,7 @@ fn wide_strides() {
             spread
         };
         let gap = f32::from_ne_bytes([SENTINEL; 4]);
-        wide.give(array, Block::new(&crate::block::numbers(&spread(&packed.floats(array), gap)), 0));
+        wide.give(array, Block::new(&numbers(&spread(&packed.floats(array), gap)), 0));
         wide.set(&parameter.name, 4 * width + 8);
         packed.succeeds("packed");
         wide.succeeds("wide");

@@ -1,6 +1,6 @@
 //! A valid argument for every parameter of the header, from which the tests then spoil one at a time.
 
-use crate::block::{Block, SENTINEL, numbers, plain};
+use crate::block::{Block, SENTINEL, plain};
 use crate::header::{Function, Parameter};
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
@@ -271,6 +271,12 @@ extern "C" fn lambert(_: *mut c_void, count: usize, wi: *const f32, f_cos: *mut 
         unsafe { f_cos.add(i).write(wi.add(3 * i + 2).read().max(0.0)) };
     }
     0
+}
+
+/// The bytes of numbers.
+pub fn numbers<T: Copy>(values: &[T]) -> Vec<u8> {
+    // SAFETY: numbers have no padding.
+    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }.to_vec()
 }
 
 /// A struct that only its size is known of.

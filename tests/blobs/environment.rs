@@ -1,7 +1,7 @@
 //! Environments as stored bytes.
 
 use crate::block::{Block, SENTINEL};
-use crate::support::{build, ggx, lambert, product_config, query};
+use crate::support::{Map, build, ggx, lambert, product_config, query};
 use crate::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, put, word};
 use std::mem::offset_of;
 use std::ptr::{dangling, null_mut};
@@ -17,47 +17,44 @@ pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_
 
 const SQUARES: usize = size_of::<Header>();
 
-/// Some maps, with every storage and flag.
+const ALL: u32 = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+
+/// Some maps, with every storage, layout and flag.
 fn objects() -> Vec<Vec<u8>> {
-    let all = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
-    let varied = |i: u32| 0.1 + (i * i % 17) as f32;
-    let mut objects = Vec::new();
-    for (storage, flags, resolution, budget) in [
-        (WIS_STORAGE_PYRAMID, all, 4, 0.0),
-        (WIS_STORAGE_PYRAMID, WIS_ENVIRONMENT_EXACT_ZERO, 1, 0.0),
-        (WIS_STORAGE_SPARSE, all, 8, 0.05),
-        (WIS_STORAGE_SPARSE, WIS_ENVIRONMENT_COMPENSATED, 4, 0.1),
-        (WIS_STORAGE_SPARSE, all, 4, 1e30),
-    ] {
-        objects.push(object(storage, flags, resolution, budget, varied));
-    }
+    let mut objects = vec![
+        object(|c| c.storage = WIS_STORAGE_PYRAMID, varied),
+        object(|c| (c.flags, c.resolution) = (WIS_ENVIRONMENT_EXACT_ZERO, 1), varied),
+        object(|c| (c.resolution, c.error_budget) = (8, 0.05), varied),
+        object(|c| (c.flags, c.error_budget) = (WIS_ENVIRONMENT_COMPENSATED, 0.1), varied),
+        object(|c| c.error_budget = 1e30, varied),
+        object(|c| c.flags = ALL | WIS_ENVIRONMENT_SANITISE, |i| if i == 7 { f32::NAN } else { varied(i) }),
+    ];
     for storage in [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE] {
-        for value in [0.0, 1e-45, f32::MAX] {
-            objects.push(object(storage, all, 2, 0.0, |_| value));
+        for (layout, width, height) in
+            [(WIS_LAYOUT_LATLONG, 5, 3), (WIS_LAYOUT_CUBE, 2, 12), (WIS_LAYOUT_OCTAHEDRAL, 3, 3)]
+        {
+            for value in [0.0, 1e-45, f32::MAX] {
+                let edit = |c: &mut EnvironmentConfig| {
+                    (c.storage, c.layout, c.width, c.height, c.resolution) = (storage, layout, width, height, 2);
+                };
+                objects.push(object(edit, |_| value));
+            }
         }
     }
     objects
 }
 
-/// The bytes of an environment of 5 x 3 texels.
-fn object(storage: u32, flags: u32, resolution: u32, error_budget: f32, texel: impl Fn(u32) -> f32) -> Vec<u8> {
-    let pixels: Vec<f32> = (0..5 * 3 * 3).map(texel).collect();
-    let config = EnvironmentConfig {
-        size: size_of::<EnvironmentConfig>() as u32,
-        layout: WIS_LAYOUT_LATLONG,
-        width: 5,
-        height: 3,
-        channels: 3,
-        format: WIS_FORMAT_F32,
-        flags,
-        storage,
-        resolution,
-        error_budget,
-        pixels: pixels.as_ptr().cast(),
-        row_stride: 0,
-        row: None,
-        row_user: null_mut(),
-    };
+fn varied(i: u32) -> f32 {
+    0.1 + (i * i % 17) as f32
+}
+
+/// The bytes of an environment: sparse, of 5 x 3 texels, unless edited.
+fn object(edit: impl FnOnce(&mut EnvironmentConfig), texel: impl Fn(u32) -> f32) -> Vec<u8> {
+    let mut config = Map::latlong(5, 3, |_, _| 0.0).config(4, ALL);
+    (config.channels, config.storage) = (3, WIS_STORAGE_SPARSE);
+    edit(&mut config);
+    let pixels: Vec<f32> = (0..config.width * config.height * config.channels).map(texel).collect();
+    config.pixels = pixels.as_ptr().cast();
     let environment = build(&config).unwrap();
     environment.memory.bytes()[..environment.info.bytes as usize].to_vec()
 }
@@ -102,9 +99,7 @@ impl Parts {
 fn content_id(bytes: &[u8]) -> Option<u64> {
     let header = bytes.get(..SQUARES)?;
     let mut hash = ContentHash::new();
-    for offset in
-        [0, BYTES, offset_of!(Header, sanitised), offset_of!(Header, power), offset_of!(Header, error)]
-    {
+    for offset in [0, BYTES, offset_of!(Header, sanitised), offset_of!(Header, power), offset_of!(Header, error)] {
         hash.add(long(header, offset));
     }
     hash.add(i64::from(word(header, offset_of!(Header, exponent)) as i32) as u64);
@@ -216,19 +211,17 @@ fn estimates_are_finite() {
 }
 
 fn sparse() -> Vec<u8> {
-    let all = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
-    object(WIS_STORAGE_SPARSE, all, 8, 0.0, |i| 0.1 + (i * i % 17) as f32)
+    object(|c| c.resolution = 8, varied)
 }
 
 fn pyramid() -> Vec<u8> {
-    let all = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
-    object(WIS_STORAGE_PYRAMID, all, 4, 0.0, |i| 0.1 + (i * i % 17) as f32)
+    object(|c| c.storage = WIS_STORAGE_PYRAMID, varied)
 }
 
 /// Numbers that cannot be, wherever they stand.
 #[test]
 fn amounts() {
-    let constant = object(WIS_STORAGE_SPARSE, WIS_ENVIRONMENT_COMPENSATED, 4, 1e30, |i| 1.0 + i as f32);
+    let constant = object(|c| (c.flags, c.error_budget) = (WIS_ENVIRONMENT_COMPENSATED, 1e30), varied);
     assert_eq!(constant.len(), SQUARES);
     for object in [sparse(), pyramid(), constant] {
         let parts = Parts::of(&object);
@@ -269,15 +262,15 @@ fn headers() {
 /// One kind of storage under the name of the other, and a depth that the squares do not have.
 #[test]
 fn other_storage() {
-    let constant = object(WIS_STORAGE_SPARSE, 0, 4, 1e30, |_| 1.0);
+    let constant = object(|c| (c.flags, c.error_budget) = (0, 1e30), varied);
     assert_refuses(&KIND, &constant, offset_of!(Header, storage), &WIS_STORAGE_PYRAMID.to_ne_bytes(), "a pyramid");
-    let plain = object(WIS_STORAGE_PYRAMID, 0, 4, 0.0, |i| i as f32);
+    let plain = object(|c| (c.flags, c.storage) = (0, WIS_STORAGE_PYRAMID), varied);
     let mut renamed = plain.clone();
     put(&mut renamed, offset_of!(Header, storage), &WIS_STORAGE_SPARSE.to_ne_bytes());
     renamed.resize(plain.len() + 48, 0);
     let len = renamed.len() as u64;
     assert_refuses(&KIND, &renamed, BYTES, &len.to_ne_bytes(), "links that are all 0");
-    let deep = object(WIS_STORAGE_PYRAMID, 0, 1, 0.0, |_| 1.0);
+    let deep = object(|c| (c.flags, c.storage, c.resolution) = (0, WIS_STORAGE_PYRAMID, 1), varied);
     for depth in 1..=12u32 {
         assert_refuses(&KIND, &deep, offset_of!(Header, depth), &depth.to_ne_bytes(), "no squares");
     }

@@ -27,7 +27,7 @@ const PEAK_SPLITS: u32 = 64;
 /// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
 const PEAK_REACH: f32 = 1.5;
 /// ... until they are smaller than this many of its short half-widths.
-const PEAK_DETAIL: f32 = 1.8;
+const PEAK_DETAIL: f32 = 2.5;
 /// A leaf that overlaps the ellipse of this many half-widths may hold the peak itself.
 const PEAK_CORE: f32 = 0.5;
 /// Cells of this level and finer are flat enough to be taken as parallelograms.
@@ -246,7 +246,8 @@ impl Base {
             peaks,
             largest,
             mean: (sum / if lit > 0.0 { lit } else { 1.0 }) as f32,
-            exponent: if largest > 0.0 { exponent(f64::from(largest)) } else { 0 },
+            // Within what an f32 holds as a factor, also for the values of denormal BRDFs.
+            exponent: if largest > 0.0 { exponent(f64::from(largest)).clamp(-126, 126) } else { 0 },
             evaluations: count as u32,
         })
     }

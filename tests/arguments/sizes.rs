@@ -151,3 +151,26 @@ fn pyramids_are_measured_exactly() {
     let diagnostic = call.fails("a byte less", Status::MemoryTooSmall, "memory");
     assert_eq!(diagnostic.bytes_needed, size.bytes as u64);
 }
+
+/// The bytes of an object do not depend on what was in its memory, or in the scratch block.
+#[test]
+fn bytes_do_not_depend_on_the_memory() {
+    let scene = Scene::new();
+    for name in ["wis_environment_init", "wis_tree_init", "wis_product_prepare", "wis_product_prepare_callback"] {
+        let init = function(name);
+        let [zeros, ones] = [0, 0xff].map(|filling| {
+            let mut call = Call::valid(&scene, &init);
+            for (block, bytes) in [("memory", "bytes"), ("scratch", "scratch_bytes")] {
+                if init.parameter(block).is_some() {
+                    call.give(block, Block::new(&vec![filling; call.number(bytes)], 0));
+                }
+            }
+            call.succeeds("any memory");
+            call.bytes("memory").to_vec()
+        });
+        // Every kind of object stores its length behind its first eight bytes.
+        let length = u64::from_ne_bytes(zeros[8..16].try_into().unwrap()) as usize;
+        let differing: Vec<usize> = (0..length).filter(|&place| zeros[place] != ones[place]).collect();
+        assert!(differing.is_empty(), "{name}: bytes {differing:?}");
+    }
+}

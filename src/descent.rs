@@ -95,20 +95,33 @@ impl Path {
     }
 }
 
-/// The point of the square for `u` and the cell that it lies in.
+/// A point of the square that was sampled.
+#[derive(Clone, Copy)]
+struct Place {
+    s: [f32; 2],
+    cell: Cell,
+    /// The product of the split densities that lead to the cell, and the cell's corners.
+    product: f32,
+    corners: [f32; 4],
+}
+
+/// The point of the square for `u`.
 #[inline(always)]
-fn sample_square<D: Density>(density: &D, u: [f32; 2]) -> Option<(Cell, [f32; 2])> {
+fn sample_square<D: Density>(density: &D, u: [f32; 2]) -> Option<Place> {
     let mut cell = Cell::WHOLE;
     let mut u = u.map(clamp_u);
+    let mut product = 1.0;
     let corners = density.walk(|masses| {
-        let (c, inside) = take_quad(masses, u);
+        let (c, inside, factor) = take_quad(masses, u);
         u = inside;
+        product *= factor;
         cell = cell.child(c);
         cell.is_allowed().then_some(c)
     })?;
     let inside = sample_bilinear(corners, u);
     let [i, j] = cell.index;
-    Some((cell, [place(i, inside[0], cell.level), place(j, inside[1], cell.level)]))
+    let s = [place(i, inside[0], cell.level), place(j, inside[1], cell.level)];
+    Some(Place { s, cell, product, corners })
 }
 
 /// The density at a point of the square, with respect to area; 0 where the stored density is 0.
@@ -132,11 +145,17 @@ pub fn sample<D: Density>(density: &D, frame: &Frame, u: [f32; 2]) -> Sample {
     if !density.is_positive() {
         return Sample::default();
     }
-    let Some((cell, s)) = sample_square(density, u) else {
+    let Some(place) = sample_square(density, u) else {
         return Sample::default();
     };
-    let (world, s) = direction_in_cell(frame, cell, s);
-    Sample { wi: world.to_array(), pdf: per_solid_angle(density_at(density, s)) }
+    let (world, back) = direction_in_cell(frame, place.cell, place.s);
+    // Back in the cell, the walk to it is the one that was just taken: the bits are those of `density_at`.
+    let value = if place.cell.contains(back) {
+        place.product * bilinear_density(place.corners, Path::to(back).offset(place.cell.level))
+    } else {
+        density_at(density, back)
+    };
+    Sample { wi: world.to_array(), pdf: per_solid_angle(value) }
 }
 
 /// The world direction for `s`, and the point of the square that the direction leads back to.

@@ -90,16 +90,19 @@ fn choose(side: u32, a: f32, b: f32) -> f32 {
     a * unit(1 - side) + b * unit(side)
 }
 
-/// Sends a point of a square into one of its four children and returns the child and the point inside it. Child
-/// `c = 2 b1 + b2`; axis 1 (`u[0]`) splits first. The same bits as the general splits of 2^n children.
+/// Sends a point of a square into one of its four children: the child, the point inside it, and the bits of
+/// [`quad_density`]. Child `c = 2 b1 + b2`; axis 1 (`u[0]`) splits first. The same bits as the general splits of
+/// 2^n children.
 #[inline(always)]
-pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2]) {
+pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2], f32) {
     let [m0, m1, m2, m3] = masses;
     // Both splits of axis 2 at once: they do not wait for the side that axis 1 takes.
     let (low, high) = (Split::new(m0, m1), Split::new(m2, m3));
-    let (b1, v) = Split::new(m0 + m1, m2 + m3).take(u[0]);
-    let (b2, w) = Split { lower: choose(b1, low.lower, high.lower) }.take(u[1]);
-    (2 * b1 + b2, [v, w])
+    let first = Split::new(m0 + m1, m2 + m3);
+    let (b1, v) = first.take(u[0]);
+    let second = Split { lower: choose(b1, low.lower, high.lower) };
+    let (b2, w) = second.take(u[1]);
+    (2 * b1 + b2, [v, w], first.density(b1) * second.density(b2))
 }
 
 /// The two splits that lead to a child (0..4), with the side that each takes.

@@ -54,11 +54,11 @@ fn quads_split_as_trees_do() {
         let squares = [masses];
         let tree = Tree::<4>::complete(1, masses.iter().sum(), &squares).unwrap();
         let u = random.point();
-        let (child, inside) = take_quad(masses, u);
+        let (child, inside, density) = take_quad(masses, u);
         let Some(sampled) = warp::sample(&tree, u) else { continue };
         let t = stored::pixel_of(sampled.point, 1);
-        assert_eq!(2 * t[0] + t[1], child);
-        assert_eq!(quad_density(masses, child).to_bits(), sampled.pdf.to_bits());
+        assert_eq!((2 * t[0] + t[1], sampled.pdf), (child, density));
+        assert_eq!(quad_density(masses, child).to_bits(), density.to_bits());
         let back = undo_quad(masses, child, inside);
         assert!((0..2).all(|axis| (f64::from(back[axis]) - f64::from(u[axis])).abs() <= 2.0 * EPS));
     }
@@ -67,9 +67,9 @@ fn quads_split_as_trees_do() {
 #[test]
 fn axis_one_splits_first() {
     let masses = [1.0, 2.0, 0.0, 5.0];
-    let (child, inside) = take_quad(masses, [0.25, 0.5]);
+    let (child, inside, density) = take_quad(masses, [0.25, 0.5]);
     assert_eq!((child, inside), (1, [0.25 / 0.375, (0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0)]));
-    assert_eq!(quad_density(masses, child), 4.0 * 0.375 * (1.0 - 1.0 / 3.0));
+    assert_eq!(density, 4.0 * 0.375 * (1.0 - 1.0 / 3.0));
 }
 
 #[test]

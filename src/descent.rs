@@ -4,7 +4,7 @@
 //! the pdf is one function of the world direction: a sample's pdf is the pdf of the direction that it returns
 //! (rules 12 and 13 of the design: the same bits, and never 0 where the stored density is not).
 
-use crate::numeric::{ONE_MINUS_EPSILON, max, min, sqrt};
+use crate::numeric::{ONE_MINUS_EPSILON, inverse_power, max, min, sqrt};
 use crate::sphere::{self, Frame, SPHERE, unit};
 use crate::status::{Result, Status};
 use crate::tree::MAX_DEPTH;
@@ -57,7 +57,7 @@ impl Cell {
     }
 
     fn centre(self) -> [f32; 2] {
-        let width = 1.0 / (1u32 << (self.level & 31)) as f32;
+        let width = inverse_power(self.level);
         self.index.map(|i| (i as f32 + 0.5) * width)
     }
 }

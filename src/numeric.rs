@@ -81,6 +81,12 @@ pub fn exp2i(exponent: i32) -> f64 {
     f64::from_bits((biased as u64) << 52)
 }
 
+/// `2^-n` for n up to 126, without a division.
+#[inline(always)]
+pub fn inverse_power(n: u32) -> f32 {
+    f32::from_bits(127u32.wrapping_sub(n).wrapping_shl(23))
+}
+
 /// The exponent e of a positive finite x, `2^e <= x < 2^(e+1)`; -1074 at the least.
 pub fn exponent(x: f64) -> i32 {
     let normal = |bits: u64| ((bits >> 52) & 0x7ff) as i32 - 1023;

@@ -5,7 +5,7 @@
 //! edges' midpoints. Axis 1 of the square runs along x, axis 2 along y.
 //! The radius comes from `sqrt((x^2 + y^2) / (1 + |z|))`, which does not cancel at the poles.
 
-use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, max, min, select, sin_cos_turns, sqrt};
+use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, inverse_power, max, min, select, sin_cos_turns, sqrt};
 use core::f64::consts::PI;
 use glam::{Mat3, Vec3};
 
@@ -17,7 +17,7 @@ pub fn cell_chord(level: u32) -> f32 {
     const CHORD: [f32; 8] = [2.0, 1.41422, 0.88195, 0.48593, 0.25509, 0.13081, 0.06626, 0.03335];
     match CHORD.get(level as usize) {
         Some(&chord) => chord,
-        None => 4.31 / (1u64 << level.min(63)) as f32,
+        None => 4.31 * inverse_power(level.min(126)),
     }
 }
 

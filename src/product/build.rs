@@ -2,7 +2,7 @@
 
 use super::{LEAF, Leaf, Square, corners_of_child, leaf_weight};
 use crate::lobe::{Brdf, Peak};
-use crate::numeric::{exp2i, exponent, max, min, sqrt};
+use crate::numeric::{exp2i, exponent, inverse_power, max, min, sqrt};
 use crate::sphere::{Frame, cell_chord, direction};
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
@@ -351,6 +351,9 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let mut best = [(TOLERANCE * total, usize::MAX); BATCH];
         for (index, cell) in self.leaves() {
             let mut candidate = (cell.priority, index);
+            if best.get(room.wrapping_sub(1)).is_none_or(|worst| candidate.0 <= worst.0) {
+                continue;
+            }
             for kept in best.iter_mut().take(room) {
                 if candidate.0 > kept.0 {
                     core::mem::swap(&mut candidate, kept);
@@ -496,17 +499,17 @@ fn min_u32(a: u32, b: u32) -> u32 {
 }
 
 fn area(level: u32) -> f32 {
-    1.0 / (1u64 << (2 * (level & 15))) as f32
+    inverse_power(2 * level)
 }
 
 fn centre(cell: &Cell) -> [f32; 2] {
-    let width = 1.0 / (1u32 << (cell.level & 31)) as f32;
+    let width = inverse_power(cell.level);
     cell.index.map(|i| (f32::from(i) + 0.5) * width)
 }
 
 /// The points of a cell's five new values, in the order of [`corners_of_child`].
 fn new_points(cell: &Cell) -> [[f32; 2]; NEW] {
-    let half = 0.5 / (1u32 << (cell.level & 31)) as f32;
+    let half = inverse_power(cell.level + 1);
     let at =
         |i: f32, j: f32| [(2.0 * f32::from(cell.index[0]) + i) * half, (2.0 * f32::from(cell.index[1]) + j) * half];
     [at(1.0, 0.0), at(1.0, 2.0), at(0.0, 1.0), at(2.0, 1.0), at(1.0, 1.0)]
@@ -541,7 +544,7 @@ fn near(peak: &Peak, reach: f32, cell: &Cell, centre: Vec3, frame: &Frame) -> bo
 
 /// The vectors from the centre of a cell to the middles of its upper edges.
 fn half_axes(cell: &Cell, middle: Vec3, frame: &Frame) -> [Vec3; 2] {
-    let half = 0.5 / (1u32 << (cell.level & 31)) as f32;
+    let half = inverse_power(cell.level + 1);
     let [x, y] = centre(cell);
     [[x + half, y], [x, y + half]].map(|s| frame.to_world(direction(s)) - middle)
 }

@@ -10,7 +10,7 @@ mod build;
 pub use build::{Budget, Built, Cell, build, cell_count, emit};
 
 use crate::descent::{Density, lerp};
-use crate::numeric::select;
+use crate::numeric::{inverse_power, select};
 use crate::tree::{NO_SQUARE, Tree};
 
 /// Set in a link that leads to a leaf.
@@ -42,7 +42,7 @@ pub struct Leaf {
 impl Leaf {
     /// The centre of the cell in the square.
     pub fn centre(&self) -> [f32; 2] {
-        let width = 1.0 / (1u32 << (self.level & 31)) as f32;
+        let width = inverse_power(self.level);
         self.index.map(|i| (f32::from(i) + 0.5) * width)
     }
 
@@ -71,7 +71,7 @@ impl Product<'_> {
         let linked = self.squares.iter().flat_map(|square| square.links.iter().zip(square.weights));
         linked.filter(|(link, _)| *link & LEAF != 0).filter_map(|(link, weight)| {
             let leaf = self.leaves.get((link & !LEAF) as usize)?;
-            let area = 1.0 / (1u64 << (2 * (leaf.level & 15))) as f32;
+            let area = inverse_power(2 * leaf.level);
             Some((leaf, weight * area))
         })
     }

@@ -1,4 +1,5 @@
 //! A host that flushes denormals, rounds otherwise or unmasks exceptions gets the same bits and keeps its control word.
+//! It needs a processor: emulators that keep only the rounding mode fail here.
 
 #[cfg(target_arch = "x86_64")]
 mod word {

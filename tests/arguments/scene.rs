@@ -15,7 +15,7 @@ use wis::status::Status;
 /// A rotation about the axis (1, 1, 1).
 pub const ROTATION: [f32; 9] = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 /// Elements of the functions that take many.
-pub const COUNT: usize = 3;
+const COUNT: usize = 3;
 
 const DIRECTIONS: [[f32; 3]; COUNT] = [[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.0, 0.0, 1.0]];
 const RANDOM: [[f32; 2]; COUNT] = [[0.25, 0.75], [0.0, 0.5], [0.9, 0.1]];

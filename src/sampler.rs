@@ -34,8 +34,8 @@ pub struct Header {
     pub leaves: u32,
     /// BRDF evaluations that the build spent.
     pub evaluations: u32,
-    /// Always 0.
-    pub reserved: [u32; 3],
+    /// Always 0; leaves no padding, whose bytes would differ from build to build.
+    pub reserved: [u32; 4],
 }
 
 /// "wis-prd" and the version of the format.

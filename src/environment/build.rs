@@ -56,7 +56,9 @@ impl Config {
     /// many. With fewer, a small sun or lamp shares its cells with the dark beside it.
     pub fn natural_depth(pixels: &Pixels) -> u32 {
         let texels = u64::from(pixels.width) * u64::from(pixels.height);
-        (texels.next_power_of_two().ilog2().div_ceil(2)).min(MAX_DEPTH)
+        // The logarithm, rounded up; ilog2 would leave a panic path.
+        let levels = u64::BITS - texels.saturating_sub(1).leading_zeros();
+        levels.div_ceil(2).min(MAX_DEPTH)
     }
 }
 

@@ -564,7 +564,7 @@ unsafe fn store(block: &Block, built: &Built, cells: &[Cell], query: Query, fram
         squares: built.squares,
         leaves: built.leaves,
         evaluations: built.evaluations,
-        reserved: [0; 3],
+        reserved: [0; 4],
     };
     let used = cells.get(..built.cells as usize).unwrap_or(&[]);
     // SAFETY: the caller's contract; squares and leaves end before the cells begin.

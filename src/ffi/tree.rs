@@ -136,7 +136,8 @@ pub unsafe extern "C" fn wis_tree_init(
             check_results(tree, 6, info, 7)?;
             let pixels = request.pixels()?;
             let scratch = Block::new(scratch.cast(), scratch_bytes, request.scratch()?.bytes, 4)?;
-            Block::new(memory.cast(), bytes, size_of::<Header>(), 2)?;
+            // How long the block must be is known only when the tree is pruned.
+            Block::new(memory.cast(), bytes, 0, 2)?;
             let header = with_axes!(request.dimensions, 1, build(&request, pixels, &scratch, memory.cast(), bytes))?;
             publish(memory.cast(), &header, tree, info);
         }
@@ -566,7 +567,9 @@ unsafe fn check<const N: usize, const C: usize>(object: &Object) -> Checked<()> 
     let corrupt = Failure::new(Status::Corrupt, 1);
     let header = object.header;
     let tree = kernel::Tree::sparse(header.depth, header.average, squares, links).map_err(|_| corrupt)?;
-    if header.content_id == header.content_id(&tree) { Ok(()) } else { Err(corrupt) }
+    let finite = [header.mean, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
+    let unchanged = header.reserved == 0 && header.content_id == header.content_id(&tree);
+    if finite && unchanged { Ok(()) } else { Err(corrupt) }
 }
 
 /// Checks the pointers to the results of a build.

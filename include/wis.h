@@ -43,7 +43,7 @@
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
 #define WIS_VERSION 256
 
-/// The alignment of every block of memory, in bytes: that of malloc.
+/// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 #define WIS_ALIGNMENT 16
 
 /// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
@@ -437,8 +437,9 @@ enum wis_status wis_environment_open(const void *memory,
                                      struct wis_environment_info *info,
                                      struct wis_diagnostic *diagnostic);
 
-/// The integral of luminance over the sphere, in the units of the map times steradian.
-enum wis_status wis_environment_power(const struct wis_environment *environment, double *power);
+/// The integral of a distribution over the sphere, in the units of the map times steradian: of luminance, or of what
+/// compensation leaves of it. Its radiance over this power is the pdf of a direction, up to the size of a cell.
+enum wis_status wis_environment_power(const struct wis_environment *environment, uint32_t distribution, double *power);
 
 /// Samples a direction in proportion to the light alone. `u`: two numbers in [0, 1) (others are moved there, NaN
 /// counts as 1/2). `world_from_map`: a row-major 3x3 rotation or reflection, within 1e-4; null is the identity. A

@@ -9,5 +9,5 @@ int use_header(const wis_environment *environment, wis_query *query);
 int use_header(const wis_environment *environment, wis_query *query) {
     double power = 0.0;
     query->lobe[0].kind = WIS_LOBE_LAMBERT;
-    return wis_environment_power(environment, &power) == WIS_OK;
+    return wis_environment_power(environment, WIS_DISTRIBUTION_PLAIN, &power) == WIS_OK;
 }

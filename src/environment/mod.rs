@@ -14,8 +14,9 @@ pub use integrate::Texels;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 
 use crate::descent::Density;
-use crate::numeric::ContentHash;
+use crate::numeric::{ContentHash, exp2i};
 use crate::tree::{Link, Tree};
+use core::f64::consts::PI;
 
 /// How a tree is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +61,13 @@ pub struct Header {
     pub rgb_average: [f32; 3],
     /// Always 0.
     pub reserved: [u32; 2],
+}
+
+impl Header {
+    /// The integral of the compensated distribution, in the units of the input.
+    pub fn compensated_power(&self) -> f64 {
+        4.0 * PI * f64::from(self.compensated_average) * exp2i(self.exponent)
+    }
 }
 
 /// "wis-env" and the version of the format.

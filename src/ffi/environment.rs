@@ -309,17 +309,25 @@ pub unsafe extern "C" fn wis_environment_open(
     })
 }
 
-/// The integral of luminance over the sphere, in the units of the map times steradian.
+/// The integral of a distribution over the sphere, in the units of the map times steradian: of luminance, or of what
+/// compensation leaves of it. Its radiance over this power is the pdf of a direction, up to the size of a cell.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_power(environment: *const Environment, power: *mut f64) -> Status {
+pub unsafe extern "C" fn wis_environment_power(
+    environment: *const Environment,
+    distribution: u32,
+    power: *mut f64,
+) -> Status {
     answer(core::ptr::null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
             let environment = view(environment, 1)?;
-            out(power, 2)?.write(environment.header.power);
+            select(&environment, distribution)?;
+            let header = environment.header;
+            let compensated = distribution == WIS_DISTRIBUTION_COMPENSATED;
+            out(power, 3)?.write(if compensated { header.compensated_power() } else { header.power });
         }
         Ok(())
     })
@@ -472,16 +480,21 @@ unsafe fn light<'a>(
 ) -> Checked<(Light<'a>, Frame)> {
     // SAFETY: the caller's contract.
     let environment = unsafe { view(environment, 1)? };
-    let tree = match distribution {
-        WIS_DISTRIBUTION_PLAIN => environment.light(),
-        WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
-            environment.compensated()
-        }
-        WIS_DISTRIBUTION_COMPENSATED => return Err(Failure::new(Status::NotBuilt, 2)),
-        _ => return Err(Failure::new(Status::InvalidArgument, 2)),
-    };
+    let tree = select(&environment, distribution)?;
     // SAFETY: the caller's contract.
     Ok((Light(tree), unsafe { frame(world_from_map, 3)? }))
+}
+
+/// The tree of a distribution.
+fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Tree<'a, 4>> {
+    match distribution {
+        WIS_DISTRIBUTION_PLAIN => Ok(environment.light()),
+        WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
+            Ok(environment.compensated())
+        }
+        WIS_DISTRIBUTION_COMPENSATED => Err(Failure::new(Status::NotBuilt, 2)),
+        _ => Err(Failure::new(Status::InvalidArgument, 2)),
+    }
 }
 
 /// The environment behind a handle.

@@ -16,7 +16,7 @@ use core::ffi::{CStr, c_char};
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
 pub const WIS_VERSION: u32 = 0x000100;
-/// The alignment of every block of memory, in bytes: that of malloc.
+/// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 pub const WIS_ALIGNMENT: usize = 16;
 
 /// How much memory an object needs. Both blocks are the caller's.

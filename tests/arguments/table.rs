@@ -39,7 +39,7 @@ pub const TABLE: &[Entry] = table! {
     wis_environment_run(config, scratch, scratch_bytes, pass, first, count, diagnostic);
     wis_environment_finish(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
     wis_environment_open(memory, bytes, environment, info, diagnostic);
-    wis_environment_power(environment, power);
+    wis_environment_power(environment, distribution, power);
     wis_environment_sample(environment, distribution, world_from_map, u, sample);
     wis_environment_sample_n(
         environment, distribution, world_from_map, count, u, u_stride, wi, wi_stride, pdf, pdf_stride

@@ -131,7 +131,7 @@ fn exercise(block: &Block) {
     let mut power = -1.0;
     // SAFETY: the handle was opened.
     unsafe {
-        assert_eq!(wis_environment_power(handle, &mut power), Status::Ok);
+        assert_eq!(wis_environment_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power), Status::Ok);
         assert!(power >= 0.0);
         for distribution in [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED] {
             for u in RANDOM {

@@ -41,6 +41,8 @@ impl Peak {
 pub trait Brdf {
     /// The normal of the hemisphere outside which the BRDF is 0, or `None` for the whole sphere.
     fn hemisphere(&self) -> Option<Vec3>;
+    /// Whether it can be above 0 anywhere.
+    fn may_reflect(&self) -> bool;
     /// The narrow lobes.
     fn peaks(&self) -> impl Iterator<Item = Peak>;
     /// Writes the luminance of BRDF x cosine for world directions, finite and not negative.
@@ -169,6 +171,11 @@ impl Lobes {
 impl Brdf for Lobes {
     fn hemisphere(&self) -> Option<Vec3> {
         if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 { None } else { Some(self.normal) }
+    }
+
+    fn may_reflect(&self) -> bool {
+        let lit = self.wo.z > 0.0 || self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+        lit && self.prepared.iter().take(self.count).any(Prepared::matters)
     }
 
     fn peaks(&self) -> impl Iterator<Item = Peak> {

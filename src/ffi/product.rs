@@ -467,6 +467,10 @@ impl Brdf for Callback {
         self.hemisphere
     }
 
+    fn may_reflect(&self) -> bool {
+        true
+    }
+
     fn peaks(&self) -> impl Iterator<Item = Peak> {
         self.peak.into_iter()
     }

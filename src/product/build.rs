@@ -164,7 +164,7 @@ pub fn build<B: Brdf>(
         return Err(Status::MemoryTooSmall);
     }
     let base = Base::evaluate(frame, brdf)?;
-    if !(light.average() > 0.0 && base.largest > 0.0) {
+    if !(light.average() > 0.0 && brdf.may_reflect()) {
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
     let mut builder = Builder::new(light, frame, brdf, cells, &base);
@@ -209,7 +209,6 @@ struct Base {
     values: [f32; BASE.len()],
     /// The values at the peaks.
     peaks: [f32; 4],
-    largest: f32,
     /// The mean of the values above the horizon.
     mean: f32,
     exponent: i32,
@@ -244,10 +243,9 @@ impl Base {
         Ok(Base {
             values: base,
             peaks,
-            largest,
             mean: (sum / if lit > 0.0 { lit } else { 1.0 }) as f32,
-            // Within what an f32 holds as a factor, also for the values of denormal BRDFs.
-            exponent: if largest > 0.0 { exponent(f64::from(largest)).clamp(-126, 126) } else { 0 },
+            // Within what an f32 holds as a factor, also for the values of denormal BRDFs and if all are 0.
+            exponent: if largest > 0.0 { exponent(f64::from(largest)).clamp(-126, 126) } else { -126 },
             evaluations: count as u32,
         })
     }
@@ -268,7 +266,8 @@ fn evaluate<B: Brdf>(brdf: &mut B, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()>
 impl<'a, B: Brdf> Builder<'a, B> {
     fn new(light: Tree<'a, 4>, frame: &'a Frame, brdf: &'a mut B, cells: &'a mut [Cell], base: &Base) -> Self {
         let scale = exp2i(-base.exponent) as f32;
-        // The mean of the base may underflow for very narrow lobes; the second term keeps the floor positive.
+        // The mean of the base may underflow for very narrow lobes: the second term keeps the floor positive, since
+        // the BRDF may well be above 0 between the directions of the base.
         let least = max(base.mean * scale * (1.0 / 1024.0), exp2i(-40) as f32);
         let floor = Floor { hemisphere: brdf.hemisphere(), least };
         let mut peaks = [None; 4];
@@ -309,12 +308,12 @@ impl<'a, B: Brdf> Builder<'a, B> {
 
     /// Splits every cell about a narrow lobe's peak until it is finer than the lobe.
     fn resolve_peaks(&mut self, budget: Budget) -> Result<()> {
-        let limit = min_u32(budget.squares, self.squares + PEAK_SPLITS);
+        let limit = budget.squares.min(self.squares + PEAK_SPLITS);
         let mut next = 0;
         while next < self.used && self.squares < limit {
             let mut batch = [0usize; BATCH];
             let mut count = 0;
-            let room = min_u32(limit - self.squares, BATCH as u32) as usize;
+            let room = (limit - self.squares).min(BATCH as u32) as usize;
             while next < self.used && count < room {
                 let cell = self.cell(next);
                 if cell.children == 0 && cell.coarse != 0 {
@@ -336,7 +335,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
         loop {
             let spent = self.evaluations - spent_on_peaks + BASE.len() as u32;
             let affordable = budget.evaluations.saturating_sub(spent) / NEW as u32;
-            let room = min_u32(min_u32(affordable, budget.squares - self.squares), BATCH as u32) as usize;
+            let room = affordable.min(budget.squares - self.squares).min(BATCH as u32) as usize;
             let (batch, count) = self.most_valuable(room);
             if count == 0 {
                 return Ok(());
@@ -454,14 +453,15 @@ impl<'a, B: Brdf> Builder<'a, B> {
     ///
     /// Without this the cells at a narrow peak, whose corners are all dark, are missed.
     fn mind_peaks(&self, cell: &mut Cell, centre: Vec3) {
+        let shape = Shape::of(cell, centre, self.frame);
         for (peak, value) in self.peaks.iter().flatten() {
-            if !near(peak, PEAK_REACH, cell, centre, self.frame) {
+            if !shape.is_near(peak, PEAK_REACH) {
                 continue;
             }
             cell.near_peak = 1;
             let coarse = cell_chord(cell.level) > PEAK_DETAIL * peak.radii[1] && cell.level < MAX_DEPTH;
             cell.coarse |= u32::from(coarse);
-            if cell.floor >= 0.0 && near(peak, PEAK_CORE, cell, centre, self.frame) {
+            if cell.floor >= 0.0 && shape.is_near(peak, PEAK_CORE) {
                 cell.floor = max(cell.floor, LEAF_FLOOR * value);
             }
         }
@@ -493,10 +493,6 @@ impl<'a, B: Brdf> Builder<'a, B> {
 
 /// Values above this multiple of the largest of the base are cut, so that products stay finite.
 const LARGEST: f32 = 1e9;
-
-fn min_u32(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
-}
 
 fn area(level: u32) -> f32 {
     inverse_power(2 * level)
@@ -532,21 +528,32 @@ fn residuals(corners: [f32; 4], new: [f32; NEW]) -> [f32; NEW] {
     result
 }
 
-/// Whether a cell overlaps the ellipse of `reach` half-widths about a peak.
-fn near(peak: &Peak, reach: f32, cell: &Cell, centre: Vec3, frame: &Frame) -> bool {
-    let chord = cell_chord(cell.level);
-    let [long, short] = peak.radii.map(|r| reach * r);
-    let offset = peak.direction - centre;
-    sqrt(offset.length_squared()) <= long + chord
-        && offset.dot(peak.across).abs() <= short + chord
-        && (cell.level < FLAT_LEVEL || overlaps(peak, [long, short], offset, half_axes(cell, centre, frame)))
+/// Where a cell lies on the sphere.
+struct Shape {
+    centre: Vec3,
+    /// No point of the cell is farther from the centre.
+    chord: f32,
+    /// The vectors from the centre to the middles of the upper edges, of a cell small enough to be flat.
+    half_axes: Option<[Vec3; 2]>,
 }
 
-/// The vectors from the centre of a cell to the middles of its upper edges.
-fn half_axes(cell: &Cell, middle: Vec3, frame: &Frame) -> [Vec3; 2] {
-    let half = inverse_power(cell.level + 1);
-    let [x, y] = centre(cell);
-    [[x + half, y], [x, y + half]].map(|s| frame.to_world(direction(s)) - middle)
+impl Shape {
+    fn of(cell: &Cell, middle: Vec3, frame: &Frame) -> Shape {
+        let half = inverse_power(cell.level + 1);
+        let [x, y] = centre(cell);
+        let axes = || [[x + half, y], [x, y + half]].map(|s| frame.to_world(direction(s)) - middle);
+        let half_axes = (cell.level >= FLAT_LEVEL).then(axes);
+        Shape { centre: middle, chord: cell_chord(cell.level), half_axes }
+    }
+
+    /// Whether the cell overlaps the ellipse of `reach` half-widths about a peak.
+    fn is_near(&self, peak: &Peak, reach: f32) -> bool {
+        let [long, short] = peak.radii.map(|r| reach * r);
+        let offset = peak.direction - self.centre;
+        let close =
+            sqrt(offset.length_squared()) <= long + self.chord && offset.dot(peak.across).abs() <= short + self.chord;
+        close && self.half_axes.is_none_or(|axes| overlaps(peak, [long, short], offset, axes))
+    }
 }
 
 /// Whether an ellipse overlaps a cell: in the coordinates of the cell's half axes the cell is the square [-1, 1]^2.

@@ -32,7 +32,9 @@ const PEAK_DETAIL: f32 = 2.5;
 const PEAK_CORE: f32 = 0.5;
 /// Cells of this level and finer are flat enough to be taken as parallelograms.
 const FLAT_LEVEL: u32 = 5;
-/// No leaf is darker than this share of its largest corner, or of a peak that it holds.
+/// No leaf is darker than this share of a peak that it may hold ...
+const PEAK_FLOOR: f32 = 0.1;
+/// ... or than this share of its largest corner.
 const LEAF_FLOOR: f32 = 0.05;
 /// Refinement stops where a split would lower the variance of a sample's weight by less than this.
 const TOLERANCE: f32 = 1e-4;
@@ -462,7 +464,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
             let coarse = cell_chord(cell.level) > PEAK_DETAIL * peak.radii[1] && cell.level < MAX_DEPTH;
             cell.coarse |= u32::from(coarse);
             if cell.floor >= 0.0 && shape.is_near(peak, PEAK_CORE) {
-                cell.floor = max(cell.floor, LEAF_FLOOR * value);
+                cell.floor = max(cell.floor, PEAK_FLOOR * value);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Environments in C: build, open, and the environment alone as a distribution.
 
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, frame, out, sized,
+    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, density, frame, out, sized,
 };
-use crate::descent::{self, Sample};
+use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::environment::{
     Config, Decoded, Format, Grid, Header, Layout, Light, MAGIC, Pixels, RowError, RowSummary, Rows, Storage, Trees,
@@ -351,10 +351,8 @@ pub unsafe extern "C" fn wis_environment_sample(
         // SAFETY: the caller's contract.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            let u = *borrow(u, 4)?;
-            out(sample, 5)?.write(descent::sample(&light, &frame, u));
+            density::sample((&light, &frame), u, sample, 4)
         }
-        Ok(())
     })
 }
 
@@ -379,16 +377,8 @@ pub unsafe extern "C" fn wis_environment_sample_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            let u = Strided::<2>::new(u, u_stride, count, 5)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 7)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 9)?;
-            for index in 0..count {
-                let sample = descent::sample(&light, &frame, u.read(index));
-                wi.write(index, sample.wi);
-                pdf.write(index, [sample.pdf]);
-            }
+            density::sample_n((&light, &frame), count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 5)
         }
-        Ok(())
     })
 }
 
@@ -408,11 +398,8 @@ pub unsafe extern "C" fn wis_environment_pdf(
         // SAFETY: the caller's contract.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            let wi = *borrow(wi, 4)?;
-            let target = out(pdf, 5)?;
-            target.write(descent::pdf(&light, &frame, wi).map_err(|status| Failure::new(status, 4))?);
+            density::pdf((&light, &frame), wi, pdf, 4)
         }
-        Ok(())
     })
 }
 
@@ -435,13 +422,8 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 7)?;
-            for index in 0..count {
-                pdf.write(index, [descent::pdf(&light, &frame, wi.read(index)).unwrap_or(0.0)]);
-            }
+            density::pdf_n((&light, &frame), count, (wi, wi_stride), (pdf, pdf_stride), 5)
         }
-        Ok(())
     })
 }
 
@@ -461,11 +443,8 @@ pub unsafe extern "C" fn wis_environment_invert(
         // SAFETY: the caller's contract.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            let wi = *borrow(wi, 4)?;
-            let target = out(u, 5)?;
-            target.write(descent::invert(&light, &frame, wi).map_err(|status| Failure::new(status, 4))?);
+            density::invert((&light, &frame), wi, u, 4)
         }
-        Ok(())
     })
 }
 

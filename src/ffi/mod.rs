@@ -9,6 +9,7 @@ pub mod product;
 pub mod tree;
 
 mod control;
+mod density;
 
 use crate::status::Status;
 use control::FloatControl;

@@ -2,9 +2,9 @@
 
 use super::environment::{Environment, view};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, frame, out, sized,
+    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, density, frame, out, sized,
 };
-use crate::descent::{self, Sample};
+use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Brdf, Lobes, Peak};
 use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
@@ -278,10 +278,8 @@ pub unsafe extern "C" fn wis_product_sample(
         // SAFETY: the caller's contract.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            let u = *borrow(u, 3)?;
-            out(sample, 4)?.write(descent::sample(&opened.cells, &opened.frame, u));
+            density::sample((&opened.cells, &opened.frame), u, sample, 3)
         }
-        Ok(())
     })
 }
 
@@ -306,16 +304,15 @@ pub unsafe extern "C" fn wis_product_sample_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            let u = Strided::<2>::new(u, u_stride, count, 4)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 6)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 8)?;
-            for index in 0..count {
-                let sample = descent::sample(&opened.cells, &opened.frame, u.read(index));
-                wi.write(index, sample.wi);
-                pdf.write(index, [sample.pdf]);
-            }
+            density::sample_n(
+                (&opened.cells, &opened.frame),
+                count,
+                (u, u_stride),
+                (wi, wi_stride),
+                (pdf, pdf_stride),
+                4,
+            )
         }
-        Ok(())
     })
 }
 
@@ -335,12 +332,8 @@ pub unsafe extern "C" fn wis_product_pdf(
         // SAFETY: the caller's contract.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            let wi = *borrow(wi, 3)?;
-            let target = out(pdf, 4)?;
-            let value = descent::pdf(&opened.cells, &opened.frame, wi);
-            target.write(value.map_err(|status| Failure::new(status, 3))?);
+            density::pdf((&opened.cells, &opened.frame), wi, pdf, 3)
         }
-        Ok(())
     })
 }
 
@@ -362,14 +355,8 @@ pub unsafe extern "C" fn wis_product_pdf_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 6)?;
-            for index in 0..count {
-                let value = descent::pdf(&opened.cells, &opened.frame, wi.read(index));
-                pdf.write(index, [value.unwrap_or(0.0)]);
-            }
+            density::pdf_n((&opened.cells, &opened.frame), count, (wi, wi_stride), (pdf, pdf_stride), 4)
         }
-        Ok(())
     })
 }
 
@@ -388,12 +375,8 @@ pub unsafe extern "C" fn wis_product_invert(
         // SAFETY: the caller's contract.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            let wi = *borrow(wi, 3)?;
-            let target = out(u, 4)?;
-            let value = descent::invert(&opened.cells, &opened.frame, wi);
-            target.write(value.map_err(|status| Failure::new(status, 3))?);
+            density::invert((&opened.cells, &opened.frame), wi, u, 3)
         }
-        Ok(())
     })
 }
 

@@ -1,0 +1,113 @@
+//! Sample, pdf and invert of a density, as the calls on an environment and on a product share them. `argument` is
+//! the position of the first pointer of each.
+
+use super::{Checked, Failure, Strided, borrow, out};
+use crate::descent::{self, Density, Sample};
+use crate::sphere::Frame;
+
+/// One sample: u, then the sample.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[inline(always)]
+pub(super) unsafe fn sample<D: Density>(
+    (density, frame): (&D, &Frame),
+    u: *const [f32; 2],
+    sample: *mut Sample,
+    argument: u32,
+) -> Checked<()> {
+    // SAFETY: the caller's contract; `out` checked the pointer that is written.
+    unsafe {
+        let u = *borrow(u, argument)?;
+        out(sample, argument + 1)?.write(descent::sample(density, frame, u));
+    }
+    Ok(())
+}
+
+/// `count` samples: u, wi and pdf, each with its stride.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[inline(always)]
+pub(super) unsafe fn sample_n<D: Density>(
+    (density, frame): (&D, &Frame),
+    count: usize,
+    u: (*const f32, usize),
+    wi: (*mut f32, usize),
+    pdf: (*mut f32, usize),
+    argument: u32,
+) -> Checked<()> {
+    let u = Strided::<2>::new(u.0, u.1, count, argument)?;
+    let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 2)?;
+    let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 4)?;
+    for index in 0..count {
+        // SAFETY: the caller's contract; the index is below the count.
+        unsafe {
+            let sample = descent::sample(density, frame, u.read(index));
+            wi.write(index, sample.wi);
+            pdf.write(index, [sample.pdf]);
+        }
+    }
+    Ok(())
+}
+
+/// One pdf: wi, then the pdf.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[inline(always)]
+pub(super) unsafe fn pdf<D: Density>(
+    (density, frame): (&D, &Frame),
+    wi: *const [f32; 3],
+    pdf: *mut f32,
+    argument: u32,
+) -> Checked<()> {
+    // SAFETY: the caller's contract; `out` checked the pointer that is written.
+    unsafe {
+        let wi = *borrow(wi, argument)?;
+        let target = out(pdf, argument + 1)?;
+        target.write(descent::pdf(density, frame, wi).map_err(|status| Failure::new(status, argument))?);
+    }
+    Ok(())
+}
+
+/// `count` pdfs: wi and pdf, each with its stride. A direction that is not of unit length gets 0.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[inline(always)]
+pub(super) unsafe fn pdf_n<D: Density>(
+    (density, frame): (&D, &Frame),
+    count: usize,
+    wi: (*const f32, usize),
+    pdf: (*mut f32, usize),
+    argument: u32,
+) -> Checked<()> {
+    let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
+    let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 2)?;
+    for index in 0..count {
+        // SAFETY: the caller's contract; the index is below the count.
+        unsafe { pdf.write(index, [descent::pdf(density, frame, wi.read(index)).unwrap_or(0.0)]) };
+    }
+    Ok(())
+}
+
+/// The u of a direction: wi, then u.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[inline(always)]
+pub(super) unsafe fn invert<D: Density>(
+    (density, frame): (&D, &Frame),
+    wi: *const [f32; 3],
+    u: *mut [f32; 2],
+    argument: u32,
+) -> Checked<()> {
+    // SAFETY: the caller's contract; `out` checked the pointer that is written.
+    unsafe {
+        let wi = *borrow(wi, argument)?;
+        let target = out(u, argument + 1)?;
+        target.write(descent::invert(density, frame, wi).map_err(|status| Failure::new(status, argument))?);
+    }
+    Ok(())
+}

@@ -486,6 +486,15 @@ enum wis_status wis_environment_invert(const struct wis_environment *environment
                                        const float wi[3],
                                        float u[2]);
 
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
+/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
+/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
+/// scaling coefficient the pixel at the origin.
+enum wis_status wis_haar_forward(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+
+/// Replaces the coefficients of wis_haar_forward by the image, in place.
+enum wis_status wis_haar_inverse(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
 
@@ -589,15 +598,6 @@ enum wis_status wis_product_invert(const struct wis_environment *environment,
                                    const struct wis_product *product,
                                    const float wi[3],
                                    float u[2]);
-
-/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
-/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
-/// scaling coefficient the pixel at the origin.
-enum wis_status wis_haar_forward(uint32_t dimensions, uint32_t depth, size_t count, double *values);
-
-/// Replaces the coefficients of wis_haar_forward by the image, in place.
-enum wis_status wis_haar_inverse(uint32_t dimensions, uint32_t depth, size_t count, double *values);
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
 /// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.

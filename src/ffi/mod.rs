@@ -3,7 +3,21 @@
 //! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
+/// Calls a function for `N` axes and `C = 2^N` children.
+macro_rules! with_axes {
+    ($dimensions:expr, $argument:expr, $function:ident($($value:expr),*)) => {
+        match $dimensions {
+            1 => $function::<1, 2>($($value),*),
+            2 => $function::<2, 4>($($value),*),
+            3 => $function::<3, 8>($($value),*),
+            4 => $function::<4, 16>($($value),*),
+            _ => Err(Failure::new(Status::InvalidArgument, $argument)),
+        }
+    };
+}
+
 pub mod environment;
+pub mod haar;
 pub mod points;
 pub mod product;
 pub mod tree;
@@ -155,6 +169,49 @@ pub(crate) unsafe fn sized<'a, T>(source: *const T, argument: u32) -> Checked<&'
     }
     // SAFETY: the caller states that the struct is this long.
     Ok(unsafe { &*source })
+}
+
+/// Checks the dimensions and the depth of a grid, which are the first two arguments.
+pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
+    if !(1..=4).contains(&dimensions) {
+        return Err(Failure::new(Status::InvalidArgument, 1));
+    }
+    if depth > crate::tree::MAX_DEPTH {
+        return Err(Failure::new(Status::InvalidArgument, 2));
+    }
+    Ok(())
+}
+
+/// Borrows `count` elements to write.
+///
+/// # Safety
+/// `start` is null or points to `count` elements that nobody else uses meanwhile.
+pub(crate) unsafe fn slice_mut<'a, T>(start: *mut T, count: usize, argument: u32) -> Checked<&'a mut [T]> {
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    out(start, argument)?;
+    check_bytes::<T>(count, argument)?;
+    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
+    Ok(unsafe { core::slice::from_raw_parts_mut(start, count) })
+}
+
+/// Borrows `count` elements to read.
+///
+/// # Safety
+/// `start` is null or points to `count` elements that nobody writes meanwhile.
+pub(crate) unsafe fn slice<'a, T>(start: *const T, count: usize, argument: u32) -> Checked<&'a [T]> {
+    pointer(start, argument)?;
+    check_bytes::<T>(count, argument)?;
+    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
+    Ok(unsafe { core::slice::from_raw_parts(start, count) })
+}
+
+fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
+    match count.checked_mul(size_of::<T>()) {
+        Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
+        _ => Err(Failure::new(Status::Overflow, argument)),
+    }
 }
 
 /// A block of the caller's memory, long enough and aligned.

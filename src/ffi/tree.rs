@@ -1,25 +1,15 @@
 //! Wavelet trees of any function on the unit cube of one to four axes, in C.
 
-use super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, out, pointer, sized};
+use super::{
+    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, check_grid, out, sized, slice,
+    slice_mut,
+};
 use crate::numeric::{ContentHash, exp2i};
 use crate::status::Status;
-use crate::tree::{self as kernel, Link, MAX_DEPTH, complete_len};
-use crate::{haar, image, inner, morton, prune, warp};
+use crate::tree::{self as kernel, Link, complete_len};
+use crate::{image, inner, morton, prune, warp};
 use core::ffi::c_void;
 use core::ptr::null_mut;
-
-/// Calls a function for `N` axes and `C = 2^N` children.
-macro_rules! with_axes {
-    ($dimensions:expr, $argument:expr, $function:ident($($value:expr),*)) => {
-        match $dimensions {
-            1 => $function::<1, 2>($($value),*),
-            2 => $function::<2, 4>($($value),*),
-            3 => $function::<3, 8>($($value),*),
-            4 => $function::<4, 16>($($value),*),
-            _ => Err(Failure::new(Status::InvalidArgument, $argument)),
-        }
-    };
-}
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -65,29 +55,6 @@ pub struct TreeInfo {
     pub average: f64,
     /// The variance that pruning added, relative.
     pub error: f64,
-}
-
-/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
-/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
-/// scaling coefficient the pixel at the origin.
-///
-/// # Safety
-/// Pointers are null or point to `count` elements.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_haar_forward(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
-    // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
-}
-
-/// Replaces the coefficients of wis_haar_forward by the image, in place.
-///
-/// # Safety
-/// Pointers are null or point to `count` elements.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_haar_inverse(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
-    // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
 }
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
@@ -273,70 +240,6 @@ pub unsafe extern "C" fn wis_warp_in_place(
             with_axes!(tree.header.dimensions, 1, warp_points(&tree, points, index, count))
         }
     })
-}
-
-#[derive(Clone, Copy)]
-enum Direction {
-    Forward,
-    Inverse,
-}
-
-/// # Safety
-/// `values` is null or points to `count` elements.
-unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64, direction: Direction) -> Checked<()> {
-    check_grid(dimensions, depth)?;
-    if morton::cells(dimensions, depth) != Some(count) {
-        return Err(Failure::new(Status::InvalidArgument, 3));
-    }
-    // SAFETY: the caller's contract.
-    let values = unsafe { slice_mut(values, count, 4)? };
-    with_axes!(dimensions, 1, transform_axes(depth, values, direction))
-}
-
-fn transform_axes<const N: usize, const C: usize>(depth: u32, values: &mut [f64], direction: Direction) -> Checked<()> {
-    match direction {
-        Direction::Forward => haar::forward::<N, C>(depth, values)?,
-        Direction::Inverse => haar::inverse::<N, C>(depth, values)?,
-    }
-    Ok(())
-}
-
-fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
-    if !(1..=4).contains(&dimensions) {
-        return Err(Failure::new(Status::InvalidArgument, 1));
-    }
-    if depth > MAX_DEPTH {
-        return Err(Failure::new(Status::InvalidArgument, 2));
-    }
-    Ok(())
-}
-
-/// # Safety
-/// `start` is null or points to `count` elements that nobody else uses meanwhile.
-unsafe fn slice_mut<'a, T>(start: *mut T, count: usize, argument: u32) -> Checked<&'a mut [T]> {
-    if count == 0 {
-        return Ok(&mut []);
-    }
-    out(start, argument)?;
-    check_bytes::<T>(count, argument)?;
-    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
-    Ok(unsafe { core::slice::from_raw_parts_mut(start, count) })
-}
-
-/// # Safety
-/// `start` is null or points to `count` elements that nobody writes meanwhile.
-unsafe fn slice<'a, T>(start: *const T, count: usize, argument: u32) -> Checked<&'a [T]> {
-    pointer(start, argument)?;
-    check_bytes::<T>(count, argument)?;
-    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
-    Ok(unsafe { core::slice::from_raw_parts(start, count) })
-}
-
-fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
-    match count.checked_mul(size_of::<T>()) {
-        Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
-        _ => Err(Failure::new(Status::Overflow, argument)),
-    }
 }
 
 /// A checked configuration.

@@ -1,7 +1,7 @@
 //! Maps for tests, procedural and real, and how a client looks them up.
 
 use super::Map;
-use super::vector::{V3, dot, unit};
+use super::vector::{V3, add, dot, scale, unit};
 use std::path::PathBuf;
 use wis::ffi::environment::WIS_LAYOUT_LATLONG;
 use wis::sphere::{latlong, latlong_direction};
@@ -50,6 +50,20 @@ impl Map {
         latlong_direction([x / f64::from(self.width), y / f64::from(self.height)])
     }
 
+    /// The map with each `factor` x `factor` texels averaged; the sides must be multiples of it.
+    pub fn reduced(&self, factor: u32) -> Map {
+        let (width, height) = (self.width / factor, self.height / factor);
+        let average = |x: u32, y: u32| {
+            let texel = |k: u32| self.texel((x * factor + k % factor).into(), (y * factor + k / factor).into());
+            let sum = (0..factor * factor).fold([0.0; 3], |sum, k| add(sum, texel(k)));
+            scale(sum, 1.0 / f64::from(factor * factor))
+        };
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| average(x, y));
+        let channels = self.channels as usize;
+        let pixels = texels.flat_map(|texel| texel.into_iter().take(channels)).map(|c| c as f32).collect();
+        Map { width, height, channels: self.channels, layout: self.layout, pixels }
+    }
+
     /// The direction of the brightest texel.
     pub fn key(&self) -> V3 {
         let texels = self.pixels.chunks_exact(self.channels as usize).map(|texel| texel.iter().sum::<f32>());
@@ -84,21 +98,19 @@ pub fn sky(width: u32, height: u32) -> Map {
 }
 
 /// A sky with a sun of half a degree and 1e5 times its radiance.
-pub fn sun() -> Map {
+pub fn sun(width: u32, height: u32) -> Map {
     const CENTRE: V3 = [0.48, 0.36, 0.8];
     const SUBSAMPLES: u32 = 8;
     let cosine = 0.25f64.to_radians().cos();
-    let mut map = sky(1024, 512);
-    for y in 0..map.height {
-        for x in 0..map.width {
-            if dot(unit(CENTRE), map.direction(f64::from(x) + 0.5, f64::from(y) + 0.5)) < 0.9998 {
-                continue;
-            }
-            let at = |start: u32, k: u32| f64::from(start) + (f64::from(k) + 0.5) / f64::from(SUBSAMPLES);
+    let mut map = sky(width, height);
+    let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    for (texel, (x, y)) in texels.enumerate() {
+        let at = |start: u32, k: u32| f64::from(start) + (f64::from(k) + 0.5) / f64::from(SUBSAMPLES);
+        if dot(unit(CENTRE), map.direction(f64::from(x) + 0.5, f64::from(y) + 0.5)) > 0.999 {
             let inside = (0..SUBSAMPLES * SUBSAMPLES)
                 .filter(|k| dot(unit(CENTRE), map.direction(at(x, k % SUBSAMPLES), at(y, k / SUBSAMPLES))) > cosine)
                 .count();
-            map.pixels[(y * map.width + x) as usize] += 1e5 * inside as f32 / (SUBSAMPLES * SUBSAMPLES) as f32;
+            map.pixels[texel] += 1e5 * inside as f32 / (SUBSAMPLES * SUBSAMPLES) as f32;
         }
     }
     map

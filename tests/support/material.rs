@@ -32,14 +32,15 @@ impl Material {
         &self.query.lobe[..self.query.lobe_count as usize]
     }
 
-    /// The angle over which the narrowest lobe varies, across the plane of incidence, where it is narrowest.
+    /// The angle over which the narrowest lobe varies along the plane of incidence, and above the horizon.
     pub fn detail(&self) -> f64 {
-        let detail = |lobe: &Lobe| match lobe.kind {
-            WIS_LOBE_LAMBERT => 1.0,
-            WIS_LOBE_GGX => f64::from(lobe.a.min(lobe.b)) * dot(self.normal, self.wo).clamp(0.05, 1.0),
-            _ => half_angle(lobe),
-        };
+        let detail = |lobe: &Lobe| if lobe.kind == WIS_LOBE_GGX { lobe.a.min(lobe.b).into() } else { half_angle(lobe) };
         self.lobes().iter().map(detail).fold(1.0, f64::min)
+    }
+
+    /// The same across the plane of incidence, where a grazing view makes it narrower.
+    pub fn narrowest_detail(&self) -> f64 {
+        self.detail() * dot(self.normal, self.wo).clamp(0.05, 1.0)
     }
 
     /// The half-angle of the whole: that of the widest lobe with at least a tenth of the weight (rule 25).
@@ -87,8 +88,9 @@ fn value(lobe: &Lobe, wo: V3, wi: V3) -> V3 {
         return ggx(lobe, wo, wi);
     }
     let exponent = f64::from(lobe.a);
-    let cosine = (wi[2] * wo[2] - wi[0] * wo[0] - wi[1] * wo[1]).max(0.0);
-    scale(weight, (exponent + 2.0) / (2.0 * PI) * cosine.powf(exponent))
+    let cosine = wi[2] * wo[2] - wi[0] * wo[0] - wi[1] * wo[1];
+    let shape = if cosine > 0.0 { cosine.powf(exponent) } else { 0.0 };
+    scale(weight, (exponent + 2.0) / (2.0 * PI) * shape)
 }
 
 /// Walter et al. 2007 and Heitz 2014: D F G / (4 cos cos), with height-correlated masking and shadowing.

@@ -22,7 +22,19 @@ pub struct Memory(Vec<u128>);
 
 impl Memory {
     pub fn new(bytes: usize) -> Memory {
-        Memory(vec![0xa5a5_a5a5_a5a5_a5a5_a5a5_a5a5_a5a5_a5a5; bytes.div_ceil(16)])
+        Memory::filled(bytes, 0xa5)
+    }
+
+    pub fn filled(bytes: usize, with: u8) -> Memory {
+        Memory(vec![u128::from_ne_bytes([with; 16]); bytes.div_ceil(16)])
+    }
+
+    /// A copy elsewhere.
+    pub fn copy(bytes: &[u8]) -> Memory {
+        let mut memory = Memory::new(bytes.len());
+        // SAFETY: the block is at least as long.
+        unsafe { memory.pointer().cast::<u8>().copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        memory
     }
 
     pub fn pointer(&mut self) -> *mut std::ffi::c_void {
@@ -91,6 +103,11 @@ impl Map {
 
 /// Builds an environment in one call.
 pub fn build(config: &EnvironmentConfig) -> Result<Environment, (Status, Diagnostic)> {
+    build_over(config, 0xa5)
+}
+
+/// Builds an environment in blocks filled with a byte.
+pub fn build_over(config: &EnvironmentConfig, fill: u8) -> Result<Environment, (Status, Diagnostic)> {
     let mut size = MemorySize::default();
     let mut diagnostic = Diagnostic::default();
     // SAFETY: all pointers are valid.
@@ -98,7 +115,7 @@ pub fn build(config: &EnvironmentConfig) -> Result<Environment, (Status, Diagnos
     if status != Status::Ok {
         return Err((status, diagnostic));
     }
-    let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+    let (mut memory, mut scratch) = (Memory::filled(size.bytes, fill), Memory::filled(size.scratch_bytes, fill));
     let mut handle = null();
     let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
     // SAFETY: all pointers are valid and the blocks as long as the library said.
@@ -117,7 +134,53 @@ pub fn build(config: &EnvironmentConfig) -> Result<Environment, (Status, Diagnos
     if status == Status::Ok { Ok(Environment { memory, handle, info }) } else { Err((status, diagnostic)) }
 }
 
+/// Builds an environment by begin, run and finish: `threads` of them share the rows of each pass, the last first.
+pub fn build_shared(config: &EnvironmentConfig, threads: u32) -> Environment {
+    struct Shared<'a>(&'a EnvironmentConfig, *mut std::ffi::c_void);
+    // SAFETY: each thread works on rows of its own, and the configuration is only read.
+    unsafe impl Sync for Shared<'_> {}
+
+    let mut size = MemorySize::default();
+    let mut rows = [0; 2];
+    let mut handle = null();
+    let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
+    // SAFETY: all pointers are valid and the blocks as long as the library said.
+    unsafe {
+        assert_eq!(wis_environment_size(config, &mut size, null_mut()), Status::Ok);
+        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+        let (block, bytes) = (scratch.pointer(), size.scratch_bytes);
+        assert_eq!(wis_environment_begin(config, block, bytes, &mut rows, null_mut()), Status::Ok);
+        let shared = &Shared(config, block);
+        for pass in 0..2 {
+            let run = |row| wis_environment_run(shared.0, shared.1, bytes, pass, row, 1, null_mut());
+            let run_all = |first| {
+                let own = (0..rows[pass as usize]).rev().filter(|row| row % threads == first);
+                own.for_each(|row| assert_eq!(run(row), Status::Ok));
+            };
+            std::thread::scope(|scope| (0..threads).for_each(|first| drop(scope.spawn(move || run_all(first)))));
+        }
+        let block = memory.pointer();
+        let status = wis_environment_finish(
+            config,
+            block,
+            size.bytes,
+            scratch.pointer(),
+            bytes,
+            &mut handle,
+            &mut info,
+            null_mut(),
+        );
+        assert_eq!(status, Status::Ok);
+        Environment { memory, handle, info }
+    }
+}
+
 impl Environment {
+    /// The bytes that are the environment.
+    pub fn bytes(&self) -> &[u8] {
+        &self.memory.bytes()[..self.info.bytes as usize]
+    }
+
     pub fn sample(&self, distribution: u32, matrix: Option<&[f32; 9]>, u: [f32; 2]) -> Sample {
         let mut sample = Sample::default();
         let matrix = matrix.map_or(null(), |m| m as *const _);
@@ -136,6 +199,13 @@ impl Environment {
         pdf
     }
 
+    pub fn power(&self, distribution: u32) -> f64 {
+        let mut power = -1.0;
+        // SAFETY: all pointers are valid.
+        assert_eq!(unsafe { wis_environment_power(self.handle, distribution, &mut power) }, Status::Ok);
+        power
+    }
+
     pub fn invert(&self, distribution: u32, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> Option<[f32; 2]> {
         let mut u = [-1.0; 2];
         let matrix = matrix.map_or(null(), |m| m as *const _);
@@ -144,19 +214,45 @@ impl Environment {
         if status == Status::Ok { Some(u) } else { None }
     }
 
+    /// Opens a copy of an environment's bytes.
+    pub fn open(bytes: &[u8]) -> Environment {
+        let mut memory = Memory::copy(bytes);
+        let mut handle = null();
+        let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
+        let start = memory.pointer();
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_environment_open(start, bytes.len(), &mut handle, &mut info, null_mut()) };
+        assert_eq!(status, Status::Ok);
+        Environment { memory, handle, info }
+    }
+
     pub fn prepare(&self, query: &Query, config: &ProductConfig) -> Product<'_> {
+        self.prepare_over(query, config, 0xa5)
+    }
+
+    /// Prepares a product in a block filled with a byte.
+    pub fn prepare_over(&self, query: &Query, config: &ProductConfig, fill: u8) -> Product<'_> {
         let mut size = MemorySize::default();
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
             assert_eq!(wis_product_size(config, &mut size, null_mut()), Status::Ok);
-            let mut memory = Memory::new(size.bytes);
+            let mut memory = Memory::filled(size.bytes, fill);
             let block = memory.pointer();
             let status = wis_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
             assert_eq!(status, Status::Ok);
             Product { environment: self, memory, handle }
         }
     }
+}
+
+/// RGB of BRDF x cosine as the library evaluates a query.
+pub fn eval(query: &Query, wi: [f32; 3]) -> [f32; 3] {
+    let mut f_cos = [-1.0; 3];
+    // SAFETY: both arrays have one element.
+    let status = unsafe { wis_query_eval(query, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
+    assert_eq!(status, Status::Ok);
+    f_cos
 }
 
 /// A product and the memory that it lives in.
@@ -196,6 +292,14 @@ impl Product<'_> {
         let status = unsafe { wis_product_estimate(self.environment.handle, self.handle, &mut luminance) };
         assert_eq!(status, Status::Ok);
         luminance
+    }
+
+    pub fn estimate_rgb(&self) -> [f64; 3] {
+        let mut rgb = [-1.0; 3];
+        // SAFETY: all pointers are valid.
+        let status = unsafe { wis_product_estimate_rgb(self.environment.handle, self.handle, &mut rgb) };
+        assert_eq!(status, Status::Ok);
+        rgb
     }
 
     pub fn info(&self) -> ProductInfo {
@@ -243,6 +347,11 @@ pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[Lobe]) -> Query {
 pub fn normalise(v: [f64; 3]) -> [f32; 3] {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     v.map(|c| (c / length) as f32)
+}
+
+/// The next smaller number; `x` is positive.
+pub fn next_down(x: f32) -> f32 {
+    f32::from_bits(x.to_bits() - 1)
 }
 
 /// A fast generator of uniform numbers for tests (splitmix64).

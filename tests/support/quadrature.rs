@@ -67,9 +67,11 @@ impl Integrator<'_> {
         if elevation < -radius && !whole {
             return 0.0;
         }
-        let smooth = 0.1 * (material.detail() + distance(centre, self.mirror));
+        let about_peak = 0.07 * (material.narrowest_detail() + distance(centre, self.mirror));
+        let above_horizon = 0.1 * (material.detail() + elevation.abs());
         // The cosine has a kink at the horizon.
-        let limit = if elevation.abs() < radius { smooth.min(0.01) } else { smooth };
+        let at_horizon = if elevation.abs() < radius { 0.01 } else { 1.0 };
+        let limit = about_peak.min(above_horizon).min(at_horizon);
         if radius * self.fineness > limit && depth < 16 {
             let halves = |s: [f64; 2], m: f64| [[s[0], m], [m, s[1]]];
             let quarters = halves(x, middle[0]).into_iter().flat_map(|x| halves(y, middle[1]).map(|y| (x, y)));

@@ -1,12 +1,19 @@
 //! The grid of shading points on which densities are judged: lobes, normals and views.
 
-use super::vector::{V3, add, cross, dot, scale, sub, unit};
-use super::{ggx, lambert, query};
+use super::maps::Filter;
+use super::material::Material;
+use super::quadrature::Scene;
+use super::vector::{V3, add, cross, dot, rotate, rotate_back, scale, single, sub, unit};
+use super::{Environment, Map, Product, ggx, lambert, product_config, query};
+use glam::Vec3;
+use wis::ffi::product::ProductConfig;
 use wis::query::{Lobe, Query};
+use wis::sphere::square;
 
 /// Rough to sharp, and a mixture.
 pub fn lobes() -> [(&'static str, Vec<Lobe>); 6] {
-    let mix = vec![lambert(0.6), Lobe { weight: [0.4; 3], ..ggx(0.1) }];
+    let diffuse = Lobe { weight: [0.8, 0.5, 0.2], ..lambert(0.0) };
+    let mix = vec![diffuse, Lobe { weight: [0.4; 3], ..ggx(0.1) }];
     [
         ("Lambert", vec![lambert(0.8)]),
         ("GGX .5", vec![ggx(0.5)]),
@@ -36,9 +43,50 @@ pub fn views(key: V3) -> [(&'static str, V3, V3); 4] {
     ]
 }
 
-/// A query for one of the views.
-pub fn shading_point((normal, wo): (V3, V3), lobes: &[Lobe]) -> Query {
-    query(normal.map(|c| c as f32), wo.map(|c| c as f32), lobes)
+/// A shading point of the grid, and the matrix that turns the map.
+pub struct ShadingPoint {
+    pub name: String,
+    pub query: Query,
+    pub world_from_map: [f32; 9],
+}
+
+impl ShadingPoint {
+    pub fn prepare<'a>(&self, environment: &'a Environment) -> Product<'a> {
+        let world_from_map = self.world_from_map.as_ptr();
+        environment.prepare(&self.query, &ProductConfig { world_from_map, ..product_config() })
+    }
+
+    /// What a client evaluates there.
+    pub fn scene<'a>(&self, map: &'a Map, filter: Filter) -> Scene<'a> {
+        Scene { map, filter, world_from_map: self.world_from_map, material: Material::new(&self.query) }
+    }
+
+    /// The direction of world space for one of map space.
+    pub fn world(&self, map: V3) -> [f32; 3] {
+        single(rotate(&self.world_from_map, map))
+    }
+
+    /// The point of the square for a direction of world space.
+    pub fn square(&self, wi: [f32; 3]) -> [f32; 2] {
+        square(Vec3::from_array(single(rotate_back(&self.world_from_map, wi.map(f64::from)))))
+    }
+}
+
+/// Points that [`grid`] gives.
+pub const GRID: usize = 24;
+
+/// Every lobe in every view under a map; the matrices take turns.
+pub fn grid(map: &Map) -> Vec<ShadingPoint> {
+    let mut grid = Vec::new();
+    for (lobe, lobes) in lobes() {
+        for view in 0..4 {
+            let world_from_map = matrices()[grid.len() % 3];
+            let (name, normal, wo) = views(rotate(&world_from_map, map.key()))[view];
+            let query = query(single(normal), single(wo), &lobes);
+            grid.push(ShadingPoint { name: format!("{lobe}, {name}"), query, world_from_map });
+        }
+    }
+    grid
 }
 
 /// Rotations and a reflection of the world against the map, row-major.

@@ -98,9 +98,9 @@ impl Mean {
         z_distance(significance) * self.standard_error() / self.mean
     }
 
-    /// The samples after which the z-test finds [`LARGEST_MISSED`], by the variance of a pilot run.
-    pub fn samples_needed(&self, significance: f64) -> usize {
-        (self.count * (self.smallest_fault(significance) / LARGEST_MISSED).powi(2)).ceil() as usize
+    /// The samples after which the z-test finds [`LARGEST_MISSED`].
+    pub fn samples_needed(&self, significance: f64) -> f64 {
+        self.count * (self.smallest_fault(significance) / LARGEST_MISSED).powi(2)
     }
 }
 

@@ -30,6 +30,11 @@ pub fn unit(a: V3) -> V3 {
     scale(a, 1.0 / length(a))
 }
 
+/// Rounded to f32.
+pub fn single(a: V3) -> [f32; 3] {
+    a.map(|a| a as f32)
+}
+
 /// The chord between two directions.
 pub fn distance(a: V3, b: V3) -> f64 {
     length(sub(a, b))

@@ -1,0 +1,55 @@
+//! The Haar transform in C.
+
+use super::{Checked, Failure, answer, check_grid, slice_mut};
+use crate::status::Status;
+use crate::{haar, morton};
+use core::ptr::null_mut;
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
+/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
+/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
+/// scaling coefficient the pixel at the origin.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_haar_forward(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
+}
+
+/// Replaces the coefficients of wis_haar_forward by the image, in place.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_haar_inverse(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
+}
+
+#[derive(Clone, Copy)]
+enum Direction {
+    Forward,
+    Inverse,
+}
+
+/// # Safety
+/// `values` is null or points to `count` elements.
+unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64, direction: Direction) -> Checked<()> {
+    check_grid(dimensions, depth)?;
+    if morton::cells(dimensions, depth) != Some(count) {
+        return Err(Failure::new(Status::InvalidArgument, 3));
+    }
+    // SAFETY: the caller's contract.
+    let values = unsafe { slice_mut(values, count, 4)? };
+    with_axes!(dimensions, 1, transform_axes(depth, values, direction))
+}
+
+fn transform_axes<const N: usize, const C: usize>(depth: u32, values: &mut [f64], direction: Direction) -> Checked<()> {
+    match direction {
+        Direction::Forward => haar::forward::<N, C>(depth, values)?,
+        Direction::Inverse => haar::inverse::<N, C>(depth, values)?,
+    }
+    Ok(())
+}

@@ -1,0 +1,113 @@
+//! Batches with strides of any size give the bits of single calls.
+
+use crate::support::scenes::grid;
+use crate::support::{Environment, Product, Random};
+use crate::{DISTRIBUTIONS, bits, maps};
+use wis::descent::Sample;
+use wis::ffi::environment::{
+    WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, wis_environment_pdf_n, wis_environment_sample_n,
+};
+use wis::ffi::product::{wis_product_pdf_n, wis_product_sample_n};
+use wis::status::Status;
+
+/// An array of elements of `N` floats a stride apart, in which untouched floats stay NaN.
+struct Strided<const N: usize> {
+    floats: Vec<f32>,
+    stride: usize,
+}
+
+impl<const N: usize> Strided<N> {
+    fn new(count: usize, stride: usize) -> Self {
+        Strided { floats: vec![f32::NAN; count * stride], stride }
+    }
+
+    fn set(&mut self, index: usize, element: [f32; N]) {
+        self.floats[index * self.stride..][..N].copy_from_slice(&element);
+    }
+
+    fn get(&self, index: usize) -> [f32; N] {
+        self.floats[index * self.stride..][..N].try_into().unwrap()
+    }
+
+    /// The first element and the stride in bytes.
+    fn parts(&mut self) -> (*mut f32, usize) {
+        (self.floats.as_mut_ptr(), 4 * self.stride)
+    }
+
+    fn gaps_are_untouched(&self) -> bool {
+        self.floats.chunks(self.stride).all(|element| element[N..].iter().all(|f| f.is_nan()))
+    }
+}
+
+/// The arrays of one batch.
+struct Batch {
+    count: usize,
+    u: Strided<2>,
+    wi: Strided<3>,
+    pdf: Strided<1>,
+    asked: Strided<1>,
+}
+
+impl Batch {
+    /// Random numbers, and up to three floats of room behind each element.
+    fn new(random: &mut Random, count: usize) -> Batch {
+        let mut stride = |least: usize| least + random.bits() as usize % 4;
+        let (u, wi) = (Strided::new(count, stride(2)), Strided::new(count, stride(3)));
+        let (pdf, asked) = (Strided::new(count, stride(1)), Strided::new(count, stride(1)));
+        let mut batch = Batch { count, u, wi, pdf, asked };
+        (0..count).for_each(|k| batch.u.set(k, [random.f32(), random.f32()]));
+        batch
+    }
+
+    /// Compares with single calls.
+    fn check(&self, single: impl Fn([f32; 2]) -> Sample) {
+        for k in 0..self.count {
+            let [pdf] = self.pdf.get(k);
+            assert_eq!(bits(Sample { wi: self.wi.get(k), pdf }), bits(single(self.u.get(k))));
+            assert_eq!(pdf.to_bits(), self.asked.get(k)[0].to_bits());
+        }
+        assert!(self.wi.gaps_are_untouched() && self.pdf.gaps_are_untouched() && self.asked.gaps_are_untouched());
+    }
+
+    fn run_product(&mut self, product: &Product) {
+        let (e, p, n) = (product.environment.handle, product.handle, self.count);
+        let (u, wi, pdf) = (self.u.parts(), self.wi.parts(), self.pdf.parts());
+        let asked = self.asked.parts();
+        // SAFETY: all arrays have n elements.
+        unsafe {
+            assert_eq!(wis_product_sample_n(e, p, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1), Status::Ok);
+            assert_eq!(wis_product_pdf_n(e, p, n, wi.0, wi.1, asked.0, asked.1), Status::Ok);
+        }
+    }
+
+    fn run_light(&mut self, environment: &Environment, distribution: u32, matrix: &[f32; 9]) {
+        let (e, d, n) = (environment.handle, distribution, self.count);
+        let (u, wi, pdf) = (self.u.parts(), self.wi.parts(), self.pdf.parts());
+        let asked = self.asked.parts();
+        // SAFETY: all arrays have n elements.
+        unsafe {
+            let status = wis_environment_sample_n(e, d, matrix, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1);
+            assert_eq!(status, Status::Ok);
+            assert_eq!(wis_environment_pdf_n(e, d, matrix, n, wi.0, wi.1, asked.0, asked.1), Status::Ok);
+        }
+    }
+}
+
+/// Batches give the bits of single calls in the order of u, whatever the count and the strides.
+#[test]
+fn batches_are_single_calls() {
+    let mut random = Random(71);
+    for map in maps() {
+        let environment = map.build(64, WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_COMPENSATED);
+        for (point, count) in grid(&map).iter().zip([0, 1, 2, 3, 7, 8, 9, 31, 64, 100].into_iter().cycle()) {
+            let mut batch = Batch::new(&mut random, count);
+            let product = point.prepare(&environment);
+            batch.run_product(&product);
+            batch.check(|u| product.sample(u));
+            for distribution in DISTRIBUTIONS {
+                batch.run_light(&environment, distribution, &point.world_from_map);
+                batch.check(|u| environment.sample(distribution, Some(&point.world_from_map), u));
+            }
+        }
+    }
+}

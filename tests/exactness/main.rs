@@ -1,0 +1,63 @@
+//! The same bits: a sample's pdf is pdf(wi), batches are single calls, and neither scale, address, thread nor host
+//! matter; and inversion leads back.
+
+mod batches;
+#[cfg(target_arch = "x86_64")]
+mod control_word;
+mod corners;
+mod determinism;
+mod inversion;
+mod numbers;
+#[path = "../support/mod.rs"]
+mod support;
+
+use support::maps::{checker, horizon, one_texel, sky, sun};
+use support::scenes::grid;
+use support::{Map, Random};
+use wis::descent::Sample;
+use wis::ffi::environment::{
+    WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO,
+    WIS_ENVIRONMENT_NEAREST,
+};
+
+const DISTRIBUTIONS: [u32; 2] = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
+
+/// Smooth, sharp and sparse light.
+fn maps() -> [Map; 5] {
+    [sky(64, 32), sun(512, 256), one_texel(20, 9), checker(64, 32), horizon()]
+}
+
+fn bits(sample: Sample) -> [u32; 4] {
+    let [x, y, z] = sample.wi;
+    [x, y, z, sample.pdf].map(f32::to_bits)
+}
+
+/// A sample has a positive finite pdf, which is pdf(wi) to the bit.
+fn check(sample: Sample, pdf: f32) {
+    assert!(sample.pdf > 0.0 && sample.pdf.is_finite(), "{sample:?}");
+    assert_eq!(sample.pdf.to_bits(), pdf.to_bits(), "{sample:?} {pdf}");
+}
+
+#[test]
+fn a_sample_carries_the_pdf_of_its_direction() {
+    for map in maps() {
+        for flags in [0, WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_NEAREST] {
+            let environment = map.build(128, flags | WIS_ENVIRONMENT_COMPENSATED);
+            let mut random = Random(43);
+            for point in grid(&map) {
+                let product = point.prepare(&environment);
+                for _ in 0..5000 {
+                    let u = [random.f32(), random.f32()];
+                    let sample = product.sample(u);
+                    if product.estimate() > 0.0 {
+                        check(sample, product.pdf(sample.wi));
+                    }
+                    for distribution in DISTRIBUTIONS {
+                        let sample = environment.sample(distribution, Some(&point.world_from_map), u);
+                        check(sample, environment.pdf(distribution, Some(&point.world_from_map), sample.wi));
+                    }
+                }
+            }
+        }
+    }
+}

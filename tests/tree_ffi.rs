@@ -5,6 +5,7 @@ mod stored;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use stored::{Random, Stored};
+use wis::ffi::haar::*;
 use wis::ffi::points::*;
 use wis::ffi::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};

@@ -1,6 +1,7 @@
 //! Every function of the library, callable with one machine word for each argument.
 
 use wis::ffi::environment::*;
+use wis::ffi::haar::*;
 use wis::ffi::points::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::*;

@@ -371,6 +371,9 @@ impl<'a, B: Brdf> Builder<'a, B> {
 
     /// Evaluates the five new points of each cell of a batch together, then splits the cells.
     fn split_batch(&mut self, batch: &[usize]) -> Result<()> {
+        if batch.is_empty() {
+            return Ok(());
+        }
         let mut wi = [Vec3::ZERO; BATCH * NEW];
         let mut f_cos = [0.0; BATCH * NEW];
         for (slots, &index) in wi.chunks_exact_mut(NEW).zip(batch) {

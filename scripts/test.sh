@@ -64,7 +64,7 @@ cargo_step format fmt --all --check
 cargo_step clippy clippy --workspace --all-targets --exclude wis-capi -- -D warnings
 cargo_step clippy-capi clippy --package wis-capi -- -D warnings
 step header-bytes cargo run --quiet --package xtask -- header --check
-step rust-tests cargo test --workspace --no-fail-fast
+step rust-tests cargo test --workspace --exclude wis-ffi-tests --no-fail-fast
 step install install_staged
 step header scripts/check-header.sh
 step symbols scripts/check-symbols.sh "$installed/lib"

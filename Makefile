@@ -18,10 +18,10 @@ CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo test clean
+.PHONY: help lib header install demo hardcases test clean
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 lib: ## build the static and the shared library into build/lib
 	$(CARGO) build --release --package wis-capi
@@ -56,6 +56,10 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 	$(MAKE) $(BUILD)/render
 	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
 	@echo "The picture is $(BUILD)/demo.png"
+
+hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
+	scripts/setup.sh test
+	WIS_LIB_DIR='$(abspath $(LIB))' $(CARGO) run --quiet --release --package wis-ffi-tests --bin hardcases -- docs/hard-cases.md
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

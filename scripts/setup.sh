@@ -2,19 +2,20 @@
 # Installs the Debian packages that a target needs and that are missing: setup.sh demo | test
 set -eu
 
-# Each line: the package, and a command or file that shows it is there.
+# Each line: the package, and a command or a pattern of files that shows it is there.
 demo_needs="
 gcc         gcc
 libc6-dev   /usr/include/stdlib.h
 libstb-dev  /usr/include/stb/stb_image.h
 "
 test_needs="$demo_needs
-binutils    nm
-clang       clang
-cmake       cmake
-g++         g++
-pkg-config  pkg-config
-valgrind    valgrind
+binutils      nm
+clang         clang
+cmake         cmake
+g++           g++
+libclang-dev  /usr/lib/llvm-*/lib/libclang.so
+pkg-config    pkg-config
+valgrind      valgrind
 "
 
 case "${1:-}" in
@@ -28,7 +29,9 @@ missing() {
     echo "$needs" | while read -r package witness; do
         case "$witness" in
             '') ;;
-            /*) [ -e "$witness" ] || printf '%s ' "$package" ;;
+            # The pattern is expanded on purpose.
+            # shellcheck disable=SC2086
+            /*) ls $witness > /dev/null 2>&1 || printf '%s ' "$package" ;;
             *) command -v "$witness" > /dev/null || printf '%s ' "$package" ;;
         esac
     done

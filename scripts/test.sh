@@ -60,11 +60,17 @@ demo() {
         ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ]
 }
 
+# In the installed library, as a client has it.
+hardcases() {
+    WIS_LIB_DIR="$installed/lib" cargo run --quiet --release --package wis-ffi-tests --bin hardcases -- \
+        docs/hard-cases.md --check
+}
+
 cargo_step format fmt --all --check
 cargo_step clippy clippy --workspace --all-targets --exclude wis-capi -- -D warnings
 cargo_step clippy-capi clippy --package wis-capi -- -D warnings
 step header-bytes cargo run --quiet --package xtask -- header --check
-step rust-tests cargo test --workspace --no-fail-fast
+step rust-tests cargo test --workspace --exclude wis-ffi-tests --no-fail-fast
 step install install_staged
 step header scripts/check-header.sh
 step symbols scripts/check-symbols.sh "$installed/lib"
@@ -73,6 +79,7 @@ step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
 step minimal minimal
 step valgrind minimal_valgrind
 step demo demo
+step hardcases hardcases
 
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

@@ -1,0 +1,37 @@
+//! Generates the bindings from the header that clients read, and links the library that they link.
+//!
+//! The shared library comes from WIS_LIB_DIR, or from the `build/lib` that `make lib` fills; programs find it there
+//! again at run time.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+fn main() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    println!("cargo::rerun-if-changed=build.rs");
+    bindings(&root.join("include/wis.h"));
+    link(&root.join("build/lib"));
+}
+
+fn bindings(header: &Path) {
+    println!("cargo::rerun-if-changed={}", header.display());
+    let target = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("wis.rs");
+    bindgen::builder()
+        .header(header.display().to_string())
+        .allowlist_item("(wis|WIS)_.*")
+        .prepend_enum_name(false)
+        .derive_default(true)
+        .generate()
+        .expect("bindings of include/wis.h")
+        .write_to_file(target)
+        .expect("a writable OUT_DIR");
+}
+
+fn link(default: &Path) {
+    println!("cargo::rerun-if-env-changed=WIS_LIB_DIR");
+    let folder = env::var_os("WIS_LIB_DIR").map_or(default.to_path_buf(), PathBuf::from);
+    println!("cargo::rerun-if-changed={}", folder.join("libwis.so").display());
+    println!("cargo::rustc-link-search=native={}", folder.display());
+    println!("cargo::rustc-link-lib=dylib=wis");
+    println!("cargo::rustc-link-arg=-Wl,-rpath,{}", folder.display());
+}

@@ -1,0 +1,678 @@
+//! A Rust client of the C library: the generated bindings, and owners of memory around the handles.
+//!
+//! Nothing is checked or changed on the way in, so that a test can hand over anything that C can.
+
+use std::ffi::{CStr, c_int, c_void};
+use std::fmt;
+use std::marker::PhantomData;
+use std::mem::size_of;
+use std::ptr::{null, null_mut};
+
+/// The header, as generated.
+#[allow(non_camel_case_types, non_snake_case, non_upper_case_globals, missing_docs)]
+pub mod raw {
+    include!(concat!(env!("OUT_DIR"), "/wis.rs"));
+}
+
+/// A status other than `WIS_OK`, and where the library says the fault is.
+#[derive(Clone, Copy)]
+pub struct Failure {
+    /// `WIS_*`.
+    pub status: raw::wis_status,
+    /// As the library left it.
+    pub diagnostic: raw::wis_diagnostic,
+}
+
+/// The result of a call that can fail.
+pub type Result<T> = std::result::Result<T, Failure>;
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // SAFETY: the library answers a static string for any number.
+        let text = unsafe { CStr::from_ptr(raw::wis_status_string(self.status)) };
+        write!(f, "{} ({})", text.to_string_lossy(), self.status)
+    }
+}
+
+impl fmt::Debug for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}, {:?}", self.diagnostic)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+fn check(status: raw::wis_status) -> Result<()> {
+    check_with(status, raw::wis_diagnostic::default())
+}
+
+fn check_with(status: raw::wis_status, diagnostic: raw::wis_diagnostic) -> Result<()> {
+    if status == raw::WIS_OK { Ok(()) } else { Err(Failure { status, diagnostic }) }
+}
+
+/// Memory aligned to `WIS_ALIGNMENT`.
+#[derive(Clone, Default)]
+pub struct Block(Vec<Unit>);
+
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(16))]
+struct Unit([u8; 16]);
+
+impl Block {
+    /// A block of at least `bytes` zeros.
+    pub fn new(bytes: usize) -> Block {
+        Block(vec![Unit::default(); bytes.div_ceil(size_of::<Unit>())])
+    }
+
+    /// Bytes of the block.
+    pub fn bytes(&self) -> usize {
+        self.0.len() * size_of::<Unit>()
+    }
+
+    fn start(&self) -> *const c_void {
+        self.0.as_ptr().cast()
+    }
+
+    fn start_mut(&mut self) -> *mut c_void {
+        self.0.as_mut_ptr().cast()
+    }
+}
+
+/// Where the texels of a map come from.
+#[derive(Clone, Copy)]
+pub enum Texels<'a> {
+    /// All texels, rows from the top, as 32-bit floats.
+    F32(&'a [f32]),
+    /// The same as the bits of 16-bit floats.
+    F16(&'a [u16]),
+    /// A function that answers a row of 32-bit floats.
+    RowsF32(&'a (dyn Fn(u32) -> *const f32 + Sync)),
+    /// A function that answers a row of 16-bit floats.
+    RowsF16(&'a (dyn Fn(u32) -> *const u16 + Sync)),
+}
+
+/// An environment map and what to build from it. The fields are those of `wis_environment_config`.
+#[derive(Clone, Copy)]
+#[allow(missing_docs)]
+pub struct Map<'a> {
+    pub layout: u32,
+    pub width: u32,
+    pub height: u32,
+    pub channels: u32,
+    pub flags: u32,
+    pub storage: u32,
+    pub resolution: u32,
+    pub error_budget: f32,
+    pub texels: Texels<'a>,
+}
+
+impl<'a> Map<'a> {
+    /// A lat-long map into a pyramid of default resolution.
+    pub fn latlong(width: u32, height: u32, channels: u32, texels: &'a [f32]) -> Map<'a> {
+        Map {
+            layout: raw::WIS_LAYOUT_LATLONG,
+            width,
+            height,
+            channels,
+            flags: 0,
+            storage: raw::WIS_STORAGE_PYRAMID,
+            resolution: 0,
+            error_budget: 0.0,
+            texels: Texels::F32(texels),
+        }
+    }
+
+    /// A luminance map on the octahedral square, `side` texels wide.
+    pub fn octahedral(side: u32, texels: &'a [f32]) -> Map<'a> {
+        Map { layout: raw::WIS_LAYOUT_OCTAHEDRAL, ..Map::latlong(side, side, 1, texels) }
+    }
+
+    fn config(&self) -> raw::wis_environment_config {
+        let mut config = raw::wis_environment_config {
+            size: size_of::<raw::wis_environment_config>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format: raw::WIS_FORMAT_F32,
+            flags: self.flags,
+            storage: self.storage,
+            resolution: self.resolution,
+            error_budget: self.error_budget,
+            pixels: null(),
+            row_stride: 0,
+            row: None,
+            row_user: null_mut(),
+        };
+        match &self.texels {
+            Texels::F32(texels) => config.pixels = texels.as_ptr().cast(),
+            Texels::F16(texels) => {
+                config.format = raw::WIS_FORMAT_F16;
+                config.pixels = texels.as_ptr().cast();
+            }
+            Texels::RowsF32(rows) => {
+                config.row = Some(row_f32);
+                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
+            }
+            Texels::RowsF16(rows) => {
+                config.format = raw::WIS_FORMAT_F16;
+                config.row = Some(row_f16);
+                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
+            }
+        }
+        config
+    }
+}
+
+unsafe extern "C" fn row_f32(user: *mut c_void, y: u32) -> *const c_void {
+    // SAFETY: `Map::config` gave this pointer, and the map outlives the build.
+    let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const f32 + Sync)>() };
+    rows(y).cast()
+}
+
+unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
+    // SAFETY: as in `row_f32`.
+    let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const u16 + Sync)>() };
+    rows(y).cast()
+}
+
+/// An environment and its memory.
+#[derive(Clone)]
+pub struct Environment {
+    memory: Block,
+    /// What was built.
+    pub info: raw::wis_environment_info,
+}
+
+impl Environment {
+    /// The bytes that a map needs.
+    pub fn size(map: &Map) -> Result<raw::wis_memory_size> {
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        let status = unsafe { raw::wis_environment_size(&map.config(), &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        Ok(size)
+    }
+
+    /// Builds a map in one call.
+    pub fn new(map: &Map) -> Result<Environment> {
+        let size = Environment::size(map)?;
+        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
+        let mut info =
+            raw::wis_environment_info { size: size_of::<raw::wis_environment_info>() as u32, ..Default::default() };
+        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
+        let status = unsafe {
+            raw::wis_environment_init(
+                &map.config(),
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Environment { memory, info })
+    }
+
+    /// The handle, for raw calls.
+    pub fn handle(&self) -> *const raw::wis_environment {
+        self.memory.start().cast()
+    }
+
+    /// The integral of luminance over the sphere.
+    pub fn power(&self) -> Result<f64> {
+        let mut power = f64::NAN;
+        // SAFETY: the handle is alive.
+        check(unsafe { raw::wis_environment_power(self.handle(), &mut power) })?;
+        Ok(power)
+    }
+
+    /// The light alone as a density: `WIS_DISTRIBUTION_*`, and the turn of the map.
+    pub fn light(&self, distribution: u32, world_from_map: Option<[f32; 9]>) -> Light<'_> {
+        Light { environment: self, distribution, world_from_map }
+    }
+}
+
+/// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it.
+pub trait Density {
+    /// A direction and its pdf.
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_sample>;
+    /// As many calls of `sample` at once; the slices are of one length.
+    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()>;
+    /// The pdf per solid angle.
+    fn pdf(&self, wi: [f32; 3]) -> Result<f32>;
+    /// As many calls of `pdf` at once; the slices are of one length.
+    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()>;
+    /// The `u` that leads to a direction.
+    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]>;
+}
+
+/// The light of an environment as a density.
+#[derive(Clone, Copy)]
+pub struct Light<'a> {
+    environment: &'a Environment,
+    distribution: u32,
+    world_from_map: Option<[f32; 9]>,
+}
+
+impl Light<'_> {
+    fn matrix(&self) -> *const f32 {
+        self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr())
+    }
+}
+
+impl Density for Light<'_> {
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_sample> {
+        let mut sample = raw::wis_sample::default();
+        // SAFETY: the handle is alive, and the arrays are as long as the header asks.
+        check(unsafe {
+            raw::wis_environment_sample(
+                self.environment.handle(),
+                self.distribution,
+                self.matrix(),
+                u.as_ptr(),
+                &mut sample,
+            )
+        })?;
+        Ok(sample)
+    }
+
+    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(u.len() == wi.len() && u.len() == pdf.len());
+        // SAFETY: as in `sample`; the slices hold `u.len()` elements.
+        check(unsafe {
+            raw::wis_environment_sample_n(
+                self.environment.handle(),
+                self.distribution,
+                self.matrix(),
+                u.len(),
+                u.as_ptr().cast(),
+                0,
+                wi.as_mut_ptr().cast(),
+                0,
+                pdf.as_mut_ptr(),
+                0,
+            )
+        })
+    }
+
+    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
+        let mut pdf = f32::NAN;
+        // SAFETY: as in `sample`.
+        check(unsafe {
+            raw::wis_environment_pdf(self.environment.handle(), self.distribution, self.matrix(), wi.as_ptr(), &mut pdf)
+        })?;
+        Ok(pdf)
+    }
+
+    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(wi.len() == pdf.len());
+        // SAFETY: as in `sample_n`.
+        check(unsafe {
+            raw::wis_environment_pdf_n(
+                self.environment.handle(),
+                self.distribution,
+                self.matrix(),
+                wi.len(),
+                wi.as_ptr().cast(),
+                0,
+                pdf.as_mut_ptr(),
+                0,
+            )
+        })
+    }
+
+    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
+        let mut u = [f32::NAN; 2];
+        // SAFETY: as in `sample`.
+        check(unsafe {
+            raw::wis_environment_invert(
+                self.environment.handle(),
+                self.distribution,
+                self.matrix(),
+                wi.as_ptr(),
+                u.as_mut_ptr(),
+            )
+        })?;
+        Ok(u)
+    }
+}
+
+/// A diffuse lobe.
+pub fn lambert(weight: [f32; 3]) -> raw::wis_lobe {
+    raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, weight, ..Default::default() }
+}
+
+/// A microfacet lobe with alphas along the tangent and across it.
+pub fn ggx(weight: [f32; 3], f0: [f32; 3], alpha: [f32; 2]) -> raw::wis_lobe {
+    raw::wis_lobe { kind: raw::WIS_LOBE_GGX, weight, f0, a: alpha[0], b: alpha[1] }
+}
+
+/// A Phong lobe.
+pub fn phong(weight: [f32; 3], exponent: f32) -> raw::wis_lobe {
+    raw::wis_lobe { kind: raw::WIS_LOBE_PHONG, weight, a: exponent, ..Default::default() }
+}
+
+/// A shading point with at most four lobes, seen from `wo`.
+pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[raw::wis_lobe]) -> raw::wis_query {
+    let mut query = raw::wis_query {
+        size: size_of::<raw::wis_query>() as u32,
+        lobe_count: lobes.len() as u32,
+        normal,
+        wo,
+        ..Default::default()
+    };
+    for (slot, lobe) in query.lobe.iter_mut().zip(lobes) {
+        *slot = *lobe;
+    }
+    query
+}
+
+/// RGB of BRDF x cosine for directions.
+pub fn evaluate(query: &raw::wis_query, wi: &[[f32; 3]], f_cos: &mut [[f32; 3]]) -> Result<()> {
+    assert!(wi.len() == f_cos.len());
+    // SAFETY: the slices hold `wi.len()` elements.
+    check(unsafe { raw::wis_query_eval(query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0) })
+}
+
+/// What a preparation may spend, and how the map is turned. 0 stands for the default of the library.
+#[derive(Clone, Copy, Default)]
+#[allow(missing_docs)]
+pub struct Preparation {
+    pub max_squares: u32,
+    pub max_evaluations: u32,
+    pub world_from_map: Option<[f32; 9]>,
+}
+
+impl Preparation {
+    fn config(&self) -> raw::wis_product_config {
+        raw::wis_product_config {
+            size: size_of::<raw::wis_product_config>() as u32,
+            cpu_level: 0,
+            max_squares: self.max_squares,
+            max_evaluations: self.max_evaluations,
+            world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
+        }
+    }
+
+    /// The memory that a product of this configuration needs.
+    pub fn memory(&self) -> Result<Block> {
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        let status = unsafe { raw::wis_product_size(&self.config(), &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        Ok(Block::new(size.bytes))
+    }
+}
+
+/// A function that writes BRDF x cosine of each direction and answers whether it could.
+pub type Brdf<'a> = &'a mut dyn FnMut(&[[f32; 3]], &mut [f32]) -> bool;
+
+unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
+    // SAFETY: `Product::prepare_callback` gave this pointer; the library states the lengths.
+    let (brdf, wi, f_cos) = unsafe {
+        (
+            &mut *user.cast::<Brdf>(),
+            std::slice::from_raw_parts(wi.cast::<[f32; 3]>(), count),
+            std::slice::from_raw_parts_mut(f_cos, count),
+        )
+    };
+    c_int::from(!brdf(wi, f_cos))
+}
+
+/// The narrow lobe that a callback BRDF announces, and the surface that it belongs to.
+#[derive(Clone, Copy, Default)]
+#[allow(missing_docs)]
+pub struct CallbackShape {
+    pub flags: u32,
+    pub normal: [f32; 3],
+    pub peak: [f32; 3],
+    pub half_angle: f32,
+}
+
+/// A prepared shading point in memory that it borrows.
+pub struct Product<'a> {
+    environment: &'a Environment,
+    handle: *const raw::wis_product,
+    memory: PhantomData<&'a mut Block>,
+}
+
+impl<'a> Product<'a> {
+    /// Prepares a query.
+    pub fn prepare(
+        environment: &'a Environment,
+        query: &raw::wis_query,
+        preparation: &Preparation,
+        memory: &'a mut Block,
+    ) -> Result<Product<'a>> {
+        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        // SAFETY: the block is as long as it says, and the product borrows it.
+        let status = unsafe {
+            raw::wis_product_prepare(
+                environment.handle(),
+                query,
+                &preparation.config(),
+                memory.start_mut(),
+                memory.bytes(),
+                &mut handle,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Product { environment, handle, memory: PhantomData })
+    }
+
+    /// Prepares a BRDF that the client evaluates.
+    pub fn prepare_callback(
+        environment: &'a Environment,
+        shape: &CallbackShape,
+        mut brdf: Brdf,
+        preparation: &Preparation,
+        memory: &'a mut Block,
+    ) -> Result<Product<'a>> {
+        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        let callback = raw::wis_callback_brdf {
+            size: size_of::<raw::wis_callback_brdf>() as u32,
+            flags: shape.flags,
+            normal: shape.normal,
+            peak: shape.peak,
+            half_angle: shape.half_angle,
+            eval: Some(brdf_batch),
+            user: std::ptr::from_mut(&mut brdf).cast(),
+        };
+        // SAFETY: as in `prepare`; `brdf` lives until the call returns.
+        let status = unsafe {
+            raw::wis_product_prepare_callback(
+                environment.handle(),
+                &callback,
+                &preparation.config(),
+                memory.start_mut(),
+                memory.bytes(),
+                &mut handle,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Product { environment, handle, memory: PhantomData })
+    }
+
+    /// What the product is made of.
+    pub fn describe(&self) -> Result<raw::wis_product_info> {
+        let mut info = raw::wis_product_info { size: size_of::<raw::wis_product_info>() as u32, ..Default::default() };
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_describe(self.environment.handle(), self.handle, &mut info) })?;
+        Ok(info)
+    }
+
+    /// The approximate integral of luminance x luminance of BRDF x cosine.
+    pub fn estimate(&self) -> Result<f64> {
+        let mut luminance = f64::NAN;
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_estimate(self.environment.handle(), self.handle, &mut luminance) })?;
+        Ok(luminance)
+    }
+
+    /// The approximate integral of radiance x BRDF x cosine.
+    pub fn estimate_rgb(&self) -> Result<[f64; 3]> {
+        let mut rgb = [f64::NAN; 3];
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_estimate_rgb(self.environment.handle(), self.handle, rgb.as_mut_ptr()) })?;
+        Ok(rgb)
+    }
+}
+
+impl Density for Product<'_> {
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_sample> {
+        let mut sample = raw::wis_sample::default();
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_sample(self.environment.handle(), self.handle, u.as_ptr(), &mut sample) })?;
+        Ok(sample)
+    }
+
+    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(u.len() == wi.len() && u.len() == pdf.len());
+        // SAFETY: both handles are alive, and the slices hold `u.len()` elements.
+        check(unsafe {
+            raw::wis_product_sample_n(
+                self.environment.handle(),
+                self.handle,
+                u.len(),
+                u.as_ptr().cast(),
+                0,
+                wi.as_mut_ptr().cast(),
+                0,
+                pdf.as_mut_ptr(),
+                0,
+            )
+        })
+    }
+
+    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
+        let mut pdf = f32::NAN;
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_pdf(self.environment.handle(), self.handle, wi.as_ptr(), &mut pdf) })?;
+        Ok(pdf)
+    }
+
+    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(wi.len() == pdf.len());
+        // SAFETY: as in `sample_n`.
+        check(unsafe {
+            raw::wis_product_pdf_n(
+                self.environment.handle(),
+                self.handle,
+                wi.len(),
+                wi.as_ptr().cast(),
+                0,
+                pdf.as_mut_ptr(),
+                0,
+            )
+        })
+    }
+
+    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
+        let mut u = [f32::NAN; 2];
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_invert(self.environment.handle(), self.handle, wi.as_ptr(), u.as_mut_ptr()) })?;
+        Ok(u)
+    }
+}
+
+/// The tree of a function on the square, and its memory.
+#[derive(Clone)]
+pub struct Tree {
+    memory: Block,
+    /// What was built.
+    pub info: raw::wis_tree_info,
+}
+
+impl Tree {
+    /// Builds a tree of `2^depth` by `2^depth` values.
+    pub fn new(depth: u32, error_budget: f32, pixels: &[f32]) -> Result<Tree> {
+        assert!(pixels.len() == 1 << (2 * depth));
+        let config = raw::wis_tree_config {
+            size: size_of::<raw::wis_tree_config>() as u32,
+            dimensions: 2,
+            depth,
+            error_budget,
+            pixels: pixels.as_ptr(),
+        };
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        check_with(unsafe { raw::wis_tree_size(&config, &mut size, &mut diagnostic) }, diagnostic)?;
+        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
+        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
+        let mut handle = null();
+        // SAFETY: the blocks are as long as they say, and `pixels` was checked to hold them all.
+        let status = unsafe {
+            raw::wis_tree_init(
+                &config,
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Tree { memory, info })
+    }
+
+    /// The handle, for raw calls.
+    pub fn handle(&self) -> *const raw::wis_tree {
+        self.memory.start().cast()
+    }
+
+    /// The integral of this function times another.
+    pub fn product_integral(&self, other: &Tree) -> Result<f64> {
+        let mut integral = f64::NAN;
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_tree_product_integral(self.handle(), other.handle(), &mut integral) })?;
+        Ok(integral)
+    }
+
+    /// A point of the square and its density.
+    pub fn sample(&self, u: [f32; 2]) -> Result<([f32; 2], f32)> {
+        let (mut point, mut pdf) = ([f32::NAN; 2], f32::NAN);
+        // SAFETY: the handle is alive; the arrays hold two numbers as the tree has two axes.
+        check(unsafe { raw::wis_tree_sample(self.handle(), u.as_ptr(), point.as_mut_ptr(), &mut pdf) })?;
+        Ok((point, pdf))
+    }
+
+    /// The density at a point.
+    pub fn pdf(&self, point: [f32; 2]) -> Result<f32> {
+        let mut pdf = f32::NAN;
+        // SAFETY: as in `sample`.
+        check(unsafe { raw::wis_tree_pdf(self.handle(), point.as_ptr(), &mut pdf) })?;
+        Ok(pdf)
+    }
+
+    /// The `u` that leads to a point.
+    pub fn invert(&self, point: [f32; 2]) -> Result<[f32; 2]> {
+        let mut u = [f32::NAN; 2];
+        // SAFETY: as in `sample`.
+        check(unsafe { raw::wis_tree_invert(self.handle(), point.as_ptr(), u.as_mut_ptr()) })?;
+        Ok(u)
+    }
+
+    /// Warps points in place; `index` is permuted alike.
+    pub fn warp(&self, points: &mut [[f32; 2]], index: &mut [u32]) -> Result<()> {
+        assert!(points.len() == index.len());
+        // SAFETY: the handle is alive, and the slices are of one length.
+        check(unsafe {
+            raw::wis_warp_in_place(self.handle(), points.as_mut_ptr().cast(), index.as_mut_ptr(), points.len())
+        })
+    }
+}
+
+/// The numbers `first..` of the Owen-scrambled Sobol sequence of a seed.
+pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) -> Result<()> {
+    // SAFETY: the slice holds that many points.
+    check(unsafe { raw::wis_points_sobol(seed, first, points.len(), points.as_mut_ptr().cast(), 0) })
+}

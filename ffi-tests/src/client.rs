@@ -227,7 +227,7 @@ impl Environment {
     pub fn power(&self) -> Result<f64> {
         let mut power = f64::NAN;
         // SAFETY: the handle is alive.
-        check(unsafe { raw::wis_environment_power(self.handle(), &mut power) })?;
+        check(unsafe { raw::wis_environment_power(self.handle(), raw::WIS_DISTRIBUTION_PLAIN, &mut power) })?;
         Ok(power)
     }
 

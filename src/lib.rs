@@ -3,9 +3,9 @@
 //! The kernel allocates nothing, prints nothing, keeps no global state and never panics. Everything it
 //! builds lives in memory that the caller gives and holds no pointer, so it can be copied, saved and mapped.
 //!
-//! Data flows one way, and a file imports only what stands below it in this list:
-//! `status`, `numeric` -> `sphere`, `points`, `haar` -> `tree` -> `warp` -> `environment`, `lobe` ->
-//! `product` -> `sampler` -> `ffi`.
+//! Data flows one way, and a file imports only what stands before it in this list:
+//! `status`, `numeric`, `sphere`, `points`, `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
+//! `descent`, `environment`, `query`, `lobe`, `product`, `sampler`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 

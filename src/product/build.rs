@@ -467,7 +467,9 @@ impl<'a, B: Brdf> Builder<'a, B> {
             let coarse = cell_chord(cell.level) > PEAK_DETAIL * peak.radii[1] && cell.level < MAX_DEPTH;
             cell.coarse |= u32::from(coarse);
             if cell.floor >= 0.0 && shape.is_near(peak, PEAK_CORE) {
-                cell.floor = max(cell.floor, PEAK_FLOOR * value);
+                // All that the lobe reflects lies within about twice its half-widths: a coarse leaf holds no more.
+                let share = min(PEAK_FLOOR, peak.radii[0] * peak.radii[1] / area(cell.level));
+                cell.floor = max(cell.floor, share * value);
             }
         }
     }

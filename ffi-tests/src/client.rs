@@ -7,6 +7,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::mem::size_of;
 use std::ptr::{null, null_mut};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The header, as generated.
 #[allow(non_camel_case_types, non_snake_case, non_upper_case_globals, missing_docs)]
@@ -198,8 +199,7 @@ impl Environment {
     pub fn new(map: &Map) -> Result<Environment> {
         let size = Environment::size(map)?;
         let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        let mut info =
-            raw::wis_environment_info { size: size_of::<raw::wis_environment_info>() as u32, ..Default::default() };
+        let mut info = Environment::empty_info();
         let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
         // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
         let status = unsafe {
@@ -216,6 +216,43 @@ impl Environment {
         };
         check_with(status, diagnostic)?;
         Ok(Environment { memory, info })
+    }
+
+    /// Builds a map on several threads, which take the rows of each pass in turn.
+    pub fn new_on(threads: u32, map: &Map) -> Result<Environment> {
+        let size = Environment::size(map)?;
+        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
+        let (mut rows, mut diagnostic) = ([0; 2], raw::wis_diagnostic::default());
+        let shared = Scratch { start: scratch.start_mut(), bytes: scratch.bytes() };
+        // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
+        let status = unsafe {
+            raw::wis_environment_begin(&map.config(), shared.start, shared.bytes, rows.as_mut_ptr(), &mut diagnostic)
+        };
+        check_with(status, diagnostic)?;
+        for (pass, rows) in (0u32..).zip(rows) {
+            run_pass(threads, map, &shared, pass, rows)?;
+        }
+        let mut info = Environment::empty_info();
+        let mut handle = null();
+        // SAFETY: as above; every row of both passes is done.
+        let status = unsafe {
+            raw::wis_environment_finish(
+                &map.config(),
+                memory.start_mut(),
+                memory.bytes(),
+                shared.start,
+                shared.bytes,
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Environment { memory, info })
+    }
+
+    fn empty_info() -> raw::wis_environment_info {
+        raw::wis_environment_info { size: size_of::<raw::wis_environment_info>() as u32, ..Default::default() }
     }
 
     /// The handle, for raw calls.
@@ -235,6 +272,38 @@ impl Environment {
     pub fn light(&self, distribution: u32, world_from_map: Option<[f32; 9]>) -> Light<'_> {
         Light { environment: self, distribution, world_from_map }
     }
+}
+
+/// The scratch memory of a build that threads share.
+struct Scratch {
+    start: *mut c_void,
+    bytes: usize,
+}
+
+// SAFETY: the library lets threads work on different rows at once.
+unsafe impl Sync for Scratch {}
+
+fn run_pass(threads: u32, map: &Map, scratch: &Scratch, pass: u32, rows: u32) -> Result<()> {
+    let next = AtomicU32::new(0);
+    let work = || loop {
+        let row = next.fetch_add(1, Ordering::Relaxed);
+        if row >= rows {
+            return Ok(());
+        }
+        run_row(map, scratch, pass, row)?;
+    };
+    std::thread::scope(|scope| {
+        let started: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        started.into_iter().try_for_each(|thread| thread.join().expect("a thread that does not panic"))
+    })
+}
+
+fn run_row(map: &Map, scratch: &Scratch, pass: u32, row: u32) -> Result<()> {
+    let mut diagnostic = raw::wis_diagnostic::default();
+    // SAFETY: the scratch memory is alive, and no other thread has this row.
+    let status =
+        unsafe { raw::wis_environment_run(&map.config(), scratch.start, scratch.bytes, pass, row, 1, &mut diagnostic) };
+    check_with(status, diagnostic)
 }
 
 /// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it.

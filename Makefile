@@ -18,7 +18,7 @@ CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo test clean
+.PHONY: help lib header install demo report test clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -56,6 +56,10 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 	$(MAKE) $(BUILD)/render
 	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
 	@echo "The picture is $(BUILD)/demo.png"
+
+report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
+	scripts/setup.sh test
+	$(CARGO) run --quiet --profile instruments --package wis-ffi-tests --bin report -- $(if $(QUICK),--quick) $(ARGS)
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

@@ -73,6 +73,7 @@ step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
 step minimal minimal
 step valgrind minimal_valgrind
 step demo demo
+step report-quick make --no-print-directory report QUICK=1 BUILD="$build" ARGS="--out $logs/report --cache $logs/report-cache"
 
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

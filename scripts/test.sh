@@ -60,6 +60,23 @@ demo() {
         ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ]
 }
 
+# In the installed library, as a client has it.
+hardcases() {
+    WIS_LIB_DIR="$installed/lib" cargo run --quiet --profile instruments --package wis-ffi-tests --bin hardcases -- \
+        docs/hard-cases.md --check
+}
+
+# Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.
+report_quick() {
+    WIS_LIB_DIR="$installed/lib" cargo run --quiet --profile instruments --package wis-ffi-tests --bin report -- \
+        --quick --out "$logs/report" --cache "$logs/report-cache"
+}
+
+# The instruments' own tests link the shared library.
+instruments() {
+    WIS_LIB_DIR="$installed/lib" cargo test --profile instruments --package wis-ffi-tests
+}
+
 cargo_step format fmt --all --check
 cargo_step clippy clippy --workspace --all-targets --exclude wis-capi -- -D warnings
 cargo_step clippy-capi clippy --package wis-capi -- -D warnings
@@ -73,7 +90,9 @@ step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
 step minimal minimal
 step valgrind minimal_valgrind
 step demo demo
-step report-quick make --no-print-directory report QUICK=1 BUILD="$build" ARGS="--out $logs/report --cache $logs/report-cache"
+step instruments instruments
+step hardcases hardcases
+step report-quick report_quick
 
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

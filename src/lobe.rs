@@ -125,6 +125,16 @@ impl Lobes {
         })
     }
 
+    /// The colour of the lobes where no direction is given: the sum of their weights, of GGX times f0.
+    pub fn tint(&self) -> [f32; 3] {
+        let lobes = self.raw.iter().take(self.count);
+        lobes.fold([0.0; 3], |[r, g, b], lobe| {
+            let [f, e, d] = if lobe.kind == WIS_LOBE_GGX { lobe.f0 } else { [1.0; 3] };
+            let [x, y, z] = lobe.weight;
+            [r + x * f, g + y * e, b + z * d].map(|c| min(c, f32::MAX))
+        })
+    }
+
     /// The mirror direction of wo.
     fn mirror(&self) -> Vec3 {
         self.tangent * -self.wo.x + self.bitangent * -self.wo.y + self.normal * (self.wo.z * self.side)

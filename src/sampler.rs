@@ -59,7 +59,8 @@ impl Header {
     }
 
     /// The approximation of the integral of radiance x BRDF x cosine, channel by channel: the leaves' shares, each
-    /// in the colour of its light and of the BRDF at its centre. Costs a BRDF evaluation for each leaf.
+    /// in the colour of its light and of the BRDF at its centre, or of the lobes as a whole if the centre lies below
+    /// the horizon. Costs a BRDF evaluation for each leaf.
     ///
     /// # Errors
     /// [`Status::NotBuilt`] if the environment has no RGB or the BRDF was a callback.
@@ -72,8 +73,8 @@ impl Header {
         let mut sum = [0.0f64; 3];
         for (leaf, share) in product.shares() {
             let wi: Vec3 = frame.to_world(direction(leaf.centre()));
-            let light = hue(environment.rgb(leaf.light()));
-            let brdf = hue(lobes.rgb(wi));
+            let light = hue(environment.rgb(leaf.light()), [1.0; 3]);
+            let brdf = hue(lobes.rgb(wi), lobes.tint());
             for ((sum, light), brdf) in sum.iter_mut().zip(light).zip(brdf) {
                 *sum += f64::from(share) * light * brdf;
             }
@@ -82,8 +83,9 @@ impl Header {
     }
 }
 
-/// A colour divided by its luminance; black counts as grey.
-fn hue(rgb: [f32; 3]) -> [f64; 3] {
-    let luminance = f64::from(luminance(rgb));
-    rgb.map(|c| if luminance > 0.0 { f64::from(c) / luminance } else { 1.0 })
+/// A colour divided by its luminance; black counts as another colour, or as grey if that is black too.
+fn hue(rgb: [f32; 3], otherwise: [f32; 3]) -> [f64; 3] {
+    let colour = if luminance(rgb) > 0.0 { rgb } else { otherwise };
+    let luminance = f64::from(luminance(colour));
+    colour.map(|c| if luminance > 0.0 { f64::from(c) / luminance } else { 1.0 })
 }

@@ -3,6 +3,7 @@
 pub mod client;
 pub mod embree;
 pub mod estimator;
+pub mod hardcases;
 pub mod light;
 pub mod material;
 pub mod measure;

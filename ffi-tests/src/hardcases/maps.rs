@@ -1,0 +1,103 @@
+//! Maps of the hard cases, in lat-long layout, and where their texels lie.
+
+use crate::client::Map;
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+/// A lat-long map with its texels.
+#[derive(Clone)]
+pub struct Image {
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// 1 or 3.
+    pub channels: u32,
+    /// Rows from the top.
+    pub texels: Vec<f32>,
+}
+
+impl Image {
+    /// A luminance map.
+    pub fn new(width: u32, height: u32, mut luminance: impl FnMut(u32, u32) -> f32) -> Image {
+        let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        Image { width, height, channels: 1, texels: positions.map(|(x, y)| luminance(x, y)).collect() }
+    }
+
+    /// The same map in one colour.
+    pub fn coloured(&self, colour: [f32; 3]) -> Image {
+        let texels = self.texels.iter().flat_map(|l| colour.map(|c| c * l)).collect();
+        Image { channels: 3, texels, ..self.clone() }
+    }
+
+    /// The map for the library.
+    pub fn map(&self) -> Map<'_> {
+        Map::latlong(self.width, self.height, self.channels, &self.texels)
+    }
+
+    /// The luminance of each texel, in 64 bits.
+    pub fn luminance(&self) -> Vec<f64> {
+        let weights: &[f64] = if self.channels == 1 { &[1.0] } else { &[0.2126, 0.7152, 0.0722] };
+        let texel = |texel: &[f32]| texel.iter().zip(weights).map(|(c, w)| f64::from(*c) * w).sum();
+        self.texels.chunks_exact(self.channels as usize).map(texel).collect()
+    }
+
+    /// The integral of luminance over the sphere, as a client sees it that looks texels up without a filter.
+    pub fn power_nearest(&self) -> f64 {
+        let rows = self.luminance();
+        let rows = rows.chunks_exact(self.width as usize).zip(0u32..);
+        rows.map(|(row, y)| row.iter().sum::<f64>() * self.solid_angle(y)).sum()
+    }
+
+    /// The same of the averages over texels of what a bilinear look-up gives: [1 6 1] / 8 along each axis; azimuth
+    /// wraps, rows mirror over the poles.
+    pub fn power(&self) -> f64 {
+        let (texels, w, h) = (self.luminance(), i64::from(self.width), i64::from(self.height));
+        let texel = |x: i64, y: i64| {
+            let beyond = !(0..h).contains(&y);
+            let row = if y < 0 { -1 - y } else { y.min(2 * h - 1 - y) };
+            texels[(row * w + (if beyond { x + w / 2 } else { x }).rem_euclid(w)) as usize]
+        };
+        let row = |y: i64| (0..w).map(|x| texel(x, y)).sum::<f64>();
+        let filtered = |y: i64| (row(y - 1) + 6.0 * row(y) + row(y + 1)) / 8.0;
+        (0..self.height).map(|y| filtered(y.into()) * self.solid_angle(y)).sum()
+    }
+
+    fn solid_angle(&self, y: u32) -> f64 {
+        let polar = |y: u32| (PI * f64::from(y) / f64::from(self.height)).cos();
+        TAU / f64::from(self.width) * (polar(y) - polar(y + 1))
+    }
+
+    /// The directions of the centres of the texels that are lit.
+    pub fn lit(&self) -> Vec<[f32; 3]> {
+        let luminance = self.luminance();
+        let texels = luminance.iter().zip(0u32..).filter(|(l, _)| **l > 0.0);
+        texels.map(|(_, index)| self.centre(index % self.width, index / self.width)).collect()
+    }
+
+    /// The direction of the centre of a texel.
+    pub fn centre(&self, x: u32, y: u32) -> [f32; 3] {
+        let phi = TAU * (f64::from(x) + 0.5) / f64::from(self.width);
+        let theta = PI * (f64::from(y) + 0.5) / f64::from(self.height);
+        [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()].map(|x| x as f32)
+    }
+}
+
+/// A smooth sky over ground of a fifth of its radiance.
+pub fn sky() -> Image {
+    Image::new(64, 32, |x, y| if y < 16 { 0.2 + (16 - y) as f32 / 16.0 + 0.1 * (x % 7) as f32 } else { 0.2 })
+}
+
+/// One texel of 64 x 32, on a background.
+pub fn hot(x: u32, y: u32, value: f32, background: f32) -> Image {
+    Image::new(64, 32, |i, j| if (i, j) == (x, y) { value } else { background })
+}
+
+/// The direction of a point of the equal-area octahedral square (Clarberg 2008).
+pub fn octahedral_direction(s: [f64; 2]) -> [f32; 3] {
+    let [u, v] = s.map(|s| 2.0 * s - 1.0);
+    let d = 1.0 - u.abs() - v.abs();
+    let r = 1.0 - d.abs();
+    let phi = if r == 0.0 { 0.0 } else { ((v.abs() - u.abs()) / r + 1.0) * FRAC_PI_4 };
+    let sine = r * (2.0 - r * r).sqrt();
+    [(sine * phi.cos()).copysign(u), (sine * phi.sin()).copysign(v), (1.0 - r * r).copysign(d)].map(|x| x as f32)
+}

@@ -13,7 +13,7 @@ const SIGNIFICANCE: f64 = 1e-3;
 /// The strictest level that Holm's method applies: 11 methods, 2 materials, 2 counts, with and without occluder.
 const EACH: f64 = SIGNIFICANCE / 88.0;
 /// Samples, and how many estimates of them.
-const SAMPLES: [(usize, u32); 2] = [(1, 160_000), (4, 60_000)];
+const SAMPLES: [(usize, u32); 2] = [(1, 240_000), (4, 60_000)];
 
 /// An occluder whose edge lies between texels.
 fn open(wi: Vec3) -> bool {
@@ -79,7 +79,6 @@ fn every_method_meets_quadrature_and_a_density_two_percent_off_does_not() {
         assert!(!rejected, "{name}: biased");
     }
     for (name, fault) in names.iter().zip(&faults) {
-        if *fault > 0.02 { println!("{name} {fault}"); continue; }
         assert!(*fault <= 0.02, "{name}: only a shift of {fault} would be found");
     }
     for (name, rejected) in names.iter().zip(holm(&faulty, SIGNIFICANCE)) {

@@ -32,7 +32,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// Rule of the comparison: every peer, then the library.
+    /// Every peer, then the library.
     pub const ALL: [Method; 11] = [
         Method::Environment,
         Method::Brdf,

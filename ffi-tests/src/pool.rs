@@ -38,7 +38,7 @@ impl Candidates {
                 rest < 0.0
             });
             // Rounding may leave a little at the end: the last candidate then stands for it.
-            if let Some(&(wi, _)) = chosen.or_else(|| all().filter(|c| c.1 > 0.0).last()) {
+            if let Some(&(wi, _)) = chosen.or_else(|| all().rfind(|c| c.1 > 0.0)) {
                 picks.push(Pick { wi, contribution: sum / n as f32 });
             }
         }
@@ -87,10 +87,10 @@ impl Candidates {
             self.weighted.push((wi, weight));
         };
         draws.from_density(density, Stream::Light, count)?;
-        draws.for_each(|wi, pdf| weigh(wi, pdf));
+        draws.for_each(&mut weigh);
         draws.from_bsdf(bsdf, Stream::Bsdf, count)?;
         draws.evaluate(density)?;
-        draws.for_each(|wi, pdf| weigh(wi, pdf));
+        draws.for_each(weigh);
         Ok(())
     }
 

@@ -24,7 +24,10 @@ pub struct BuiltLight {
     pub bytes: usize,
 }
 
-const METRICS: [(&str, fn(&Errors) -> f64); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
+/// A mean squared error of a region.
+type Metric = fn(&Errors) -> f64;
+
+const METRICS: [(&str, Metric); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
 
 /// Writes the page. `plot` names the picture of a cell.
 ///
@@ -55,7 +58,8 @@ rays of a pixel; for wis it contains the preparation, once for each pixel. All m
 looked up to the nearest texel. All methods are scalar code with the same points, BRDF, look-up and rays; peers draw
 from the light through the library's own environment. **Gain** is (variance x time of a peer) / (variance x time of wis)
 at the same number of samples: above 1 wis is ahead. The best peer is chosen on the even repeats and scored, as wis, on
-the odd ones; intervals are bootstrap 95 % over these repeats.
+the odd ones; intervals are bootstrap 95 % over these repeats. The column \"wis + MIS\" compares that mode like a peer.
+A method that never finds a small light looks better than it is: its rare hits are outside the repeats.
 "
     )?;
     writeln!(out, "| light | texels | build ms | environment MiB |\n|---|---:|---:|---:|")?;
@@ -208,20 +212,20 @@ fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {
 }
 
 /// Variance x time of the repeats of one parity, or of all.
-fn costs(row: &Row, parity: Option<usize>, region: usize, error: fn(&Errors) -> f64) -> Vec<f64> {
+fn costs(row: &Row, parity: Option<usize>, region: usize, error: Metric) -> Vec<f64> {
     let ns = row.median(Repeat::ns);
     let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
     kept.map(|(_, repeat)| error(&repeat.errors[region]) * ns).collect()
 }
 
 /// The ratio to a method with its interval; `None` if there is no error to compare.
-fn gain(cell: &Cell, method: &str, count: usize, region: usize, error: fn(&Errors) -> f64) -> Option<[f64; 3]> {
+fn gain(cell: &Cell, method: &str, count: usize, region: usize, error: Metric) -> Option<[f64; 3]> {
     let [theirs, ours] = [row(cell, method, count)?, row(cell, "wis", count)?];
     comparable(bootstrap_ratio(&costs(theirs, None, region, error), &costs(ours, None, region, error)))
 }
 
 /// The peer of the smallest variance x time on the even repeats, and the ratio to it on the odd ones.
-fn best_peer(cell: &Cell, count: usize, region: usize, error: fn(&Errors) -> f64) -> Option<(String, [f64; 3])> {
+fn best_peer(cell: &Cell, count: usize, region: usize, error: Metric) -> Option<(String, [f64; 3])> {
     let cost = |name: &str| Some(costs(row(cell, name, count)?, Some(0), region, error).iter().sum::<f64>());
     let best =
         peers(cell).into_iter().min_by(|a, b| cost(a).partial_cmp(&cost(b)).unwrap_or(std::cmp::Ordering::Equal))?;

@@ -11,6 +11,8 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     bindings(&root.join("include/wis.h"));
     link(&root.join("build/lib"));
+    // embree3-sys leaves the library out where the variable CI is set.
+    println!("cargo::rustc-link-lib=dylib=embree3");
 }
 
 fn bindings(header: &Path) {

@@ -14,6 +14,7 @@ clang         clang
 cmake         cmake
 g++           g++
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
+libembree-dev /usr/include/embree3/rtcore.h
 pkg-config    pkg-config
 valgrind      valgrind
 "

@@ -62,8 +62,19 @@ demo() {
 
 # In the installed library, as a client has it.
 hardcases() {
-    WIS_LIB_DIR="$installed/lib" cargo run --quiet --release --package wis-ffi-tests --bin hardcases -- \
+    WIS_LIB_DIR="$installed/lib" cargo run --quiet --profile instruments --package wis-ffi-tests --bin hardcases -- \
         docs/hard-cases.md --check
+}
+
+# Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.
+report_quick() {
+    WIS_LIB_DIR="$installed/lib" cargo run --quiet --profile instruments --package wis-ffi-tests --bin report -- \
+        --quick --out "$logs/report" --cache "$logs/report-cache"
+}
+
+# The instruments' own tests link the shared library.
+instruments() {
+    WIS_LIB_DIR="$installed/lib" cargo test --profile instruments --package wis-ffi-tests
 }
 
 cargo_step format fmt --all --check
@@ -79,7 +90,9 @@ step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
 step minimal minimal
 step valgrind minimal_valgrind
 step demo demo
+step instruments instruments
 step hardcases hardcases
+step report-quick report_quick
 
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

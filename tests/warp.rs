@@ -97,8 +97,8 @@ fn axis_probabilities<const C: usize, const N: usize>(tree: &Tree<C>, t: [u32; N
             let inside = |other: &usize| other >> (N - axes) == c >> (N - axes);
             (0..C).filter(inside).map(|c| f64::from(tree.children(here)[c])).sum::<f64>()
         };
-        for axis in 0..N {
-            probability[axis] *= mass(axis + 1) / mass(axis);
+        for (axis, probability) in probability.iter_mut().enumerate() {
+            *probability *= mass(axis + 1) / mass(axis);
         }
         square = tree.child_square(here, c as u32);
     }

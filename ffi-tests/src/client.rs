@@ -745,3 +745,9 @@ pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) -> Result<()> {
     // SAFETY: the slice holds that many points.
     check(unsafe { raw::wis_points_sobol(seed, first, points.len(), points.as_mut_ptr().cast(), 0) })
 }
+
+/// The seed of a pixel in a pass.
+pub fn pixel_seed(pixel: [u32; 2], pass: u32) -> u32 {
+    // SAFETY: a pure function of numbers.
+    unsafe { raw::wis_pixel_seed(pixel[0], pixel[1], pass) }
+}

@@ -1,4 +1,16 @@
 //! Instruments that use the release library as a client does: through its C header only.
 
 pub mod client;
+pub mod embree;
+pub mod estimator;
 pub mod hardcases;
+pub mod light;
+pub mod material;
+pub mod measure;
+pub mod mesh;
+pub mod plot;
+pub mod pool;
+pub mod reference;
+pub mod report;
+pub mod scene;
+pub mod statistics;

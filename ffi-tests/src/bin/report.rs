@@ -1,0 +1,241 @@
+//! Measures cells of scene, light and material, and writes a page with plots. Cells that were measured before with the
+//! same programs are read from the cache, so a run that was stopped goes on where it was.
+
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+use wis_ffi_tests::client::Environment;
+use wis_ffi_tests::estimator::{Method, Setting};
+use wis_ffi_tests::light::Light;
+use wis_ffi_tests::material::Material;
+use wis_ffi_tests::measure::{Cell, Effort, measure};
+use wis_ffi_tests::reference::Reference;
+use wis_ffi_tests::report::{BuiltLight, Run};
+use wis_ffi_tests::scene::Scene;
+use wis_ffi_tests::{plot, report};
+
+/// Speed against error of wis and of other ways to sample an environment.
+#[derive(Parser)]
+struct Options {
+    /// Two small cells' worth of everything, for a check that takes less than two minutes
+    #[arg(long)]
+    quick: bool,
+    /// A Radiance or OpenEXR map, lat-long or vertical cross; may be repeated
+    #[arg(long)]
+    map: Vec<PathBuf>,
+    /// An OBJ or PLY mesh, y up; may be repeated
+    #[arg(long)]
+    mesh: Vec<PathBuf>,
+    /// A material by its name: Lambert, "GGX 0.5", ...; may be repeated
+    #[arg(long)]
+    material: Vec<String>,
+    /// A peer by its name: "MIS balance", RIS8, "P(4)", ...; may be repeated
+    #[arg(long)]
+    peer: Vec<String>,
+    /// Shading points in a scene
+    #[arg(long)]
+    points: Option<usize>,
+    /// Where the page goes
+    #[arg(long, default_value = "report")]
+    out: PathBuf,
+    /// Where references and measured cells are kept
+    #[arg(long, default_value = "build/report")]
+    cache: PathBuf,
+}
+
+/// Maps and meshes that are measured if nothing else is asked for and they are there.
+const DATA: &str = "../shared/data";
+const MAPS: [&str; 4] = ["studio_small_03_1k.hdr", "venice_sunset_1k.hdr", "galileo_cross.hdr", "StageEnvLatLong.exr"];
+const MESH: &str = "spot.obj";
+
+fn main() -> Result<()> {
+    let options = Options::parse();
+    let points = options.points.unwrap_or(if options.quick { 300 } else { 1000 });
+    let (scenes, lights) = (scenes(&options, points)?, lights(&options)?);
+    let (materials, effort) = (materials(&options)?, effort(&options)?);
+    let progress = ProgressBar::new((scenes.len() * lights.len() * materials.len()) as u64);
+    progress.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} {elapsed} of {eta} left  {msg}")?);
+    let bench = Bench { cache: options.cache.clone(), most: if options.quick { 4096 } else { 8192 }, effort };
+    let (mut cells, mut built) = (Vec::new(), Vec::new());
+    for light in &lights {
+        let (environment, description) = build(light)?;
+        built.push(description);
+        for (scene, material) in scenes.iter().flat_map(|s| materials.iter().map(move |m| (s, m))) {
+            progress.set_message(format!("{}, {}, {}", scene.name, light.name, material.name));
+            cells.push(bench.cell(scene, &Setting::new(light, &environment, material))?);
+            progress.inc(1);
+        }
+    }
+    progress.finish_and_clear();
+    let run = Run {
+        machine: machine(),
+        commit: commit(),
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        points,
+        repeats: bench.effort.repeats,
+        lights: built,
+    };
+    write(&options.out, &run, &cells)?;
+    check(&cells)
+}
+
+fn scenes(options: &Options, points: usize) -> Result<Vec<Scene>> {
+    if !options.mesh.is_empty() {
+        return options.mesh.iter().map(|path| Scene::from_file(path, points)).collect();
+    }
+    let mesh = Path::new(DATA).join("meshes").join(MESH);
+    let mut scenes = vec![Scene::procedural(points)?];
+    if !options.quick && mesh.exists() {
+        scenes.push(Scene::from_file(&mesh, points)?);
+    }
+    Ok(scenes)
+}
+
+fn lights(options: &Options) -> Result<Vec<Light>> {
+    if !options.map.is_empty() {
+        return options.map.iter().map(|path| Light::load(path)).collect();
+    }
+    let mut lights = vec![Light::sun(512), Light::windows(512)];
+    if !options.quick {
+        let maps = MAPS.map(|name| Path::new(DATA).join("envmaps").join(name));
+        for map in maps.iter().filter(|map| map.exists()) {
+            lights.push(Light::load(map)?);
+        }
+    }
+    Ok(lights)
+}
+
+fn materials(options: &Options) -> Result<Vec<Material>> {
+    let all = Material::all();
+    let by_name = |name: &String| {
+        let found = all.iter().find(|m| m.name.eq_ignore_ascii_case(name)).cloned();
+        found.with_context(|| format!("no material {name}; there are {}", join(all.iter().map(|m| m.name.clone()))))
+    };
+    match (options.material.is_empty(), options.quick) {
+        (false, _) => options.material.iter().map(by_name).collect(),
+        (true, true) => Ok(vec![Material::lambert(), Material::ggx(0.2)]),
+        (true, false) => Ok(all),
+    }
+}
+
+fn effort(options: &Options) -> Result<Effort> {
+    let all = Method::ALL;
+    if let Some(name) = options.peer.iter().find(|name| !all.iter().any(|m| m.name().eq_ignore_ascii_case(name))) {
+        bail!("no peer {name}; there are {}", join(all.iter().filter(|m| m.is_peer()).map(|m| m.name())));
+    }
+    let asked = |m: &Method| {
+        let named = |name: &String| name.eq_ignore_ascii_case(&m.name());
+        !m.is_peer() || options.peer.is_empty() || options.peer.iter().any(named)
+    };
+    let methods = all.into_iter().filter(asked).map(Method::name).collect();
+    let (counts, repeats) = if options.quick { (vec![1, 16], 4) } else { (vec![1, 4, 16, 64], 8) };
+    Ok(Effort { methods, counts, repeats })
+}
+
+fn join(names: impl Iterator<Item = String>) -> String {
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn build(light: &Light) -> Result<(Environment, BuiltLight)> {
+    let start = Instant::now();
+    let environment = light.environment().with_context(|| format!("light {}", light.name))?;
+    let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    let bytes = environment.info.bytes as usize;
+    let description = BuiltLight { name: light.name.clone(), texels: light.texels(), milliseconds, bytes };
+    Ok((environment, description))
+}
+
+/// How cells are measured and kept.
+struct Bench {
+    cache: PathBuf,
+    /// The most samples of each technique in half of a reference.
+    most: usize,
+    effort: Effort,
+}
+
+impl Bench {
+    fn cell(&self, scene: &Scene, setting: &Setting) -> Result<Cell> {
+        let (light, material) = (setting.light, setting.material);
+        let inputs = hash(&(scene.fingerprint(), light.fingerprint(), format!("{material:?}"), self.most));
+        let file =
+            self.cache.join(format!("cell-{:016x}.json", hash(&(inputs, format!("{:?}", self.effort), programs()?))));
+        if let Some(stored) = std::fs::read(&file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return Ok(stored);
+        }
+        let kept = self.cache.join(format!("reference-{inputs:016x}.json"));
+        let reference = Reference::cached(&kept, scene, setting, self.most)?;
+        let cell = measure(scene, setting, &reference, &self.effort)?;
+        std::fs::write(file, serde_json::to_vec(&cell)?)?;
+        Ok(cell)
+    }
+}
+
+/// Tells apart this program and the library that it runs with.
+fn programs() -> Result<u64> {
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let library =
+        maps.lines().filter_map(|line| line.split_whitespace().last()).find(|path| path.contains("libwis.so"));
+    let library = library.context("libwis.so is not loaded")?;
+    Ok(hash(&(std::fs::read(std::env::current_exe()?)?, std::fs::read(library)?)))
+}
+
+fn hash(value: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
+}
+
+fn write(folder: &Path, run: &Run, cells: &[Cell]) -> Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for cell in cells {
+        plot::write(cell, &folder.join(plot_name(cell)))?;
+    }
+    let mut page = String::new();
+    report::write(&mut page, run, cells, plot_name)?;
+    let file = folder.join("report.md");
+    std::fs::write(&file, page)?;
+    println!("The report is {}", file.display());
+    Ok(())
+}
+
+fn plot_name(cell: &Cell) -> String {
+    let name = format!("{}-{}-{}.svg", cell.scene, cell.light, cell.material);
+    name.replace(|c: char| !c.is_ascii_alphanumeric() && !"-.".contains(c), "_")
+}
+
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
+    let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
+    format!("{}, {cores} cores, {}", model.unwrap_or("unknown processor"), std::env::consts::ARCH)
+}
+
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|o| o.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
+    };
+    let changed = git(&["status", "--porcelain"]).is_some_and(|lines| !lines.is_empty());
+    git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".into()) + if changed { ", with changes" } else { "" }
+}
+
+/// What a run must show whatever the times: every error is a number, and more samples help wis.
+fn check(cells: &[Cell]) -> Result<()> {
+    for cell in cells {
+        let name = format!("{}, {}, {}", cell.scene, cell.light, cell.material);
+        let errors = cell.rows.iter().flat_map(|row| &row.repeats).map(|repeat| repeat.errors[0]);
+        if errors.into_iter().any(|e| !(e.absolute + e.relative + e.unshadowed).is_finite()) {
+            bail!("{name}: an error is not finite");
+        }
+        let wis: Vec<_> = cell.rows.iter().filter(|row| row.method == "wis").collect();
+        let unshadowed = wis.iter().map(|row| row.median(|r| r.errors[0].unshadowed)).collect::<Vec<_>>();
+        if unshadowed.first() <= unshadowed.last() {
+            bail!("{name}: the error of wis does not fall: {unshadowed:?}");
+        }
+    }
+    Ok(())
+}

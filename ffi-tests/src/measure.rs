@@ -1,0 +1,246 @@
+//! Measures the estimators on a cell: one scene, light and material.
+
+use crate::client::{self, Density};
+use crate::estimator::{Draws, Estimator, Method, Setting, Stream, prepare};
+use crate::reference::Reference;
+use crate::scene::Scene;
+use crate::statistics::median;
+use anyhow::Result;
+use glam::Vec3;
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+
+/// Groups of pixels by the visible part v of their light; `ALL` are all of them.
+pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
+/// Regions with fewer pixels are marked.
+pub const FEW: usize = 50;
+/// Batches whose cost for a sample is measured.
+pub const BATCHES: [usize; 4] = [1, 4, 16, 64];
+
+/// How much to measure.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Effort {
+    pub methods: Vec<String>,
+    pub counts: Vec<usize>,
+    /// Independent repeats.
+    pub repeats: u32,
+}
+
+/// What was measured on one scene, light and material.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Cell {
+    pub scene: String,
+    pub light: String,
+    pub material: String,
+    /// Pixels in each region.
+    pub pixels: [usize; 4],
+    /// Samples of each technique in half of the reference, and the disagreement of the halves.
+    pub reference: (usize, f64),
+    pub costs: Costs,
+    pub rows: Vec<Row>,
+}
+
+/// What the library's calls cost, medians over points, in nanoseconds of processor time.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Costs {
+    pub prepare: f64,
+    /// For a sample in batches of `BATCHES`.
+    pub sample: [f64; 4],
+    pub pdf: f64,
+    pub product_bytes: usize,
+}
+
+/// A method at a number of samples.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Row {
+    pub method: String,
+    pub count: usize,
+    pub repeats: Vec<Repeat>,
+}
+
+/// One repeat: nanoseconds for a point, and errors.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Repeat {
+    pub sampling_ns: f64,
+    pub rays_ns: f64,
+    pub errors: [Errors; 4],
+}
+
+/// Mean squared errors of a region.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Errors {
+    /// Relative to the squared mean of the image.
+    pub absolute: f64,
+    /// Of each pixel relative to reference^2 + (0.01 mean)^2.
+    pub relative: f64,
+    /// As `absolute`, without shadows.
+    pub unshadowed: f64,
+    /// The 99.9th percentile of the pixels' absolute errors, relative to the mean of the image; not squared.
+    pub tail: f64,
+}
+
+impl Row {
+    /// The median over repeats of what a repeat answers.
+    pub fn median(&self, of: impl Fn(&Repeat) -> f64) -> f64 {
+        median(&self.repeats.iter().map(of).collect::<Vec<_>>())
+    }
+}
+
+impl Repeat {
+    /// Sampling and rays of a point.
+    pub fn ns(&self) -> f64 {
+        self.sampling_ns + self.rays_ns
+    }
+}
+
+/// Measures a cell.
+///
+/// # Errors
+/// Those of the library.
+pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: &Effort) -> Result<Cell> {
+    let truth = Truth::new(reference);
+    let mut rows = Vec::new();
+    for method in Method::ALL.into_iter().filter(|m| effort.methods.contains(&m.name())) {
+        for &count in &effort.counts {
+            let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, &truth, method, pass, count));
+            let repeats = repeats.collect::<client::Result<_>>()?;
+            rows.push(Row { method: method.name(), count, repeats });
+        }
+    }
+    Ok(Cell {
+        scene: scene.name.clone(),
+        light: setting.light.name.clone(),
+        material: setting.material.name.clone(),
+        pixels: [0, 1, 2, 3].map(|region| truth.members(region).count()),
+        reference: (reference.samples, reference.disagreement()),
+        costs: costs(scene, setting)?,
+        rows,
+    })
+}
+
+/// The reference, its mean and the region of each point.
+struct Truth {
+    values: Vec<[f64; 2]>,
+    regions: Vec<usize>,
+    means: [f64; 2],
+}
+
+impl Truth {
+    fn new(reference: &Reference) -> Truth {
+        let values = reference.values();
+        let region = |[shadowed, unshadowed]: &[f64; 2]| match shadowed / unshadowed {
+            v if v > 0.95 => 1,
+            v if v >= 0.05 => 2,
+            _ => 3,
+        };
+        let mean = |i: usize| values.iter().map(|v| v[i]).sum::<f64>() / values.len() as f64;
+        Truth { regions: values.iter().map(region).collect(), means: [mean(0), mean(1)], values }
+    }
+
+    fn members(&self, region: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.values.len()).filter(move |&i| region == 0 || self.regions[i] == region)
+    }
+
+    fn errors(&self, estimates: &[[f64; 2]], region: usize) -> Errors {
+        let [mean, unshadowed_mean] = self.means;
+        let mut sum = Errors::default();
+        let mut tail = Vec::new();
+        for i in self.members(region) {
+            let difference = [0, 1].map(|k| estimates[i][k] - self.values[i][k]);
+            sum.absolute += (difference[0] / mean).powi(2);
+            sum.relative += difference[0].powi(2) / (self.values[i][0].powi(2) + (0.01 * mean).powi(2));
+            sum.unshadowed += (difference[1] / unshadowed_mean).powi(2);
+            tail.push((difference[0] / mean).abs());
+        }
+        if tail.is_empty() {
+            return Errors::default();
+        }
+        let count = tail.len() as f64;
+        Errors {
+            absolute: sum.absolute / count,
+            relative: sum.relative / count,
+            unshadowed: sum.unshadowed / count,
+            tail: crate::statistics::quantile(&tail, 0.999),
+        }
+    }
+}
+
+/// Estimates every point once. Rays are traced after all samples are drawn, so that the two are timed apart.
+fn repeat(
+    scene: &Scene,
+    setting: &Setting,
+    truth: &Truth,
+    method: Method,
+    pass: u32,
+    count: usize,
+) -> client::Result<Repeat> {
+    let mut estimator = Estimator::new(setting)?;
+    let (mut picks, mut ends) = (Vec::with_capacity(scene.points.len() * count), Vec::new());
+    let start = processor_ns();
+    for point in &scene.points {
+        picks.extend_from_slice(estimator.picks(method, setting, point, pass, count)?);
+        ends.push(picks.len());
+    }
+    let drawn = processor_ns();
+    let mut estimates = Vec::with_capacity(scene.points.len());
+    let mut first = 0;
+    for (point, &end) in scene.points.iter().zip(&ends) {
+        let mut sum = [0.0; 2];
+        for pick in &picks[first..end] {
+            let contribution = f64::from(pick.contribution);
+            sum[0] += if scene.visible(point, pick.wi) { contribution } else { 0.0 };
+            sum[1] += contribution;
+        }
+        estimates.push(sum);
+        first = end;
+    }
+    let traced = processor_ns();
+    let points = scene.points.len() as f64;
+    Ok(Repeat {
+        sampling_ns: (drawn - start) / points,
+        rays_ns: (traced - drawn) / points,
+        errors: [0, 1, 2, 3].map(|region| truth.errors(&estimates, region)),
+    })
+}
+
+/// Times the library's calls on up to 200 points.
+fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
+    let mut memory = setting.preparation.memory()?;
+    let (mut prepare_ns, mut pdf_ns) = (Vec::new(), Vec::new());
+    let mut sample_ns = BATCHES.map(|_| Vec::new());
+    let mut bytes = Vec::new();
+    let mut draws = Draws::default();
+    for point in scene.points.iter().step_by(scene.points.len().div_ceil(200)) {
+        let start = processor_ns();
+        let product = prepare(setting, point, &mut memory)?;
+        prepare_ns.push(processor_ns() - start);
+        bytes.push(product.describe()?.bytes as f64);
+        draws.begin(point.pixel, 0, 0);
+        let u = draws.points(Stream::Light, 64)?.to_vec();
+        let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
+        for (batch, ns) in BATCHES.iter().zip(&mut sample_ns) {
+            let start = processor_ns();
+            for ((u, wi), pdf) in u.chunks(*batch).zip(wi.chunks_mut(*batch)).zip(pdf.chunks_mut(*batch)) {
+                product.sample_n(u, wi, pdf)?;
+            }
+            ns.push((processor_ns() - start) / u.len() as f64);
+        }
+        // A product that is black answers no direction; its pdf is asked for one that exists.
+        wi.iter_mut().filter(|w| **w == [0.0; 3]).for_each(|w| *w = Vec3::Z.to_array());
+        let start = processor_ns();
+        product.pdf_n(&wi, &mut pdf)?;
+        pdf_ns.push((processor_ns() - start) / wi.len() as f64);
+    }
+    Ok(Costs {
+        prepare: median(&prepare_ns),
+        sample: sample_ns.map(|ns| median(&ns)),
+        pdf: median(&pdf_ns),
+        product_bytes: median(&bytes) as usize,
+    })
+}
+
+/// The processor time of this thread.
+fn processor_ns() -> f64 {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    now.tv_sec as f64 * 1e9 + now.tv_nsec as f64
+}

@@ -1,0 +1,122 @@
+//! References: multiple importance sampling of light, BRDF and the uniform sphere, in two independent halves, kept in
+//! files. The product under test has no part in them.
+
+use crate::client;
+use crate::estimator::{Draws, Setting, Stream};
+use crate::material::Bsdf;
+use crate::scene::{Scene, ShadingPoint};
+use anyhow::Result;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use std::f32::consts::{PI, TAU};
+use std::path::Path;
+
+/// Samples of each technique that are drawn at once.
+const BLOCK: usize = 256;
+/// The passes of the two halves, apart from those that are measured.
+const PASSES: [u32; 2] = [1 << 24, 1 << 25];
+/// The disagreement at which a reference is good enough.
+pub const BOUND: f64 = 0.01;
+
+/// Reflected light with and without shadows for each shading point.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Reference {
+    halves: [Vec<[f64; 2]>; 2],
+    /// Samples of each technique in each half.
+    pub samples: usize,
+}
+
+impl Reference {
+    /// Doubles the samples until the halves agree to `BOUND`, or there are `most`; read from `file` if it is there.
+    ///
+    /// # Errors
+    /// Those of the library, and of writing the file.
+    pub fn cached(file: &Path, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
+        if let Some(stored) = std::fs::read(file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return Ok(stored);
+        }
+        let reference = Reference::converge(scene, setting, most)?;
+        if let Some(folder) = file.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        std::fs::write(file, serde_json::to_vec(&reference)?)?;
+        Ok(reference)
+    }
+
+    /// The mean of the halves: shadowed and unshadowed.
+    pub fn values(&self) -> Vec<[f64; 2]> {
+        let pairs = self.halves[0].iter().zip(&self.halves[1]);
+        pairs.map(|(a, b)| [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0]).collect()
+    }
+
+    /// Half the difference of the halves, as the error of a mean: relative to the mean over all points (RMS).
+    pub fn disagreement(&self) -> f64 {
+        let values = self.values();
+        let mean = values.iter().map(|v| v[0]).sum::<f64>() / values.len() as f64;
+        let pairs = self.halves[0].iter().zip(&self.halves[1]);
+        let squares: f64 = pairs.map(|(a, b)| ((a[0] - b[0]) / 2.0).powi(2)).sum();
+        (squares / values.len() as f64).sqrt() / mean
+    }
+
+    fn converge(scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
+        let zeros = vec![[0.0; 2]; scene.points.len()];
+        let mut sums = Reference { halves: [zeros.clone(), zeros], samples: 0 };
+        let mut draws = Draws::default();
+        loop {
+            let target = (2 * sums.samples).max(BLOCK);
+            for (pass, half) in PASSES.iter().zip(&mut sums.halves) {
+                for (point, sum) in scene.points.iter().zip(half) {
+                    let bsdf = Bsdf::new(setting.material, point);
+                    for first in (sums.samples..target).step_by(BLOCK) {
+                        draws.begin(point.pixel, *pass, first as u32);
+                        add_block(&mut draws, scene, setting, point, &bsdf, sum)?;
+                    }
+                }
+            }
+            sums.samples = target;
+            if target >= most || sums.scaled().disagreement() <= BOUND {
+                return Ok(sums.scaled());
+            }
+        }
+    }
+
+    fn scaled(&self) -> Reference {
+        let scale = |half: &Vec<[f64; 2]>| half.iter().map(|v| v.map(|x| x / self.samples as f64)).collect();
+        Reference { halves: [scale(&self.halves[0]), scale(&self.halves[1])], samples: self.samples }
+    }
+}
+
+/// Adds a block of each technique, weighed by the balance heuristic.
+fn add_block(
+    draws: &mut Draws,
+    scene: &Scene,
+    setting: &Setting,
+    point: &ShadingPoint,
+    bsdf: &Bsdf,
+    sum: &mut [f64; 2],
+) -> client::Result<()> {
+    let mut add = |wi: Vec3, pdf_light: f32| {
+        let (f_cos, pdf_bsdf) = bsdf.eval(wi);
+        if f_cos > 0.0 {
+            let value = f64::from(f_cos * setting.light.radiance(wi) / (pdf_light + pdf_bsdf + 0.25 / PI));
+            sum[0] += if scene.visible(point, wi) { value } else { 0.0 };
+            sum[1] += value;
+        }
+    };
+    draws.from_density(setting.plain(), Stream::Light, BLOCK)?;
+    draws.for_each(&mut add);
+    draws.from_bsdf(bsdf, Stream::Bsdf, BLOCK)?;
+    draws.evaluate(setting.plain())?;
+    draws.for_each(&mut add);
+    draws.from_map(Stream::Uniform, BLOCK, uniform_sphere)?;
+    draws.evaluate(setting.plain())?;
+    draws.for_each(&mut add);
+    Ok(())
+}
+
+fn uniform_sphere(u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u[0];
+    let radius = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u[1]).sin_cos();
+    Vec3::new(radius * cos, radius * sin, z)
+}

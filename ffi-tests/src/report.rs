@@ -1,0 +1,244 @@
+//! The report as a Markdown page: what was measured, and where the library wins and loses.
+
+use crate::estimator::Method;
+use crate::measure::{BATCHES, Cell, Errors, FEW, REGIONS, Repeat, Row};
+use crate::reference::BOUND;
+use crate::statistics::bootstrap_ratio;
+use std::fmt::{Result, Write};
+
+/// What the page says about the run itself.
+pub struct Run {
+    pub machine: String,
+    pub commit: String,
+    pub command: String,
+    pub points: usize,
+    pub repeats: u32,
+    pub lights: Vec<BuiltLight>,
+}
+
+/// A light and what its environment cost.
+pub struct BuiltLight {
+    pub name: String,
+    pub texels: usize,
+    pub milliseconds: f64,
+    pub bytes: usize,
+}
+
+/// A mean squared error of a region.
+type Metric = fn(&Errors) -> f64;
+
+const METRICS: [(&str, Metric); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
+
+/// Writes the page. `plot` names the picture of a cell.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write(out: &mut impl Write, run: &Run, cells: &[Cell], plot: impl Fn(&Cell) -> String) -> Result {
+    preamble(out, run)?;
+    summary(out, cells)?;
+    losses(out, cells)?;
+    peer_costs(out, cells)?;
+    for cell in cells {
+        section(out, cell, &plot(cell))?;
+    }
+    Ok(())
+}
+
+fn preamble(out: &mut impl Write, run: &Run) -> Result {
+    writeln!(out, "# Error against samples and time\n")?;
+    writeln!(out, "- Machine: {}\n- Commit: {}\n- Command: `{}`", run.machine, run.commit, run.command)?;
+    writeln!(out, "- {} shading points in a scene, {} independent repeats, one thread", run.points, run.repeats)?;
+    writeln!(
+        out,
+        "
+Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Unshadowed:
+the absolute error where nothing casts a shadow. Regions by v = reference / unshadowed reference: lit > .95, penumbra
+.05 to .95, umbra < .05. Errors and times are medians over repeats; time is processor time of sampling, evaluation and
+rays of a pixel; for wis it contains the preparation, once for each pixel. All materials are grey and the light is
+looked up to the nearest texel. All methods are scalar code with the same points, BRDF, look-up and rays; peers draw
+from the light through the library's own environment. **Gain** is (variance x time of a peer) / (variance x time of wis)
+at the same number of samples: above 1 wis is ahead. The best peer is chosen on the even repeats and scored, as wis, on
+the odd ones; intervals are bootstrap 95 % over these repeats. The column \"wis + MIS\" compares that mode like a peer.
+A method that never finds a small light looks better than it is: its rare hits are outside the repeats.
+"
+    )?;
+    writeln!(out, "| light | texels | build ms | environment MiB |\n|---|---:|---:|---:|")?;
+    for light in &run.lights {
+        let mib = light.bytes as f64 / f64::from(1 << 20);
+        writeln!(out, "| {} | {} | {:.0} | {mib:.1} |", light.name, light.texels, light.milliseconds)?;
+    }
+    writeln!(out)
+}
+
+/// Geometric means of the gain over all cells.
+fn summary(out: &mut impl Write, cells: &[Cell]) -> Result {
+    writeln!(out, "## Gain of wis, geometric mean over {} cells\n", cells.len())?;
+    let Some(first) = cells.first() else { return Ok(()) };
+    let peers = peers(first);
+    let counts = counts(first);
+    writeln!(out, "| metric | N | {} | best peer |", peers.join(" | "))?;
+    writeln!(out, "|---|---:|{}", "---:|".repeat(peers.len() + 1))?;
+    for ((metric, error), &count) in METRICS.iter().flat_map(|m| counts.iter().map(move |n| (m, n))) {
+        write!(out, "| {metric} | {count} ")?;
+        for peer in &peers {
+            let gains = cells.iter().filter_map(|cell| gain(cell, peer, count, 0, *error));
+            write!(out, "| {:.2} ", geometric_mean(gains.map(|g| g[0])))?;
+        }
+        let best = cells.iter().filter_map(|cell| best_peer(cell, count, 0, *error));
+        writeln!(out, "| {:.2} |", geometric_mean(best.map(|(_, g)| g[0])))?;
+    }
+    writeln!(out)
+}
+
+/// The cells in which the best peer is ahead beyond doubt.
+fn losses(out: &mut impl Write, cells: &[Cell]) -> Result {
+    writeln!(out, "## Where wis loses to the best peer\n")?;
+    writeln!(out, "| scene | light | material | N | metric | best peer | gain |\n|---|---|---|---:|---|---|---:|")?;
+    for cell in cells {
+        for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(cell).into_iter().map(move |n| (m, n))) {
+            if let Some((peer, [ratio, low, high])) = best_peer(cell, count, 0, *error).filter(|b| b.1[2] < 1.0) {
+                let Cell { scene, light, material, .. } = cell;
+                let gain = format!("{ratio:.2} [{low:.2}, {high:.2}]");
+                writeln!(out, "| {scene} | {light} | {material} | {count} | {metric} | {peer} | {gain} |")?;
+            }
+        }
+    }
+    writeln!(out)
+}
+
+/// Peers' times beside those of the prototype, which had 8 lanes.
+fn peer_costs(out: &mut impl Write, cells: &[Cell]) -> Result {
+    writeln!(out, "## What peers cost\n")?;
+    writeln!(out, "Nanoseconds without rays, mean over cells, beside the prototype's on 8 lanes. The peers here are")?;
+    writeln!(out, "scalar, as is wis: a ratio above 1.5 is marked, and gains over that peer are then flattering.\n")?;
+    writeln!(out, "| peer | for | here | prototype | |\n|---|---|---:|---:|---|")?;
+    let yardsticks: [(Method, &str, f64, f64); 5] = [
+        (Method::MisBalance, "sample", 1.0, 16.0),
+        (Method::MisCompensated, "sample", 1.0, 16.0),
+        (Method::Ris(8), "candidate", 8.0, 18.0),
+        (Method::Ris(32), "candidate", 32.0, 18.0),
+        (Method::Pool(4), "pick", 1.0, 110.0),
+    ];
+    for (method, unit, per_sample, prototype) in yardsticks {
+        let rows = cells.iter().filter_map(|cell| row(cell, &method.name(), counts(cell).last().copied()?));
+        let costs: Vec<f64> = rows.map(|r| r.median(|x| x.sampling_ns) / r.count as f64 / per_sample).collect();
+        if !costs.is_empty() {
+            let ns = costs.iter().sum::<f64>() / costs.len() as f64;
+            let mark = if ns > 1.5 * prototype { "above 1.5 x" } else { "" };
+            writeln!(out, "| {} | {unit} | {ns:.0} | {prototype} | {mark} |", method.name())?;
+        }
+    }
+    writeln!(out)
+}
+
+fn section(out: &mut impl Write, cell: &Cell, plot: &str) -> Result {
+    writeln!(out, "## {}, {}, {}\n\n![error]({plot})\n", cell.scene, cell.light, cell.material)?;
+    let (samples, disagreement) = cell.reference;
+    let verdict = if disagreement <= BOUND { "" } else { ", **above the bound: small errors are limited by it**" };
+    writeln!(
+        out,
+        "Reference: two halves of 3 x {samples} samples, error of their mean {:.2} % (bound {} %){verdict}.",
+        disagreement * 100.0,
+        BOUND * 100.0
+    )?;
+    let costs = &cell.costs;
+    let sample: Vec<_> = BATCHES.iter().zip(costs.sample).map(|(n, ns)| format!("{ns:.0} ({n})")).collect();
+    writeln!(
+        out,
+        "wis: prepare {:.0} ns, ns per sample (in batches of) {}, pdf {:.0} ns, product {} bytes.\n",
+        costs.prepare,
+        sample.join(", "),
+        costs.pdf,
+        costs.product_bytes
+    )?;
+    errors(out, cell)?;
+    gains(out, cell)
+}
+
+/// Errors of every method on the whole image.
+fn errors(out: &mut impl Write, cell: &Cell) -> Result {
+    writeln!(
+        out,
+        "| method | N | us | absolute | relative | unshadowed | 99.9 % |\n|---|---:|---:|---:|---:|---:|---:|"
+    )?;
+    for row in &cell.rows {
+        let root = |of: fn(&Errors) -> f64| row.median(|r| of(&r.errors[0])).sqrt();
+        let (absolute, relative, unshadowed) = (root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed));
+        let (us, tail) = (row.median(Repeat::ns) / 1e3, row.median(|r| r.errors[0].tail));
+        let Row { method, count, .. } = row;
+        writeln!(
+            out,
+            "| {method} | {count} | {us:.2} | {absolute:.4} | {relative:.4} | {unshadowed:.4} | {tail:.3} |"
+        )?;
+    }
+    writeln!(out)
+}
+
+/// Gains over every peer and the best, in each region.
+fn gains(out: &mut impl Write, cell: &Cell) -> Result {
+    let peers = peers(cell);
+    writeln!(out, "| region | pixels | metric | N | {} | wis + MIS | best peer | gain |", peers.join(" | "))?;
+    writeln!(out, "|---|---:|---|---:|{}---:|---|---:|", "---:|".repeat(peers.len()))?;
+    for (region, name) in REGIONS.iter().enumerate().filter(|&(region, _)| cell.pixels[region] > 0) {
+        let few = if cell.pixels[region] < FEW { " (few)" } else { "" };
+        for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(cell).into_iter().map(move |n| (m, n))) {
+            write!(out, "| {name} | {}{few} | {metric} | {count} ", cell.pixels[region])?;
+            for method in peers.iter().map(String::as_str).chain(["wis + MIS"]) {
+                match gain(cell, method, count, region, *error) {
+                    Some([ratio, ..]) => write!(out, "| {ratio:.2} ")?,
+                    None => write!(out, "| ")?,
+                }
+            }
+            match best_peer(cell, count, region, *error) {
+                Some((peer, [ratio, low, high])) => writeln!(out, "| {peer} | {ratio:.2} [{low:.2}, {high:.2}] |")?,
+                None => writeln!(out, "| | |")?,
+            }
+        }
+    }
+    writeln!(out)
+}
+
+fn peers(cell: &Cell) -> Vec<String> {
+    let names = Method::ALL.into_iter().filter(|m| m.is_peer()).map(Method::name);
+    names.filter(|name| cell.rows.iter().any(|row| row.method == *name)).collect()
+}
+
+fn counts(cell: &Cell) -> Vec<usize> {
+    cell.rows.iter().filter(|row| row.method == "wis").map(|row| row.count).collect()
+}
+
+fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {
+    cell.rows.iter().find(|row| row.method == method && row.count == count)
+}
+
+/// Variance x time of the repeats of one parity, or of all.
+fn costs(row: &Row, parity: Option<usize>, region: usize, error: Metric) -> Vec<f64> {
+    let ns = row.median(Repeat::ns);
+    let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
+    kept.map(|(_, repeat)| error(&repeat.errors[region]) * ns).collect()
+}
+
+/// The ratio to a method with its interval; `None` if there is no error to compare.
+fn gain(cell: &Cell, method: &str, count: usize, region: usize, error: Metric) -> Option<[f64; 3]> {
+    let [theirs, ours] = [row(cell, method, count)?, row(cell, "wis", count)?];
+    comparable(bootstrap_ratio(&costs(theirs, None, region, error), &costs(ours, None, region, error)))
+}
+
+/// The peer of the smallest variance x time on the even repeats, and the ratio to it on the odd ones.
+fn best_peer(cell: &Cell, count: usize, region: usize, error: Metric) -> Option<(String, [f64; 3])> {
+    let cost = |name: &str| Some(costs(row(cell, name, count)?, Some(0), region, error).iter().sum::<f64>());
+    let best =
+        peers(cell).into_iter().min_by(|a, b| cost(a).partial_cmp(&cost(b)).unwrap_or(std::cmp::Ordering::Equal))?;
+    let [theirs, ours] = [row(cell, &best, count)?, row(cell, "wis", count)?];
+    let ratio = bootstrap_ratio(&costs(theirs, Some(1), region, error), &costs(ours, Some(1), region, error));
+    Some((best, comparable(ratio)?))
+}
+
+fn comparable(ratio: [f64; 3]) -> Option<[f64; 3]> {
+    (ratio[0].is_finite() && ratio[0] > 0.0).then_some(ratio)
+}
+
+fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
+    let logarithms: Vec<f64> = values.map(f64::ln).collect();
+    (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
+}

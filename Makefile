@@ -59,11 +59,11 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 
 hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
 	scripts/setup.sh test
-	WIS_LIB_DIR='$(abspath $(LIB))' $(CARGO) run --quiet --profile instruments --package wis-ffi-tests --bin hardcases -- docs/hard-cases.md
+	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/hard-cases.md
 
 report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
 	scripts/setup.sh test
-	WIS_LIB_DIR='$(abspath $(LIB))' $(CARGO) run --quiet --profile instruments --package wis-ffi-tests --bin report -- $(if $(QUICK),--quick) $(ARGS)
+	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick) $(ARGS)
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

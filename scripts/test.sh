@@ -62,19 +62,18 @@ demo() {
 
 # In the installed library, as a client has it.
 hardcases() {
-    WIS_LIB_DIR="$installed/lib" cargo run --quiet --profile instruments --package wis-ffi-tests --bin hardcases -- \
-        docs/hard-cases.md --check
+    scripts/instruments.sh "$installed/lib" run --bin hardcases -- docs/hard-cases.md --check
 }
 
 # Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.
 report_quick() {
-    WIS_LIB_DIR="$installed/lib" cargo run --quiet --profile instruments --package wis-ffi-tests --bin report -- \
+    scripts/instruments.sh "$installed/lib" run --bin report -- \
         --quick --out "$logs/report" --cache "$logs/report-cache"
 }
 
 # The instruments' own tests link the shared library.
 instruments() {
-    WIS_LIB_DIR="$installed/lib" cargo test --profile instruments --package wis-ffi-tests
+    scripts/instruments.sh "$installed/lib" test
 }
 
 cargo_step format fmt --all --check

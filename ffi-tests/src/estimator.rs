@@ -1,11 +1,15 @@
-//! The estimators under comparison. All share the points, the BRDF, the look-up of the light and the rays, run one
-//! sample at a time without SIMD, and draw from the light through the library.
+//! The estimators under comparison. All share the points, the BRDF, the look-up of the light and the rays, and the
+//! renderer's side of each computes eight samples side by side.
 
-use crate::client::{self, Block, Density, Environment, Preparation, Product, raw};
+use crate::batch::{Batch, Stream};
+use crate::client::{self, Block, Environment, Preparation, Product};
+use crate::dense::{Dense, Grid};
+use crate::lanes::F8;
 use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::pool::Candidates;
 use crate::scene::ShadingPoint;
+use crate::texels::Texels;
 use glam::Vec3;
 
 /// How to estimate the light that a point reflects.
@@ -29,11 +33,19 @@ pub enum Method {
     Wis,
     /// The library's product and the BRDF, by the balance heuristic.
     WisMis,
+    /// The library's integral times the share of its samples that is visible; biased (Clarberg et al. 2005, Eq. 11).
+    WisBiased,
+    /// The library's integral times shadowed by unshadowed estimate; biased.
+    WisRatio,
+    /// The product from all cells of a fine grid.
+    Limit,
+    /// Picks from a pool of samples of `Limit`.
+    LimitPooled,
 }
 
 impl Method {
     /// Every peer, then the library.
-    pub const ALL: [Method; 11] = [
+    pub const ALL: [Method; 15] = [
         Method::Environment,
         Method::Brdf,
         Method::MisBalance,
@@ -45,6 +57,10 @@ impl Method {
         Method::Pool(8),
         Method::Wis,
         Method::WisMis,
+        Method::WisBiased,
+        Method::WisRatio,
+        Method::Limit,
+        Method::LimitPooled,
     ];
 
     pub fn name(self) -> String {
@@ -58,12 +74,43 @@ impl Method {
             Method::Pool(k) => format!("P({k})"),
             Method::Wis => "wis".into(),
             Method::WisMis => "wis + MIS".into(),
+            Method::WisBiased => "wis biased".into(),
+            Method::WisRatio => "wis ratio".into(),
+            Method::Limit => "limit".into(),
+            Method::LimitPooled => "limit, pooled".into(),
         }
     }
 
     /// Whether it is another's method.
     pub fn is_peer(self) -> bool {
-        !matches!(self, Method::Wis | Method::WisMis)
+        !matches!(self, Method::Wis | Method::WisMis | Method::WisBiased | Method::WisRatio) && !self.is_limit()
+    }
+
+    /// Whether it is a yardstick that no renderer could pay for.
+    pub fn is_limit(self) -> bool {
+        matches!(self, Method::Limit | Method::LimitPooled)
+    }
+
+    /// Whether its mean is the integral.
+    pub fn is_unbiased(self) -> bool {
+        // The limit leaves out what lies in cells whose centre is dark.
+        !matches!(self, Method::WisBiased | Method::WisRatio) && !self.is_limit()
+    }
+}
+
+/// A light as the estimators need it.
+pub struct Lit<'a> {
+    pub light: &'a Light,
+    pub environment: &'a Environment,
+    pub plain: Texels,
+    pub compensated: Texels,
+    pub grid: Grid,
+}
+
+impl<'a> Lit<'a> {
+    pub fn new(light: &'a Light, environment: &'a Environment) -> Lit<'a> {
+        let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
+        Lit { light, environment, plain, compensated, grid: Grid::new(light) }
     }
 }
 
@@ -72,26 +119,17 @@ pub struct Setting<'a> {
     pub light: &'a Light,
     pub environment: &'a Environment,
     pub material: &'a Material,
-    plain: client::Light<'a>,
-    compensated: client::Light<'a>,
+    pub plain: &'a Texels,
+    compensated: &'a Texels,
+    grid: &'a Grid,
     pub preparation: Preparation,
 }
 
 impl<'a> Setting<'a> {
-    pub fn new(light: &'a Light, environment: &'a Environment, material: &'a Material) -> Setting<'a> {
-        Setting {
-            light,
-            environment,
-            material,
-            plain: light.distribution(environment, raw::WIS_DISTRIBUTION_PLAIN),
-            compensated: light.distribution(environment, raw::WIS_DISTRIBUTION_COMPENSATED),
-            preparation: Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() },
-        }
-    }
-
-    /// The light's own density.
-    pub fn plain(&self) -> &client::Light<'a> {
-        &self.plain
+    pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
+        let &Lit { light, environment, ref plain, ref compensated, ref grid } = lit;
+        let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
+        Setting { light, environment, material, plain, compensated, grid, preparation }
     }
 }
 
@@ -102,99 +140,29 @@ pub struct Pick {
     pub contribution: f32,
 }
 
-/// Independent sequences of points within a pixel and pass.
-#[derive(Clone, Copy)]
-pub enum Stream {
-    Light,
-    Bsdf,
-    Choice,
-    Uniform,
-}
+/// The density of a sample: that of its own technique and that of the other, counts included.
+type Heuristic = fn(F8, F8) -> F8;
 
-/// Points, directions and densities of the samples being drawn.
-#[derive(Default)]
-pub struct Draws {
-    pixel: [u32; 2],
-    pass: u32,
-    first: u32,
-    u: Vec<[f32; 2]>,
-    wi: Vec<[f32; 3]>,
-    pdf: Vec<f32>,
-}
-
-impl Draws {
-    /// Chooses the sequences of a pixel in a pass, from a number on.
-    pub fn begin(&mut self, pixel: [u32; 2], pass: u32, first: u32) {
-        (self.pixel, self.pass, self.first) = (pixel, pass, first);
-    }
-
-    /// The next points of a stream.
-    pub fn points(&mut self, stream: Stream, count: usize) -> client::Result<&[[f32; 2]]> {
-        self.u.resize(count, [0.0; 2]);
-        let seed = client::pixel_seed(self.pixel, self.pass.wrapping_mul(4).wrapping_add(stream as u32));
-        client::sobol(seed, self.first, &mut self.u)?;
-        Ok(&self.u)
-    }
-
-    /// Draws directions with their densities.
-    pub fn from_density(&mut self, density: &impl Density, stream: Stream, count: usize) -> client::Result<()> {
-        self.points(stream, count)?;
-        self.resize(count);
-        density.sample_n(&self.u, &mut self.wi, &mut self.pdf)
-    }
-
-    /// Draws directions from the BRDF; `evaluate` gives them densities.
-    pub fn from_bsdf(&mut self, bsdf: &Bsdf, stream: Stream, count: usize) -> client::Result<()> {
-        self.from_map(stream, count, |u| bsdf.sample(u))
-    }
-
-    /// Draws directions by a function of the points.
-    pub fn from_map(&mut self, stream: Stream, count: usize, map: impl Fn([f32; 2]) -> Vec3) -> client::Result<()> {
-        self.points(stream, count)?;
-        self.resize(count);
-        for (u, wi) in self.u.iter().zip(&mut self.wi) {
-            *wi = map(*u).to_array();
-        }
-        Ok(())
-    }
-
-    /// Replaces the densities by another's.
-    pub fn evaluate(&mut self, density: &impl Density) -> client::Result<()> {
-        density.pdf_n(&self.wi, &mut self.pdf)
-    }
-
-    pub fn for_each(&self, mut visit: impl FnMut(Vec3, f32)) {
-        for (wi, pdf) in self.wi.iter().zip(&self.pdf) {
-            visit(Vec3::from_array(*wi), *pdf);
-        }
-    }
-
-    fn resize(&mut self, count: usize) {
-        self.wi.resize(count, [0.0; 3]);
-        self.pdf.resize(count, 0.0);
-    }
-}
-
-/// The effective density of a sample: that of its own technique and that of the other, counts included.
-type Heuristic = fn(f32, f32) -> f32;
-
-fn balance(own: f32, other: f32) -> f32 {
+fn balance(own: F8, other: F8) -> F8 {
     own + other
 }
 
-fn power(own: f32, other: f32) -> f32 {
+fn power(own: F8, other: F8) -> F8 {
     own + other * (other / own)
 }
 
 /// The memory of a thread that estimates.
 pub struct Estimator {
     product: Block,
+    /// The limit's product, and for which pixel it is.
+    dense: Dense,
+    dense_for: Option<[u32; 2]>,
     sampler: Sampler,
 }
 
 #[derive(Default)]
 struct Sampler {
-    draws: Draws,
+    batch: Batch,
     candidates: Candidates,
     picks: Vec<Pick>,
 }
@@ -203,7 +171,8 @@ impl Estimator {
     /// # Errors
     /// Those of the library.
     pub fn new(setting: &Setting) -> client::Result<Estimator> {
-        Ok(Estimator { product: setting.preparation.memory()?, sampler: Sampler::default() })
+        let product = setting.preparation.memory()?;
+        Ok(Estimator { product, dense: Dense::default(), dense_for: None, sampler: Sampler::default() })
     }
 
     /// The samples of a point in a pass; their contributions add up to the estimate.
@@ -218,27 +187,45 @@ impl Estimator {
         pass: u32,
         n: usize,
     ) -> client::Result<&[Pick]> {
-        let Estimator { product, sampler } = self;
+        let Estimator { product, dense, dense_for, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
-        let light = setting.light;
         sampler.picks.clear();
-        sampler.draws.begin(point.pixel, pass, 0);
+        sampler.batch.begin(point.pixel, pass, 0);
+        if method.is_limit() && *dense_for != Some(point.pixel) {
+            dense.prepare(setting.grid, &bsdf);
+            *dense_for = Some(point.pixel);
+        }
         match method {
-            Method::Environment => sampler.single(&setting.plain, light, &bsdf, n)?,
-            Method::Brdf => sampler.bsdf(light, &bsdf, n)?,
-            Method::MisBalance => sampler.mis(&setting.plain, balance, light, &bsdf, n)?,
-            Method::MisPower => sampler.mis(&setting.plain, power, light, &bsdf, n)?,
-            Method::MisCompensated => sampler.mis(&setting.compensated, balance, light, &bsdf, n)?,
+            Method::Environment => sampler.environment(setting, &bsdf, n)?,
+            Method::Brdf => sampler.bsdf(setting, &bsdf, n)?,
+            Method::MisBalance => sampler.mis(setting.plain, balance, setting, &bsdf, n)?,
+            Method::MisPower => sampler.mis(setting.plain, power, setting, &bsdf, n)?,
+            Method::MisCompensated => sampler.mis(setting.compensated, balance, setting, &bsdf, n)?,
             Method::Ris(m) => {
-                let Sampler { draws, candidates, picks } = sampler;
-                candidates.pick_each(draws, (&setting.plain, light, &bsdf), n, m, picks)?;
+                let Sampler { batch, candidates, picks } = sampler;
+                candidates.pick_each(batch, (setting, &bsdf), n, m, picks)?;
             }
             Method::Pool(k) => {
-                let Sampler { draws, candidates, picks } = sampler;
-                candidates.pick_pooled(draws, (&setting.plain, light, &bsdf), n, k, picks)?;
+                let Sampler { batch, candidates, picks } = sampler;
+                candidates.pick_pooled(batch, (setting, &bsdf), n, k, picks)?;
             }
-            Method::Wis => sampler.single(&prepare(setting, point, product)?, light, &bsdf, n)?,
-            Method::WisMis => sampler.mis(&prepare(setting, point, product)?, balance, light, &bsdf, n)?,
+            Method::Wis => sampler.product(&prepare(setting, point, product)?, setting, &bsdf, n)?,
+            Method::WisMis => sampler.product_mis(&prepare(setting, point, product)?, setting, &bsdf, n)?,
+            Method::WisBiased => {
+                let product = prepare(setting, point, product)?;
+                sampler.product(&product, setting, &bsdf, n)?;
+                let share = product.estimate()? as f32 / n as f32;
+                sampler.picks.iter_mut().for_each(|pick| pick.contribution = share);
+            }
+            Method::WisRatio => {
+                let product = prepare(setting, point, product)?;
+                sampler.product(&product, setting, &bsdf, n)?;
+                let unshadowed: f32 = sampler.picks.iter().map(|pick| pick.contribution).sum();
+                let scale = product.estimate()? as f32 / unshadowed;
+                sampler.picks.iter_mut().for_each(|pick| pick.contribution *= scale);
+            }
+            Method::Limit => sampler.limit(dense, setting, &bsdf, n)?,
+            Method::LimitPooled => sampler.limit_pooled(dense, setting, &bsdf, n)?,
         }
         Ok(&sampler.picks)
     }
@@ -253,74 +240,98 @@ pub fn prepare<'a>(setting: &Setting<'a>, point: &ShadingPoint, memory: &'a mut 
 }
 
 impl Sampler {
-    fn single(&mut self, density: &impl Density, light: &Light, bsdf: &Bsdf, n: usize) -> client::Result<()> {
-        self.draws.from_density(density, Stream::Light, n)?;
-        let picks = &mut self.picks;
-        self.draws.for_each(|wi, pdf| add(picks, light, wi, bsdf.eval(wi).0, pdf * n as f32));
+    fn environment(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        self.batch.from_texels(setting.plain, setting.light, n)?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh(|_, light, _| light * F8::splat(n as f32));
+        self.take_all();
         Ok(())
     }
 
-    fn bsdf(&mut self, light: &Light, bsdf: &Bsdf, n: usize) -> client::Result<()> {
-        self.draws.from_bsdf(bsdf, Stream::Bsdf, n)?;
-        let picks = &mut self.picks;
-        self.draws.for_each(|wi, _| {
-            let (f_cos, pdf) = bsdf.eval(wi);
-            add(picks, light, wi, f_cos, pdf * n as f32);
-        });
+    fn bsdf(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        self.batch.from_bsdf(bsdf, n)?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh(|_, _, pdf| pdf * F8::splat(n as f32));
+        self.take_all();
         Ok(())
     }
 
-    /// Half the samples from a density and half from the BRDF; a single sample tosses a coin.
+    /// Half the samples from the light and half from the BRDF; a single sample tosses a coin.
     fn mis(
         &mut self,
-        density: &impl Density,
+        texels: &Texels,
         heuristic: Heuristic,
-        light: &Light,
+        setting: &Setting,
         bsdf: &Bsdf,
         n: usize,
     ) -> client::Result<()> {
-        let (first, second) = (n / 2, n - n / 2);
-        if n == 1 {
-            let heads = self.draws.points(Stream::Choice, 1)?[0][0] < 0.5;
-            self.mis_part(density, heuristic, light, bsdf, [usize::from(heads), usize::from(!heads)], [0.5; 2])
-        } else {
-            self.mis_part(density, heuristic, light, bsdf, [first, second], [first as f32, second as f32])
-        }
-    }
-
-    /// Draws `counts` samples of the density and the BRDF, of which `expected` were to be expected.
-    fn mis_part(
-        &mut self,
-        density: &impl Density,
-        heuristic: Heuristic,
-        light: &Light,
-        bsdf: &Bsdf,
-        counts: [usize; 2],
-        expected: [f32; 2],
-    ) -> client::Result<()> {
-        let Sampler { draws, picks, .. } = self;
-        draws.from_density(density, Stream::Light, counts[0])?;
-        draws.for_each(|wi, pdf| {
-            let (f_cos, pdf_bsdf) = bsdf.eval(wi);
-            add(picks, light, wi, f_cos, heuristic(expected[0] * pdf, expected[1] * pdf_bsdf));
+        let (counts, expected) = self.halves(n)?;
+        self.batch.from_texels(texels, setting.light, counts[0])?;
+        self.batch.from_bsdf(bsdf, counts[1])?;
+        self.batch.evaluate(bsdf, setting.light, texels);
+        let [from_light, from_bsdf] = expected.map(F8::splat);
+        self.batch.weigh(|first, light, bsdf| {
+            let (light, bsdf) = (light * from_light, bsdf * from_bsdf);
+            let own = F8::new(std::array::from_fn(|i| f32::from(u8::from(first + i < counts[0]))));
+            let of_light = wide::CmpGt::cmp_gt(own, F8::ZERO);
+            of_light.blend(heuristic(light, bsdf), heuristic(bsdf, light))
         });
-        draws.from_bsdf(bsdf, Stream::Bsdf, counts[1])?;
-        draws.evaluate(density)?;
-        draws.for_each(|wi, pdf| {
-            let (f_cos, pdf_bsdf) = bsdf.eval(wi);
-            add(picks, light, wi, f_cos, heuristic(expected[1] * pdf_bsdf, expected[0] * pdf));
-        });
+        self.take_all();
         Ok(())
     }
-}
 
-/// Keeps a sample that can add something; the light is looked up only for those.
-#[inline]
-fn add(picks: &mut Vec<Pick>, light: &Light, wi: Vec3, f_cos: f32, density: f32) {
-    if f_cos > 0.0 && density > 0.0 {
-        let contribution = f_cos * light.radiance(wi) / density;
-        if contribution > 0.0 {
-            picks.push(Pick { wi, contribution });
+    fn product(&mut self, product: &Product, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        self.batch.from_density(product, n)?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
+        self.take_all();
+        Ok(())
+    }
+
+    fn product_mis(&mut self, product: &Product, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        let (counts, expected) = self.halves(n)?;
+        self.batch.from_density(product, counts[0])?;
+        self.batch.from_bsdf(bsdf, counts[1])?;
+        self.batch.ask(product)?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
+        self.take_all();
+        Ok(())
+    }
+
+    fn limit(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        self.batch.from_dense(dense, n)?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
+        self.take_all();
+        Ok(())
+    }
+
+    fn limit_pooled(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        const CANDIDATES: usize = 4;
+        let Sampler { batch, candidates, picks } = self;
+        batch.from_dense(dense, n * CANDIDATES)?;
+        batch.evaluate(bsdf, setting.light, setting.plain);
+        batch.weigh_by_drawn(|pdf, _| pdf * (n * CANDIDATES) as f32);
+        let offset = batch.points(Stream::Choice, 1)?[0][0];
+        candidates.pick(batch, n, offset, picks);
+        Ok(())
+    }
+
+    /// How many samples each of two techniques draws, and how many are to be expected.
+    fn halves(&mut self, n: usize) -> client::Result<([usize; 2], [f32; 2])> {
+        if n == 1 {
+            let heads = self.batch.points(Stream::Choice, 1)?[0][0] < 0.5;
+            return Ok(([usize::from(heads), usize::from(!heads)], [0.5; 2]));
         }
+        let counts = [n / 2, n - n / 2];
+        Ok((counts, counts.map(|count| count as f32)))
+    }
+
+    /// Picks every sample that adds something.
+    fn take_all(&mut self) {
+        let Sampler { batch, picks, .. } = self;
+        let kept = (0..batch.len()).filter(|&i| batch.reflected(i) > 0.0);
+        picks.extend(kept.map(|i| Pick { wi: batch.wi().get(i), contribution: batch.reflected(i) }));
     }
 }

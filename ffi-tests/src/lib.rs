@@ -1,9 +1,13 @@
 //! Instruments that use the release library as a client does: through its C header only.
 
+pub mod batch;
 pub mod client;
+pub mod dense;
 pub mod embree;
 pub mod estimator;
 pub mod hardcases;
+pub mod lanes;
+pub mod layout;
 pub mod light;
 pub mod material;
 pub mod measure;
@@ -14,3 +18,4 @@ pub mod reference;
 pub mod report;
 pub mod scene;
 pub mod statistics;
+pub mod texels;

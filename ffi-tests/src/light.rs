@@ -4,17 +4,13 @@
 //! The world's z axis points up. A lat-long map is mirrored on the way, since images show the sphere from inside.
 
 use crate::client::{Environment, Light as Distribution, Map, raw};
+use crate::lanes::{F8, LANES, V8};
+use crate::layout::{Layout, Position};
 use anyhow::{Context, Result, bail};
 use glam::{Mat3, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Layout {
-    LatLong,
-    Cube,
-}
 
 /// A map of luminance.
 #[derive(Clone, Debug)]
@@ -28,7 +24,8 @@ pub struct Light {
 }
 
 impl Light {
-    /// Reads a Radiance or OpenEXR map: a lat-long map (2:1), or a vertical cross (3:4) that is cut into its faces.
+    /// Reads a Radiance or OpenEXR map: a lat-long map (2:1), a vertical cross (3:4) that is cut into its
+    /// faces, or a light probe (1:1, angular map).
     ///
     /// # Errors
     /// A file that cannot be read or has another shape.
@@ -39,12 +36,17 @@ impl Light {
             _ => read_radiance(path),
         };
         let Image { width, height, luminance } = image.with_context(|| format!("map {}", path.display()))?;
-        if width == 2 * height {
+        if width == height {
+            Ok(Light::angular(name, width, luminance))
+        } else if width == 2 * height {
             Ok(Light::latlong(name, width, height, luminance))
         } else if width * 4 == height * 3 && width % 3 == 0 {
             Ok(Light::cube(name, width / 3, cut_cross(width / 3, &luminance)))
         } else {
-            bail!("map {}: {width} x {height} is neither a lat-long map nor a vertical cross", path.display())
+            bail!(
+                "map {}: {width} x {height} is neither a lat-long map, a vertical cross nor a light probe",
+                path.display()
+            )
         }
     }
 
@@ -59,6 +61,12 @@ impl Light {
         let map_from_world = Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y);
         let (width, height) = (side, 6 * side);
         Light { name: name.into(), layout: Layout::Cube, width, height, luminance, map_from_world }
+    }
+
+    /// A light probe, +y up, with the world's +y in the middle, as it is in a cross.
+    fn angular(name: &str, side: usize, luminance: Vec<f32>) -> Light {
+        let map_from_world = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
+        Light { name: name.into(), layout: Layout::Angular, width: side, height: side, luminance, map_from_world }
     }
 
     /// A clear sky with a sun of half a degree.
@@ -92,18 +100,65 @@ impl Light {
     }
 
     /// Luminance from a world direction.
-    #[inline]
     pub fn radiance(&self, wi: Vec3) -> f32 {
-        let d = self.map_from_world * wi;
-        let texel = match self.layout {
-            Layout::LatLong => self.latlong_texel(d),
-            Layout::Cube => cube_texel(self.width, d),
-        };
-        self.luminance[texel]
+        self.luminance[self.texels(V8::splat(wi)).0[0]]
     }
 
-    pub fn texels(&self) -> usize {
-        self.luminance.len()
+    /// The texels that world directions look up, and how many of them there are in a unit of solid angle.
+    #[inline]
+    pub fn texels(&self, wi: V8) -> ([usize; LANES], F8) {
+        let d = turned(&self.map_from_world, wi);
+        let Position { column, row } = self.layout.position(self.size(), d);
+        let [columns, rows] = [column.fast_trunc_int().to_array(), row.fast_trunc_int().to_array()];
+        let texel = |i: usize| {
+            let [x, y] = [columns[i].max(0) as usize, rows[i].max(0) as usize];
+            y.min(self.height - 1) * self.width + x.min(self.width - 1)
+        };
+        (std::array::from_fn(texel), self.layout.texels_per_solid_angle(self.size(), d))
+    }
+
+    /// World directions at positions on the map.
+    #[inline]
+    pub fn direction(&self, at: Position) -> V8 {
+        turned(&self.map_from_world.transpose(), self.layout.direction(self.size(), at))
+    }
+
+    /// Columns and rows of texels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    /// The texels, row by row.
+    pub fn luminance(&self) -> &[f32] {
+        &self.luminance
+    }
+
+    /// The solid angle of each texel.
+    pub fn solid_angles(&self) -> Vec<f64> {
+        const FINE: usize = 4;
+        let fine = |i: usize| (i as f32 + 0.5) / FINE as f32;
+        let texel = |i: usize| {
+            let (x, y) = ((i % self.width) as f32, (i / self.width) as f32);
+            let mut sum = 0.0;
+            for half in 0..FINE * FINE / LANES {
+                let part = |k: usize| LANES * half + k;
+                let column = F8::new(std::array::from_fn(|k| x + fine(part(k) % FINE)));
+                let row = F8::new(std::array::from_fn(|k| y + fine(part(k) / FINE)));
+                let inside = |k: usize| self.is_on_map(column.as_array_ref()[k], row.as_array_ref()[k]);
+                let d = self.layout.direction(self.size(), Position { column, row });
+                let density = self.layout.texels_per_solid_angle(self.size(), d);
+                let lanes = density.as_array_ref().iter().enumerate();
+                sum += lanes.filter(|(k, _)| inside(*k)).map(|(_, density)| 1.0 / f64::from(*density)).sum::<f64>();
+            }
+            sum / (FINE * FINE) as f64
+        };
+        (0..self.luminance.len()).map(texel).collect()
+    }
+
+    /// Whether a position stands for a direction: the corners of an angular map do not.
+    fn is_on_map(&self, column: f32, row: f32) -> bool {
+        let centred = |c: f32, n: usize| c / n as f32 * 2.0 - 1.0;
+        self.layout != Layout::Angular || centred(column, self.width).hypot(centred(row, self.height)) < 1.0
     }
 
     /// Tells lights apart by their texels.
@@ -119,13 +174,29 @@ impl Light {
     /// # Errors
     /// Those of the library.
     pub fn environment(&self) -> crate::client::Result<Environment> {
-        let layout = match self.layout {
-            Layout::LatLong => raw::WIS_LAYOUT_LATLONG,
-            Layout::Cube => raw::WIS_LAYOUT_CUBE,
-        };
         let flags = raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_COMPENSATED;
         let map = Map::latlong(self.width as u32, self.height as u32, 1, &self.luminance);
-        Environment::new(&Map { layout, flags, ..map })
+        match self.layout {
+            Layout::LatLong => Environment::new(&Map { flags, ..map }),
+            Layout::Cube => Environment::new(&Map { layout: raw::WIS_LAYOUT_CUBE, flags, ..map }),
+            Layout::Angular => {
+                let side = self.width.max(self.height).next_power_of_two() as u32;
+                let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
+                Environment::new(&Map { flags: raw::WIS_ENVIRONMENT_COMPENSATED, ..Map::octahedral(side, &texels) })
+            }
+        }
+    }
+
+    /// The light on an octahedral square whose frame `world` turns: means of `k` by `k` look-ups in each cell.
+    pub fn on_octahedron(&self, side: usize, k: usize, world: impl Fn(Vec3) -> Vec3) -> Vec<f32> {
+        let cell = |i: usize| {
+            let fine = |j: usize| {
+                let at = |c: usize, j: usize| (c as f32 + (j as f32 + 0.5) / k as f32) / side as f32;
+                octahedral_direction(at(i % side, j % k), at(i / side, j / k))
+            };
+            (0..k * k).map(|j| self.radiance(world(fine(j)))).sum::<f32>() / (k * k) as f32
+        };
+        (0..side * side).map(cell).collect()
     }
 
     /// The row-major matrix that the library is given.
@@ -154,36 +225,29 @@ impl Light {
             })
         })
     }
+}
 
-    #[inline]
-    fn latlong_texel(&self, d: Vec3) -> usize {
-        let phi = d.y.atan2(d.x);
-        let phi = if phi < 0.0 { phi + TAU } else { phi };
-        let x = (phi / TAU * self.width as f32) as usize;
-        let y = (d.z.clamp(-1.0, 1.0).acos() / PI * self.height as f32) as usize;
-        y.min(self.height - 1) * self.width + x.min(self.width - 1)
-    }
+#[inline]
+fn turned(matrix: &Mat3, v: V8) -> V8 {
+    let column = |c: Vec3, s: F8| V8::splat(c).scale(s);
+    column(matrix.x_axis, v.x).add(column(matrix.y_axis, v.y)).add(column(matrix.z_axis, v.z))
+}
+
+/// The direction of a point of the equal-area octahedral square, the layout WIS_LAYOUT_OCTAHEDRAL.
+pub fn octahedral_direction(u: f32, v: f32) -> Vec3 {
+    let centred = Vec3::new(2.0 * u - 1.0, 2.0 * v - 1.0, 0.0);
+    let (a, b) = (centred.x.abs(), centred.y.abs());
+    let south = a + b > 1.0;
+    let (a, b) = if south { (1.0 - b, 1.0 - a) } else { (a, b) };
+    let radius = a + b;
+    let (sin, cos) = (PI / 2.0 * b / radius.max(f32::MIN_POSITIVE)).sin_cos();
+    let (z, across) = (1.0 - radius * radius, radius * (2.0 - radius * radius).sqrt());
+    let signed = |c: f32, sign: f32| c.copysign(sign);
+    Vec3::new(signed(across * cos, centred.x), signed(across * sin, centred.y), if south { -z } else { z })
 }
 
 fn direction(theta: f32, phi: f32) -> Vec3 {
     Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
-}
-
-/// The texel of a cube map that a direction meets: the faces of OpenGL, table 8.19 of its specification.
-#[inline]
-fn cube_texel(side: usize, d: Vec3) -> usize {
-    let a = d.abs();
-    let (face, major, s, t) = if a.x >= a.y && a.x >= a.z {
-        if d.x > 0.0 { (0, a.x, -d.z, -d.y) } else { (1, a.x, d.z, -d.y) }
-    } else if a.y >= a.z {
-        if d.y > 0.0 { (2, a.y, d.x, d.z) } else { (3, a.y, d.x, -d.z) }
-    } else if d.z > 0.0 {
-        (4, a.z, d.x, -d.y)
-    } else {
-        (5, a.z, -d.x, -d.y)
-    };
-    let cell = |c: f32| (((c / major + 1.0) * 0.5 * side as f32) as usize).min(side - 1);
-    (face * side + cell(t)) * side + cell(s)
 }
 
 /// For each face +x -x +y -y +z -z: its row and column in a vertical cross, and whether its columns or else its rows
@@ -261,9 +325,27 @@ mod tests {
     }
 
     #[test]
+    fn a_light_probe_and_a_cross_of_one_place_agree() {
+        let file = |name: &str| Path::new("../../shared/data/envmaps").join(name);
+        let [Ok(probe), Ok(cross)] = [file("galileo_probe.hdr"), file("galileo_cross.hdr")].map(|f| Light::load(&f))
+        else {
+            eprintln!("left out: the maps are not there");
+            return;
+        };
+        // Without what a slight turn would move much: the logarithms of all directions.
+        let mut u = vec![[0.0; 2]; 1 << 14];
+        crate::client::sobol(3, 0, &mut u).unwrap();
+        let log = |light: &Light, u: &[f32; 2]| f64::from(light.radiance(octahedral_direction(u[0], u[1])) + 1e-3).ln();
+        let difference = u.iter().map(|u| (log(&probe, u) - log(&cross, u)).abs()).sum::<f64>() / u.len() as f64;
+        assert!(difference < 0.2, "{difference}");
+    }
+
+    #[test]
     fn the_library_sees_the_same_map() {
-        let cross = (0..12 * 64).map(|i| (i * 37 % 101) as f32 + 1.0).collect::<Vec<_>>();
-        for light in [Light::sun(64), Light::windows(64), Light::cube("cube", 8, cut_cross(8, &cross))] {
+        let texels = (0..12 * 64).map(|i| (i * 37 % 101) as f32 + 1.0).collect::<Vec<_>>();
+        let (cube, probe) =
+            (Light::cube("cube", 8, cut_cross(8, &texels)), Light::angular("probe", 16, texels[..256].into()));
+        for light in [Light::sun(64), Light::windows(64), cube, probe] {
             let environment = light.environment().unwrap();
             let power = environment.power().unwrap();
             let density = light.distribution(&environment, raw::WIS_DISTRIBUTION_PLAIN);

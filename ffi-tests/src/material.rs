@@ -5,9 +5,11 @@
 //! with Spherical Caps".
 
 use crate::client::{self, raw};
+use crate::lanes::{F8, V8, sin_cos_turn};
 use crate::scene::ShadingPoint;
 use glam::Vec3;
 use std::f32::consts::PI;
+use wide::{CmpGt, CmpLt};
 
 /// A weighted sum of a diffuse and an isotropic microfacet lobe.
 #[derive(Clone, Debug)]
@@ -57,9 +59,9 @@ impl Material {
 /// A material at a shading point.
 #[derive(Clone, Copy)]
 pub struct Bsdf {
-    tangent: Vec3,
-    bitangent: Vec3,
-    normal: Vec3,
+    tangent: V8,
+    bitangent: V8,
+    normal: V8,
     /// To the eye, in the frame of the three above.
     wo: Vec3,
     alpha: f32,
@@ -78,9 +80,9 @@ impl Bsdf {
         let wo = Vec3::new(point.wo.dot(tangent), point.wo.dot(bitangent), point.wo.dot(normal).max(1e-6));
         let &Material { diffuse, specular, alpha, .. } = material;
         Bsdf {
-            tangent,
-            bitangent,
-            normal,
+            tangent: V8::splat(tangent),
+            bitangent: V8::splat(bitangent),
+            normal: V8::splat(normal),
             wo,
             alpha,
             diffuse,
@@ -90,60 +92,87 @@ impl Bsdf {
         }
     }
 
+    /// BRDF x cosine, and the pdf of `sample`, for one direction.
+    pub fn eval_one(&self, wi: Vec3) -> (f32, f32) {
+        let (value, pdf) = self.eval(V8::splat(wi));
+        (value.as_array_ref()[0], pdf.as_array_ref()[0])
+    }
+
+    /// A direction by its pdf, for one point.
+    pub fn sample_one(&self, u: [f32; 2]) -> Vec3 {
+        let wi = self.sample(u.map(F8::splat));
+        Vec3::new(wi.x.as_array_ref()[0], wi.y.as_array_ref()[0], wi.z.as_array_ref()[0])
+    }
+
     /// BRDF x cosine, and the pdf of `sample`.
     #[inline]
-    pub fn eval(&self, wi: Vec3) -> (f32, f32) {
-        let wi = Vec3::new(wi.dot(self.tangent), wi.dot(self.bitangent), wi.dot(self.normal));
-        if wi.z <= 0.0 {
-            return (0.0, 0.0);
+    pub fn eval(&self, wi: V8) -> (F8, F8) {
+        let wi = V8::new(wi.dot(self.tangent), wi.dot(self.bitangent), wi.dot(self.normal));
+        let above = wi.z.cmp_gt(F8::ZERO);
+        let cosine_pdf = wi.z * F8::splat(1.0 / PI);
+        if self.specular == 0.0 {
+            return (above & (cosine_pdf * F8::splat(self.diffuse)), above & cosine_pdf);
         }
-        let cosine_pdf = wi.z / PI;
-        let (value, pdf) = if self.specular > 0.0 { self.microfacets(wi) } else { (0.0, 0.0) };
-        let pdf = cosine_pdf + (pdf - cosine_pdf) * self.specular_share;
-        (self.diffuse * cosine_pdf + self.specular * value, pdf)
+        let (value, pdf) = self.microfacets(wi);
+        let pdf = cosine_pdf + (pdf - cosine_pdf) * F8::splat(self.specular_share);
+        let value = cosine_pdf * F8::splat(self.diffuse) + value * F8::splat(self.specular);
+        (above & value, above & pdf)
     }
 
-    /// A direction by its pdf; it may lie below the horizon, where BRDF and pdf are 0.
+    /// Directions by their pdf; they may lie below the horizon, where BRDF and pdf are 0.
     #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> Vec3 {
-        // One number chooses the lobe and is then stretched to be used again.
-        let local = if u[0] < self.specular_share {
-            self.reflect_at_visible_normal([u[0] / self.specular_share, u[1]])
+    pub fn sample(&self, u: [F8; 2]) -> V8 {
+        let share = F8::splat(self.specular_share);
+        let local = if self.specular == 0.0 {
+            cosine_hemisphere(u)
+        } else if self.diffuse == 0.0 {
+            self.reflect_at_visible_normal(u)
         } else {
-            cosine_hemisphere([(u[0] - self.specular_share) / (1.0 - self.specular_share), u[1]])
+            // One number chooses the lobe and is then stretched to be used again.
+            let glossy = self.reflect_at_visible_normal([(u[0] / share).min(F8::ONE), u[1]]);
+            let diffuse = cosine_hemisphere([(u[0] - share) / (F8::ONE - share), u[1]]);
+            glossy.or(u[0].cmp_lt(share), diffuse)
         };
-        (self.tangent * local.x + self.bitangent * local.y + self.normal * local.z).normalize()
+        let V8 { x, y, z } = local;
+        self.tangent.scale(x).add(self.bitangent.scale(y)).add(self.normal.scale(z)).normalize()
     }
 
-    /// GGX x Smith x Schlick x cosine, and the pdf by visible normals, for a direction above the horizon.
-    fn microfacets(&self, wi: Vec3) -> (f32, f32) {
-        let a2 = self.alpha * self.alpha;
-        let h = wi + self.wo;
-        let squared = h.length_squared();
+    /// GGX x Smith x Schlick x cosine, and the pdf by visible normals, for directions above the horizon.
+    #[inline]
+    fn microfacets(&self, wi: V8) -> (F8, F8) {
+        let (alpha, a2) = (F8::splat(self.alpha), F8::splat(self.alpha * self.alpha));
+        let h = wi.add(V8::splat(self.wo));
+        let squared = h.dot(h);
         let ratio = squared / ((h.x * h.x + h.y * h.y) / a2 + h.z * h.z);
-        let d = ratio * ratio / (PI * a2);
-        let wi_length = Vec3::new(self.alpha * wi.x, self.alpha * wi.y, wi.z).length();
-        let smith = 0.5 / (wi.z * self.wo_length + self.wo.z * wi_length);
-        let grazing = 1.0 - (0.5 * squared.sqrt()).min(1.0);
-        let fresnel = F0 + (1.0 - F0) * grazing.powi(5);
-        (d * smith * fresnel * wi.z, d * 0.5 / (self.wo.z + self.wo_length))
+        let d = ratio * ratio / (F8::splat(PI) * a2);
+        let wi_length = V8::new(alpha * wi.x, alpha * wi.y, wi.z).length();
+        let half = F8::splat(0.5);
+        let smith = half / (wi.z * F8::splat(self.wo_length) + F8::splat(self.wo.z) * wi_length);
+        let grazing = F8::ONE - (half * squared.sqrt()).min(F8::ONE);
+        let fourth = grazing * grazing * (grazing * grazing);
+        let fresnel = F8::splat(F0) + F8::splat(1.0 - F0) * (fourth * grazing);
+        (d * smith * fresnel * wi.z, d * half / F8::splat(self.wo.z + self.wo_length))
     }
 
-    fn reflect_at_visible_normal(&self, u: [f32; 2]) -> Vec3 {
+    #[inline]
+    fn reflect_at_visible_normal(&self, u: [F8; 2]) -> V8 {
         let stretched = Vec3::new(self.alpha * self.wo.x, self.alpha * self.wo.y, self.wo.z) / self.wo_length;
-        let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
-        let radius = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = (std::f32::consts::TAU * u[0]).sin_cos();
-        let cap = Vec3::new(radius * cos, radius * sin, z) + stretched;
-        let h = Vec3::new(self.alpha * cap.x, self.alpha * cap.y, cap.z).normalize();
-        h * (2.0 * self.wo.dot(h)) - self.wo
+        let z = (F8::ONE - u[1]) * F8::splat(1.0 + stretched.z) - F8::splat(stretched.z);
+        let radius = (F8::ONE - z * z).max(F8::ZERO).sqrt();
+        let (sin, cos) = sin_cos_turn(u[0]);
+        let cap = V8::new(radius * cos, radius * sin, z).add(V8::splat(stretched));
+        let alpha = F8::splat(self.alpha);
+        let h = V8::new(alpha * cap.x, alpha * cap.y, cap.z).normalize();
+        let wo = V8::splat(self.wo);
+        h.scale(wo.dot(h) * F8::splat(2.0)).add(V8::splat(-self.wo))
     }
 }
 
-fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
-    let (sin, cos) = (std::f32::consts::TAU * u[0]).sin_cos();
-    let radius = u[1].sqrt();
-    Vec3::new(radius * cos, radius * sin, (1.0 - u[1]).max(0.0).sqrt())
+#[inline]
+fn cosine_hemisphere(u: [F8; 2]) -> V8 {
+    let (sin, cos) = sin_cos_turn(u[0]);
+    let radius = u[1].max(F8::ZERO).sqrt();
+    V8::new(radius * cos, radius * sin, (F8::ONE - u[1]).max(F8::ZERO).sqrt())
 }
 
 #[cfg(test)]
@@ -162,12 +191,12 @@ mod tests {
             let bsdf = Bsdf::new(&material, &point());
             let mut u = vec![[0.0; 2]; 512];
             client::sobol(1, 0, &mut u).unwrap();
-            let wi: Vec<_> = u.iter().map(|&u| bsdf.sample(u)).collect();
+            let wi: Vec<_> = u.iter().map(|&u| bsdf.sample_one(u)).collect();
             let arrays: Vec<_> = wi.iter().map(|w| w.to_array()).collect();
             let mut theirs = vec![[0.0; 3]; wi.len()];
             client::evaluate(&material.query(&point()), &arrays, &mut theirs).unwrap();
             for (wi, theirs) in wi.iter().zip(theirs) {
-                let ours = bsdf.eval(*wi).0;
+                let ours = bsdf.eval_one(*wi).0;
                 assert!((ours - theirs[0]).abs() <= 2e-3 * ours.max(theirs[0]), "{} {ours} {theirs:?}", material.name);
             }
         }
@@ -185,9 +214,10 @@ mod tests {
                 Vec3::new(r * phi.cos(), r * phi.sin(), z)
             };
             let count = u.len() as f64;
-            let integral: f64 =
-                u.iter().map(|&u| f64::from(bsdf.eval(uniform(u)).1)).sum::<f64>() / count * 4.0 * std::f64::consts::PI;
-            let above = u.iter().filter(|&&u| bsdf.eval(bsdf.sample(u)).1 > 0.0).count() as f64 / count;
+            let integral: f64 = u.iter().map(|&u| f64::from(bsdf.eval_one(uniform(u)).1)).sum::<f64>() / count
+                * 4.0
+                * std::f64::consts::PI;
+            let above = u.iter().filter(|&&u| bsdf.eval_one(bsdf.sample_one(u)).1 > 0.0).count() as f64 / count;
             assert!((integral - above).abs() < 2e-3, "{}: {integral} {above}", material.name);
         }
     }

@@ -1,9 +1,10 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
+use crate::batch::{Batch, Stream};
 use crate::client::{self, Density};
-use crate::estimator::{Draws, Estimator, Method, Setting, Stream, prepare};
+use crate::estimator::{Estimator, Method, Pick, Setting, prepare};
 use crate::reference::Reference;
-use crate::scene::Scene;
+use crate::scene::{Scene, ShadingPoint};
 use crate::statistics::median;
 use anyhow::Result;
 use glam::Vec3;
@@ -101,6 +102,10 @@ pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: 
     let truth = Truth::new(reference);
     let mut rows = Vec::new();
     for method in Method::ALL.into_iter().filter(|m| effort.methods.contains(&m.name())) {
+        if method.is_limit() {
+            rows.extend(limit(scene, setting, &truth, method, effort)?);
+            continue;
+        }
         for &count in &effort.counts {
             let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, &truth, method, pass, count));
             let repeats = repeats.collect::<client::Result<_>>()?;
@@ -185,13 +190,7 @@ fn repeat(
     let mut estimates = Vec::with_capacity(scene.points.len());
     let mut first = 0;
     for (point, &end) in scene.points.iter().zip(&ends) {
-        let mut sum = [0.0; 2];
-        for pick in &picks[first..end] {
-            let contribution = f64::from(pick.contribution);
-            sum[0] += if scene.visible(point, pick.wi) { contribution } else { 0.0 };
-            sum[1] += contribution;
-        }
-        estimates.push(sum);
+        estimates.push(shadowed_and_not(scene, point, &picks[first..end]));
         first = end;
     }
     let traced = processor_ns();
@@ -203,20 +202,49 @@ fn repeat(
     })
 }
 
+/// All repeats of a limit, point by point, since it is dear to prepare. Its time is not measured.
+fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort: &Effort) -> client::Result<Vec<Row>> {
+    let mut estimator = Estimator::new(setting)?;
+    let passes = effort.counts.iter().flat_map(|&count| (0..effort.repeats).map(move |pass| (count, pass)));
+    let mut estimates = vec![Vec::with_capacity(scene.points.len()); passes.clone().count()];
+    for point in &scene.points {
+        for ((count, pass), estimates) in passes.clone().zip(&mut estimates) {
+            let picks = estimator.picks(method, setting, point, pass, count)?;
+            estimates.push(shadowed_and_not(scene, point, picks));
+        }
+    }
+    let repeats = estimates.iter().map(|estimates| Repeat {
+        sampling_ns: 0.0,
+        rays_ns: 0.0,
+        errors: [0, 1, 2, 3].map(|region| truth.errors(estimates, region)),
+    });
+    let repeats: Vec<Repeat> = repeats.collect();
+    let rows = effort.counts.iter().zip(repeats.chunks(effort.repeats as usize));
+    Ok(rows.map(|(&count, repeats)| Row { method: method.name(), count, repeats: repeats.to_vec() }).collect())
+}
+
+/// The sums of picks with and without shadows.
+fn shadowed_and_not(scene: &Scene, point: &ShadingPoint, picks: &[Pick]) -> [f64; 2] {
+    picks.iter().fold([0.0; 2], |sum, pick| {
+        let contribution = f64::from(pick.contribution);
+        [sum[0] + if scene.visible(point, pick.wi) { contribution } else { 0.0 }, sum[1] + contribution]
+    })
+}
+
 /// Times the library's calls on up to 200 points.
 fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
     let mut memory = setting.preparation.memory()?;
     let (mut prepare_ns, mut pdf_ns) = (Vec::new(), Vec::new());
     let mut sample_ns = BATCHES.map(|_| Vec::new());
     let mut bytes = Vec::new();
-    let mut draws = Draws::default();
+    let mut batch = Batch::default();
     for point in scene.points.iter().step_by(scene.points.len().div_ceil(200)) {
         let start = processor_ns();
         let product = prepare(setting, point, &mut memory)?;
         prepare_ns.push(processor_ns() - start);
         bytes.push(product.describe()?.bytes as f64);
-        draws.begin(point.pixel, 0, 0);
-        let u = draws.points(Stream::Light, 64)?.to_vec();
+        batch.begin(point.pixel, 0, 0);
+        let u = batch.points(Stream::Light, 64)?.to_vec();
         let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
         for (batch, ns) in BATCHES.iter().zip(&mut sample_ns) {
             let start = processor_ns();

@@ -1,14 +1,15 @@
 //! References: multiple importance sampling of light, BRDF and the uniform sphere, in two independent halves, kept in
 //! files. The product under test has no part in them.
 
+use crate::batch::{Batch, Stream};
 use crate::client;
-use crate::estimator::{Draws, Setting, Stream};
+use crate::estimator::Setting;
+use crate::lanes::{F8, V8, sin_cos_turn};
 use crate::material::Bsdf;
 use crate::scene::{Scene, ShadingPoint};
 use anyhow::Result;
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 use std::path::Path;
 
 /// Samples of each technique that are drawn at once.
@@ -61,15 +62,15 @@ impl Reference {
     fn converge(scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
         let zeros = vec![[0.0; 2]; scene.points.len()];
         let mut sums = Reference { halves: [zeros.clone(), zeros], samples: 0 };
-        let mut draws = Draws::default();
+        let mut batch = Batch::default();
         loop {
             let target = (2 * sums.samples).max(BLOCK);
             for (pass, half) in PASSES.iter().zip(&mut sums.halves) {
                 for (point, sum) in scene.points.iter().zip(half) {
                     let bsdf = Bsdf::new(setting.material, point);
                     for first in (sums.samples..target).step_by(BLOCK) {
-                        draws.begin(point.pixel, *pass, first as u32);
-                        add_block(&mut draws, scene, setting, point, &bsdf, sum)?;
+                        batch.begin(point.pixel, *pass, first as u32);
+                        add_block(&mut batch, scene, setting, point, &bsdf, sum)?;
                     }
                 }
             }
@@ -88,35 +89,29 @@ impl Reference {
 
 /// Adds a block of each technique, weighed by the balance heuristic.
 fn add_block(
-    draws: &mut Draws,
+    batch: &mut Batch,
     scene: &Scene,
     setting: &Setting,
     point: &ShadingPoint,
     bsdf: &Bsdf,
     sum: &mut [f64; 2],
 ) -> client::Result<()> {
-    let mut add = |wi: Vec3, pdf_light: f32| {
-        let (f_cos, pdf_bsdf) = bsdf.eval(wi);
-        if f_cos > 0.0 {
-            let value = f64::from(f_cos * setting.light.radiance(wi) / (pdf_light + pdf_bsdf + 0.25 / PI));
-            sum[0] += if scene.visible(point, wi) { value } else { 0.0 };
-            sum[1] += value;
-        }
-    };
-    draws.from_density(setting.plain(), Stream::Light, BLOCK)?;
-    draws.for_each(&mut add);
-    draws.from_bsdf(bsdf, Stream::Bsdf, BLOCK)?;
-    draws.evaluate(setting.plain())?;
-    draws.for_each(&mut add);
-    draws.from_map(Stream::Uniform, BLOCK, uniform_sphere)?;
-    draws.evaluate(setting.plain())?;
-    draws.for_each(&mut add);
+    batch.from_texels(setting.plain, setting.light, BLOCK)?;
+    batch.from_bsdf(bsdf, BLOCK)?;
+    batch.from_map(Stream::Uniform, BLOCK, uniform_sphere)?;
+    batch.evaluate(bsdf, setting.light, setting.plain);
+    batch.weigh(|_, pdf_light, pdf_bsdf| pdf_light + pdf_bsdf + F8::splat(0.25 / PI));
+    for i in (0..batch.len()).filter(|&i| batch.reflected(i) > 0.0) {
+        let value = f64::from(batch.reflected(i));
+        sum[0] += if scene.visible(point, batch.wi().get(i)) { value } else { 0.0 };
+        sum[1] += value;
+    }
     Ok(())
 }
 
-fn uniform_sphere(u: [f32; 2]) -> Vec3 {
-    let z = 1.0 - 2.0 * u[0];
-    let radius = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
-    Vec3::new(radius * cos, radius * sin, z)
+fn uniform_sphere(u: [F8; 2]) -> V8 {
+    let z = F8::ONE - u[0] - u[0];
+    let radius = (F8::ONE - z * z).max(F8::ZERO).sqrt();
+    let (sin, cos) = sin_cos_turn(u[1]);
+    V8::new(radius * cos, radius * sin, z)
 }

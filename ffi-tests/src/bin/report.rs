@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 use wis_ffi_tests::client::Environment;
-use wis_ffi_tests::estimator::{Method, Setting};
+use wis_ffi_tests::estimator::{Lit, Method, Setting};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::measure::{Cell, Effort, measure};
@@ -64,9 +64,10 @@ fn main() -> Result<()> {
     for light in &lights {
         let (environment, description) = build(light)?;
         built.push(description);
+        let lit = Lit::new(light, &environment);
         for (scene, material) in scenes.iter().flat_map(|s| materials.iter().map(move |m| (s, m))) {
             progress.set_message(format!("{}, {}, {}", scene.name, light.name, material.name));
-            cells.push(bench.cell(scene, &Setting::new(light, &environment, material))?);
+            cells.push(bench.cell(scene, &Setting::new(&lit, material))?);
             progress.inc(1);
         }
     }
@@ -145,7 +146,7 @@ fn build(light: &Light) -> Result<(Environment, BuiltLight)> {
     let environment = light.environment().with_context(|| format!("light {}", light.name))?;
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let bytes = environment.info.bytes as usize;
-    let description = BuiltLight { name: light.name.clone(), texels: light.texels(), milliseconds, bytes };
+    let description = BuiltLight { name: light.name.clone(), texels: light.luminance().len(), milliseconds, bytes };
     Ok((environment, description))
 }
 

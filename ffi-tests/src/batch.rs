@@ -1,0 +1,172 @@
+//! Samples of a pixel side by side: points, directions, and what the renderer evaluates for them.
+
+use crate::client::{self, Density};
+use crate::dense::Dense;
+use crate::lanes::{Directions, F8, LANES, V8, load, padded, store};
+use crate::light::Light;
+use crate::material::Bsdf;
+use crate::texels::Texels;
+use wide::CmpGt;
+
+/// Independent sequences of points within a pixel and pass.
+#[derive(Clone, Copy)]
+pub enum Stream {
+    Light,
+    Bsdf,
+    Choice,
+    Uniform,
+}
+
+/// Directions of one or more techniques with BRDF, radiance and densities.
+#[derive(Default)]
+pub struct Batch {
+    pixel: [u32; 2],
+    pass: u32,
+    first: u32,
+    u: Vec<[f32; 2]>,
+    count: usize,
+    wi: Directions,
+    /// BRDF x cosine x radiance.
+    reflected: Vec<f32>,
+    pdf_bsdf: Vec<f32>,
+    pdf_light: Vec<f32>,
+    /// Written by the library.
+    drawn: Vec<[f32; 3]>,
+    pdf_drawn: Vec<f32>,
+}
+
+impl Batch {
+    /// Starts anew with the sequences of a pixel in a pass, from a number on.
+    pub fn begin(&mut self, pixel: [u32; 2], pass: u32, first: u32) {
+        (self.pixel, self.pass, self.first, self.count) = (pixel, pass, first, 0);
+        self.pdf_drawn.clear();
+    }
+
+    /// Samples that are there.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    pub fn wi(&self) -> &Directions {
+        &self.wi
+    }
+
+    /// BRDF x cosine x radiance of a sample.
+    #[inline]
+    pub fn reflected(&self, i: usize) -> f32 {
+        self.reflected[i]
+    }
+
+    /// The first points of a stream.
+    pub fn points(&mut self, stream: Stream, count: usize) -> client::Result<&[[f32; 2]]> {
+        self.u.resize(count, [0.0; 2]);
+        let seed = client::pixel_seed(self.pixel, self.pass.wrapping_mul(4).wrapping_add(stream as u32));
+        client::sobol(seed, self.first, &mut self.u)?;
+        Ok(&self.u)
+    }
+
+    /// Adds samples of the texels of a light.
+    pub fn from_texels(&mut self, texels: &Texels, light: &Light, count: usize) -> client::Result<()> {
+        self.points(Stream::Light, count)?;
+        let first = self.grow(count);
+        texels.sample(light, &self.u, &mut self.wi, first);
+        Ok(())
+    }
+
+    /// Adds samples of the BRDF.
+    pub fn from_bsdf(&mut self, bsdf: &Bsdf, count: usize) -> client::Result<()> {
+        self.from_map(Stream::Bsdf, count, |u| bsdf.sample(u))
+    }
+
+    /// Adds directions by a function of the points.
+    pub fn from_map(&mut self, stream: Stream, count: usize, map: impl Fn([F8; 2]) -> V8) -> client::Result<()> {
+        self.points(stream, count)?;
+        let first = self.grow(count);
+        for (block, u) in self.u.chunks(LANES).enumerate() {
+            let axis = |k: usize| F8::new(std::array::from_fn(|i| u.get(i).map_or(0.5, |u| u[k])));
+            self.wi.store(first + block * LANES, map([axis(0), axis(1)]));
+        }
+        Ok(())
+    }
+
+    /// Adds samples of the limit.
+    pub fn from_dense(&mut self, dense: &Dense, count: usize) -> client::Result<()> {
+        self.points(Stream::Light, count)?;
+        let first = self.grow(count);
+        for (i, u) in self.u.iter().enumerate() {
+            let (wi, pdf) = dense.sample(*u);
+            self.wi.set(first + i, wi.to_array());
+            self.pdf_drawn.push(pdf);
+        }
+        Ok(())
+    }
+
+    /// Adds samples of a density of the library, with its pdfs.
+    pub fn from_density(&mut self, density: &impl Density, count: usize) -> client::Result<()> {
+        self.points(Stream::Light, count)?;
+        let first = self.grow(count);
+        self.drawn.resize(count, [0.0; 3]);
+        self.pdf_drawn.resize(count, 0.0);
+        density.sample_n(&self.u, &mut self.drawn, &mut self.pdf_drawn)?;
+        for (i, wi) in self.drawn.iter().enumerate() {
+            self.wi.set(first + i, *wi);
+        }
+        Ok(())
+    }
+
+    /// Asks the library for the pdfs of those samples that have none of it.
+    pub fn ask(&mut self, density: &impl Density) -> client::Result<()> {
+        let first = self.pdf_drawn.len();
+        self.drawn.clear();
+        self.drawn.extend((first..self.count).map(|i| self.wi.get(i).to_array()));
+        self.pdf_drawn.resize(self.count, 0.0);
+        density.pdf_n(&self.drawn, &mut self.pdf_drawn[first..])
+    }
+
+    /// Evaluates BRDF, radiance and both pdfs for all samples.
+    pub fn evaluate(&mut self, bsdf: &Bsdf, light: &Light, texels: &Texels) {
+        for i in (0..self.count).step_by(LANES) {
+            let wi = self.wi.load(i);
+            let (f_cos, pdf_bsdf) = bsdf.eval(wi);
+            let (radiance, pdf_light) = texels.eval(light, wi);
+            store(&mut self.reflected, i, f_cos * radiance);
+            store(&mut self.pdf_bsdf, i, pdf_bsdf);
+            store(&mut self.pdf_light, i, pdf_light);
+        }
+    }
+
+    /// Divides each sample by a density of both pdfs; those whose density is 0 add nothing.
+    pub fn weigh(&mut self, density: impl Fn(usize, F8, F8) -> F8) {
+        for i in (0..self.count).step_by(LANES) {
+            let reflected = load(&self.reflected, i);
+            let density = density(i, load(&self.pdf_light, i), load(&self.pdf_bsdf, i));
+            let weight = reflected / density;
+            let sound = reflected.cmp_gt(F8::ZERO) & density.cmp_gt(F8::ZERO);
+            store(&mut self.reflected, i, sound & weight);
+        }
+    }
+
+    /// Divides each sample by a density of the library's pdf and that of the BRDF.
+    pub fn weigh_by_drawn(&mut self, density: impl Fn(f32, f32) -> f32) {
+        let pdfs = self.pdf_drawn.iter().zip(&self.pdf_bsdf);
+        for (reflected, (drawn, bsdf)) in self.reflected[..self.count].iter_mut().zip(pdfs) {
+            let density = density(*drawn, *bsdf);
+            *reflected = if *reflected > 0.0 && density > 0.0 { *reflected / density } else { 0.0 };
+        }
+    }
+
+    /// Makes room for more samples and answers the number of the first.
+    fn grow(&mut self, count: usize) -> usize {
+        let first = self.count;
+        self.count += count;
+        self.wi.resize(self.count + LANES);
+        for column in [&mut self.reflected, &mut self.pdf_bsdf, &mut self.pdf_light] {
+            column.resize(padded(self.count), 0.0);
+        }
+        first
+    }
+}

@@ -5,6 +5,7 @@ use crate::dense::Dense;
 use crate::lanes::{Directions, F8, LANES, V8, load, padded, store};
 use crate::light::Light;
 use crate::material::Bsdf;
+use crate::points;
 use crate::texels::Texels;
 use wide::CmpGt;
 
@@ -62,52 +63,49 @@ impl Batch {
     }
 
     /// The first points of a stream.
-    pub fn points(&mut self, stream: Stream, count: usize) -> client::Result<&[[f32; 2]]> {
+    pub fn points(&mut self, stream: Stream, count: usize) -> &[[f32; 2]] {
         self.u.resize(count, [0.0; 2]);
         let seed = client::pixel_seed(self.pixel, self.pass.wrapping_mul(4).wrapping_add(stream as u32));
-        client::sobol(seed, self.first, &mut self.u)?;
-        Ok(&self.u)
+        points::sobol(seed, self.first, &mut self.u);
+        &self.u
     }
 
     /// Adds samples of the texels of a light.
-    pub fn from_texels(&mut self, texels: &Texels, light: &Light, count: usize) -> client::Result<()> {
-        self.points(Stream::Light, count)?;
+    pub fn from_texels(&mut self, texels: &Texels, light: &Light, count: usize) {
+        self.points(Stream::Light, count);
         let first = self.grow(count);
         texels.sample(light, &self.u, &mut self.wi, first);
-        Ok(())
     }
 
     /// Adds samples of the BRDF.
-    pub fn from_bsdf(&mut self, bsdf: &Bsdf, count: usize) -> client::Result<()> {
-        self.from_map(Stream::Bsdf, count, |u| bsdf.sample(u))
+    pub fn from_bsdf(&mut self, bsdf: &Bsdf, count: usize) {
+        self.from_map(Stream::Bsdf, count, |u| bsdf.sample(u));
     }
 
     /// Adds directions by a function of the points.
-    pub fn from_map(&mut self, stream: Stream, count: usize, map: impl Fn([F8; 2]) -> V8) -> client::Result<()> {
-        self.points(stream, count)?;
+    pub fn from_map(&mut self, stream: Stream, count: usize, map: impl Fn([F8; 2]) -> V8) {
+        self.points(stream, count);
         let first = self.grow(count);
         for (block, u) in self.u.chunks(LANES).enumerate() {
             let axis = |k: usize| F8::new(std::array::from_fn(|i| u.get(i).map_or(0.5, |u| u[k])));
             self.wi.store(first + block * LANES, map([axis(0), axis(1)]));
         }
-        Ok(())
     }
 
     /// Adds samples of the limit.
-    pub fn from_dense(&mut self, dense: &Dense, count: usize) -> client::Result<()> {
-        self.points(Stream::Light, count)?;
+    pub fn from_dense(&mut self, dense: &Dense, count: usize) {
+        self.points(Stream::Light, count);
         let first = self.grow(count);
         for (i, u) in self.u.iter().enumerate() {
             let (wi, pdf) = dense.sample(*u);
             self.wi.set(first + i, wi.to_array());
             self.pdf_drawn.push(pdf);
         }
-        Ok(())
     }
 
     /// Adds samples of a density of the library, with its pdfs.
     pub fn from_density(&mut self, density: &impl Density, count: usize) -> client::Result<()> {
-        self.points(Stream::Light, count)?;
+        self.points(Stream::Light, count);
         let first = self.grow(count);
         self.drawn.resize(count, [0.0; 3]);
         self.pdf_drawn.resize(count, 0.0);
@@ -163,9 +161,11 @@ impl Batch {
     fn grow(&mut self, count: usize) -> usize {
         let first = self.count;
         self.count += count;
-        self.wi.resize(self.count + LANES);
-        for column in [&mut self.reflected, &mut self.pdf_bsdf, &mut self.pdf_light] {
-            column.resize(padded(self.count), 0.0);
+        if self.reflected.len() < padded(self.count) {
+            self.wi.resize(self.count + LANES);
+            for column in [&mut self.reflected, &mut self.pdf_bsdf, &mut self.pdf_light] {
+                column.resize(padded(self.count), 0.0);
+            }
         }
         first
     }

@@ -241,7 +241,7 @@ pub fn prepare<'a>(setting: &Setting<'a>, point: &ShadingPoint, memory: &'a mut 
 
 impl Sampler {
     fn environment(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
-        self.batch.from_texels(setting.plain, setting.light, n)?;
+        self.batch.from_texels(setting.plain, setting.light, n);
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh(|_, light, _| light * F8::splat(n as f32));
         self.take_all();
@@ -249,7 +249,7 @@ impl Sampler {
     }
 
     fn bsdf(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
-        self.batch.from_bsdf(bsdf, n)?;
+        self.batch.from_bsdf(bsdf, n);
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh(|_, _, pdf| pdf * F8::splat(n as f32));
         self.take_all();
@@ -266,8 +266,8 @@ impl Sampler {
         n: usize,
     ) -> client::Result<()> {
         let (counts, expected) = self.halves(n)?;
-        self.batch.from_texels(texels, setting.light, counts[0])?;
-        self.batch.from_bsdf(bsdf, counts[1])?;
+        self.batch.from_texels(texels, setting.light, counts[0]);
+        self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.evaluate(bsdf, setting.light, texels);
         let [from_light, from_bsdf] = expected.map(F8::splat);
         self.batch.weigh(|first, light, bsdf| {
@@ -291,7 +291,7 @@ impl Sampler {
     fn product_mis(&mut self, product: &Product, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         let (counts, expected) = self.halves(n)?;
         self.batch.from_density(product, counts[0])?;
-        self.batch.from_bsdf(bsdf, counts[1])?;
+        self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(product)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
@@ -300,7 +300,7 @@ impl Sampler {
     }
 
     fn limit(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
-        self.batch.from_dense(dense, n)?;
+        self.batch.from_dense(dense, n);
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
         self.take_all();
@@ -310,10 +310,10 @@ impl Sampler {
     fn limit_pooled(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         const CANDIDATES: usize = 4;
         let Sampler { batch, candidates, picks } = self;
-        batch.from_dense(dense, n * CANDIDATES)?;
+        batch.from_dense(dense, n * CANDIDATES);
         batch.evaluate(bsdf, setting.light, setting.plain);
         batch.weigh_by_drawn(|pdf, _| pdf * (n * CANDIDATES) as f32);
-        let offset = batch.points(Stream::Choice, 1)?[0][0];
+        let offset = batch.points(Stream::Choice, 1)[0][0];
         candidates.pick(batch, n, offset, picks);
         Ok(())
     }
@@ -321,7 +321,7 @@ impl Sampler {
     /// How many samples each of two techniques draws, and how many are to be expected.
     fn halves(&mut self, n: usize) -> client::Result<([usize; 2], [f32; 2])> {
         if n == 1 {
-            let heads = self.batch.points(Stream::Choice, 1)?[0][0] < 0.5;
+            let heads = self.batch.points(Stream::Choice, 1)[0][0] < 0.5;
             return Ok(([usize::from(heads), usize::from(!heads)], [0.5; 2]));
         }
         let counts = [n / 2, n - n / 2];
@@ -331,7 +331,13 @@ impl Sampler {
     /// Picks every sample that adds something.
     fn take_all(&mut self) {
         let Sampler { batch, picks, .. } = self;
-        let kept = (0..batch.len()).filter(|&i| batch.reflected(i) > 0.0);
-        picks.extend(kept.map(|i| Pick { wi: batch.wi().get(i), contribution: batch.reflected(i) }));
+        picks.resize(batch.len(), Pick { wi: Vec3::ZERO, contribution: 0.0 });
+        // Every sample is written and the place only moves on for those to keep: nothing to predict.
+        let mut kept = 0;
+        for i in 0..batch.len() {
+            picks[kept] = Pick { wi: batch.wi().get(i), contribution: batch.reflected(i) };
+            kept += usize::from(batch.reflected(i) > 0.0);
+        }
+        picks.truncate(kept);
     }
 }

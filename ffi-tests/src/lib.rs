@@ -13,6 +13,7 @@ pub mod material;
 pub mod measure;
 pub mod mesh;
 pub mod plot;
+pub mod points;
 pub mod pool;
 pub mod reference;
 pub mod report;

@@ -244,7 +244,7 @@ fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
         prepare_ns.push(processor_ns() - start);
         bytes.push(product.describe()?.bytes as f64);
         batch.begin(point.pixel, 0, 0);
-        let u = batch.points(Stream::Light, 64)?.to_vec();
+        let u = batch.points(Stream::Light, 64).to_vec();
         let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
         for (batch, ns) in BATCHES.iter().zip(&mut sample_ns) {
             let start = processor_ns();

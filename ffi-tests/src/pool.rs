@@ -32,7 +32,7 @@ impl Candidates {
     ) -> client::Result<()> {
         let half = m / 2;
         draw(batch, setting, bsdf, n * half, half)?;
-        let choices = batch.points(Stream::Choice, n)?.to_vec();
+        let choices = batch.points(Stream::Choice, n).to_vec();
         for (i, choice) in choices.iter().enumerate() {
             let groups = [i * half, (n + i) * half];
             let all = || groups.iter().flat_map(|&first| first..first + half);
@@ -61,7 +61,7 @@ impl Candidates {
     ) -> client::Result<()> {
         let half = n * k / 2;
         draw(batch, setting, bsdf, half, half)?;
-        let offset = batch.points(Stream::Choice, 1)?[0][0];
+        let offset = batch.points(Stream::Choice, 1)[0][0];
         self.pick(batch, n, offset, picks);
         Ok(())
     }
@@ -101,8 +101,8 @@ impl Candidates {
 
 /// Draws `count` candidates of each kind, `in_group` of which are weighed together.
 fn draw(batch: &mut Batch, setting: &Setting, bsdf: &Bsdf, count: usize, in_group: usize) -> client::Result<()> {
-    batch.from_texels(setting.plain, setting.light, count)?;
-    batch.from_bsdf(bsdf, count)?;
+    batch.from_texels(setting.plain, setting.light, count);
+    batch.from_bsdf(bsdf, count);
     batch.evaluate(bsdf, setting.light, setting.plain);
     let in_group = F8::splat(in_group as f32);
     batch.weigh(|_, pdf_light, pdf_bsdf| in_group * (pdf_light + pdf_bsdf));

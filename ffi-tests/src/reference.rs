@@ -96,9 +96,9 @@ fn add_block(
     bsdf: &Bsdf,
     sum: &mut [f64; 2],
 ) -> client::Result<()> {
-    batch.from_texels(setting.plain, setting.light, BLOCK)?;
-    batch.from_bsdf(bsdf, BLOCK)?;
-    batch.from_map(Stream::Uniform, BLOCK, uniform_sphere)?;
+    batch.from_texels(setting.plain, setting.light, BLOCK);
+    batch.from_bsdf(bsdf, BLOCK);
+    batch.from_map(Stream::Uniform, BLOCK, uniform_sphere);
     batch.evaluate(bsdf, setting.light, setting.plain);
     batch.weigh(|_, pdf_light, pdf_bsdf| pdf_light + pdf_bsdf + F8::splat(0.25 / PI));
     for i in (0..batch.len()).filter(|&i| batch.reflected(i) > 0.0) {

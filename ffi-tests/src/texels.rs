@@ -11,7 +11,7 @@ pub struct Texels {
     /// Radiance and probability of each texel.
     looked_up: Vec<[f32; 2]>,
     rows: Inverse,
-    columns: Vec<Inverse>,
+    columns: Inverse,
 }
 
 impl Texels {
@@ -36,9 +36,9 @@ impl Texels {
         if weights.iter().all(|&w| w == 0.0) {
             weights.copy_from_slice(&solid_angle);
         }
-        let columns: Vec<Inverse> = weights.chunks(width).map(Inverse::new).collect();
-        let rows = Inverse::new(&weights.chunks(width).map(|row| row.iter().sum()).collect::<Vec<f64>>());
-        let probability = |i: usize| rows.probability(i / width) * columns[i / width].probability(i % width);
+        let columns = Inverse::new(width, &weights);
+        let rows = Inverse::new(height, &weights.chunks(width).map(|row| row.iter().sum()).collect::<Vec<f64>>());
+        let probability = |i: usize| rows.probability(0, i / width) * columns.probability(i / width, i % width);
         let looked_up = (0..width * height).map(|i| [radiance[i], probability(i)]).collect();
         Texels { looked_up, rows, columns }
     }
@@ -47,10 +47,15 @@ impl Texels {
     pub fn sample(&self, light: &Light, u: &[[f32; 2]], wi: &mut Directions, first: usize) {
         for (block, u) in u.chunks(LANES).enumerate() {
             let (mut column, mut row) = ([0.5; LANES], [0.5; LANES]);
+            // Rows first, so that the look-ups of columns do not wait for one another.
+            let mut rows = [0; LANES];
             for (i, u) in u.iter().enumerate() {
-                let (y, in_row) = self.rows.find(u[1]);
-                let (x, in_column) = self.columns[y].find(u[0]);
-                (column[i], row[i]) = (x as f32 + in_column, y as f32 + in_row);
+                let (y, inside) = self.rows.find(0, u[1]);
+                (rows[i], row[i]) = (y, y as f32 + inside);
+            }
+            for (i, u) in u.iter().enumerate() {
+                let (x, inside) = self.columns.find(rows[i], u[0]);
+                column[i] = x as f32 + inside;
             }
             let at = Position { column: F8::new(column), row: F8::new(row) };
             wi.store(first + block * LANES, light.direction(at));
@@ -67,52 +72,63 @@ impl Texels {
     }
 }
 
-/// The inverse of a cumulative distribution over cells.
+/// The inverses of cumulative distributions over cells.
 struct Inverse {
-    /// Bounds of the cells; one more than there are cells.
+    cells: usize,
+    /// Bounds of the cells of each distribution; one more than there are cells.
     cumulative: Vec<f32>,
-    /// The first cell that may hold i / cells.
-    guide: Vec<u32>,
+    /// The first cell that may hold i / slots, for each distribution.
+    guide: Vec<u16>,
 }
 
 impl Inverse {
-    fn new(weights: &[f64]) -> Inverse {
-        let total: f64 = weights.iter().sum();
-        let mut sum = 0.0;
-        let mut cumulative = vec![0.0];
-        for weight in weights {
-            sum += weight;
-            cumulative.push(if total > 0.0 { (sum / total) as f32 } else { 0.0 });
-        }
-        // A row that is dark has no probability, and is never entered.
-        *cumulative.last_mut().expect("one bound") = 1.0;
-        let mut cell = 0;
-        let guide = (0..weights.len()).map(|i| {
-            while cumulative[cell + 1] <= i as f32 / weights.len() as f32 {
-                cell += 1;
-            }
-            cell as u32
-        });
-        Inverse { guide: guide.collect(), cumulative }
+    /// Distributions of so many cells each.
+    fn new(cells: usize, weights: &[f64]) -> Inverse {
+        let mut inverse = Inverse { cells, cumulative: Vec::new(), guide: Vec::new() };
+        weights.chunks(cells).for_each(|weights| inverse.push(weights));
+        inverse
     }
 
-    fn probability(&self, cell: usize) -> f32 {
-        self.cumulative[cell + 1] - self.cumulative[cell]
+    fn push(&mut self, weights: &[f64]) {
+        let total: f64 = weights.iter().sum();
+        let start = self.cumulative.len();
+        let mut sum = 0.0;
+        self.cumulative.push(0.0);
+        for weight in weights {
+            sum += weight;
+            self.cumulative.push(if total > 0.0 { (sum / total) as f32 } else { 0.0 });
+        }
+        // A distribution that is dark has no probability, and is never entered.
+        self.cumulative[start + self.cells] = 1.0;
+        let mut cell = 0;
+        for i in 0..self.cells {
+            // Slots are powers of two or not; u x slots may then be rounded up, and a slot begins a little earlier.
+            let from = (i as f32 / self.cells as f32) * (1.0 - 1e-6);
+            while self.cumulative[start + cell + 1] <= from {
+                cell += 1;
+            }
+            self.guide.push(cell as u16);
+        }
+    }
+
+    fn probability(&self, distribution: usize, cell: usize) -> f32 {
+        let bounds = &self.cumulative[distribution * (self.cells + 1)..];
+        bounds[cell + 1] - bounds[cell]
     }
 
     /// The cell that holds `u`, and where in it.
     #[inline]
-    fn find(&self, u: f32) -> (usize, f32) {
-        let slot = ((u * self.guide.len() as f32) as usize).min(self.guide.len() - 1);
-        let mut cell = self.guide[slot] as usize;
-        while self.cumulative[cell + 1] <= u {
+    fn find(&self, distribution: usize, u: f32) -> (usize, f32) {
+        let slot = ((u * self.cells as f32) as usize).min(self.cells - 1);
+        let mut cell = usize::from(self.guide[distribution * self.cells + slot]);
+        let bounds = &self.cumulative[distribution * (self.cells + 1)..][..self.cells + 1];
+        // Most slots hold the bounds of few cells: steps that need no prediction, then the rest.
+        cell += usize::from(bounds[cell + 1] <= u);
+        cell += usize::from(bounds[cell + 1] <= u);
+        while bounds[cell + 1] <= u {
             cell += 1;
         }
-        // `slot / cells` may be rounded to above u.
-        while cell > 0 && self.cumulative[cell] > u {
-            cell -= 1;
-        }
-        let [low, high] = [self.cumulative[cell], self.cumulative[cell + 1]];
+        let [low, high] = [bounds[cell], bounds[cell + 1]];
         (cell, ((u - low) / (high - low)).min(0.999_999_9))
     }
 }
@@ -124,12 +140,12 @@ mod tests {
     #[test]
     fn the_inverse_meets_the_cumulative_distribution() {
         let weights: Vec<f64> = (0..37).map(|i| f64::from(i * i % 11)).collect();
-        let inverse = Inverse::new(&weights);
+        let inverse = Inverse::new(37, &weights);
         for k in 0..1 << 16 {
             let u = (k as f32 + 0.5) / 65536.0;
-            let (cell, inside) = inverse.find(u);
+            let (cell, inside) = inverse.find(0, u);
             assert!(weights[cell] > 0.0 && (0.0..1.0).contains(&inside));
-            let back = inverse.cumulative[cell] + inside * inverse.probability(cell);
+            let back = inverse.cumulative[cell] + inside * inverse.probability(0, cell);
             assert!((back - u).abs() < 1e-6);
         }
     }

@@ -23,7 +23,7 @@ pub enum Stream {
 pub struct Batch {
     pixel: [u32; 2],
     pass: u32,
-    first: u32,
+    turn: u32,
     u: Vec<[f32; 2]>,
     count: usize,
     wi: Directions,
@@ -37,9 +37,9 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Starts anew with the sequences of a pixel in a pass, from a number on.
-    pub fn begin(&mut self, pixel: [u32; 2], pass: u32, first: u32) {
-        (self.pixel, self.pass, self.first, self.count) = (pixel, pass, first, 0);
+    /// Starts anew with the sequences of a pixel in a pass; it is the pixel's `turn`-th time.
+    pub fn begin(&mut self, pixel: [u32; 2], pass: u32, turn: u32) {
+        (self.pixel, self.pass, self.turn, self.count) = (pixel, pass, turn, 0);
         self.pdf_drawn.clear();
     }
 
@@ -62,11 +62,11 @@ impl Batch {
         self.reflected[i]
     }
 
-    /// The first points of a stream.
+    /// The points of a stream after those of earlier turns.
     pub fn points(&mut self, stream: Stream, count: usize) -> &[[f32; 2]] {
         self.u.resize(count, [0.0; 2]);
         let seed = client::pixel_seed(self.pixel, self.pass.wrapping_mul(4).wrapping_add(stream as u32));
-        points::sobol(seed, self.first, &mut self.u);
+        points::sobol(seed, self.turn * count as u32, &mut self.u);
         &self.u
     }
 

@@ -154,9 +154,9 @@ fn power(own: F8, other: F8) -> F8 {
 /// The memory of a thread that estimates.
 pub struct Estimator {
     product: Block,
-    /// The limit's product, and for which pixel it is.
+    /// The limit's product, and for which pixel and hit it is.
     dense: Dense,
-    dense_for: Option<[u32; 2]>,
+    dense_for: Option<([u32; 2], u32)>,
     sampler: Sampler,
 }
 
@@ -190,10 +190,10 @@ impl Estimator {
         let Estimator { product, dense, dense_for, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
         sampler.picks.clear();
-        sampler.batch.begin(point.pixel, pass, 0);
-        if method.is_limit() && *dense_for != Some(point.pixel) {
+        sampler.batch.begin(point.pixel, pass, point.hit);
+        if method.is_limit() && *dense_for != Some((point.pixel, point.hit)) {
             dense.prepare(setting.grid, &bsdf);
-            *dense_for = Some(point.pixel);
+            *dense_for = Some((point.pixel, point.hit));
         }
         match method {
             Method::Environment => sampler.environment(setting, &bsdf, n)?,

@@ -6,6 +6,7 @@ pub mod dense;
 pub mod embree;
 pub mod estimator;
 pub mod hardcases;
+pub mod images;
 pub mod lanes;
 pub mod layout;
 pub mod light;

@@ -182,7 +182,7 @@ mod tests {
     fn point() -> ShadingPoint {
         let normal = Vec3::new(0.2, -0.3, 0.9).normalize();
         let wo = Vec3::new(0.7, 0.1, 0.5).normalize();
-        ShadingPoint { pixel: [0, 0], origin: Vec3::ZERO, normal, wo }
+        ShadingPoint { pixel: [0, 0], hit: 0, origin: Vec3::ZERO, normal, wo }
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
 use crate::batch::{Batch, Stream};
-use crate::client::{self, Density};
+use crate::client::{self, Block, Density};
 use crate::estimator::{Estimator, Method, Pick, Setting, prepare};
+use crate::light::octahedral_direction;
+use crate::material::Bsdf;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use crate::statistics::median;
@@ -49,6 +51,8 @@ pub struct Costs {
     pub sample: [f64; 4],
     pub pdf: f64,
     pub product_bytes: usize,
+    /// The largest f L / (p I) on a grid of directions, over some points.
+    pub max_weight: f64,
 }
 
 /// A method at a number of samples.
@@ -99,7 +103,7 @@ impl Repeat {
 /// # Errors
 /// Those of the library.
 pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: &Effort) -> Result<Cell> {
-    let truth = Truth::new(reference);
+    let truth = Truth::new(reference, scene.hits);
     let mut rows = Vec::new();
     for method in Method::ALL.into_iter().filter(|m| effort.methods.contains(&m.name())) {
         if method.is_limit() {
@@ -125,21 +129,22 @@ pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: 
 
 /// The reference, its mean and the region of each point.
 struct Truth {
+    hits: usize,
     values: Vec<[f64; 2]>,
     regions: Vec<usize>,
     means: [f64; 2],
 }
 
 impl Truth {
-    fn new(reference: &Reference) -> Truth {
-        let values = reference.values();
+    fn new(reference: &Reference, hits: usize) -> Truth {
+        let values = pixels(&reference.values(), hits);
         let region = |[shadowed, unshadowed]: &[f64; 2]| match shadowed / unshadowed {
             v if v > 0.95 => 1,
             v if v >= 0.05 => 2,
             _ => 3,
         };
         let mean = |i: usize| values.iter().map(|v| v[i]).sum::<f64>() / values.len() as f64;
-        Truth { regions: values.iter().map(region).collect(), means: [mean(0), mean(1)], values }
+        Truth { hits, regions: values.iter().map(region).collect(), means: [mean(0), mean(1)], values }
     }
 
     fn members(&self, region: usize) -> impl Iterator<Item = usize> + '_ {
@@ -148,6 +153,7 @@ impl Truth {
 
     fn errors(&self, estimates: &[[f64; 2]], region: usize) -> Errors {
         let [mean, unshadowed_mean] = self.means;
+        let estimates = pixels(estimates, self.hits);
         let mut sum = Errors::default();
         let mut tail = Vec::new();
         for i in self.members(region) {
@@ -168,6 +174,12 @@ impl Truth {
             tail: crate::statistics::quantile(&tail, 0.999),
         }
     }
+}
+
+/// The means over the hits of each pixel.
+fn pixels(values: &[[f64; 2]], hits: usize) -> Vec<[f64; 2]> {
+    let mean = |hits: &[[f64; 2]], k: usize| hits.iter().map(|v| v[k]).sum::<f64>() / hits.len() as f64;
+    values.chunks(hits).map(|hits| [mean(hits, 0), mean(hits, 1)]).collect()
 }
 
 /// Estimates every point once. Rays are traced after all samples are drawn, so that the two are timed apart.
@@ -224,7 +236,7 @@ fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort
 }
 
 /// The sums of picks with and without shadows.
-fn shadowed_and_not(scene: &Scene, point: &ShadingPoint, picks: &[Pick]) -> [f64; 2] {
+pub fn shadowed_and_not(scene: &Scene, point: &ShadingPoint, picks: &[Pick]) -> [f64; 2] {
     picks.iter().fold([0.0; 2], |sum, pick| {
         let contribution = f64::from(pick.contribution);
         [sum[0] + if scene.visible(point, pick.wi) { contribution } else { 0.0 }, sum[1] + contribution]
@@ -264,7 +276,28 @@ fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
         sample: sample_ns.map(|ns| median(&ns)),
         pdf: median(&pdf_ns),
         product_bytes: median(&bytes) as usize,
+        max_weight: max_weight(scene, setting, &mut memory)?,
     })
+}
+
+/// The largest f L / (p I) on the centres of a grid of cells, over up to 16 points (rule 33).
+fn max_weight(scene: &Scene, setting: &Setting, memory: &mut Block) -> client::Result<f64> {
+    const SIDE: usize = 256;
+    let at = |c: usize| (c as f32 + 0.5) / SIDE as f32;
+    let grid: Vec<Vec3> = (0..SIDE * SIDE).map(|i| octahedral_direction(at(i % SIDE), at(i / SIDE))).collect();
+    let mut largest = 0.0_f64;
+    for point in scene.points.iter().step_by(scene.points.len().div_ceil(16)) {
+        let product = prepare(setting, point, memory)?;
+        let bsdf = Bsdf::new(setting.material, point);
+        let lit = |wi: &Vec3| (wi.to_array(), f64::from(bsdf.eval_one(*wi).0 * setting.light.radiance(*wi)));
+        let (wi, reflected): (Vec<_>, Vec<_>) = grid.iter().map(lit).filter(|v| v.1 > 0.0).unzip();
+        let integral = reflected.iter().sum::<f64>() * 4.0 * std::f64::consts::PI / grid.len() as f64;
+        let mut pdf = vec![0.0; wi.len()];
+        product.pdf_n(&wi, &mut pdf)?;
+        let weights = reflected.iter().zip(pdf).map(|(value, pdf)| value / (f64::from(pdf) * integral));
+        largest = weights.fold(largest, f64::max);
+    }
+    Ok(largest)
 }
 
 /// The processor time of this thread.

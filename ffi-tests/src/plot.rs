@@ -78,13 +78,15 @@ fn style(index: usize, name: &str) -> ShapeStyle {
     match name {
         "wis" => BLACK.stroke_width(3),
         "wis + MIS" => RGBColor(130, 130, 130).stroke_width(3),
+        "wis biased" | "wis ratio" => RGBColor(170, 170, 170).stroke_width(2),
+        "limit" | "limit, pooled" => RGBColor(255, 190, 0).stroke_width(2),
         _ => COLOURS[index % COLOURS.len()].stroke_width(1),
     }
 }
 
 fn draw_key(area: &Panel, names: &[&str]) -> Result<(), Box<dyn std::error::Error>> {
     for (i, name) in names.iter().enumerate() {
-        let x = 20 + 150 * i as i32;
+        let x = 10 + 110 * i as i32;
         area.draw(&PathElement::new([(x, 17), (x + 24, 17)], style(i, name)))?;
         area.draw(&Text::new(name.to_string(), (x + 30, 10), ("sans-serif", 15)))?;
     }
@@ -93,7 +95,9 @@ fn draw_key(area: &Panel, names: &[&str]) -> Result<(), Box<dyn std::error::Erro
 
 fn draw_panel(cell: &Cell, panel: &Panel, region: usize, axes: &Axes) -> Result<(), Box<dyn std::error::Error>> {
     let point = |row: &Row| ((axes.abscissa)(row), row.median(|r| (axes.error)(&r.errors[region])).sqrt());
-    let points: Vec<(f64, f64)> = cell.rows.iter().map(point).filter(|p| p.1 > 0.0).collect();
+    // The limits have no time.
+    let shown = |p: &(f64, f64)| p.0 > 0.0 && p.1 > 0.0;
+    let points: Vec<(f64, f64)> = cell.rows.iter().map(point).filter(shown).collect();
     let pixels = cell.pixels[region];
     let caption = format!("{}, {}, {pixels} pixels", REGIONS[region], axes.metric);
     let panel = panel.titled(&caption, ("sans-serif", 16))?;
@@ -118,7 +122,7 @@ fn draw_panel(cell: &Cell, panel: &Panel, region: usize, axes: &Axes) -> Result<
         .light_line_style(TRANSPARENT)
         .draw()?;
     for (i, name) in methods(cell).into_iter().enumerate() {
-        let line: Vec<_> = cell.rows.iter().filter(|row| row.method == name).map(point).collect();
+        let line: Vec<_> = cell.rows.iter().filter(|row| row.method == name).map(point).filter(shown).collect();
         let style = style(i, name);
         chart.draw_series(LineSeries::new(line.iter().copied(), style))?;
         chart.draw_series(line.iter().map(|&p| Circle::new(p, 3, style.color.filled())))?;

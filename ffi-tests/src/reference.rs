@@ -68,8 +68,9 @@ impl Reference {
             for (pass, half) in PASSES.iter().zip(&mut sums.halves) {
                 for (point, sum) in scene.points.iter().zip(half) {
                     let bsdf = Bsdf::new(setting.material, point);
-                    for first in (sums.samples..target).step_by(BLOCK) {
-                        batch.begin(point.pixel, *pass, first as u32);
+                    let turns = (sums.samples / BLOCK) as u32..(target / BLOCK) as u32;
+                    for turn in turns {
+                        batch.begin(point.pixel, pass.wrapping_add(point.hit), turn);
                         add_block(&mut batch, scene, setting, point, &bsdf, sum)?;
                     }
                 }

@@ -14,6 +14,8 @@ pub struct Run {
     pub points: usize,
     pub repeats: u32,
     pub lights: Vec<BuiltLight>,
+    /// File names and captions.
+    pub pictures: Vec<(String, String)>,
 }
 
 /// A light and what its environment cost.
@@ -35,9 +37,15 @@ const METRICS: [(&str, Metric); 2] = [("absolute", |e| e.absolute), ("relative",
 /// Those of the writer.
 pub fn write(out: &mut impl Write, run: &Run, cells: &[Cell], plot: impl Fn(&Cell) -> String) -> Result {
     preamble(out, run)?;
-    summary(out, cells)?;
+    for view in views(cells) {
+        let cells: Vec<&Cell> = cells.iter().filter(|cell| cell.scene == view).collect();
+        summary(out, &view, &cells)?;
+        modes(out, &cells)?;
+        limits(out, &cells)?;
+    }
     losses(out, cells)?;
     peer_costs(out, cells)?;
+    pictures(out, run)?;
     for cell in cells {
         section(out, cell, &plot(cell))?;
     }
@@ -54,12 +62,16 @@ fn preamble(out: &mut impl Write, run: &Run) -> Result {
 Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Unshadowed:
 the absolute error where nothing casts a shadow. Regions by v = reference / unshadowed reference: lit > .95, penumbra
 .05 to .95, umbra < .05. Errors and times are medians over repeats; time is processor time of sampling, evaluation and
-rays of a pixel; for wis it contains the preparation, once for each pixel. All materials are grey and the light is
-looked up to the nearest texel. All methods are scalar code with the same points, BRDF, look-up and rays; peers draw
-from the light through the library's own environment. **Gain** is (variance x time of a peer) / (variance x time of wis)
-at the same number of samples: above 1 wis is ahead. The best peer is chosen on the even repeats and scored, as wis, on
-the odd ones; intervals are bootstrap 95 % over these repeats. The column \"wis + MIS\" compares that mode like a peer.
-A method that never finds a small light looks better than it is: its rare hits are outside the repeats.
+rays of a pixel; for wis it contains the preparation, once for each shading point. All materials are grey and the light
+is looked up to the nearest texel. All methods have the same points, BRDF, look-up and rays, and the renderer's side of
+each computes eight samples side by side with the widest instructions of the machine; the library is the one that
+ships. Peers draw from the light's own texels by inverse cumulative distributions with guide tables. **Gain** is
+(variance x time of a peer) / (variance x time of wis) at the same number of samples: above 1 wis is ahead. The best
+peer is chosen on the even repeats and scored, as wis, on the odd ones; intervals are bootstrap 95 % over these repeats.
+\"wis + MIS\" is compared like a peer. A method that never finds a small light looks better than it is: its rare hits
+are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample each.
+The limit is the product of light and BRDF x cosine on all 512 x 512 cells, sampled directly or through a pool of four
+candidates a pick, whichever is better: what is left of its variance comes from visibility.
 "
     )?;
     writeln!(out, "| light | texels | build ms | environment MiB |\n|---|---:|---:|---:|")?;
@@ -70,24 +82,92 @@ A method that never finds a small light looks better than it is: its rare hits a
     writeln!(out)
 }
 
+fn views(cells: &[Cell]) -> Vec<String> {
+    let mut names: Vec<String> = cells.iter().map(|cell| cell.scene.clone()).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
 /// Geometric means of the gain over all cells.
-fn summary(out: &mut impl Write, cells: &[Cell]) -> Result {
-    writeln!(out, "## Gain of wis, geometric mean over {} cells\n", cells.len())?;
+fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
+    writeln!(out, "## {view}: gain of wis, geometric mean over {} cells\n", cells.len())?;
     let Some(first) = cells.first() else { return Ok(()) };
-    let peers = peers(first);
-    let counts = counts(first);
-    writeln!(out, "| metric | N | {} | best peer |", peers.join(" | "))?;
-    writeln!(out, "|---|---:|{}", "---:|".repeat(peers.len() + 1))?;
-    for ((metric, error), &count) in METRICS.iter().flat_map(|m| counts.iter().map(move |n| (m, n))) {
+    let methods: Vec<String> = peers(first).into_iter().chain(["wis + MIS".to_string()]).collect();
+    writeln!(out, "| metric | N | {} | best peer |", methods.join(" | "))?;
+    writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + 1))?;
+    for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(first).into_iter().map(move |n| (m, n))) {
         write!(out, "| {metric} | {count} ")?;
-        for peer in &peers {
-            let gains = cells.iter().filter_map(|cell| gain(cell, peer, count, 0, *error));
+        for method in &methods {
+            let gains = cells.iter().filter_map(|cell| gain(cell, method, count, 0, *error));
             write!(out, "| {:.2} ", geometric_mean(gains.map(|g| g[0])))?;
         }
         let best = cells.iter().filter_map(|cell| best_peer(cell, count, 0, *error));
         writeln!(out, "| {:.2} |", geometric_mean(best.map(|(_, g)| g[0])))?;
     }
     writeln!(out)
+}
+
+/// The error of the library's modes, and how far it is from the integral that the biased ones take for the truth.
+fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
+    const MODES: [&str; 4] = ["wis", "wis + MIS", "wis biased", "wis ratio"];
+    writeln!(out, "Absolute error of the library's modes, geometric mean over cells:\n")?;
+    writeln!(out, "| N | {} |\n|---:|{}", MODES.join(" | "), "---:|".repeat(MODES.len()))?;
+    let Some(first) = cells.first() else { return Ok(()) };
+    for count in counts(first) {
+        write!(out, "| {count} ")?;
+        for mode in MODES {
+            let errors =
+                cells.iter().filter_map(|cell| row(cell, mode, count)).map(|r| r.median(|r| r.errors[0].absolute));
+            write!(out, "| {:.3} ", geometric_mean(errors.map(f64::sqrt)))?;
+        }
+        writeln!(out, "|")?;
+    }
+    writeln!(out)
+}
+
+/// Variance of wis over that of the limit, for each material.
+fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
+    let Some(first) = cells.first() else { return Ok(()) };
+    let counts = counts(first);
+    let mut materials: Vec<&str> = cells.iter().map(|cell| cell.material.as_str()).collect();
+    materials.sort_unstable();
+    materials.dedup();
+    writeln!(out, "Distance to the limit: variance over that of the limit at equal N, geometric mean over lights.\n")?;
+    let heads: Vec<String> = ["wis", "MIS compensated", "P(4)"]
+        .iter()
+        .flat_map(|method| counts.iter().map(move |n| format!("{method} N={n}")))
+        .collect();
+    writeln!(out, "| material | {} |\n|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
+    for material in materials {
+        write!(out, "| {material} ")?;
+        for (method, count) in
+            ["wis", "MIS compensated", "P(4)"].iter().flat_map(|m| counts.iter().map(move |&n| (m, n)))
+        {
+            let of_material = cells.iter().filter(|cell| cell.material == material);
+            let ratios = of_material.filter_map(|cell| Some(variance(cell, method, count)? / limit(cell, count)?));
+            write!(out, "| {:.2} ", geometric_mean(ratios))?;
+        }
+        writeln!(out, "|")?;
+    }
+    writeln!(out)
+}
+
+fn variance(cell: &Cell, method: &str, count: usize) -> Option<f64> {
+    Some(row(cell, method, count)?.median(|repeat| repeat.errors[0].absolute))
+}
+
+/// The better of both limits.
+fn limit(cell: &Cell, count: usize) -> Option<f64> {
+    let limits = Method::ALL.into_iter().filter(|m| m.is_limit());
+    limits.filter_map(|m| variance(cell, &m.name(), count)).min_by(f64::total_cmp)
+}
+
+fn pictures(out: &mut impl Write, run: &Run) -> Result {
+    for (file, caption) in &run.pictures {
+        writeln!(out, "![{caption}]({file})\n\n{caption}\n")?;
+    }
+    Ok(())
 }
 
 /// The cells in which the best peer is ahead beyond doubt.
@@ -109,8 +189,11 @@ fn losses(out: &mut impl Write, cells: &[Cell]) -> Result {
 /// Peers' times beside those of the prototype, which had 8 lanes.
 fn peer_costs(out: &mut impl Write, cells: &[Cell]) -> Result {
     writeln!(out, "## What peers cost\n")?;
-    writeln!(out, "Nanoseconds without rays, mean over cells, beside the prototype's on 8 lanes. The peers here are")?;
-    writeln!(out, "scalar, as is wis: a ratio above 1.5 is marked, and gains over that peer are then flattering.\n")?;
+    writeln!(
+        out,
+        "Nanoseconds without rays, mean over cells, beside those of a prototype with 512 x 512 texels on another"
+    )?;
+    writeln!(out, "machine: a ratio above 1.5 is marked, and gains over that peer may then be flattering.\n")?;
     writeln!(out, "| peer | for | here | prototype | |\n|---|---|---:|---:|---|")?;
     let yardsticks: [(Method, &str, f64, f64); 5] = [
         (Method::MisBalance, "sample", 1.0, 16.0),
@@ -145,11 +228,12 @@ fn section(out: &mut impl Write, cell: &Cell, plot: &str) -> Result {
     let sample: Vec<_> = BATCHES.iter().zip(costs.sample).map(|(n, ns)| format!("{ns:.0} ({n})")).collect();
     writeln!(
         out,
-        "wis: prepare {:.0} ns, ns per sample (in batches of) {}, pdf {:.0} ns, product {} bytes.\n",
+        "wis: prepare {:.0} ns, ns per sample (in batches of) {}, pdf {:.0} ns, product {} bytes, max f L / (p I) {:.1}.\n",
         costs.prepare,
         sample.join(", "),
         costs.pdf,
-        costs.product_bytes
+        costs.product_bytes,
+        costs.max_weight
     )?;
     errors(out, cell)?;
     gains(out, cell)
@@ -166,10 +250,8 @@ fn errors(out: &mut impl Write, cell: &Cell) -> Result {
         let (absolute, relative, unshadowed) = (root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed));
         let (us, tail) = (row.median(Repeat::ns) / 1e3, row.median(|r| r.errors[0].tail));
         let Row { method, count, .. } = row;
-        writeln!(
-            out,
-            "| {method} | {count} | {us:.2} | {absolute:.4} | {relative:.4} | {unshadowed:.4} | {tail:.3} |"
-        )?;
+        let us = if us > 0.0 { format!("{us:.2}") } else { "-".into() };
+        writeln!(out, "| {method} | {count} | {us} | {absolute:.4} | {relative:.4} | {unshadowed:.4} | {tail:.3} |")?;
     }
     writeln!(out)
 }

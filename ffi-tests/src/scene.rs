@@ -1,7 +1,9 @@
 //! What is rendered: meshes under a tracer, and the shading points that a camera sees.
 
+use crate::client;
 use crate::embree::Tracer;
 use crate::mesh::Mesh;
+use crate::points;
 use anyhow::{Result, bail};
 use glam::Vec3;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -10,14 +12,16 @@ use std::path::Path;
 /// Rays start this far above the surface; the meshes are of unit size.
 const OFFSET: f32 = 1e-4;
 /// The G-buffer before it is thinned out.
-const WIDTH: u32 = 480;
-const HEIGHT: u32 = 270;
+pub const WIDTH: u32 = 480;
+pub const HEIGHT: u32 = 270;
 
 /// A pixel's first hit.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingPoint {
     /// The pixel: its own scramble of the points comes from it.
     pub pixel: [u32; 2],
+    /// Which of the pixel's hits it is: its samples are those after the other hits'.
+    pub hit: u32,
     /// Where shadow rays start.
     pub origin: Vec3,
     /// The geometric normal on the side of the camera.
@@ -30,24 +34,38 @@ pub struct ShadingPoint {
 pub struct Scene {
     pub name: String,
     pub tracer: Tracer,
+    /// The hits of a pixel stand together.
     pub points: Vec<ShadingPoint>,
+    /// Hits of a pixel.
+    pub hits: usize,
+}
+
+/// How the camera looks at a scene.
+#[derive(Clone, Copy, Debug)]
+pub enum View {
+    /// So many pixels, one hit through the middle of each.
+    Points(usize),
+    /// So many pixels of as many hits at random places: what a path tracer sees.
+    Hits(usize, usize),
+    /// All pixels of every so many columns and rows.
+    Image(u32),
 }
 
 impl Scene {
-    /// A mesh file on a ground plane, with `count` shading points.
+    /// A mesh file on a ground plane.
     ///
     /// # Errors
     /// The mesh cannot be read, or nothing is seen.
-    pub fn from_file(path: &Path, count: usize) -> Result<Scene> {
+    pub fn from_file(path: &Path, view: View) -> Result<Scene> {
         let name = path.file_stem().and_then(|n| n.to_str()).unwrap_or("mesh");
-        Scene::new(name, &[Mesh::ground(4.0), Mesh::load(path)?], count)
+        Scene::new(name, &[Mesh::ground(4.0), Mesh::load(path)?], view)
     }
 
-    /// Spheres and blocks on a ground plane, with `count` shading points.
+    /// Spheres and blocks on a ground plane.
     ///
     /// # Errors
     /// Embree reports an error.
-    pub fn procedural(count: usize) -> Result<Scene> {
+    pub fn procedural(view: View) -> Result<Scene> {
         let meshes = [
             Mesh::ground(4.0),
             Mesh::sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, 48),
@@ -55,25 +73,34 @@ impl Scene {
             Mesh::block(Vec3::new(-0.95, -0.3, 0.0), Vec3::new(-0.65, 0.5, 0.9)),
             Mesh::block(Vec3::new(-0.5, -0.8, 0.0), Vec3::new(-0.2, -0.6, 0.3)),
         ];
-        Scene::new("procedural", &meshes, count)
+        Scene::new("procedural", &meshes, view)
     }
 
-    fn new(name: &str, meshes: &[Mesh], count: usize) -> Result<Scene> {
+    fn new(name: &str, meshes: &[Mesh], view: View) -> Result<Scene> {
         let tracer = Tracer::new(meshes)?;
-        let eye = Vec3::new(1.1, -2.4, 1.0);
-        let seen = first_hits(&tracer, eye, Vec3::new(0.0, 0.0, 0.42));
-        if seen.is_empty() || count == 0 {
+        let camera = Camera::new(Vec3::new(1.1, -2.4, 1.0), Vec3::new(0.0, 0.0, 0.42));
+        let seen = |step: u32| camera.first_hits(&tracer, step);
+        let (hits, points) = match view {
+            View::Points(count) => (1, thinned(&seen(1), count)),
+            View::Image(step) => (1, seen(step)),
+            View::Hits(count, hits) => {
+                let pixels = thinned(&seen(1), count);
+                let within = pixels.iter().map(|pixel| camera.hits_within(&tracer, pixel.pixel, hits));
+                (hits, within.filter(|within| within.len() == hits).flatten().collect())
+            }
+        };
+        if points.is_empty() {
             bail!("scene {name}: no shading points");
         }
-        let points = (0..count.min(seen.len())).map(|i| seen[i * seen.len() / count.min(seen.len())]).collect();
-        Ok(Scene { name: name.into(), tracer, points })
+        let name = if hits > 1 { format!("{name}, {hits} hits") } else { name.into() };
+        Ok(Scene { name, tracer, points, hits })
     }
 
     /// Tells scenes apart by their shading points.
     pub fn fingerprint(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         for point in &self.points {
-            point.pixel.hash(&mut hasher);
+            (point.pixel, point.hit).hash(&mut hasher);
             let vectors = [point.origin, point.normal, point.wo];
             vectors.iter().flat_map(|v| v.to_array()).for_each(|x| x.to_bits().hash(&mut hasher));
         }
@@ -86,22 +113,50 @@ impl Scene {
     }
 }
 
-/// The G-buffer of a pinhole camera.
-fn first_hits(tracer: &Tracer, eye: Vec3, target: Vec3) -> Vec<ShadingPoint> {
-    let forward = (target - eye).normalize();
-    let right = forward.cross(Vec3::Z).normalize();
-    let up = right.cross(forward);
-    let half_width = 0.42;
-    let half_height = half_width * HEIGHT as f32 / WIDTH as f32;
-    let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
-    let hit = |pixel: [u32; 2]| {
-        let x = (pixel[0] as f32 + 0.5) / WIDTH as f32 * 2.0 - 1.0;
-        let y = 1.0 - (pixel[1] as f32 + 0.5) / HEIGHT as f32 * 2.0;
-        let direction = (forward + right * (x * half_width) + up * (y * half_height)).normalize();
-        let hit = tracer.intersect(eye, direction)?;
-        let normal = if hit.normal.dot(direction) < 0.0 { hit.normal } else { -hit.normal };
-        let origin = eye + direction * hit.distance + normal * OFFSET;
-        Some(ShadingPoint { pixel, origin, normal, wo: -direction })
-    };
-    pixels.filter_map(hit).collect()
+/// At most `count` elements, evenly spread.
+fn thinned(seen: &[ShadingPoint], count: usize) -> Vec<ShadingPoint> {
+    let count = count.min(seen.len());
+    (0..count).map(|i| seen[i * seen.len() / count]).collect()
+}
+
+/// A pinhole camera.
+struct Camera {
+    eye: Vec3,
+    forward: Vec3,
+    right: Vec3,
+    up: Vec3,
+}
+
+impl Camera {
+    fn new(eye: Vec3, target: Vec3) -> Camera {
+        let half_width = 0.42;
+        let forward = (target - eye).normalize();
+        let right = forward.cross(Vec3::Z).normalize();
+        let up = right.cross(forward) * (half_width * HEIGHT as f32 / WIDTH as f32);
+        Camera { eye, forward, right: right * half_width, up }
+    }
+
+    /// What is seen through the middles of every `step`-th pixel.
+    fn first_hits(&self, tracer: &Tracer, step: u32) -> Vec<ShadingPoint> {
+        let on = |length: u32| (0..length).step_by(step as usize);
+        let pixels = on(HEIGHT).flat_map(|y| on(WIDTH).map(move |x| [x, y]));
+        pixels.filter_map(|pixel| self.hit(tracer, pixel, 0, [0.5; 2])).collect()
+    }
+
+    /// What is seen through random places of a pixel.
+    fn hits_within(&self, tracer: &Tracer, pixel: [u32; 2], hits: usize) -> Vec<ShadingPoint> {
+        let mut places = vec![[0.0; 2]; hits];
+        points::sobol(client::pixel_seed(pixel, u32::MAX), 0, &mut places);
+        (0..).zip(places).filter_map(|(hit, place)| self.hit(tracer, pixel, hit, place)).collect()
+    }
+
+    fn hit(&self, tracer: &Tracer, pixel: [u32; 2], hit: u32, place: [f32; 2]) -> Option<ShadingPoint> {
+        let x = (pixel[0] as f32 + place[0]) / WIDTH as f32 * 2.0 - 1.0;
+        let y = 1.0 - (pixel[1] as f32 + place[1]) / HEIGHT as f32 * 2.0;
+        let direction = (self.forward + self.right * x + self.up * y).normalize();
+        let found = tracer.intersect(self.eye, direction)?;
+        let normal = if found.normal.dot(direction) < 0.0 { found.normal } else { -found.normal };
+        let origin = self.eye + direction * found.distance + normal * OFFSET;
+        Some(ShadingPoint { pixel, hit, origin, normal, wo: -direction })
+    }
 }

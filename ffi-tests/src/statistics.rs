@@ -1,7 +1,10 @@
 //! Statistics of the tests and of the report.
 
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal, Uniform};
 use statrs::statistics::{Data, Distribution, OrderStatistics};
+use statrs::stats_tests::NaNPolicy;
+use statrs::stats_tests::chisquare::chisquare;
+use statrs::stats_tests::ks_test::{KSOneSampleAlternativeMethod, ks_onesample};
 
 /// The mean of independent values and its standard error.
 pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
@@ -14,6 +17,33 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 pub fn z_test(values: &[f64], expected: f64) -> f64 {
     let (mean, error) = mean_and_error(values);
     2.0 * Normal::standard().sf(((mean - expected) / error).abs())
+}
+
+/// The chi-square test of counts against probabilities, which are scaled to add up to 1: its p-value. Bins that expect
+/// fewer than 10 are counted together.
+pub fn chi_square(counts: &[usize], probabilities: &[f64]) -> f64 {
+    let total: f64 = counts.iter().map(|&n| n as f64).sum();
+    let scale = total / probabilities.iter().sum::<f64>();
+    let bins = || counts.iter().zip(probabilities).map(|(&n, p)| (n, p * scale));
+    let (mut observed, mut expected): (Vec<_>, Vec<_>) = bins().filter(|bin| bin.1 >= 10.0).unzip();
+    let rare = bins().filter(|bin| bin.1 < 10.0).fold((0, 0.0), |sum, bin| (sum.0 + bin.0, sum.1 + bin.1));
+    match (rare, expected.last_mut()) {
+        ((_, rest), Some(last)) if rest < 10.0 => {
+            *observed.last_mut().expect("as many counts") += rare.0;
+            *last += rare.1;
+        }
+        _ => {
+            observed.push(rare.0);
+            expected.push(rare.1);
+        }
+    }
+    chisquare(&observed, Some(&expected), None).map_or(0.0, |(_, p)| p)
+}
+
+/// The Kolmogorov-Smirnov test of independent values against the uniform distribution on [0, 1]: its p-value.
+pub fn kolmogorov_smirnov(values: Vec<f64>) -> f64 {
+    let method = KSOneSampleAlternativeMethod::TwoSidedAsymptotic;
+    ks_onesample(values, &Uniform::standard(), method, NaNPolicy::Error).map_or(0.0, |(_, p)| p)
 }
 
 /// The relative shift of the mean that `z_test` at a significance finds with power .99.
@@ -78,6 +108,14 @@ mod tests {
         assert!(z_test(&uniform, 0.5) > 0.99);
         let fault = smallest_fault(&uniform, 0.5, 1e-3);
         assert!((0.02..0.04).contains(&fault) && z_test(&uniform, 0.5 * (1.0 + 2.0 * fault)) < 1e-3);
+    }
+
+    #[test]
+    fn frequencies_and_distances_find_a_tilt_and_pass_the_truth() {
+        let even = [2500; 4];
+        assert!(chi_square(&even, &[0.25; 4]) > 0.99 && chi_square(&even, &[0.27, 0.25, 0.25, 0.23]) < 1e-6);
+        let spread = |tilt: f64| (0..10_000).map(|i| ((f64::from(i) + 0.5) / 1e4).powf(tilt)).collect();
+        assert!(kolmogorov_smirnov(spread(1.0)) > 0.99 && kolmogorov_smirnov(spread(1.1)) < 1e-6);
     }
 
     #[test]

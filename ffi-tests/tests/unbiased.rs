@@ -22,7 +22,7 @@ fn open(wi: Vec3) -> bool {
 
 fn point() -> ShadingPoint {
     let normal = Vec3::new(0.3, 0.2, 0.93).normalize();
-    ShadingPoint { pixel: [5, 9], origin: Vec3::ZERO, normal, wo: Vec3::new(-0.5, 0.3, 0.8).normalize() }
+    ShadingPoint { pixel: [5, 9], hit: 0, origin: Vec3::ZERO, normal, wo: Vec3::new(-0.5, 0.3, 0.8).normalize() }
 }
 
 /// Smooth sky, bright patch, dark ground: a map on which every technique has a moderate variance.

@@ -4,7 +4,8 @@
 //! the pdf is one function of the world direction: a sample's pdf is the pdf of the direction that it returns
 //! (rules 12 and 13 of the design: the same bits, and never 0 where the stored density is not).
 
-use crate::numeric::{ONE_MINUS_EPSILON, inverse_power, max, min, sqrt};
+pub(crate) use crate::numeric::ONE_MINUS_EPSILON;
+use crate::numeric::{inverse_power, max, min, sqrt};
 use crate::sphere::{self, Frame, SPHERE, unit};
 use crate::status::{Result, Status};
 use crate::tree::MAX_DEPTH;
@@ -105,11 +106,17 @@ struct Place {
     corners: [f32; 4],
 }
 
+/// Random numbers as every sampling call takes them.
+#[inline(always)]
+pub(crate) fn clamp(u: [f32; 2]) -> [f32; 2] {
+    u.map(clamp_u)
+}
+
 /// The point of the square for `u`.
 #[inline(always)]
 fn sample_square<D: Density>(density: &D, u: [f32; 2]) -> Option<Place> {
     let mut cell = Cell::WHOLE;
-    let mut u = u.map(clamp_u);
+    let mut u = clamp(u);
     let mut product = 1.0;
     let corners = density.walk(|masses| {
         let (c, inside, factor) = take_quad(masses, u);

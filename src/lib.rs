@@ -5,7 +5,7 @@
 //!
 //! Data flows one way, and a file imports only what stands before it in this list:
 //! `status`, `numeric`, `sphere`, `points`, `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
-//! `descent`, `environment`, `query`, `lobe`, `product`, `sampler`, `ffi`.
+//! `descent`, `simd`, `wide`, `environment`, `query`, `lobe`, `product`, `sampler`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -22,11 +22,14 @@ pub mod product;
 pub mod prune;
 pub mod query;
 pub mod sampler;
+#[allow(unsafe_code)]
+pub mod simd;
 pub mod sphere;
 pub mod split;
 pub mod status;
 pub mod tree;
 pub mod warp;
+pub mod wide;
 
 #[allow(unsafe_code)]
 pub mod ffi;

@@ -14,30 +14,33 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     LUMINANCE[0] as f32 * r + LUMINANCE[1] as f32 * g + LUMINANCE[2] as f32 * b
 }
 
+/// The coefficients of [`atan_turns`].
+pub(crate) const ATAN_TURNS: [f32; 9] = [
+    0.636_619_75,
+    -0.212_205_07,
+    0.127_278_34,
+    -0.090_431_29,
+    0.067_772_95,
+    -0.047_843_616,
+    0.027_267_836,
+    -0.010_288_856,
+    0.001_829_949,
+];
+/// The coefficients of the sine and the cosine of [`sin_cos_turns`].
+pub(crate) const SIN_TURNS: [f32; 5] = [1.570_796_4, -0.645_964_1, 0.079_692_58, -0.004_681_266_3, 0.000_158_206_3];
+pub(crate) const COS_TURNS: [f32; 5] = [1.0, -1.233_700_5, 0.253_669_26, -0.020_860_216, 0.000_903_541_6];
+
 /// `atan(x) 2 / pi` for x in [0, 1], within 1.4e-7 relative (minimax, odd, degree 17).
 #[inline(always)]
 pub fn atan_turns(x: f32) -> f32 {
-    const C: [f32; 9] = [
-        0.636_619_75,
-        -0.212_205_07,
-        0.127_278_34,
-        -0.090_431_29,
-        0.067_772_95,
-        -0.047_843_616,
-        0.027_267_836,
-        -0.010_288_856,
-        0.001_829_949,
-    ];
-    x * horner(C, x * x)
+    x * horner(ATAN_TURNS, x * x)
 }
 
 /// Sine and cosine of `x pi / 2` for x in [0, 1/2], within 1e-7 relative.
 #[inline(always)]
 pub fn sin_cos_turns(x: f32) -> (f32, f32) {
-    const SIN: [f32; 5] = [1.570_796_4, -0.645_964_1, 0.079_692_58, -0.004_681_266_3, 0.000_158_206_3];
-    const COS: [f32; 5] = [1.0, -1.233_700_5, 0.253_669_26, -0.020_860_216, 0.000_903_541_6];
     let t = x * x;
-    (x * horner(SIN, t), horner(COS, t))
+    (x * horner(SIN_TURNS, t), horner(COS_TURNS, t))
 }
 
 /// The polynomial with coefficients `c`, lowest first, at `t`.

@@ -8,7 +8,7 @@ use crate::numeric::{max, min};
 
 /// No side that has mass is less probable than this, or a 24-bit u of 0 would enter it too often: the clamp
 /// makes the probability of such a side the one that it is really sampled with.
-const SMALLEST_SPLIT: f32 = 1.0 / 16_777_216.0;
+pub(crate) const SMALLEST_SPLIT: f32 = 1.0 / 16_777_216.0;
 
 /// `u` moved into [0, 1 - 2^-24]; NaN counts as 1/2.
 #[inline]

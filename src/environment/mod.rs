@@ -15,7 +15,9 @@ pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Row
 
 use crate::descent::Density;
 use crate::numeric::{ContentHash, exp2i};
+use crate::simd::{LANES, Lanes};
 use crate::tree::{Link, Tree};
+use crate::wide::{ALL, WideDensity};
 use core::f64::consts::PI;
 
 /// How a tree is stored.
@@ -150,5 +152,65 @@ impl Density for Light<'_> {
             square = self.0.child_square(here, c);
         }
         Some([1.0; 4])
+    }
+}
+
+/// Eight places in a tree.
+pub(crate) struct Descent<'a> {
+    tree: Tree<'a, 4>,
+    squares: [u32; LANES],
+    /// The lanes that stand at a square, as bits.
+    pub walks: u32,
+}
+
+impl<'a> Descent<'a> {
+    /// Starts at squares; those of lanes that are not in `walks` do not matter.
+    #[inline(always)]
+    pub fn from(tree: Tree<'a, 4>, squares: [u32; LANES], walks: u32) -> Self {
+        Descent { tree, squares, walks }
+    }
+
+    /// The averages of the children, child by child.
+    #[inline(always)]
+    pub fn children<F: Lanes>(&self) -> [F; 4] {
+        let squares = self.tree.squares();
+        F::transpose(self.squares.map(|square| squares.get(square as usize).unwrap_or(&[0.0; 4])))
+    }
+
+    /// Goes to the children on the sides; lanes whose child is a cell end there.
+    #[inline(always)]
+    pub fn step<F: Lanes>(&mut self, sides: [F::Mask; 2]) {
+        let mut walks = 0;
+        if self.tree.links().is_empty() {
+            self.squares = F::child(self.squares, sides);
+            for (i, &square) in self.squares.iter().enumerate() {
+                walks |= u32::from((square as usize) < self.tree.squares().len()) << i;
+            }
+        } else {
+            let sides = sides.map(F::bits);
+            for (i, square) in self.squares.iter_mut().enumerate() {
+                let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
+                if let Some(child) = self.tree.child_square(*square, c) {
+                    *square = child;
+                    walks |= 1 << i;
+                }
+            }
+        }
+        self.walks &= walks;
+    }
+}
+
+impl WideDensity for Light<'_> {
+    #[inline(always)]
+    fn walk_wide<F: Lanes>(&self, mut choose: impl FnMut(F::Mask, [F; 4]) -> [F::Mask; 2]) -> ([F; 4], u32) {
+        let start = if self.0.root_square().is_some() { ALL } else { 0 };
+        let mut descent = Descent::from(self.0, [0; LANES], start);
+        let mut levels = 0;
+        while descent.walks != 0 && levels < crate::tree::MAX_DEPTH {
+            let sides = choose(F::mask(descent.walks), descent.children());
+            descent.step::<F>(sides);
+            levels += 1;
+        }
+        ([F::splat(1.0); 4], descent.walks)
     }
 }

@@ -3,7 +3,12 @@
 
 use super::{Checked, Failure, Strided, borrow, out};
 use crate::descent::{self, Density, Sample};
+use crate::simd::{LANES, Native};
 use crate::sphere::Frame;
+use crate::wide::{self, WideDensity};
+
+/// So many calls together cost less in lanes than one by one.
+const FEWEST: usize = 3;
 
 /// One sample: u, then the sample.
 ///
@@ -29,7 +34,7 @@ pub(super) unsafe fn sample<D: Density>(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[inline(always)]
-pub(super) unsafe fn sample_n<D: Density>(
+pub(super) unsafe fn sample_n<D: WideDensity>(
     (density, frame): (&D, &Frame),
     count: usize,
     u: (*const f32, usize),
@@ -40,13 +45,30 @@ pub(super) unsafe fn sample_n<D: Density>(
     let u = Strided::<2>::new(u.0, u.1, count, argument)?;
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 2)?;
     let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 4)?;
-    for index in 0..count {
-        // SAFETY: the caller's contract; the index is below the count.
-        unsafe {
-            let sample = descent::sample(density, frame, u.read(index));
-            wi.write(index, sample.wi);
-            pdf.write(index, [sample.pdf]);
+    let mut first = 0;
+    while first < count {
+        let here = (count - first).min(LANES);
+        let mut points = [[0.5; 2]; LANES];
+        for (i, point) in points.iter_mut().enumerate().take(here) {
+            // SAFETY: the caller's contract; the index is below the count.
+            *point = unsafe { u.read(first + i) };
         }
+        let mut samples = [Sample::default(); LANES];
+        if here < FEWEST {
+            for (sample, point) in samples.iter_mut().zip(points).take(here) {
+                *sample = descent::sample(density, frame, point);
+            }
+        } else {
+            samples = wide::sample::<Native, D>(density, frame, points);
+        }
+        for (i, sample) in samples.into_iter().enumerate().take(here) {
+            // SAFETY: as above.
+            unsafe {
+                wi.write(first + i, sample.wi);
+                pdf.write(first + i, [sample.pdf]);
+            }
+        }
+        first += here;
     }
     Ok(())
 }
@@ -76,7 +98,7 @@ pub(super) unsafe fn pdf<D: Density>(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[inline(always)]
-pub(super) unsafe fn pdf_n<D: Density>(
+pub(super) unsafe fn pdf_n<D: WideDensity>(
     (density, frame): (&D, &Frame),
     count: usize,
     wi: (*const f32, usize),
@@ -85,9 +107,27 @@ pub(super) unsafe fn pdf_n<D: Density>(
 ) -> Checked<()> {
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
     let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 2)?;
-    for index in 0..count {
-        // SAFETY: the caller's contract; the index is below the count.
-        unsafe { pdf.write(index, [descent::pdf(density, frame, wi.read(index)).unwrap_or(0.0)]) };
+    let mut first = 0;
+    while first < count {
+        let here = (count - first).min(LANES);
+        let mut directions = [[0.0; 3]; LANES];
+        for (i, direction) in directions.iter_mut().enumerate().take(here) {
+            // SAFETY: the caller's contract; the index is below the count.
+            *direction = unsafe { wi.read(first + i) };
+        }
+        let mut values = [0.0; LANES];
+        if here < FEWEST {
+            for (value, direction) in values.iter_mut().zip(directions).take(here) {
+                *value = descent::pdf(density, frame, direction).unwrap_or(0.0);
+            }
+        } else {
+            values = wide::pdf::<Native, D>(density, frame, directions);
+        }
+        for (i, value) in values.into_iter().enumerate().take(here) {
+            // SAFETY: as above.
+            unsafe { pdf.write(first + i, [value]) };
+        }
+        first += here;
     }
     Ok(())
 }

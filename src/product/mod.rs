@@ -10,8 +10,11 @@ mod build;
 pub use build::{Budget, Built, Cell, build, cell_count, emit};
 
 use crate::descent::{Density, lerp};
+use crate::environment::Descent;
 use crate::numeric::{inverse_power, select};
-use crate::tree::{NO_SQUARE, Tree};
+use crate::simd::{LANES, Lanes};
+use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
+use crate::wide::{self, ALL, WideDensity};
 
 /// Set in a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
@@ -141,6 +144,88 @@ impl Density for Product<'_> {
             part = part.child(c, self.light.child_square(part.square, c).unwrap_or(NO_SQUARE));
         }
         Some(part.values(0.0, 1.0))
+    }
+}
+
+/// Parts of eight leaves.
+struct Parts<F> {
+    corners: [F; 4],
+    origin: [F; 2],
+    size: F,
+}
+
+impl<F: Lanes> Parts<F> {
+    /// As [`Part::values`].
+    #[inline(always)]
+    fn values(&self, low: f32, high: f32) -> [F; 4] {
+        let [c00, c01, c10, c11] = self.corners;
+        let [x, y] = self.origin;
+        let at = |origin: F, place: f32| origin + F::splat(place) * self.size;
+        let (x0, x1, y0, y1) = (at(x, low), at(x, high), at(y, low), at(y, high));
+        let (left0, right0) = (wide::lerp(x0, c00, c10), wide::lerp(x0, c01, c11));
+        let (left1, right1) = (wide::lerp(x1, c00, c10), wide::lerp(x1, c01, c11));
+        let along = |y: F, left: F, right: F| wide::lerp(y, left, right);
+        [along(y0, left0, right0), along(y1, left0, right0), along(y0, left1, right1), along(y1, left1, right1)]
+    }
+
+    /// As [`Part::masses`].
+    #[inline(always)]
+    fn masses(&self, light: [F; 4]) -> [F; 4] {
+        let [f0, f1, f2, f3] = self.values(0.25, 0.75);
+        let [l0, l1, l2, l3] = light;
+        [l0 * f0, l1 * f1, l2 * f2, l3 * f3]
+    }
+
+    /// As [`Part::child`], for the lanes that walk.
+    #[inline(always)]
+    fn step(&mut self, walks: F::Mask, sides: [F::Mask; 2]) {
+        let half = F::splat(0.5) * self.size;
+        for (origin, side) in self.origin.iter_mut().zip(sides) {
+            *origin = F::select(F::and(walks, side), *origin + half, *origin);
+        }
+        self.size = F::select(walks, half, self.size);
+    }
+}
+
+impl WideDensity for Product<'_> {
+    #[inline(always)]
+    fn walk_wide<F: Lanes>(&self, mut choose: impl FnMut(F::Mask, [F; 4]) -> [F::Mask; 2]) -> ([F; 4], u32) {
+        let mut links = [0; LANES];
+        let (mut walks, mut failed, mut levels) = (ALL, 0u32, 0);
+        while walks != 0 && levels < MAX_DEPTH {
+            // A damaged tree ends in a leaf that does not exist.
+            const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
+            let squares = links.map(|link| self.squares.get(link as usize).unwrap_or(&NOTHING));
+            let sides = choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
+            let sides = sides.map(F::bits);
+            for (i, (link, square)) in links.iter_mut().zip(squares).enumerate() {
+                let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
+                let next = square.links.get(c as usize).copied().unwrap_or(u32::MAX);
+                *link = if walks >> i & 1 == 1 { next } else { *link };
+                walks &= !((next >> 31) << i);
+            }
+            levels += 1;
+        }
+        failed |= walks;
+        for (i, link) in links.iter().enumerate() {
+            failed |= u32::from((link & !LEAF) as usize >= self.leaves.len()) << i;
+        }
+        const DARK: Leaf = Leaf { corners: [0.0; 4], square: NO_SQUARE, light: 0, index: [0; 2], level: 0 };
+        let leaves = links.map(|link| self.leaves.get((link & !LEAF) as usize).unwrap_or(&DARK));
+        let zero = F::splat(0.0);
+        let corners = F::transpose(leaves.map(|leaf| &leaf.corners));
+        let mut parts = Parts { corners, origin: [zero; 2], size: F::splat(1.0) };
+        let squares = leaves.map(|leaf| leaf.square);
+        let lit = squares.iter().rev().fold(0, |bits, &square| bits << 1 | u32::from(square != NO_SQUARE));
+        let mut descent = Descent::from(self.light, squares, lit & !failed);
+        while descent.walks != 0 && levels < 2 * MAX_DEPTH {
+            let walks = F::mask(descent.walks);
+            let sides = choose(walks, parts.masses(descent.children()));
+            parts.step(walks, sides);
+            descent.step::<F>(sides);
+            levels += 1;
+        }
+        (parts.values(0.0, 1.0), failed | descent.walks)
     }
 }
 

@@ -1,0 +1,78 @@
+//! Eight numbers side by side, each lane with the bits of the scalar operation of the same name: + - * / and square
+//! roots are correctly rounded everywhere, and minimum and maximum are comparisons, so no lane width and no processor
+//! changes a result.
+//!
+//! Kernels are generic over [`Lanes`]. [`Portable`] runs anywhere and is what the others are tested against;
+//! [`Native`] is the fastest that every processor of the target has.
+
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
+
+pub use portable::Portable;
+#[cfg(target_arch = "x86_64")]
+pub use sse2::Sse2;
+
+use core::ops::{Add, Div, Mul, Sub};
+
+/// The lanes that every processor of this target has.
+#[cfg(target_arch = "x86_64")]
+pub type Native = Sse2;
+/// The lanes that every processor of this target has.
+#[cfg(not(target_arch = "x86_64"))]
+pub type Native = Portable;
+
+/// Numbers in a [`Lanes`].
+pub const LANES: usize = 8;
+
+/// Eight numbers.
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + 'static
+{
+    /// A truth value for each lane.
+    type Mask: Copy;
+
+    /// The same number in all lanes.
+    fn splat(x: f32) -> Self;
+    /// One number for each lane.
+    fn from_array(lanes: [f32; LANES]) -> Self;
+    /// The numbers of all lanes.
+    fn to_array(self) -> [f32; LANES];
+    /// Element `k` of lane `i`'s row in lane `i` of result `k`.
+    fn transpose(rows: [&[f32; 4]; LANES]) -> [Self; 4];
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// The number without its sign.
+    fn abs(self) -> Self;
+    /// The number with the sign of another.
+    fn copysign(self, sign: Self) -> Self;
+    /// The next smaller number, of a positive one.
+    fn before(self) -> Self;
+    /// The smaller of two, by comparison; `b` if either is NaN.
+    fn min(self, b: Self) -> Self;
+    /// The larger of two, by comparison; `b` if either is NaN.
+    fn max(self, b: Self) -> Self;
+    /// self < b.
+    fn lt(self, b: Self) -> Self::Mask;
+    /// self <= b.
+    fn le(self, b: Self) -> Self::Mask;
+    /// `a` where the mask is set, elsewhere `b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// Both.
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Either.
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Four times each number, plus 1, plus 2 where the first mask is set, plus 1 where the second is: the child of a
+    /// square in heap order.
+    fn child(squares: [u32; LANES], sides: [Self::Mask; 2]) -> [u32; LANES];
+    /// The mask with the lanes whose bits are set, lane 0 lowest.
+    fn mask(bits: u32) -> Self::Mask;
+    /// The lanes of a mask as bits, lane 0 lowest.
+    fn bits(mask: Self::Mask) -> u32;
+
+    /// 1 where the mask is set, elsewhere 0.
+    #[inline(always)]
+    fn unit(mask: Self::Mask) -> Self {
+        Self::select(mask, Self::splat(1.0), Self::splat(0.0))
+    }
+}

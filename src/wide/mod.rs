@@ -1,0 +1,137 @@
+//! Sample and pdf of eight directions side by side: the walk of [`crate::descent`], bit for bit.
+//!
+//! Descending one path is a chain of mispredicted branches; eight paths without branches take little longer than one.
+//! A lane that needs more than the straight way (a point that rounding carried over the border of its cell, a damaged
+//! tree) is left to the scalar walk, so the two can only agree.
+
+mod sphere;
+mod split;
+
+use crate::descent::{self, Density, Sample};
+use crate::simd::{LANES, Lanes};
+use crate::sphere::{Frame, SPHERE};
+use split::{quad_density, take_quad};
+
+/// Every lane.
+pub const ALL: u32 = (1 << LANES) - 1;
+
+/// A density whose walk eight lanes can take at once.
+pub trait WideDensity: Density {
+    /// Walks from the whole square to eight cells. `choose` is given the lanes that still walk and the masses of the
+    /// four children, and answers the sides that the lanes take along both axes; what it answers for other lanes does
+    /// not matter. Returns the corners of the cells as [`Density::walk`] does, and the lanes that failed as bits.
+    fn walk_wide<F: Lanes>(&self, choose: impl FnMut(F::Mask, [F; 4]) -> [F::Mask; 2]) -> ([F; 4], u32);
+}
+
+/// Eight times [`descent::sample`].
+#[inline(always)]
+pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]; LANES]) -> [Sample; LANES] {
+    if !density.is_positive() {
+        return [Sample::default(); LANES];
+    }
+    let mut inside = [F::from_array(u.map(|u| descent::clamp(u)[0])), F::from_array(u.map(|u| descent::clamp(u)[1]))];
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    let (mut index, mut width, mut product) = ([zero; 2], one, one);
+    let (corners, failed) = density.walk_wide(|walks, masses| {
+        let (sides, within, factor) = take_quad(masses, inside);
+        for axis in [0, 1] {
+            inside[axis] = F::select(walks, within[axis], inside[axis]);
+            index[axis] = F::select(walks, index[axis] + index[axis] + F::unit(sides[axis]), index[axis]);
+        }
+        width = F::select(walks, F::splat(0.5) * width, width);
+        product = F::select(walks, product * factor, product);
+        sides
+    });
+    let place = sample_bilinear(corners, inside);
+    let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
+    let world = sphere::to_world(frame, sphere::direction(s));
+    let (back, unit) = sphere::to_square(frame, world);
+    let offset = back.map(|s| s / width);
+    let within = |axis: usize| F::and(index[axis].le(offset[axis]), offset[axis].lt(index[axis] + one));
+    let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
+    let sound = F::bits(F::and(F::and(within(0), within(1)), unit)) & !failed;
+    let (pdf, [x, y, z]) = (per_solid_angle(value).to_array(), world.map(F::to_array));
+    let mut samples = [Sample::default(); LANES];
+    for (i, (sample, u)) in samples.iter_mut().zip(u).enumerate() {
+        *sample = if sound >> i & 1 == 1 {
+            Sample { wi: [x[i & 7], y[i & 7], z[i & 7]], pdf: pdf[i & 7] }
+        } else {
+            descent::sample(density, frame, u)
+        };
+    }
+    samples
+}
+
+/// Eight times [`descent::pdf`]; 0 for a direction that is not of unit length.
+#[inline(always)]
+pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: [[f32; 3]; LANES]) -> [f32; LANES] {
+    if !density.is_positive() {
+        return [0.0; LANES];
+    }
+    let world = [F::from_array(wi.map(|w| w[0])), F::from_array(wi.map(|w| w[1])), F::from_array(wi.map(|w| w[2]))];
+    let (mut rest, unit) = sphere::to_square(frame, world);
+    let one = F::splat(1.0);
+    let mut product = one;
+    let (corners, failed) = density.walk_wide(|walks, masses| {
+        // Doubling and taking away what is above 1 are exact: the next binary digit of each coordinate.
+        let doubled = rest.map(|s| s + s);
+        let sides = doubled.map(|s| one.le(s));
+        for axis in [0, 1] {
+            rest[axis] = F::select(walks, doubled[axis] - F::unit(sides[axis]), rest[axis]);
+        }
+        product = F::select(walks, product * quad_density(masses, sides), product);
+        sides
+    });
+    let zero = F::splat(0.0);
+    let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
+    let mut pdf = F::select(unit, per_solid_angle(value), zero).to_array();
+    if failed != 0 {
+        for (i, (pdf, wi)) in pdf.iter_mut().zip(wi).enumerate() {
+            if failed >> i & 1 == 1 {
+                *pdf = descent::pdf(density, frame, wi).unwrap_or(0.0);
+            }
+        }
+    }
+    pdf
+}
+
+/// The point at `inside` of cell `index`, which is `width` wide; never outside the cell.
+#[inline(always)]
+fn place_in_cell<F: Lanes>(index: F, inside: F, width: F) -> F {
+    let end = ((index + F::splat(1.0)) * width).before();
+    ((index + inside) * width).max(index * width).min(end)
+}
+
+#[inline(always)]
+fn sample_bilinear<F: Lanes>(corners: [F; 4], u: [F; 2]) -> [F; 2] {
+    let [c00, c01, c10, c11] = corners;
+    let x = sample_linear(c00 + c01, c10 + c11, u[0]);
+    let y = sample_linear(lerp(x, c00, c10), lerp(x, c01, c11), u[1]);
+    [x, y]
+}
+
+#[inline(always)]
+fn bilinear_density<F: Lanes>(corners: [F; 4], x: [F; 2]) -> F {
+    let [c00, c01, c10, c11] = corners;
+    let sum = (c00 + c01) + (c10 + c11);
+    let density = F::splat(4.0) * lerp(x[1], lerp(x[0], c00, c10), lerp(x[0], c01, c11)) / sum;
+    F::select(F::splat(0.0).lt(sum), density, F::splat(1.0))
+}
+
+#[inline(always)]
+fn sample_linear<F: Lanes>(a: F, b: F, u: F) -> F {
+    let denominator = a + lerp(u, a * a, b * b).sqrt();
+    let x = F::select(F::splat(0.0).lt(denominator), u * (a + b) / denominator, u);
+    x.min(F::splat(descent::ONE_MINUS_EPSILON))
+}
+
+#[inline(always)]
+pub(crate) fn lerp<F: Lanes>(t: F, a: F, b: F) -> F {
+    (F::splat(1.0) - t) * a + t * b
+}
+
+#[inline(always)]
+fn per_solid_angle<F: Lanes>(density: F) -> F {
+    let zero = F::splat(0.0);
+    F::select(zero.lt(density), (density / F::splat(SPHERE)).max(F::splat(f32::MIN_POSITIVE)), zero)
+}

@@ -1,0 +1,80 @@
+//! Directions and points of the square of [`crate::sphere`] in eight lanes, bit for bit.
+
+use crate::numeric::{ATAN_TURNS, COS_TURNS, ONE_MINUS_EPSILON, SIN_TURNS};
+use crate::simd::Lanes;
+use crate::sphere::Frame;
+
+/// The points of [0, 1)^2 for directions of unit length.
+#[inline(always)]
+fn square<F: Lanes>([x, y, z]: [F; 3]) -> [F; 2] {
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();
+    let ratio = ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE));
+    let minor = radius * (ratio * horner(ATAN_TURNS, ratio * ratio));
+    let major = radius - minor;
+    let steep = ax.lt(ay);
+    let (along_x, along_y) = (F::select(steep, minor, major), F::select(steep, major, minor));
+    let south = z.lt(zero);
+    [coordinate(zero.lt(x), south, along_x, along_y), coordinate(zero.lt(y), south, along_y, along_x)]
+}
+
+#[inline(always)]
+fn coordinate<F: Lanes>(positive: F::Mask, south: F::Mask, own: F, other: F) -> F {
+    let half = F::splat(0.5);
+    let lower = F::select(south, half * other, half - half * own);
+    let s = F::select(positive, F::splat(1.0) - lower, lower);
+    s.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
+}
+
+/// The directions for points of [0, 1]^2.
+#[inline(always)]
+pub fn direction<F: Lanes>(s: [F; 2]) -> [F; 3] {
+    let [half, one, two] = [0.5, 1.0, 2.0].map(F::splat);
+    let [x, y] = s.map(|s| s.min(one - s));
+    let south = (x + y).lt(half);
+    let (a, b) = (F::select(south, two * y, one - two * x), F::select(south, two * x, one - two * y));
+    let radius = a + b;
+    let turns = a.min(b) / radius.max(F::splat(f32::MIN_POSITIVE));
+    let t = turns * turns;
+    let (sin, cos) = (turns * horner(SIN_TURNS, t), horner(COS_TURNS, t));
+    let squared = radius * radius;
+    let horizontal = radius * (two - squared).sqrt();
+    let steep = a.lt(b);
+    let (dx, dy) = (F::select(steep, sin, cos), F::select(steep, cos, sin));
+    let z = one - squared;
+    let signed = |d: F, s: F| (horizontal * d).copysign(s - half);
+    [signed(dx, s[0]), signed(dy, s[1]), F::select(south, F::splat(0.0) - z, z)]
+}
+
+/// Directions of map space in world space.
+#[inline(always)]
+pub fn to_world<F: Lanes>(frame: &Frame, [x, y, z]: [F; 3]) -> [F; 3] {
+    let columns = frame.to_array();
+    let row = |k: usize| {
+        let [a, b, c] = [k, k + 3, k + 6].map(|i| F::splat(columns.get(i).copied().unwrap_or(0.0)));
+        a * x + b * y + c * z
+    };
+    [row(0), row(1), row(2)]
+}
+
+/// The points of the square for world directions, and whether those are of unit length.
+#[inline(always)]
+pub fn to_square<F: Lanes>(frame: &Frame, [x, y, z]: [F; 3]) -> ([F; 2], F::Mask) {
+    let squared = x * x + y * y + z * z;
+    let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
+    let length = squared.sqrt();
+    let [x, y, z] = [x, y, z].map(|c| c / length);
+    let columns = frame.to_array();
+    let along = |k: usize| {
+        let [a, b, c] = [3 * k, 3 * k + 1, 3 * k + 2].map(|i| F::splat(columns.get(i).copied().unwrap_or(0.0)));
+        a * x + b * y + c * z
+    };
+    (square([along(0), along(1), along(2)]), unit)
+}
+
+/// The polynomial with coefficients `c`, lowest first, at `t`.
+#[inline(always)]
+fn horner<F: Lanes, const N: usize>(c: [f32; N], t: F) -> F {
+    c.into_iter().rev().skip(1).fold(F::splat(c[N - 1]), |sum, c| sum * t + F::splat(c))
+}

@@ -1,0 +1,112 @@
+//! Lanes answer the bits of scalar operations, and the wide walk those of the scalar walk, on portable lanes and on
+//! those of this processor.
+
+use wis::descent::{self, Sample};
+use wis::environment::Light;
+use wis::numeric::{max, min, sqrt};
+use wis::points::sobol;
+use wis::simd::{LANES, Lanes, Native, Portable};
+use wis::sphere::Frame;
+use wis::tree::{Tree, build, complete_len};
+use wis::wide;
+
+/// Ordinary numbers, and those at which operations differ.
+fn numbers() -> Vec<f32> {
+    let special = [0.0, -0.0, 1.0, -1.0, 1e-45, 1e-38, 3e38, f32::INFINITY, -f32::INFINITY, f32::NAN, 0.5, 4096.0];
+    let ordinary = (0..52).map(|i| (sobol(1, i)[0] - 0.5) * 20.0);
+    special.into_iter().chain(ordinary).collect()
+}
+
+/// A NaN's bits mean nothing.
+fn bits(x: f32) -> u32 {
+    if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
+}
+
+fn operations<F: Lanes>() {
+    let numbers = numbers();
+    for (shift, first) in (0..numbers.len()).flat_map(|s| (0..numbers.len()).step_by(LANES).map(move |f| (s, f))) {
+        let of = |offset: usize| -> [f32; LANES] {
+            std::array::from_fn(|i| numbers[(first + i * (1 + offset % 3) + offset) % numbers.len()])
+        };
+        let (a, b) = (of(0), of(shift));
+        let (x, y) = (F::from_array(a), F::from_array(b));
+        let check = |name: &str, lanes: F, scalar: &dyn Fn(f32, f32) -> f32| {
+            for (i, lane) in lanes.to_array().into_iter().enumerate() {
+                assert_eq!(bits(lane), bits(scalar(a[i], b[i])), "{name} of {} and {}", a[i], b[i]);
+            }
+        };
+        check("sum", x + y, &|a, b| a + b);
+        check("difference", x - y, &|a, b| a - b);
+        check("product", x * y, &|a, b| a * b);
+        check("quotient", x / y, &|a, b| a / b);
+        check("root", x.sqrt(), &|a, _| sqrt(a));
+        check("size", x.abs(), &|a, _| a.abs());
+        check("sign", x.copysign(y), &|a, b| a.copysign(b));
+        check("minimum", x.min(y), &min);
+        check("maximum", x.max(y), &max);
+        check("before", F::splat(2.5).before(), &|_, _| f32::from_bits(2.5f32.to_bits() - 1));
+        check("less", F::unit(x.lt(y)), &|a, b| f32::from(u8::from(a < b)));
+        check("choice", F::select(x.le(y), x, y), &|a, b| if a <= b { a } else { b });
+        check("both", F::unit(F::and(x.lt(y), F::splat(0.0).lt(y))), &|a, b| f32::from(u8::from(a < b && 0.0 < b)));
+        check("either", F::unit(F::or(x.lt(y), F::splat(0.0).lt(y))), &|a, b| f32::from(u8::from(a < b || 0.0 < b)));
+        assert_eq!(F::bits(F::mask(0b1010_0110)), 0b1010_0110);
+        let rows: [[f32; 4]; LANES] = std::array::from_fn(|i| [a[i], b[i], i as f32, 1.0]);
+        let columns = F::transpose(std::array::from_fn(|i| &rows[i])).map(F::to_array);
+        for (i, row) in rows.iter().enumerate() {
+            assert!((0..4).all(|k| bits(columns[k][i]) == bits(row[k])));
+        }
+    }
+}
+
+#[test]
+fn lanes_are_scalar_operations() {
+    operations::<Portable>();
+    operations::<Native>();
+}
+
+/// A tree with a hot texel, dark squares and texels far apart in size.
+fn squares(depth: u32) -> (f32, Vec<[f32; 4]>) {
+    let mut squares = vec![[0.0f32; 4]; complete_len::<4>(depth).unwrap() as usize];
+    let first = complete_len::<4>(depth - 1).unwrap() as usize;
+    for (i, texel) in squares[first..].iter_mut().flatten().enumerate() {
+        let random = sobol(5, i as u32)[0];
+        *texel = if i / 16 % 3 == 0 { 0.0 } else { (random * 30.0 - 20.0).exp2() };
+    }
+    squares[first + 5][2] = 1e5;
+    let average = build(depth, &mut squares).unwrap();
+    (average as f32, squares)
+}
+
+fn same_walk<F: Lanes>() {
+    let (average, squares) = squares(6);
+    let light = Light(Tree::complete(6, average, &squares).unwrap());
+    let turned = Frame::new(&[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]).unwrap();
+    for frame in [Frame::IDENTITY, turned] {
+        for first in (0..1 << 16).step_by(LANES) {
+            let mut u: [[f32; 2]; LANES] = std::array::from_fn(|i| sobol(9, first + i as u32));
+            if first == 0 {
+                u = [[0.0; 2], [1.0; 2], [f32::NAN, 0.5], [-1.0, 2.0], [0.5; 2], [1e-40; 2], [0.0, 1.0], [0.25, 0.75]];
+            }
+            let samples = wide::sample::<F, _>(&light, &frame, u);
+            let expected: [Sample; LANES] = u.map(|u| descent::sample(&light, &frame, u));
+            assert_eq!(samples, expected);
+            let wi: [[f32; 3]; LANES] = std::array::from_fn(|i| if i % 2 == 0 { samples[i].wi } else { uniform(u[i]) });
+            let pdf = wi.map(|wi| descent::pdf(&light, &frame, wi).unwrap_or(0.0));
+            assert_eq!(wide::pdf::<F, _>(&light, &frame, wi), pdf);
+        }
+    }
+}
+
+/// Any direction, or one that is not of unit length.
+fn uniform(u: [f32; 2]) -> [f32; 3] {
+    let z = 1.0 - 2.0 * u[0].clamp(0.0, 1.0);
+    let radius = (1.0 - z * z).sqrt();
+    let phi = 6.2 * u[1];
+    [radius * phi.cos(), radius * phi.sin(), if u[0] < 0.001 { 7.0 } else { z }]
+}
+
+#[test]
+fn wide_walks_are_scalar_walks() {
+    same_walk::<Portable>();
+    same_walk::<Native>();
+}

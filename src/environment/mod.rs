@@ -17,7 +17,7 @@ use crate::descent::Density;
 use crate::numeric::{ContentHash, exp2i};
 use crate::simd::{LANES, Lanes};
 use crate::tree::{Link, Tree};
-use crate::wide::{ALL, WideDensity};
+use crate::wide::{ALL, Walker, WideDensity};
 use core::f64::consts::PI;
 
 /// How a tree is stored.
@@ -202,12 +202,12 @@ impl<'a> Descent<'a> {
 
 impl WideDensity for Light<'_> {
     #[inline(always)]
-    fn walk_wide<F: Lanes>(&self, mut choose: impl FnMut(F::Mask, [F; 4]) -> [F::Mask; 2]) -> ([F; 4], u32) {
+    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
         let start = if self.0.root_square().is_some() { ALL } else { 0 };
         let mut descent = Descent::from(self.0, [0; LANES], start);
         let mut levels = 0;
         while descent.walks != 0 && levels < crate::tree::MAX_DEPTH {
-            let sides = choose(F::mask(descent.walks), descent.children());
+            let sides = walker.choose(F::mask(descent.walks), descent.children());
             descent.step::<F>(sides);
             levels += 1;
         }

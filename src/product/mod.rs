@@ -14,7 +14,7 @@ use crate::environment::Descent;
 use crate::numeric::{inverse_power, select};
 use crate::simd::{LANES, Lanes};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
-use crate::wide::{self, ALL, WideDensity};
+use crate::wide::{self, ALL, Walker, WideDensity};
 
 /// Set in a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
@@ -189,14 +189,14 @@ impl<F: Lanes> Parts<F> {
 
 impl WideDensity for Product<'_> {
     #[inline(always)]
-    fn walk_wide<F: Lanes>(&self, mut choose: impl FnMut(F::Mask, [F; 4]) -> [F::Mask; 2]) -> ([F; 4], u32) {
+    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
         let mut links = [0; LANES];
         let (mut walks, mut failed, mut levels) = (ALL, 0u32, 0);
         while walks != 0 && levels < MAX_DEPTH {
             // A damaged tree ends in a leaf that does not exist.
             const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
             let squares = links.map(|link| self.squares.get(link as usize).unwrap_or(&NOTHING));
-            let sides = choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
+            let sides = walker.choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
             let sides = sides.map(F::bits);
             for (i, (link, square)) in links.iter_mut().zip(squares).enumerate() {
                 let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
@@ -220,7 +220,7 @@ impl WideDensity for Product<'_> {
         let mut descent = Descent::from(self.light, squares, lit & !failed);
         while descent.walks != 0 && levels < 2 * MAX_DEPTH {
             let walks = F::mask(descent.walks);
-            let sides = choose(walks, parts.masses(descent.children()));
+            let sides = walker.choose(walks, parts.masses(descent.children()));
             parts.step(walks, sides);
             descent.step::<F>(sides);
             levels += 1;

@@ -15,12 +15,64 @@ use split::{quad_density, take_quad};
 /// Every lane.
 pub const ALL: u32 = (1 << LANES) - 1;
 
+/// What decides where eight walks go.
+pub trait Walker<F: Lanes> {
+    /// Given the lanes that still walk and the masses of the four children, the sides that the lanes take along both
+    /// axes; what it answers for other lanes does not matter.
+    fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2];
+}
+
 /// A density whose walk eight lanes can take at once.
 pub trait WideDensity: Density {
-    /// Walks from the whole square to eight cells. `choose` is given the lanes that still walk and the masses of the
-    /// four children, and answers the sides that the lanes take along both axes; what it answers for other lanes does
-    /// not matter. Returns the corners of the cells as [`Density::walk`] does, and the lanes that failed as bits.
-    fn walk_wide<F: Lanes>(&self, choose: impl FnMut(F::Mask, [F; 4]) -> [F::Mask; 2]) -> ([F; 4], u32);
+    /// Walks from the whole square to eight cells. Returns the corners of the cells as [`Density::walk`] does, and the
+    /// lanes that failed as bits.
+    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32);
+}
+
+/// Walks where random numbers lead.
+struct Sampling<F> {
+    /// Where in the cell.
+    inside: [F; 2],
+    /// Which cell, and how wide it is.
+    index: [F; 2],
+    width: F,
+    product: F,
+}
+
+impl<F: Lanes> Walker<F> for Sampling<F> {
+    #[inline(always)]
+    fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2] {
+        let (sides, inside, factor) = take_quad(masses, self.inside);
+        for axis in [0, 1] {
+            let index = self.index[axis];
+            self.inside[axis] = F::select(walks, inside[axis], self.inside[axis]);
+            self.index[axis] = F::select(walks, index + index + F::unit(sides[axis]), index);
+        }
+        self.width = F::select(walks, F::splat(0.5) * self.width, self.width);
+        self.product = F::select(walks, self.product * factor, self.product);
+        sides
+    }
+}
+
+/// Walks to points of the square.
+struct Locating<F> {
+    /// The place inside the cell.
+    rest: [F; 2],
+    product: F,
+}
+
+impl<F: Lanes> Walker<F> for Locating<F> {
+    #[inline(always)]
+    fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2] {
+        // Doubling and taking away what is above 1 are exact: the next binary digit of each coordinate.
+        let doubled = self.rest.map(|s| s + s);
+        let sides = doubled.map(|s| F::splat(1.0).le(s));
+        for axis in [0, 1] {
+            self.rest[axis] = F::select(walks, doubled[axis] - F::unit(sides[axis]), self.rest[axis]);
+        }
+        self.product = F::select(walks, self.product * quad_density(masses, sides), self.product);
+        sides
+    }
 }
 
 /// Eight times [`descent::sample`].
@@ -29,19 +81,12 @@ pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]
     if !density.is_positive() {
         return [Sample::default(); LANES];
     }
-    let mut inside = [F::from_array(u.map(|u| descent::clamp(u)[0])), F::from_array(u.map(|u| descent::clamp(u)[1]))];
+    let clamped = u.map(descent::clamp);
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
-    let (mut index, mut width, mut product) = ([zero; 2], one, one);
-    let (corners, failed) = density.walk_wide(|walks, masses| {
-        let (sides, within, factor) = take_quad(masses, inside);
-        for axis in [0, 1] {
-            inside[axis] = F::select(walks, within[axis], inside[axis]);
-            index[axis] = F::select(walks, index[axis] + index[axis] + F::unit(sides[axis]), index[axis]);
-        }
-        width = F::select(walks, F::splat(0.5) * width, width);
-        product = F::select(walks, product * factor, product);
-        sides
-    });
+    let inside = [F::from_array(clamped.map(|u| u[0])), F::from_array(clamped.map(|u| u[1]))];
+    let mut sampling = Sampling { inside, index: [zero; 2], width: one, product: one };
+    let (corners, failed) = density.walk_wide(&mut sampling);
+    let Sampling { inside, index, width, product } = sampling;
     let place = sample_bilinear(corners, inside);
     let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
     let world = sphere::to_world(frame, sphere::direction(s));
@@ -69,19 +114,10 @@ pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: [[f32; 3]; 
         return [0.0; LANES];
     }
     let world = [F::from_array(wi.map(|w| w[0])), F::from_array(wi.map(|w| w[1])), F::from_array(wi.map(|w| w[2]))];
-    let (mut rest, unit) = sphere::to_square(frame, world);
-    let one = F::splat(1.0);
-    let mut product = one;
-    let (corners, failed) = density.walk_wide(|walks, masses| {
-        // Doubling and taking away what is above 1 are exact: the next binary digit of each coordinate.
-        let doubled = rest.map(|s| s + s);
-        let sides = doubled.map(|s| one.le(s));
-        for axis in [0, 1] {
-            rest[axis] = F::select(walks, doubled[axis] - F::unit(sides[axis]), rest[axis]);
-        }
-        product = F::select(walks, product * quad_density(masses, sides), product);
-        sides
-    });
+    let (rest, unit) = sphere::to_square(frame, world);
+    let mut locating = Locating { rest, product: F::splat(1.0) };
+    let (corners, failed) = density.walk_wide(&mut locating);
+    let Locating { rest, product } = locating;
     let zero = F::splat(0.0);
     let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
     let mut pdf = F::select(unit, per_solid_angle(value), zero).to_array();

@@ -5,8 +5,10 @@ use crate::query::{
     Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_LOBE_PHONG, WIS_MAX_LOBES, WIS_QUERY_COSINE_INCLUDED,
     WIS_QUERY_WHOLE_SPHERE,
 };
+use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
 use crate::status::{Result, Status};
+use crate::wide::vector::{V3, add, dot, splat};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -45,8 +47,24 @@ pub trait Brdf {
     fn may_reflect(&self) -> bool;
     /// The narrow lobes.
     fn peaks(&self) -> impl Iterator<Item = Peak>;
-    /// Writes the luminance of BRDF x cosine for world directions, finite and not negative.
-    fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()>;
+    /// Writes the luminance of BRDF x cosine, finite and not negative, for the directions that are asked for; what it
+    /// writes to other lanes is as sound but means nothing.
+    ///
+    /// # Errors
+    /// [`Status::CallbackFailed`] if there is no such value.
+    fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()>;
+}
+
+/// The most peaks that a BRDF may have.
+pub const MAX_PEAKS: usize = WIS_MAX_LOBES;
+
+/// Eight world directions, of which some are asked for.
+#[derive(Clone, Copy)]
+pub struct Asked<F> {
+    /// The directions.
+    pub wi: V3<F>,
+    /// The lanes that count, as bits.
+    pub lanes: u32,
 }
 
 /// A lobe with everything precomputed that does not depend on wi.
@@ -107,6 +125,27 @@ impl Lobes {
             Prepared::Ggx { fresnel: [constant, slope], .. } => shape * (constant + slope * grazing),
             Prepared::Phong { norm, .. } => shape * norm,
         })
+    }
+
+    /// The luminance of BRDF x cosine for eight directions: the bits of [`Lobes::luminance`].
+    #[inline(always)]
+    pub fn luminance_wide<F: Lanes>(&self, wi: V3<F>) -> F {
+        let zero = F::splat(0.0);
+        let cosine = F::splat(self.side) * dot(wi, splat(self.normal));
+        let local = [dot(wi, splat(self.tangent)), dot(wi, splat(self.bitangent)), cosine];
+        let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
+        let mut sum = zero;
+        for lobe in self.prepared.iter().take(self.count) {
+            sum = sum + lobe.luminance_wide(self.wo, local, factor);
+        }
+        let bounded = sum.max(zero).min(F::splat(f32::MAX));
+        if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 {
+            bounded
+        } else if self.wo.z > 0.0 {
+            F::select(zero.lt(cosine), bounded, zero)
+        } else {
+            zero
+        }
     }
 
     /// RGB of BRDF x cosine.
@@ -197,9 +236,10 @@ impl Brdf for Lobes {
         })
     }
 
-    fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()> {
-        for (&wi, out) in wi.iter().zip(f_cos) {
-            *out = self.luminance(wi);
+    #[inline(always)]
+    fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
+        for (asked, out) in wi.iter().zip(f_cos) {
+            *out = self.luminance_wide(asked.wi);
         }
         Ok(())
     }
@@ -236,6 +276,45 @@ impl Prepared {
             Prepared::Phong { exponent, .. } => {
                 let cosine = wi.z * wo.z - wi.x * wo.x - wi.y * wo.y;
                 (if cosine > 0.0 { libm::powf(min(cosine, 1.0), exponent) } else { 0.0 }, 0.0)
+            }
+        }
+    }
+}
+
+impl Prepared {
+    /// The lobe's part of [`Lobes::luminance`].
+    #[inline(always)]
+    fn luminance_wide<F: Lanes>(&self, wo: Vec3, wi: V3<F>, factor: F) -> F {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        if !matches!(self, Prepared::Lambert { .. }) && !(wo.z > 0.0) {
+            return zero;
+        }
+        match *self {
+            Prepared::Lambert { albedo } => factor * F::splat(albedo),
+            Prepared::Ggx { alpha: [a, b], norm, wo_length, fresnel: [constant, slope] } => {
+                let h = add(wi, splat(wo));
+                let squared = dot(h, h);
+                let (x, y) = (h[0] / F::splat(a), h[1] / F::splat(b));
+                let stretched = x * x + y * y + h[2] * h[2];
+                let ratio = squared / stretched;
+                let flat = [F::splat(a) * wi[0], F::splat(b) * wi[1], wi[2]];
+                let smith = wi[2] * F::splat(wo_length) + F::splat(wo.z) * dot(flat, flat).sqrt();
+                let cosine = (F::splat(0.5) * squared.sqrt()).min(one);
+                let shape = F::splat(norm) * ratio * ratio / smith;
+                let finite = F::select(shape.lt(F::splat(f32::MAX)), shape, zero);
+                let grazing = one - cosine;
+                let squared = grazing * grazing;
+                let fresnel = F::splat(constant) + F::splat(slope) * (squared * squared * grazing);
+                F::select(zero.lt(wi[2]), finite * factor * fresnel, zero)
+            }
+            Prepared::Phong { norm, .. } => {
+                let [x, y, z] = wi.map(F::to_array);
+                let mut shape = [0.0; LANES];
+                for (i, shape) in shape.iter_mut().enumerate() {
+                    let i = i & (LANES - 1);
+                    *shape = self.shape(wo, Vec3::new(x[i], y[i], z[i])).0;
+                }
+                F::from_array(shape) * factor * F::splat(norm)
             }
         }
     }

@@ -6,10 +6,11 @@ use super::{
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
-use crate::lobe::{Brdf, Lobes, Peak};
+use crate::lobe::{Asked, Brdf, Lobes, Peak};
 use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::sampler::{Header, MAGIC};
+use crate::simd::{LANES, Lanes, Native};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use core::ffi::{c_int, c_void};
@@ -458,13 +459,40 @@ impl Brdf for Callback {
         self.peak.into_iter()
     }
 
-    fn eval(&mut self, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()> {
-        let count = if wi.len() < f_cos.len() { wi.len() } else { f_cos.len() };
-        // SAFETY: a Vec3 is three floats; both arrays hold `count` elements; the function is the client's.
-        let answer = unsafe { (self.eval)(self.user, count, wi.as_ptr().cast(), f_cos.as_mut_ptr()) };
-        if answer == 0 { Ok(()) } else { Err(Status::CallbackFailed) }
+    fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
+        let mut directions = [[0.0f32; 3]; MAX_ASKED];
+        let mut count = 0;
+        for Asked { wi, lanes } in wi {
+            let [x, y, z] = wi.map(F::to_array);
+            for (i, ((&x, &y), &z)) in x.iter().zip(&y).zip(&z).enumerate() {
+                if let Some(slot) = directions.get_mut(count).filter(|_| lanes >> i & 1 == 1) {
+                    *slot = [x, y, z];
+                    count += 1;
+                }
+            }
+        }
+        let mut values = [f32::NAN; MAX_ASKED];
+        // SAFETY: both arrays hold `count` elements; the function is the client's.
+        let answer = unsafe { (self.eval)(self.user, count, directions.as_ptr().cast(), values.as_mut_ptr()) };
+        let mut values = values.into_iter().take(count);
+        for (Asked { lanes, .. }, out) in wi.iter().zip(f_cos) {
+            let mut eight = [0.0; LANES];
+            for (i, slot) in eight.iter_mut().enumerate() {
+                if lanes >> i & 1 == 1 {
+                    *slot = values.next().unwrap_or(f32::NAN);
+                }
+            }
+            if answer != 0 || !eight.iter().all(|f| (0.0..=f32::MAX).contains(f)) {
+                return Err(Status::CallbackFailed);
+            }
+            *out = F::from_array(eight);
+        }
+        Ok(())
     }
 }
+
+/// The most directions that a product asks for at once.
+const MAX_ASKED: usize = 5 * LANES;
 
 /// Where the parts of a product's block stand while it is built: header, squares and leaves, then the cells.
 struct Layout {
@@ -525,7 +553,7 @@ unsafe fn prepare<B: Brdf>(
         let target = out(product, 6)?;
         let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
         let cells = block.slice::<Cell>(layout.cells, 0, room);
-        let built = product::build(environment.light(), &frame, brdf, budget, cells)
+        let built = product::build::<Native, B>(environment.light(), &frame, brdf, budget, cells)
             .map_err(|status| Failure::new(status, 2))?;
         store(&block, &built, cells, query, &frame, environment.header.content_id);
         target.write(memory.cast_const().cast());

@@ -1,11 +1,16 @@
-//! Building a product: which cells to refine, what a leaf weighs, and the floor under it.
+//! Building a product: which cells to refine, what a leaf weighs, and the floor under it. Up to eight cells are split
+//! side by side.
 
-use super::{LEAF, Leaf, Square, corners_of_child, leaf_weight};
-use crate::lobe::{Brdf, Peak};
-use crate::numeric::{exp2i, exponent, inverse_power, max, min, sqrt};
-use crate::sphere::{Frame, cell_chord, direction};
+use super::base::{BASE, Base};
+use super::peak::Shape;
+use super::{LEAF, Leaf, Parts, Square};
+use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
+use crate::numeric::{exp2i, inverse_power, max};
+use crate::simd::{LANES, Lanes};
+use crate::sphere::{Frame, cell_chord};
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
+use crate::wide::vector::{direction_in, dot, splat};
 use glam::Vec3;
 
 /// What a build may spend.
@@ -24,24 +29,12 @@ impl Budget {
 
 /// Splits that the peaks of narrow lobes may cause.
 const PEAK_SPLITS: u32 = 64;
-/// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
-const PEAK_REACH: f32 = 1.5;
-/// ... until they are smaller than this many of its short half-widths.
-const PEAK_DETAIL: f32 = 2.5;
-/// A leaf that overlaps the ellipse of this many half-widths may hold the peak itself.
-const PEAK_CORE: f32 = 0.5;
-/// Cells of this level and finer are flat enough to be taken as parallelograms.
-const FLAT_LEVEL: u32 = 5;
-/// No leaf is darker than this share of a peak that it may hold ...
-const PEAK_FLOOR: f32 = 0.1;
-/// ... or than this share of its largest corner.
+/// No leaf that reaches above the horizon is darker than this share of its largest corner.
 const LEAF_FLOOR: f32 = 0.05;
 /// Refinement stops where a split would lower the variance of a sample's weight by less than this.
 const TOLERANCE: f32 = 1e-4;
 /// Squares of the base: the root and its children.
 const BASE_SQUARES: u32 = 5;
-/// Cells that are split side by side.
-const BATCH: usize = 8;
 /// New values that a split needs.
 const NEW: usize = 5;
 
@@ -109,30 +102,6 @@ pub fn cell_count(squares: u32) -> Option<u32> {
     squares.checked_mul(4)?.checked_add(1)
 }
 
-/// The floor under leaves (rule 16 of the design).
-#[derive(Clone, Copy)]
-struct Floor {
-    hemisphere: Option<Vec3>,
-    /// The least value of a corner in a leaf that reaches above the horizon.
-    least: f32,
-}
-
-impl Floor {
-    /// The floor of a leaf; below 0 for one that is wholly below the horizon.
-    ///
-    /// Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
-    fn of(&self, corners: [f32; 4], level: u32, centre: Vec3) -> f32 {
-        let above = self.hemisphere.is_none_or(|normal| normal.dot(centre) + cell_chord(level) >= 0.0);
-        if above { self.above(corners) } else { -1.0 }
-    }
-
-    /// The floor of a leaf that reaches above the horizon.
-    fn above(&self, corners: [f32; 4]) -> f32 {
-        let largest = corners.iter().fold(0.0, |a, &b| max(a, b));
-        max(LEAF_FLOOR * largest, self.least)
-    }
-}
-
 /// A build in progress.
 struct Builder<'a, B: Brdf> {
     light: Tree<'a, 4>,
@@ -144,9 +113,12 @@ struct Builder<'a, B: Brdf> {
     evaluations: u32,
     /// Values are multiplied by this power of two before they are stored.
     scale: f32,
-    floor: Floor,
+    /// The normal of the hemisphere outside which the BRDF is 0.
+    hemisphere: Option<Vec3>,
+    /// The least value of a corner in a leaf that reaches above the horizon (rule 16 of the design).
+    least: f32,
     /// The narrow lobes and their values at the peak.
-    peaks: [Option<(Peak, f32)>; 4],
+    peaks: [Option<(Peak, f32)>; MAX_PEAKS],
 }
 
 /// Builds the cells of a product.
@@ -154,7 +126,8 @@ struct Builder<'a, B: Brdf> {
 /// # Errors
 /// [`Status::MemoryTooSmall`] if `cells` is shorter than [`cell_count`] of the budget,
 /// [`Status::CallbackFailed`] if the BRDF gives a value that is NaN, infinite or negative.
-pub fn build<B: Brdf>(
+#[inline(always)]
+pub fn build<F: Lanes, B: Brdf>(
     light: Tree<'_, 4>,
     frame: &Frame,
     brdf: &mut B,
@@ -165,104 +138,15 @@ pub fn build<B: Brdf>(
     if budget.squares == 0 || cells.len() < needed as usize {
         return Err(Status::MemoryTooSmall);
     }
-    let base = Base::evaluate(frame, brdf)?;
+    let base = Base::evaluate::<F, B>(frame, brdf)?;
     if !(light.average() > 0.0 && brdf.may_reflect()) {
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
     let mut builder = Builder::new(light, frame, brdf, cells, &base);
-    builder.base(&base, budget);
-    builder.resolve_peaks(budget)?;
-    builder.refine(budget)?;
+    builder.base::<F>(&base, budget);
+    builder.resolve_peaks::<F>(budget)?;
+    builder.refine::<F>(budget)?;
     Ok(builder.finish(base.exponent))
-}
-
-/// The directions of the corners of 4 x 4 cells: 25 grid points, of which the folded edges leave 18.
-const BASE: [[f32; 3]; 18] = {
-    const H: f32 = 0.661_437_8;
-    const D: f32 = core::f32::consts::FRAC_1_SQRT_2;
-    [
-        [0.0, 0.0, -1.0],
-        [-H, 0.0, -0.75],
-        [-1.0, 0.0, 0.0],
-        [0.0, -H, -0.75],
-        [-D, -D, 0.0],
-        [-H, 0.0, 0.75],
-        [-D, D, 0.0],
-        [0.0, H, -0.75],
-        [0.0, -1.0, 0.0],
-        [0.0, -H, 0.75],
-        [0.0, 0.0, 1.0],
-        [0.0, H, 0.75],
-        [0.0, 1.0, 0.0],
-        [D, -D, 0.0],
-        [H, 0.0, 0.75],
-        [D, D, 0.0],
-        [H, 0.0, -0.75],
-        [1.0, 0.0, 0.0],
-    ]
-};
-
-/// Which of [`BASE`] is the grid point (i, j), both 0 to 4.
-const GRID: [[u8; 5]; 5] =
-    [[0, 1, 2, 1, 0], [3, 4, 5, 6, 7], [8, 9, 10, 11, 12], [3, 13, 14, 15, 7], [0, 16, 17, 16, 0]];
-
-/// The first values of the BRDF, and what follows from them.
-struct Base {
-    values: [f32; BASE.len()],
-    /// The values at the peaks.
-    peaks: [f32; 4],
-    /// The mean of the values above the horizon.
-    mean: f32,
-    exponent: i32,
-    evaluations: u32,
-}
-
-impl Base {
-    /// Evaluates the base directions and the peaks.
-    fn evaluate<B: Brdf>(frame: &Frame, brdf: &mut B) -> Result<Base> {
-        let mut directions = [Vec3::ZERO; BASE.len() + 4];
-        let hemisphere = brdf.hemisphere();
-        let mut count = BASE.len();
-        for (slot, base) in directions.iter_mut().zip(BASE) {
-            *slot = frame.to_world(Vec3::from_array(base));
-        }
-        for (slot, peak) in directions.iter_mut().skip(BASE.len()).zip(brdf.peaks()) {
-            *slot = peak.direction;
-            count += 1;
-        }
-        let mut values = [0.0; BASE.len() + 4];
-        let (wi, out) = (directions.get(..count).unwrap_or(&[]), values.get_mut(..count).unwrap_or(&mut []));
-        evaluate(brdf, wi, out)?;
-        let largest = values.iter().fold(0.0, |a, &b| max(a, b));
-        let above = |wi: &Vec3| hemisphere.is_none_or(|n| n.dot(*wi) > 0.0);
-        let lit = directions.iter().zip(values).take(BASE.len()).filter(|(wi, _)| above(wi));
-        let (sum, lit) = lit.fold((0.0f64, 0.0f64), |(sum, n), (_, v)| (sum + f64::from(v), n + 1.0));
-        let mut base = [0.0; BASE.len()];
-        let mut peaks = [0.0; 4];
-        for (slot, value) in base.iter_mut().chain(&mut peaks).zip(values) {
-            *slot = value;
-        }
-        Ok(Base {
-            values: base,
-            peaks,
-            mean: (sum / if lit > 0.0 { lit } else { 1.0 }) as f32,
-            // Within what an f32 holds as a factor, also for the values of denormal BRDFs and if all are 0.
-            exponent: if largest > 0.0 { exponent(f64::from(largest)).clamp(-126, 126) } else { -126 },
-            evaluations: count as u32,
-        })
-    }
-
-    /// The value at a grid point of the 4 x 4 cells.
-    fn at(&self, i: usize, j: usize) -> f32 {
-        let direction = GRID.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0);
-        self.values.get(usize::from(direction)).copied().unwrap_or(0.0)
-    }
-}
-
-/// Evaluates a BRDF and checks what it gives.
-fn evaluate<B: Brdf>(brdf: &mut B, wi: &[Vec3], f_cos: &mut [f32]) -> Result<()> {
-    brdf.eval(wi, f_cos)?;
-    if f_cos.iter().all(|f| (0.0..=f32::MAX).contains(f)) { Ok(()) } else { Err(Status::CallbackFailed) }
 }
 
 impl<'a, B: Brdf> Builder<'a, B> {
@@ -271,13 +155,13 @@ impl<'a, B: Brdf> Builder<'a, B> {
         // The mean of the base may underflow for very narrow lobes: the second term keeps the floor positive, since
         // the BRDF may well be above 0 between the directions of the base.
         let least = max(base.mean * scale * (1.0 / 1024.0), exp2i(-40) as f32);
-        let floor = Floor { hemisphere: brdf.hemisphere(), least };
-        let mut peaks = [None; 4];
+        let hemisphere = brdf.hemisphere();
+        let mut peaks = [None; MAX_PEAKS];
         for ((slot, peak), value) in peaks.iter_mut().zip(brdf.peaks()).zip(base.peaks) {
             *slot = Some((peak, value * scale));
         }
         let evaluations = base.evaluations;
-        Builder { light, frame, brdf, cells, used: 0, squares: 0, evaluations, scale, floor, peaks }
+        Builder { light, frame, brdf, cells, used: 0, squares: 0, evaluations, scale, hemisphere, least, peaks }
     }
 
     fn cell(&self, index: usize) -> Cell {
@@ -285,37 +169,77 @@ impl<'a, B: Brdf> Builder<'a, B> {
     }
 
     /// The root, its four children and, if the budget allows, its sixteen grandchildren.
-    fn base(&mut self, base: &Base, budget: Budget) {
+    fn base<F: Lanes>(&mut self, base: &Base, budget: Budget) {
         let value = |i: usize, j: usize| base.at(i, j) * self.scale;
+        let corners =
+            |i: usize, j: usize, k: usize| [value(i, j), value(i, j + k), value(i + k, j), value(i + k, j + k)];
+        // The five new points of a cell of `2 k` grid points' width.
+        let between = |i: usize, j: usize, k: usize| {
+            [(k, 0), (k, 2 * k), (0, k), (2 * k, k), (k, k)].map(|(di, dj)| value(i + di, j + dj))
+        };
         let root = Cell {
-            corners: [value(0, 0), value(0, 4), value(4, 0), value(4, 4)],
+            corners: corners(0, 0, 4),
             light: self.light.average(),
             square: self.light.root_square().unwrap_or(NO_SQUARE),
             above: NO_SQUARE,
+            near_peak: 1,
             ..Cell::default()
         };
-        if let Some(slot) = self.cells.first_mut() {
-            *slot = root;
+        if budget.squares < BASE_SQUARES {
+            let new = between(0, 0, 2).map(F::splat);
+            self.write(0, root);
+            self.used = 1;
+            return self.split::<F>(&[0], new);
         }
-        self.used = 1;
-        let inner = if budget.squares < BASE_SQUARES { 1 } else { BASE_SQUARES };
-        for index in 0..inner as usize {
-            let cell = self.cell(index);
-            let step = if cell.level == 0 { 2 } else { 1 };
-            let (i, j) = (usize::from(cell.index[0]) * 2 * step, usize::from(cell.index[1]) * 2 * step);
-            let at = |di: usize, dj: usize| base.at(i + di * step, j + dj * step) * self.scale;
-            self.split(index, [at(1, 0), at(1, 2), at(0, 1), at(2, 1), at(1, 1)]);
+        let light = self.light.children(root.square);
+        let quarters = [(0, 0), (0, 2), (2, 0), (2, 2)];
+        let children = [0, 1, 2, 3].map(|c: usize| {
+            let (i, j) = quarters.get(c).copied().unwrap_or((0, 0));
+            Cell {
+                corners: corners(i, j, 2),
+                light: if root.square == NO_SQUARE { root.light } else { light.get(c).copied().unwrap_or(0.0) },
+                square: self.child_square(root.square, c as u32),
+                above: if root.square == NO_SQUARE { NO_SQUARE } else { root.square * 4 + c as u32 },
+                level: 1,
+                index: [(i / 2) as u16, (j / 2) as u16],
+                near_peak: 1,
+                ..Cell::default()
+            }
+        });
+        let mut new = [[0.0; LANES]; NEW];
+        for (lane, (i, j)) in quarters.into_iter().enumerate() {
+            for (row, value) in new.iter_mut().zip(between(i, j, 1)) {
+                if let Some(slot) = row.get_mut(lane) {
+                    *slot = value;
+                }
+            }
+        }
+        self.write(0, Cell { children: 1, ..root });
+        for (index, child) in (1..).zip(children) {
+            self.write(index, child);
+        }
+        (self.used, self.squares) = (5, 1);
+        self.split::<F>(&[1, 2, 3, 4], new.map(F::from_array));
+    }
+
+    fn write(&mut self, index: usize, cell: Cell) {
+        if let Some(slot) = self.cells.get_mut(index) {
+            *slot = cell;
         }
     }
 
+    fn child_square(&self, square: u32, c: u32) -> u32 {
+        if square == NO_SQUARE { NO_SQUARE } else { self.light.child_square(square, c).unwrap_or(NO_SQUARE) }
+    }
+
     /// Splits every cell about a narrow lobe's peak until it is finer than the lobe.
-    fn resolve_peaks(&mut self, budget: Budget) -> Result<()> {
+    fn resolve_peaks<F: Lanes>(&mut self, budget: Budget) -> Result<()> {
         let limit = budget.squares.min(self.squares + PEAK_SPLITS);
         let mut next = 0;
         while next < self.used && self.squares < limit {
-            let mut batch = [0usize; BATCH];
+            let mut batch = [0usize; LANES];
             let mut count = 0;
-            let room = (limit - self.squares).min(BATCH as u32) as usize;
+            let room = (limit - self.squares).min(LANES as u32) as usize;
             while next < self.used && count < room {
                 let cell = self.cell(next);
                 if cell.children == 0 && cell.coarse != 0 {
@@ -326,31 +250,32 @@ impl<'a, B: Brdf> Builder<'a, B> {
                 }
                 next += 1;
             }
-            self.split_batch(batch.get(..count).unwrap_or(&[]))?;
+            self.split_batch::<F>(batch.get(..count).unwrap_or(&[]))?;
         }
         Ok(())
     }
 
     /// Splits the cells that are worth most, a batch at a time, until the budget or the gain runs out.
-    fn refine(&mut self, budget: Budget) -> Result<()> {
+    fn refine<F: Lanes>(&mut self, budget: Budget) -> Result<()> {
         let spent_on_peaks = self.evaluations;
         loop {
             let spent = self.evaluations - spent_on_peaks + BASE.len() as u32;
             let affordable = budget.evaluations.saturating_sub(spent) / NEW as u32;
-            let room = affordable.min(budget.squares - self.squares).min(BATCH as u32) as usize;
+            let room = affordable.min(budget.squares - self.squares).min(LANES as u32) as usize;
             let (batch, count) = self.most_valuable(room);
             if count == 0 {
                 return Ok(());
             }
-            self.split_batch(batch.get(..count).unwrap_or(&[]))?;
+            self.split_batch::<F>(batch.get(..count).unwrap_or(&[]))?;
         }
     }
 
     /// The leaves with the highest priority, the best first; equal ones in the order of their index.
-    fn most_valuable(&self, room: usize) -> ([usize; BATCH], usize) {
-        let total: f32 = self.leaves().map(|(_, cell)| cell.weight * area(cell.level)).sum();
-        let mut best = [(TOLERANCE * total, usize::MAX); BATCH];
+    fn most_valuable(&self, room: usize) -> ([usize; LANES], usize) {
+        let mut best = [(0.0, usize::MAX); LANES];
+        let mut total = 0.0;
         for (index, cell) in self.leaves() {
+            total += cell.weight * area(cell.level);
             let mut candidate = (cell.priority, index);
             if best.get(room.wrapping_sub(1)).is_none_or(|worst| candidate.0 <= worst.0) {
                 continue;
@@ -361,7 +286,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
                 }
             }
         }
-        let count = best.iter().take(room).filter(|(_, index)| *index != usize::MAX).count();
+        let count = best.iter().take(room).filter(|(priority, _)| *priority > TOLERANCE * total).count();
         (best.map(|(_, index)| index), count)
     }
 
@@ -370,108 +295,119 @@ impl<'a, B: Brdf> Builder<'a, B> {
     }
 
     /// Evaluates the five new points of each cell of a batch together, then splits the cells.
-    fn split_batch(&mut self, batch: &[usize]) -> Result<()> {
+    fn split_batch<F: Lanes>(&mut self, batch: &[usize]) -> Result<()> {
         if batch.is_empty() {
             return Ok(());
         }
-        let mut wi = [Vec3::ZERO; BATCH * NEW];
-        let mut f_cos = [0.0; BATCH * NEW];
-        for (slots, &index) in wi.chunks_exact_mut(NEW).zip(batch) {
-            let cell = self.cell(index);
-            for (slot, s) in slots.iter_mut().zip(new_points(&cell)) {
-                *slot = self.frame.to_world(direction(s));
-            }
+        let (mut index, mut half) = ([[0.0; LANES]; 2], [1.0; LANES]);
+        for (lane, &cell) in batch.iter().enumerate() {
+            let cell = self.cell(cell);
+            index[0][lane & 7] = f32::from(cell.index[0]);
+            index[1][lane & 7] = f32::from(cell.index[1]);
+            half[lane & 7] = inverse_power(cell.level + 1);
         }
-        let count = batch.len() * NEW;
-        let (wi, f_cos) = (wi.get(..count).unwrap_or(&[]), f_cos.get_mut(..count).unwrap_or(&mut []));
-        evaluate(self.brdf, wi, f_cos)?;
-        self.evaluations += count as u32;
-        for (values, &index) in f_cos.chunks_exact(NEW).zip(batch) {
-            let mut new = [0.0; NEW];
-            for (slot, value) in new.iter_mut().zip(values) {
-                *slot = min(value * self.scale, LARGEST);
-            }
-            self.split(index, new);
-        }
+        let ([x, y], half) = (index.map(F::from_array), F::from_array(half));
+        let at = |i: f32, j: f32| {
+            let s = [(x + x + F::splat(i)) * half, (y + y + F::splat(j)) * half];
+            Asked { wi: direction_in(self.frame, s), lanes: (1 << batch.len()) - 1 }
+        };
+        let wi = [at(1.0, 0.0), at(1.0, 2.0), at(0.0, 1.0), at(2.0, 1.0), at(1.0, 1.0)];
+        let mut f_cos = [F::splat(0.0); NEW];
+        self.brdf.eval(&wi, &mut f_cos)?;
+        self.evaluations += (batch.len() * NEW) as u32;
+        self.split::<F>(batch, f_cos.map(|f| (f * F::splat(self.scale)).min(F::splat(LARGEST))));
         Ok(())
     }
 
-    /// Appends the four children of a cell.
-    fn split(&mut self, index: usize, new: [f32; NEW]) {
-        let parent = self.cell(index);
-        let residuals = residuals(parent.corners, new);
-        let light = self.light.children(parent.square);
-        let near_peak = parent.near_peak != 0 || parent.level == 0;
+    /// Appends the four children of each cell of a batch, whose new values are the lanes of `new`: the middles of the
+    /// edges at the lower and upper end of axis 2, at the lower and upper end of axis 1, and the centre.
+    fn split<F: Lanes>(&mut self, batch: &[usize], new: [F; NEW]) {
+        let parents = Parents::<F>::load(self, batch);
+        let residuals = residuals(parents.corners, new);
         let first = self.used;
-        for c in 0..4u32 {
-            let has_square = parent.square != NO_SQUARE;
-            let mut child = Cell {
-                corners: corners_of_child(parent.corners, new, c),
-                light: if has_square { light.get(c as usize).copied().unwrap_or(0.0) } else { parent.light },
-                square: if has_square {
-                    self.light.child_square(parent.square, c).unwrap_or(NO_SQUARE)
-                } else {
-                    NO_SQUARE
-                },
-                above: if has_square { parent.square * 4 + c } else { parent.above },
-                level: parent.level + 1,
-                index: [2 * parent.index[0] + (c >> 1) as u16, 2 * parent.index[1] + (c & 1) as u16],
-                ..Cell::default()
-            };
-            self.weigh(&mut child, corners_of_child([0.0; 4], residuals, c), near_peak);
-            if let Some(slot) = self.cells.get_mut(self.used) {
-                *slot = child;
-                self.used += 1;
+        for c in 0..4 {
+            let children = self.weigh(&parents, new, residuals, c);
+            for lane in 0..batch.len() {
+                self.write(first + 4 * lane + c as usize, children.cell(&parents, lane));
             }
         }
-        if let Some(cell) = self.cells.get_mut(index) {
-            cell.children = first as u32;
+        for (lane, &index) in batch.iter().enumerate() {
+            if let Some(cell) = self.cells.get_mut(index) {
+                cell.children = (first + 4 * lane) as u32;
+            }
         }
-        self.squares += 1;
+        self.used = (first + 4 * batch.len()).min(self.cells.len());
+        self.squares += batch.len() as u32;
     }
 
-    /// The weight of a cell as a leaf, and what splitting it is worth.
-    fn weigh(&self, cell: &mut Cell, residuals: [f32; 4], parent_peaks: bool) {
-        let dark = cell.corners.iter().any(|&c| c <= 0.0);
-        if dark || parent_peaks {
-            let centre = self.frame.to_world(direction(centre(cell)));
-            cell.floor = self.floor.of(cell.corners, cell.level, centre);
-            if parent_peaks {
-                self.mind_peaks(cell, centre);
+    /// The weights of the `c`-th children as leaves, and what splitting them is worth.
+    #[inline(always)]
+    fn weigh<F: Lanes>(&self, parents: &Parents<F>, new: [F; NEW], residuals: [F; NEW], c: u32) -> Children {
+        let zero = F::splat(0.0);
+        let corners = corners_of_child(parents.corners, new, c);
+        let side = |upper: u32| F::splat(if upper == 1 { 1.0 } else { 0.0 });
+        let [x, y] = parents.index;
+        let index = [x + x + side(c >> 1), y + y + side(c & 1)];
+        let width = parents.half;
+        let squares = parents.squares.map(|square| self.child_square(square, c));
+        let light = parents.light[c as usize & 3];
+        let largest = corners[0].max(corners[1]).max(corners[2].max(corners[3]));
+        let smallest = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
+        let mut floor = (F::splat(LEAF_FLOOR) * largest).max(F::splat(self.least));
+        let (mut near, mut coarse) = (0, 0);
+        let unsure = (F::bits(smallest.le(zero)) | parents.near) & parents.lanes;
+        if unsure != 0 {
+            let middle = index.map(|i| (i + F::splat(0.5)) * width);
+            let centre = direction_in(self.frame, middle);
+            // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
+            if let Some(normal) = self.hemisphere {
+                let above = zero.le(dot(splat(normal), centre) + parents.chord);
+                let known = F::select(above, floor, F::splat(-1.0));
+                floor = F::select(F::mask(unsure), known, floor);
             }
-        } else {
-            cell.floor = self.floor.above(cell.corners);
+            if parents.near & parents.lanes != 0 {
+                // Without this the cells at a narrow peak, whose corners are all dark, are missed.
+                let shape = Shape::new(self.frame, middle, centre, width, parents.chord);
+                for (peak, value) in self.peaks.iter().flatten() {
+                    let verdict = shape.judge(peak, *value);
+                    near |= F::bits(verdict.near);
+                    coarse |= F::bits(verdict.coarse);
+                    let holds = F::and(verdict.holds, F::and(zero.le(floor), F::mask(parents.near)));
+                    floor = F::select(holds, floor.max(verdict.floor), floor);
+                }
+            }
         }
-        let corners = cell.raised();
-        cell.weight = leaf_weight(corners, cell.light, self.light.children(cell.square), cell.square);
-        let largest = corners.iter().fold(0.0, |a, &b| max(a, b));
-        let smallest = corners.iter().fold(largest, |a, &b| min(a, b));
-        let mean = 0.25 * ((corners[0] + corners[1]) + (corners[2] + corners[3]));
-        let residual = residuals.iter().fold(0.0, |a, &b| max(a, b));
-        let error = 0.35 * residual + 0.03 * (largest - smallest);
-        if cell.level < MAX_DEPTH && mean > 0.0 {
-            cell.priority = area(cell.level) * cell.light * error * error / (mean + 0.3 * error);
+        let raised = corners.map(|corner| F::select(zero.le(floor), corner.max(floor), zero));
+        let weight = self.leaf_weight(raised, light, squares);
+        let [r0, r1, r2, r3] = raised;
+        let mean = F::splat(0.25) * ((r0 + r1) + (r2 + r3));
+        let spread = r0.max(r1).max(r2.max(r3)) - r0.min(r1).min(r2.min(r3));
+        let beyond = residuals_of_child(residuals, c);
+        let error = F::splat(0.35) * beyond + F::splat(0.03) * spread;
+        let worth = width * width * light * error * error / (mean + F::splat(0.3) * error);
+        let priority = F::select(zero.lt(mean), worth, zero);
+        Children {
+            c,
+            corners: corners.map(F::to_array),
+            light: light.to_array(),
+            squares,
+            weight: weight.to_array(),
+            priority: priority.to_array(),
+            floor: floor.to_array(),
+            near: near & parents.near,
+            coarse: coarse & parents.near,
         }
     }
 
-    /// Marks a cell that is too coarse for a peak near it, and raises the floor of one that may hold the peak itself.
-    ///
-    /// Without this the cells at a narrow peak, whose corners are all dark, are missed.
-    fn mind_peaks(&self, cell: &mut Cell, centre: Vec3) {
-        let shape = Shape::of(cell, centre, self.frame);
-        for (peak, value) in self.peaks.iter().flatten() {
-            if !shape.is_near(peak, PEAK_REACH) {
-                continue;
-            }
-            cell.near_peak = 1;
-            let coarse = cell_chord(cell.level) > PEAK_DETAIL * peak.radii[1] && cell.level < MAX_DEPTH;
-            cell.coarse |= u32::from(coarse);
-            if cell.floor >= 0.0 && shape.is_near(peak, PEAK_CORE) {
-                // All that the lobe reflects lies within about twice its half-widths: a coarse leaf holds no more.
-                let share = min(PEAK_FLOOR, peak.radii[0] * peak.radii[1] / area(cell.level));
-                cell.floor = max(cell.floor, share * value);
-            }
-        }
+    /// The average product over leaves, as the descent below them sees it.
+    #[inline(always)]
+    fn leaf_weight<F: Lanes>(&self, corners: [F; 4], light: F, squares: [u32; LANES]) -> F {
+        let lit = squares.iter().rev().fold(0, |bits, &square| bits << 1 | u32::from(square != NO_SQUARE));
+        let stored = self.light.squares();
+        let below = F::transpose(squares.map(|square| stored.get(square as usize).unwrap_or(&[0.0; 4])));
+        let masses = Parts::whole(corners).masses(below);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| F::select(F::mask(lit), masses[k & 3], light * corners[k & 3]));
+        F::splat(0.25) * ((a + b) + (c + d))
     }
 
     /// Sums the weights up to the root and numbers squares and leaves.
@@ -505,78 +441,6 @@ fn area(level: u32) -> f32 {
     inverse_power(2 * level)
 }
 
-fn centre(cell: &Cell) -> [f32; 2] {
-    let width = inverse_power(cell.level);
-    cell.index.map(|i| (f32::from(i) + 0.5) * width)
-}
-
-/// The points of a cell's five new values, in the order of [`corners_of_child`].
-fn new_points(cell: &Cell) -> [[f32; 2]; NEW] {
-    let half = inverse_power(cell.level + 1);
-    let at =
-        |i: f32, j: f32| [(2.0 * f32::from(cell.index[0]) + i) * half, (2.0 * f32::from(cell.index[1]) + j) * half];
-    [at(1.0, 0.0), at(1.0, 2.0), at(0.0, 1.0), at(2.0, 1.0), at(1.0, 1.0)]
-}
-
-/// How far the five new values are from the bilinear function of the corners.
-fn residuals(corners: [f32; 4], new: [f32; NEW]) -> [f32; NEW] {
-    let [c00, c01, c10, c11] = corners;
-    let predicted = [
-        0.5 * (c00 + c10),
-        0.5 * (c01 + c11),
-        0.5 * (c00 + c01),
-        0.5 * (c10 + c11),
-        0.25 * ((c00 + c01) + (c10 + c11)),
-    ];
-    let mut result = new;
-    for (value, predicted) in result.iter_mut().zip(predicted) {
-        *value = (*value - predicted).abs();
-    }
-    result
-}
-
-/// Where a cell lies on the sphere.
-struct Shape {
-    centre: Vec3,
-    /// No point of the cell is farther from the centre.
-    chord: f32,
-    /// The vectors from the centre to the middles of the upper edges, of a cell small enough to be flat.
-    half_axes: Option<[Vec3; 2]>,
-}
-
-impl Shape {
-    fn of(cell: &Cell, middle: Vec3, frame: &Frame) -> Shape {
-        let half = inverse_power(cell.level + 1);
-        let [x, y] = centre(cell);
-        let axes = || [[x + half, y], [x, y + half]].map(|s| frame.to_world(direction(s)) - middle);
-        let half_axes = (cell.level >= FLAT_LEVEL).then(axes);
-        Shape { centre: middle, chord: cell_chord(cell.level), half_axes }
-    }
-
-    /// Whether the cell overlaps the ellipse of `reach` half-widths about a peak.
-    fn is_near(&self, peak: &Peak, reach: f32) -> bool {
-        let [long, short] = peak.radii.map(|r| reach * r);
-        let offset = peak.direction - self.centre;
-        let close =
-            sqrt(offset.length_squared()) <= long + self.chord && offset.dot(peak.across).abs() <= short + self.chord;
-        close && self.half_axes.is_none_or(|axes| overlaps(peak, [long, short], offset, axes))
-    }
-}
-
-/// Whether an ellipse overlaps a cell: in the coordinates of the cell's half axes the cell is the square [-1, 1]^2.
-fn overlaps(peak: &Peak, [long, short]: [f32; 2], offset: Vec3, [a, b]: [Vec3; 2]) -> bool {
-    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
-    let determinant = max(aa * bb - ab * ab, f32::MIN_POSITIVE);
-    let local = |v: Vec3| {
-        let (va, vb) = (v.dot(a), v.dot(b));
-        [(va * bb - vb * ab) / determinant, (vb * aa - va * ab) / determinant]
-    };
-    let ([x, y], [ux, uy], [vx, vy]) = (local(offset), local(peak.along() * long), local(peak.across * short));
-    // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
-    const BORDER: f32 = 1.02;
-    x.abs() <= BORDER + sqrt(ux * ux + vx * vx) && y.abs() <= BORDER + sqrt(uy * uy + vy * vy)
-}
-
 /// Writes the squares and leaves of built cells; the slices have the lengths that [`Built`] tells.
 pub fn emit(cells: &[Cell], squares: &mut [Square], leaves: &mut [Leaf]) {
     for cell in cells {
@@ -593,4 +457,123 @@ pub fn emit(cells: &[Cell], squares: &mut [Square], leaves: &mut [Leaf]) {
             }
         }
     }
+}
+
+/// Cells that are about to be split, one in each lane.
+struct Parents<F: Lanes> {
+    /// The lanes in use, and those that lie near a peak, as bits.
+    lanes: u32,
+    near: u32,
+    corners: [F; 4],
+    index: [F; 2],
+    /// The width of a child, and the largest distance from its centre.
+    half: F,
+    chord: F,
+    squares: [u32; LANES],
+    /// The light of each child.
+    light: [F; 4],
+    cells: [Cell; LANES],
+}
+
+impl<F: Lanes> Parents<F> {
+    #[inline(always)]
+    fn load<B: Brdf>(builder: &Builder<B>, batch: &[usize]) -> Self {
+        let mut cells = [Cell { square: NO_SQUARE, ..Cell::default() }; LANES];
+        for (slot, &index) in cells.iter_mut().zip(batch) {
+            *slot = builder.cell(index);
+        }
+        let light = |cell: Cell| {
+            if cell.square == NO_SQUARE { [cell.light; 4] } else { builder.light.children(cell.square) }
+        };
+        let light = cells.map(light);
+        let number = |of: fn(&Cell) -> f32| {
+            let mut lanes = [0.0; LANES];
+            lanes.iter_mut().zip(&cells).for_each(|(lane, cell)| *lane = of(cell));
+            F::from_array(lanes)
+        };
+        Parents {
+            lanes: (1 << batch.len()) - 1,
+            near: cells.iter().rev().fold(0, |bits, cell| bits << 1 | u32::from(cell.near_peak != 0)),
+            corners: F::transpose(cells.each_ref().map(|cell| &cell.corners)),
+            index: [number(|cell| f32::from(cell.index[0])), number(|cell| f32::from(cell.index[1]))],
+            half: number(|cell| inverse_power(cell.level + 1)),
+            chord: number(|cell| cell_chord(cell.level + 1)),
+            squares: cells.map(|cell| cell.square),
+            light: F::transpose(light.each_ref()),
+            cells,
+        }
+    }
+}
+
+/// One child of each of eight cells.
+struct Children {
+    c: u32,
+    corners: [[f32; LANES]; 4],
+    light: [f32; LANES],
+    squares: [u32; LANES],
+    weight: [f32; LANES],
+    priority: [f32; LANES],
+    floor: [f32; LANES],
+    near: u32,
+    coarse: u32,
+}
+
+impl Children {
+    #[inline(always)]
+    fn cell<F: Lanes>(&self, parents: &Parents<F>, lane: usize) -> Cell {
+        let lane = lane & (LANES - 1);
+        let parent = &parents.cells[lane];
+        let level = parent.level + 1;
+        let deepest = level >= MAX_DEPTH;
+        Cell {
+            corners: self.corners.map(|corner| corner[lane]),
+            light: self.light[lane],
+            square: self.squares[lane],
+            above: if parent.square == NO_SQUARE { parent.above } else { parent.square * 4 + self.c },
+            weight: self.weight[lane],
+            priority: if deepest { 0.0 } else { self.priority[lane] },
+            level,
+            index: [2 * parent.index[0] + (self.c >> 1) as u16, 2 * parent.index[1] + (self.c & 1) as u16],
+            coarse: if deepest { 0 } else { self.coarse >> lane & 1 },
+            near_peak: self.near >> lane & 1,
+            floor: self.floor[lane],
+            ..Cell::default()
+        }
+    }
+}
+
+/// The corners of child `c` from its parent's corners and five new values.
+#[inline(always)]
+fn corners_of_child<F: Lanes>(corners: [F; 4], new: [F; NEW], c: u32) -> [F; 4] {
+    let [c00, c01, c10, c11] = corners;
+    let [low2, high2, low1, high1, centre] = new;
+    match c & 3 {
+        0 => [c00, low1, low2, centre],
+        1 => [low1, c01, centre, high2],
+        2 => [low2, centre, c10, high1],
+        _ => [centre, high2, high1, c11],
+    }
+}
+
+/// The largest residual at a corner of child `c`.
+#[inline(always)]
+fn residuals_of_child<F: Lanes>(residuals: [F; NEW], c: u32) -> F {
+    let [a, b, d, e] = corners_of_child([F::splat(0.0); 4], residuals, c);
+    a.max(b).max(d.max(e))
+}
+
+/// How far the five new values are from the bilinear function of the corners.
+#[inline(always)]
+fn residuals<F: Lanes>(corners: [F; 4], new: [F; NEW]) -> [F; NEW] {
+    let [c00, c01, c10, c11] = corners;
+    let (half, quarter) = (F::splat(0.5), F::splat(0.25));
+    let [a, b, c, d, e] = new;
+    [
+        a - half * (c00 + c10),
+        b - half * (c01 + c11),
+        c - half * (c00 + c01),
+        d - half * (c10 + c11),
+        e - quarter * ((c00 + c01) + (c10 + c11)),
+    ]
+    .map(F::abs)
 }

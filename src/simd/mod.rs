@@ -58,6 +58,8 @@ pub trait Lanes:
     fn le(self, b: Self) -> Self::Mask;
     /// `a` where the mask is set, elsewhere `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// `a` where the mask is set, elsewhere `b`.
+    fn select_mask(mask: Self::Mask, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Both.
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Either.

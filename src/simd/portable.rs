@@ -121,6 +121,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn select_mask(mask: u32, a: u32, b: u32) -> u32 {
+        (mask & a) | (!mask & b)
+    }
+
+    #[inline(always)]
     fn and(a: u32, b: u32) -> u32 {
         a & b
     }

@@ -137,6 +137,11 @@ impl Lanes for Sse2 {
     }
 
     #[inline(always)]
+    fn select_mask(mask: Self, a: Self, b: Self) -> Self {
+        Self::select(mask, a, b)
+    }
+
+    #[inline(always)]
     fn and(a: Self, b: Self) -> Self {
         // SAFETY: SSE2 is part of x86-64.
         a.with(b, |a, b| unsafe { _mm_and_ps(a, b) })

@@ -6,6 +6,7 @@
 
 mod sphere;
 mod split;
+pub mod vector;
 
 use crate::descent::{self, Density, Sample};
 use crate::simd::{LANES, Lanes};

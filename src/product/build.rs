@@ -23,8 +23,8 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// What is spent if the caller does not say.
-    pub const DEFAULT: Budget = Budget { squares: 128, evaluations: 64 };
+    /// What is spent if the caller does not say: the base, and eight splits at once.
+    pub const DEFAULT: Budget = Budget { squares: 128, evaluations: 58 };
 }
 
 /// Splits that the peaks of narrow lobes may cause.
@@ -113,6 +113,8 @@ struct Builder<'a, B: Brdf> {
     evaluations: u32,
     /// Values are multiplied by this power of two before they are stored.
     scale: f32,
+    /// The average product over all leaves.
+    total: f32,
     /// The normal of the hemisphere outside which the BRDF is 0.
     hemisphere: Option<Vec3>,
     /// The least value of a corner in a leaf that reaches above the horizon (rule 16 of the design).
@@ -161,7 +163,20 @@ impl<'a, B: Brdf> Builder<'a, B> {
             *slot = Some((peak, value * scale));
         }
         let evaluations = base.evaluations;
-        Builder { light, frame, brdf, cells, used: 0, squares: 0, evaluations, scale, hemisphere, least, peaks }
+        Builder {
+            light,
+            frame,
+            brdf,
+            cells,
+            used: 0,
+            squares: 0,
+            evaluations,
+            scale,
+            total: 0.0,
+            hemisphere,
+            least,
+            peaks,
+        }
     }
 
     fn cell(&self, index: usize) -> Cell {
@@ -272,26 +287,24 @@ impl<'a, B: Brdf> Builder<'a, B> {
 
     /// The leaves with the highest priority, the best first; equal ones in the order of their index.
     fn most_valuable(&self, room: usize) -> ([usize; LANES], usize) {
-        let mut best = [(0.0, usize::MAX); LANES];
-        let mut total = 0.0;
-        for (index, cell) in self.leaves() {
-            total += cell.weight * area(cell.level);
-            let mut candidate = (cell.priority, index);
-            if best.get(room.wrapping_sub(1)).is_none_or(|worst| candidate.0 <= worst.0) {
+        let mut best = [(TOLERANCE * self.total, usize::MAX); LANES];
+        let Some(last) = room.checked_sub(1) else { return ([0; LANES], 0) };
+        let mut worst = best[0].0;
+        for (index, cell) in self.cells.iter().take(self.used).enumerate() {
+            // Inner cells have no priority.
+            if cell.priority <= worst {
                 continue;
             }
+            let mut candidate = (cell.priority, index);
             for kept in best.iter_mut().take(room) {
                 if candidate.0 > kept.0 {
                     core::mem::swap(&mut candidate, kept);
                 }
             }
+            worst = best[last & (LANES - 1)].0;
         }
-        let count = best.iter().take(room).filter(|(priority, _)| *priority > TOLERANCE * total).count();
+        let count = best.iter().take(room).filter(|(_, index)| *index != usize::MAX).count();
         (best.map(|(_, index)| index), count)
-    }
-
-    fn leaves(&self) -> impl Iterator<Item = (usize, &Cell)> {
-        self.cells.iter().take(self.used).enumerate().filter(|(_, cell)| cell.children == 0)
     }
 
     /// Evaluates the five new points of each cell of a batch together, then splits the cells.
@@ -328,12 +341,15 @@ impl<'a, B: Brdf> Builder<'a, B> {
         for c in 0..4 {
             let children = self.weigh(&parents, new, residuals, c);
             for lane in 0..batch.len() {
-                self.write(first + 4 * lane + c as usize, children.cell(&parents, lane));
+                let cell = children.cell(&parents, lane);
+                self.total += cell.weight * area(cell.level);
+                self.write(first + 4 * lane + c as usize, cell);
             }
         }
         for (lane, &index) in batch.iter().enumerate() {
             if let Some(cell) = self.cells.get_mut(index) {
-                cell.children = (first + 4 * lane) as u32;
+                self.total -= cell.weight * area(cell.level);
+                (cell.children, cell.priority) = ((first + 4 * lane) as u32, 0.0);
             }
         }
         self.used = (first + 4 * batch.len()).min(self.cells.len());

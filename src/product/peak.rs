@@ -21,8 +21,8 @@ pub struct Shape<F: Lanes> {
     centre: V3<F>,
     /// No point of a cell is farther from its centre.
     chord: F,
-    /// The vectors from the centres to the middles of the upper edges, for cells small enough to be flat.
-    half_axes: [V3<F>; 2],
+    /// The vectors from the centres to the middles of the upper edges, if any cell is small enough to be flat.
+    half_axes: Option<[V3<F>; 2]>,
     flat: F::Mask,
     area: F,
 }
@@ -45,8 +45,10 @@ impl<F: Lanes> Shape<F> {
     pub fn new(frame: &Frame, middle: [F; 2], centre: V3<F>, width: F, chord: F) -> Self {
         let half = F::splat(0.5) * width;
         let [x, y] = middle;
-        let half_axes = [[x + half, y], [x, y + half]].map(|s| subtract(direction_in(frame, s), centre));
-        Shape { centre, chord, half_axes, flat: width.le(F::splat(FLAT_WIDTH)), area: width * width }
+        let flat = width.le(F::splat(FLAT_WIDTH));
+        let axes = || [[x + half, y], [x, y + half]].map(|s| subtract(direction_in(frame, s), centre));
+        let half_axes = (F::bits(flat) != 0).then(axes);
+        Shape { centre, chord, half_axes, flat, area: width * width }
     }
 
     /// Judges a peak of this value.
@@ -71,25 +73,26 @@ impl<F: Lanes> Shape<F> {
         let along = dot(offset, offset).sqrt().le(F::splat(radii[0]) + self.chord);
         let across = dot(offset, splat(peak.across)).abs().le(F::splat(radii[1]) + self.chord);
         let close = F::and(along, across);
-        if F::bits(F::and(close, self.flat)) == 0 {
-            return close;
+        match self.half_axes {
+            Some(axes) if F::bits(F::and(close, self.flat)) != 0 => {
+                F::select_mask(self.flat, F::and(close, overlaps(peak, radii, offset, axes)), close)
+            }
+            _ => close,
         }
-        F::select_mask(self.flat, F::and(close, self.overlaps(peak, radii, offset)), close)
     }
+}
 
-    /// Whether an ellipse overlaps the cells: in the coordinates of a cell's half axes the cell is [-1, 1]^2.
-    #[inline(always)]
-    fn overlaps(&self, peak: &Peak, [long, short]: [f32; 2], offset: V3<F>) -> F::Mask {
-        let [a, b] = self.half_axes;
-        let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
-        let determinant = (aa * bb - ab * ab).max(F::splat(f32::MIN_POSITIVE));
-        let local = |v: V3<F>| {
-            let (va, vb) = (dot(v, a), dot(v, b));
-            [(va * bb - vb * ab) / determinant, (vb * aa - va * ab) / determinant]
-        };
-        let ([x, y], u, v) = (local(offset), local(splat(peak.along() * long)), local(splat(peak.across * short)));
-        // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
-        let reach = |k: usize| F::splat(1.02) + (u[k] * u[k] + v[k] * v[k]).sqrt();
-        F::and(x.abs().le(reach(0)), y.abs().le(reach(1)))
-    }
+/// Whether an ellipse overlaps the cells: in the coordinates of a cell's half axes the cell is [-1, 1]^2.
+#[inline(always)]
+fn overlaps<F: Lanes>(peak: &Peak, [long, short]: [f32; 2], offset: V3<F>, [a, b]: [V3<F>; 2]) -> F::Mask {
+    let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+    let determinant = (aa * bb - ab * ab).max(F::splat(f32::MIN_POSITIVE));
+    let local = |v: V3<F>| {
+        let (va, vb) = (dot(v, a), dot(v, b));
+        [(va * bb - vb * ab) / determinant, (vb * aa - va * ab) / determinant]
+    };
+    let ([x, y], u, v) = (local(offset), local(splat(peak.along() * long)), local(splat(peak.across * short)));
+    // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
+    let reach = |k: usize| F::splat(1.02) + (u[k] * u[k] + v[k] * v[k]).sqrt();
+    F::and(x.abs().le(reach(0)), y.abs().le(reach(1)))
 }

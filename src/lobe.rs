@@ -8,7 +8,7 @@ use crate::query::{
 use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
 use crate::status::{Result, Status};
-use crate::wide::vector::{V3, add, dot, splat};
+use crate::wide::vector::{V3, add, dot, splat, to_arrays};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -131,8 +131,8 @@ impl Lobes {
     #[inline(always)]
     pub fn luminance_wide<F: Lanes>(&self, wi: V3<F>) -> F {
         let zero = F::splat(0.0);
-        let cosine = F::splat(self.side) * dot(wi, splat(self.normal));
-        let local = [dot(wi, splat(self.tangent)), dot(wi, splat(self.bitangent)), cosine];
+        let cosine = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
+        let local = [dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())), cosine];
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
         let mut sum = zero;
         for lobe in self.prepared.iter().take(self.count) {
@@ -292,7 +292,7 @@ impl Prepared {
         match *self {
             Prepared::Lambert { albedo } => factor * F::splat(albedo),
             Prepared::Ggx { alpha: [a, b], norm, wo_length, fresnel: [constant, slope] } => {
-                let h = add(wi, splat(wo));
+                let h = add(wi, splat(wo.to_array()));
                 let squared = dot(h, h);
                 let (x, y) = (h[0] / F::splat(a), h[1] / F::splat(b));
                 let stretched = x * x + y * y + h[2] * h[2];
@@ -308,7 +308,7 @@ impl Prepared {
                 F::select(zero.lt(wi[2]), finite * factor * fresnel, zero)
             }
             Prepared::Phong { norm, .. } => {
-                let [x, y, z] = wi.map(F::to_array);
+                let [x, y, z] = to_arrays(wi);
                 let mut shape = [0.0; LANES];
                 for (i, shape) in shape.iter_mut().enumerate() {
                     let i = i & (LANES - 1);

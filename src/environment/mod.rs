@@ -187,7 +187,7 @@ impl<'a> Descent<'a> {
                 walks |= u32::from((square as usize) < self.tree.squares().len()) << i;
             }
         } else {
-            let sides = sides.map(F::bits);
+            let sides = [F::bits(sides[0]), F::bits(sides[1])];
             for (i, square) in self.squares.iter_mut().enumerate() {
                 let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
                 if let Some(child) = self.tree.child_square(*square, c) {

@@ -69,6 +69,13 @@ pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
     text.as_ptr()
 }
 
+/// The highest cpu_level that this processor and the library have: 0 baseline, 1 AVX2. Asking takes microseconds in a
+/// virtual machine: ask once and keep the answer. Levels above the answer are not for this processor.
+#[unsafe(no_mangle)]
+pub extern "C" fn wis_cpu_detect() -> u32 {
+    crate::simd::detect()
+}
+
 /// WIS_VERSION of the library that is linked.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_version() -> u32 {

@@ -10,9 +10,10 @@ use crate::lobe::{Asked, Brdf, Lobes, Peak};
 use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::sampler::{Header, MAGIC};
-use crate::simd::{LANES, Lanes, Native};
+use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
+use crate::wide::vector::to_arrays;
 use core::ffi::{c_int, c_void};
 use glam::Vec3;
 
@@ -34,11 +35,11 @@ pub const WIS_MAX_SQUARES: u32 = 4096;
 pub struct ProductConfig {
     /// sizeof(wis_product_config).
     pub size: u32,
-    /// 0: the baseline of the platform. Never changes a bit of the results.
+    /// What wis_cpu_detect answered, or 0 for the baseline of the platform. Never changes a bit of the results.
     pub cpu_level: u32,
     /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
     pub max_squares: u32,
-    /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 64. At least 18 are spent.
+    /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 58. At least 18 are spent.
     pub max_evaluations: u32,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,
@@ -128,7 +129,7 @@ pub unsafe extern "C" fn wis_product_size(
     answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
-            let (budget, _) = read_config(config, 1)?;
+            let (budget, ..) = read_config(config, 1)?;
             let target = out(size, 2)?;
             let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 1))?;
             target.write(MemorySize { bytes: layout.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
@@ -463,7 +464,7 @@ impl Brdf for Callback {
         let mut directions = [[0.0f32; 3]; MAX_ASKED];
         let mut count = 0;
         for Asked { wi, lanes } in wi {
-            let [x, y, z] = wi.map(F::to_array);
+            let [x, y, z] = to_arrays(*wi);
             for (i, ((&x, &y), &z)) in x.iter().zip(&y).zip(&z).enumerate() {
                 if let Some(slot) = directions.get_mut(count).filter(|_| lanes >> i & 1 == 1) {
                     *slot = [x, y, z];
@@ -517,7 +518,7 @@ impl Layout {
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<(Budget, Frame)> {
+unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<(Budget, Frame, u32)> {
     // SAFETY: the caller's contract.
     unsafe {
         let config = sized(config, argument)?;
@@ -529,7 +530,25 @@ unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<(B
             squares: or(config.max_squares, Budget::DEFAULT.squares),
             evaluations: or(config.max_evaluations, Budget::DEFAULT.evaluations),
         };
-        Ok((budget, frame(config.world_from_map.cast(), argument)?))
+        Ok((budget, frame(config.world_from_map.cast(), argument)?, config.cpu_level))
+    }
+}
+
+/// The building of a product, on any lanes.
+struct Building<'a, B> {
+    environment: &'a kernel::Environment<'a>,
+    frame: &'a Frame,
+    brdf: &'a mut B,
+    budget: Budget,
+    cells: &'a mut [Cell],
+}
+
+impl<B: Brdf> Kernel for Building<'_, B> {
+    type Output = Result<Built>;
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) -> Result<Built> {
+        product::build::<F, B>(self.environment.light(), self.frame, self.brdf, self.budget, self.cells)
     }
 }
 
@@ -547,14 +566,14 @@ unsafe fn prepare<B: Brdf>(
 ) -> Checked<()> {
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
-        let (budget, frame) = read_config(config, 3)?;
+        let (budget, frame, level) = read_config(config, 3)?;
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 3))?;
         let block = Block::new(memory.cast(), bytes, layout.bytes, 4)?;
         let target = out(product, 6)?;
         let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
         let cells = block.slice::<Cell>(layout.cells, 0, room);
-        let built = product::build::<Native, B>(environment.light(), &frame, brdf, budget, cells)
-            .map_err(|status| Failure::new(status, 2))?;
+        let building = Building { environment, frame: &frame, brdf, budget, cells: &mut *cells };
+        let built = simd::run(level, building).map_err(|status| Failure::new(status, 2))?;
         store(&block, &built, cells, query, &frame, environment.header.content_id);
         target.write(memory.cast_const().cast());
     }

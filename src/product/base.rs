@@ -68,7 +68,7 @@ impl Base {
             *slot = peak.direction;
             count += 1;
         }
-        let mut wi = [Asked { wi: splat(Vec3::Z), lanes: 0 }; GROUPS];
+        let mut wi = [Asked { wi: splat([0.0, 0.0, 1.0]), lanes: 0 }; GROUPS];
         for (group, (asked, eight)) in wi.iter_mut().zip(directions.as_chunks::<LANES>().0).enumerate() {
             *asked = Asked { wi: lanes_of(eight), lanes: below(count.saturating_sub(group * LANES)) };
         }

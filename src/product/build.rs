@@ -102,6 +102,31 @@ pub fn cell_count(squares: u32) -> Option<u32> {
     squares.checked_mul(4)?.checked_add(1)
 }
 
+/// Up to eight cells to split.
+#[derive(Clone, Copy, Default)]
+struct Batch {
+    cells: [usize; LANES],
+    count: usize,
+}
+
+impl Batch {
+    fn push(&mut self, cell: usize) {
+        if let Some(slot) = self.cells.get_mut(self.count) {
+            *slot = cell;
+            self.count += 1;
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.cells.into_iter().enumerate().take(self.count)
+    }
+
+    /// The lanes in use as bits.
+    fn lanes(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+}
+
 /// A build in progress.
 struct Builder<'a, B: Brdf> {
     light: Tree<'a, 4>,
@@ -111,6 +136,10 @@ struct Builder<'a, B: Brdf> {
     used: usize,
     squares: u32,
     evaluations: u32,
+    /// Cells before this one are not too coarse for a peak.
+    resolved: usize,
+    /// What was spent when all peaks were resolved.
+    spent_on_peaks: u32,
     /// Values are multiplied by this power of two before they are stored.
     scale: f32,
     /// The average product over all leaves.
@@ -145,10 +174,15 @@ pub fn build<F: Lanes, B: Brdf>(
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
     let mut builder = Builder::new(light, frame, brdf, cells, &base);
-    builder.base::<F>(&base, budget);
-    builder.resolve_peaks::<F>(budget)?;
-    builder.refine::<F>(budget)?;
-    Ok(builder.finish(base.exponent))
+    let (mut batch, mut new) = builder.base::<F>(&base, budget);
+    loop {
+        builder.split(&batch, new);
+        batch = builder.next(budget);
+        if batch.count == 0 {
+            return Ok(builder.finish(base.exponent));
+        }
+        new = builder.evaluate::<F>(&batch)?;
+    }
 }
 
 impl<'a, B: Brdf> Builder<'a, B> {
@@ -171,6 +205,8 @@ impl<'a, B: Brdf> Builder<'a, B> {
             used: 0,
             squares: 0,
             evaluations,
+            resolved: 0,
+            spent_on_peaks: evaluations,
             scale,
             total: 0.0,
             hemisphere,
@@ -183,9 +219,12 @@ impl<'a, B: Brdf> Builder<'a, B> {
         self.cells.get(index).copied().unwrap_or_default()
     }
 
-    /// The root, its four children and, if the budget allows, its sixteen grandchildren.
-    fn base<F: Lanes>(&mut self, base: &Base, budget: Budget) {
-        let value = |i: usize, j: usize| base.at(i, j) * self.scale;
+    /// Makes the root and, if the budget allows, its four children. Returns the cells to split, the root or the
+    /// children, and the new values for that.
+    #[inline(always)]
+    fn base<F: Lanes>(&mut self, base: &Base, budget: Budget) -> (Batch, [F; NEW]) {
+        let scale = self.scale;
+        let value = |i: usize, j: usize| base.at(i, j) * scale;
         let corners =
             |i: usize, j: usize, k: usize| [value(i, j), value(i, j + k), value(i + k, j), value(i + k, j + k)];
         // The five new points of a cell of `2 k` grid points' width.
@@ -201,10 +240,9 @@ impl<'a, B: Brdf> Builder<'a, B> {
             ..Cell::default()
         };
         if budget.squares < BASE_SQUARES {
-            let new = between(0, 0, 2).map(F::splat);
             self.write(0, root);
             self.used = 1;
-            return self.split::<F>(&[0], new);
+            return (Batch { count: 1, ..Batch::default() }, to_lanes(between(0, 0, 2).map(|value| [value; LANES])));
         }
         let light = self.light.children(root.square);
         let quarters = [(0, 0), (0, 2), (2, 0), (2, 2)];
@@ -234,7 +272,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
             self.write(index, child);
         }
         (self.used, self.squares) = (5, 1);
-        self.split::<F>(&[1, 2, 3, 4], new.map(F::from_array));
+        (Batch { cells: [1, 2, 3, 4, 0, 0, 0, 0], count: 4 }, to_lanes(new))
     }
 
     fn write(&mut self, index: usize, cell: Cell) {
@@ -247,48 +285,31 @@ impl<'a, B: Brdf> Builder<'a, B> {
         if square == NO_SQUARE { NO_SQUARE } else { self.light.child_square(square, c).unwrap_or(NO_SQUARE) }
     }
 
-    /// Splits every cell about a narrow lobe's peak until it is finer than the lobe.
-    fn resolve_peaks<F: Lanes>(&mut self, budget: Budget) -> Result<()> {
-        let limit = budget.squares.min(self.squares + PEAK_SPLITS);
-        let mut next = 0;
-        while next < self.used && self.squares < limit {
-            let mut batch = [0usize; LANES];
-            let mut count = 0;
-            let room = (limit - self.squares).min(LANES as u32) as usize;
-            while next < self.used && count < room {
-                let cell = self.cell(next);
-                if cell.children == 0 && cell.coarse != 0 {
-                    if let Some(slot) = batch.get_mut(count) {
-                        *slot = next;
-                        count += 1;
-                    }
-                }
-                next += 1;
+    /// The next cells to split: those about a narrow lobe's peak until they are finer than the lobe, then those that
+    /// are worth most, until the budget or the gain runs out.
+    fn next(&mut self, budget: Budget) -> Batch {
+        let mut batch = Batch::default();
+        let room = budget.squares.min(BASE_SQUARES + PEAK_SPLITS).saturating_sub(self.squares);
+        while self.resolved < self.used && batch.count < room.min(LANES as u32) as usize {
+            let coarse = self.cells.get(self.resolved).is_some_and(|cell| cell.coarse != 0 && cell.children == 0);
+            if coarse {
+                batch.push(self.resolved);
             }
-            self.split_batch::<F>(batch.get(..count).unwrap_or(&[]))?;
+            self.resolved += 1;
         }
-        Ok(())
-    }
-
-    /// Splits the cells that are worth most, a batch at a time, until the budget or the gain runs out.
-    fn refine<F: Lanes>(&mut self, budget: Budget) -> Result<()> {
-        let spent_on_peaks = self.evaluations;
-        loop {
-            let spent = self.evaluations - spent_on_peaks + BASE.len() as u32;
-            let affordable = budget.evaluations.saturating_sub(spent) / NEW as u32;
-            let room = affordable.min(budget.squares - self.squares).min(LANES as u32) as usize;
-            let (batch, count) = self.most_valuable(room);
-            if count == 0 {
-                return Ok(());
-            }
-            self.split_batch::<F>(batch.get(..count).unwrap_or(&[]))?;
+        if batch.count > 0 {
+            self.spent_on_peaks = self.evaluations + (batch.count * NEW) as u32;
+            return batch;
         }
+        let spent = self.evaluations - self.spent_on_peaks + BASE.len() as u32;
+        let affordable = budget.evaluations.saturating_sub(spent) / NEW as u32;
+        self.most_valuable(affordable.min(budget.squares - self.squares).min(LANES as u32) as usize)
     }
 
     /// The leaves with the highest priority, the best first; equal ones in the order of their index.
-    fn most_valuable(&self, room: usize) -> ([usize; LANES], usize) {
+    fn most_valuable(&self, room: usize) -> Batch {
         let mut best = [(TOLERANCE * self.total, usize::MAX); LANES];
-        let Some(last) = room.checked_sub(1) else { return ([0; LANES], 0) };
+        let Some(last) = room.checked_sub(1) else { return Batch::default() };
         let mut worst = best[0].0;
         for (index, cell) in self.cells.iter().take(self.used).enumerate() {
             // Inner cells have no priority.
@@ -303,57 +324,59 @@ impl<'a, B: Brdf> Builder<'a, B> {
             }
             worst = best[last & (LANES - 1)].0;
         }
-        let count = best.iter().take(room).filter(|(_, index)| *index != usize::MAX).count();
-        (best.map(|(_, index)| index), count)
+        let mut batch = Batch::default();
+        best.iter().take(room).filter(|(_, index)| *index != usize::MAX).for_each(|&(_, index)| batch.push(index));
+        batch
     }
 
-    /// Evaluates the five new points of each cell of a batch together, then splits the cells.
-    fn split_batch<F: Lanes>(&mut self, batch: &[usize]) -> Result<()> {
-        if batch.is_empty() {
-            return Ok(());
-        }
+    /// Evaluates the five new points of each cell of a batch.
+    #[inline(always)]
+    fn evaluate<F: Lanes>(&mut self, batch: &Batch) -> Result<[F; NEW]> {
         let (mut index, mut half) = ([[0.0; LANES]; 2], [1.0; LANES]);
-        for (lane, &cell) in batch.iter().enumerate() {
+        for (lane, cell) in batch.iter() {
             let cell = self.cell(cell);
             index[0][lane & 7] = f32::from(cell.index[0]);
             index[1][lane & 7] = f32::from(cell.index[1]);
             half[lane & 7] = inverse_power(cell.level + 1);
         }
-        let ([x, y], half) = (index.map(F::from_array), F::from_array(half));
-        let at = |i: f32, j: f32| {
+        let (x, y, half) = (F::from_array(index[0]), F::from_array(index[1]), F::from_array(half));
+        let mut wi = [Asked { wi: splat([0.0; 3]), lanes: batch.lanes() }; NEW];
+        for (asked, [i, j]) in wi.iter_mut().zip([[1.0, 0.0], [1.0, 2.0], [0.0, 1.0], [2.0, 1.0], [1.0, 1.0]]) {
             let s = [(x + x + F::splat(i)) * half, (y + y + F::splat(j)) * half];
-            Asked { wi: direction_in(self.frame, s), lanes: (1 << batch.len()) - 1 }
-        };
-        let wi = [at(1.0, 0.0), at(1.0, 2.0), at(0.0, 1.0), at(2.0, 1.0), at(1.0, 1.0)];
+            asked.wi = direction_in(self.frame, s);
+        }
         let mut f_cos = [F::splat(0.0); NEW];
         self.brdf.eval(&wi, &mut f_cos)?;
-        self.evaluations += (batch.len() * NEW) as u32;
-        self.split::<F>(batch, f_cos.map(|f| (f * F::splat(self.scale)).min(F::splat(LARGEST))));
-        Ok(())
+        self.evaluations += (batch.count * NEW) as u32;
+        for f in &mut f_cos {
+            *f = (*f * F::splat(self.scale)).min(F::splat(LARGEST));
+        }
+        Ok(f_cos)
     }
 
     /// Appends the four children of each cell of a batch, whose new values are the lanes of `new`: the middles of the
     /// edges at the lower and upper end of axis 2, at the lower and upper end of axis 1, and the centre.
-    fn split<F: Lanes>(&mut self, batch: &[usize], new: [F; NEW]) {
+    #[inline(always)]
+    fn split<F: Lanes>(&mut self, batch: &Batch, new: [F; NEW]) {
         let parents = Parents::<F>::load(self, batch);
         let residuals = residuals(parents.corners, new);
         let first = self.used;
         for c in 0..4 {
             let children = self.weigh(&parents, new, residuals, c);
-            for lane in 0..batch.len() {
+            for lane in 0..batch.count {
                 let cell = children.cell(&parents, lane);
                 self.total += cell.weight * area(cell.level);
                 self.write(first + 4 * lane + c as usize, cell);
             }
         }
-        for (lane, &index) in batch.iter().enumerate() {
+        for (lane, index) in batch.iter() {
             if let Some(cell) = self.cells.get_mut(index) {
                 self.total -= cell.weight * area(cell.level);
                 (cell.children, cell.priority) = ((first + 4 * lane) as u32, 0.0);
             }
         }
-        self.used = (first + 4 * batch.len()).min(self.cells.len());
-        self.squares += batch.len() as u32;
+        self.used = (first + 4 * batch.count).min(self.cells.len());
+        self.squares += batch.count as u32;
     }
 
     /// The weights of the `c`-th children as leaves, and what splitting them is worth.
@@ -361,9 +384,8 @@ impl<'a, B: Brdf> Builder<'a, B> {
     fn weigh<F: Lanes>(&self, parents: &Parents<F>, new: [F; NEW], residuals: [F; NEW], c: u32) -> Children {
         let zero = F::splat(0.0);
         let corners = corners_of_child(parents.corners, new, c);
-        let side = |upper: u32| F::splat(if upper == 1 { 1.0 } else { 0.0 });
         let [x, y] = parents.index;
-        let index = [x + x + side(c >> 1), y + y + side(c & 1)];
+        let index = [x + x + F::splat((c >> 1) as f32), y + y + F::splat((c & 1) as f32)];
         let width = parents.half;
         let squares = parents.squares.map(|square| self.child_square(square, c));
         let light = parents.light[c as usize & 3];
@@ -373,11 +395,12 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let (mut near, mut coarse) = (0, 0);
         let unsure = (F::bits(smallest.le(zero)) | parents.near) & parents.lanes;
         if unsure != 0 {
-            let middle = index.map(|i| (i + F::splat(0.5)) * width);
+            let half = F::splat(0.5);
+            let middle = [(index[0] + half) * width, (index[1] + half) * width];
             let centre = direction_in(self.frame, middle);
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
             if let Some(normal) = self.hemisphere {
-                let above = zero.le(dot(splat(normal), centre) + parents.chord);
+                let above = zero.le(dot(splat(normal.to_array()), centre) + parents.chord);
                 let known = F::select(above, floor, F::splat(-1.0));
                 floor = F::select(F::mask(unsure), known, floor);
             }
@@ -393,7 +416,10 @@ impl<'a, B: Brdf> Builder<'a, B> {
                 }
             }
         }
-        let raised = corners.map(|corner| F::select(zero.le(floor), corner.max(floor), zero));
+        let mut raised = corners;
+        for corner in &mut raised {
+            *corner = F::select(zero.le(floor), corner.max(floor), zero);
+        }
         let weight = self.leaf_weight(raised, light, squares);
         let [r0, r1, r2, r3] = raised;
         let mean = F::splat(0.25) * ((r0 + r1) + (r2 + r3));
@@ -404,7 +430,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let priority = F::select(zero.lt(mean), worth, zero);
         Children {
             c,
-            corners: corners.map(F::to_array),
+            corners: [corners[0].to_array(), corners[1].to_array(), corners[2].to_array(), corners[3].to_array()],
             light: light.to_array(),
             squares,
             weight: weight.to_array(),
@@ -422,7 +448,11 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let stored = self.light.squares();
         let below = F::transpose(squares.map(|square| stored.get(square as usize).unwrap_or(&[0.0; 4])));
         let masses = Parts::whole(corners).masses(below);
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| F::select(F::mask(lit), masses[k & 3], light * corners[k & 3]));
+        let mut weights = masses;
+        for (weight, corner) in weights.iter_mut().zip(corners) {
+            *weight = F::select(F::mask(lit), *weight, light * corner);
+        }
+        let [a, b, c, d] = weights;
         F::splat(0.25) * ((a + b) + (c + d))
     }
 
@@ -493,27 +523,34 @@ struct Parents<F: Lanes> {
 
 impl<F: Lanes> Parents<F> {
     #[inline(always)]
-    fn load<B: Brdf>(builder: &Builder<B>, batch: &[usize]) -> Self {
+    fn load<B: Brdf>(builder: &Builder<B>, batch: &Batch) -> Self {
         let mut cells = [Cell { square: NO_SQUARE, ..Cell::default() }; LANES];
-        for (slot, &index) in cells.iter_mut().zip(batch) {
+        for (slot, (_, index)) in cells.iter_mut().zip(batch.iter()) {
             *slot = builder.cell(index);
         }
         let light = |cell: Cell| {
             if cell.square == NO_SQUARE { [cell.light; 4] } else { builder.light.children(cell.square) }
         };
         let light = cells.map(light);
-        let number = |of: fn(&Cell) -> f32| {
-            let mut lanes = [0.0; LANES];
-            lanes.iter_mut().zip(&cells).for_each(|(lane, cell)| *lane = of(cell));
-            F::from_array(lanes)
-        };
+        let mut numbers = [[0.0; LANES]; 4];
+        for (lane, cell) in cells.iter().enumerate() {
+            let of_cell = [
+                f32::from(cell.index[0]),
+                f32::from(cell.index[1]),
+                inverse_power(cell.level + 1),
+                cell_chord(cell.level + 1),
+            ];
+            for (row, number) in numbers.iter_mut().zip(of_cell) {
+                row[lane] = number;
+            }
+        }
         Parents {
-            lanes: (1 << batch.len()) - 1,
+            lanes: batch.lanes(),
             near: cells.iter().rev().fold(0, |bits, cell| bits << 1 | u32::from(cell.near_peak != 0)),
             corners: F::transpose(cells.each_ref().map(|cell| &cell.corners)),
-            index: [number(|cell| f32::from(cell.index[0])), number(|cell| f32::from(cell.index[1]))],
-            half: number(|cell| inverse_power(cell.level + 1)),
-            chord: number(|cell| cell_chord(cell.level + 1)),
+            index: [F::from_array(numbers[0]), F::from_array(numbers[1])],
+            half: F::from_array(numbers[2]),
+            chord: F::from_array(numbers[3]),
             squares: cells.map(|cell| cell.square),
             light: F::transpose(light.each_ref()),
             cells,
@@ -585,11 +622,15 @@ fn residuals<F: Lanes>(corners: [F; 4], new: [F; NEW]) -> [F; NEW] {
     let (half, quarter) = (F::splat(0.5), F::splat(0.25));
     let [a, b, c, d, e] = new;
     [
-        a - half * (c00 + c10),
-        b - half * (c01 + c11),
-        c - half * (c00 + c01),
-        d - half * (c10 + c11),
-        e - quarter * ((c00 + c01) + (c10 + c11)),
+        (a - half * (c00 + c10)).abs(),
+        (b - half * (c01 + c11)).abs(),
+        (c - half * (c00 + c01)).abs(),
+        (d - half * (c10 + c11)).abs(),
+        (e - quarter * ((c00 + c01) + (c10 + c11))).abs(),
     ]
-    .map(F::abs)
+}
+
+#[inline(always)]
+fn to_lanes<F: Lanes>([a, b, c, d, e]: [[f32; LANES]; NEW]) -> [F; NEW] {
+    [F::from_array(a), F::from_array(b), F::from_array(c), F::from_array(d), F::from_array(e)]
 }

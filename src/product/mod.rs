@@ -168,12 +168,12 @@ impl<F: Lanes> Parts<F> {
     fn values(&self, low: f32, high: f32) -> [F; 4] {
         let [c00, c01, c10, c11] = self.corners;
         let [x, y] = self.origin;
-        let at = |origin: F, place: f32| origin + F::splat(place) * self.size;
-        let (x0, x1, y0, y1) = (at(x, low), at(x, high), at(y, low), at(y, high));
+        let (low, high) = (F::splat(low) * self.size, F::splat(high) * self.size);
+        let (x0, x1, y0, y1) = (x + low, x + high, y + low, y + high);
         let (left0, right0) = (wide::lerp(x0, c00, c10), wide::lerp(x0, c01, c11));
         let (left1, right1) = (wide::lerp(x1, c00, c10), wide::lerp(x1, c01, c11));
-        let along = |y: F, left: F, right: F| wide::lerp(y, left, right);
-        [along(y0, left0, right0), along(y1, left0, right0), along(y0, left1, right1), along(y1, left1, right1)]
+        let (a, b) = (wide::lerp(y0, left0, right0), wide::lerp(y1, left0, right0));
+        [a, b, wide::lerp(y0, left1, right1), wide::lerp(y1, left1, right1)]
     }
 
     /// As [`Part::masses`].
@@ -188,8 +188,9 @@ impl<F: Lanes> Parts<F> {
     #[inline(always)]
     fn step(&mut self, walks: F::Mask, sides: [F::Mask; 2]) {
         let half = F::splat(0.5) * self.size;
-        for (origin, side) in self.origin.iter_mut().zip(sides) {
-            *origin = F::select(F::and(walks, side), *origin + half, *origin);
+        for axis in [0, 1] {
+            let origin = self.origin[axis];
+            self.origin[axis] = F::select(F::and(walks, sides[axis]), origin + half, origin);
         }
         self.size = F::select(walks, half, self.size);
     }
@@ -205,7 +206,7 @@ impl WideDensity for Product<'_> {
             const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
             let squares = links.map(|link| self.squares.get(link as usize).unwrap_or(&NOTHING));
             let sides = walker.choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
-            let sides = sides.map(F::bits);
+            let sides = [F::bits(sides[0]), F::bits(sides[1])];
             for (i, (link, square)) in links.iter_mut().zip(squares).enumerate() {
                 let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
                 let next = square.links.get(c as usize).copied().unwrap_or(u32::MAX);

@@ -46,8 +46,12 @@ impl<F: Lanes> Shape<F> {
         let half = F::splat(0.5) * width;
         let [x, y] = middle;
         let flat = width.le(F::splat(FLAT_WIDTH));
-        let axes = || [[x + half, y], [x, y + half]].map(|s| subtract(direction_in(frame, s), centre));
-        let half_axes = (F::bits(flat) != 0).then(axes);
+        let half_axes = if F::bits(flat) != 0 {
+            let (along, across) = (direction_in(frame, [x + half, y]), direction_in(frame, [x, y + half]));
+            Some([subtract(along, centre), subtract(across, centre)])
+        } else {
+            None
+        };
         Shape { centre, chord, half_axes, flat, area: width * width }
     }
 
@@ -68,10 +72,10 @@ impl<F: Lanes> Shape<F> {
     /// Whether the cells overlap the ellipse of `reach` half-widths about a peak.
     #[inline(always)]
     fn is_near(&self, peak: &Peak, reach: f32) -> F::Mask {
-        let radii = peak.radii.map(|r| reach * r);
-        let offset = subtract(splat(peak.direction), self.centre);
+        let radii = [reach * peak.radii[0], reach * peak.radii[1]];
+        let offset = subtract(splat(peak.direction.to_array()), self.centre);
         let along = dot(offset, offset).sqrt().le(F::splat(radii[0]) + self.chord);
-        let across = dot(offset, splat(peak.across)).abs().le(F::splat(radii[1]) + self.chord);
+        let across = dot(offset, splat(peak.across.to_array())).abs().le(F::splat(radii[1]) + self.chord);
         let close = F::and(along, across);
         match self.half_axes {
             Some(axes) if F::bits(F::and(close, self.flat)) != 0 => {
@@ -84,15 +88,38 @@ impl<F: Lanes> Shape<F> {
 
 /// Whether an ellipse overlaps the cells: in the coordinates of a cell's half axes the cell is [-1, 1]^2.
 #[inline(always)]
-fn overlaps<F: Lanes>(peak: &Peak, [long, short]: [f32; 2], offset: V3<F>, [a, b]: [V3<F>; 2]) -> F::Mask {
-    let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
-    let determinant = (aa * bb - ab * ab).max(F::splat(f32::MIN_POSITIVE));
-    let local = |v: V3<F>| {
-        let (va, vb) = (dot(v, a), dot(v, b));
-        [(va * bb - vb * ab) / determinant, (vb * aa - va * ab) / determinant]
-    };
-    let ([x, y], u, v) = (local(offset), local(splat(peak.along() * long)), local(splat(peak.across * short)));
+fn overlaps<F: Lanes>(peak: &Peak, [long, short]: [f32; 2], offset: V3<F>, axes: [V3<F>; 2]) -> F::Mask {
+    let basis = Basis::new(axes);
+    let [x, y] = basis.coordinates(offset);
+    let u = basis.coordinates(splat((peak.along() * long).to_array()));
+    let v = basis.coordinates(splat((peak.across * short).to_array()));
     // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
-    let reach = |k: usize| F::splat(1.02) + (u[k] * u[k] + v[k] * v[k]).sqrt();
-    F::and(x.abs().le(reach(0)), y.abs().le(reach(1)))
+    let border = F::splat(1.02);
+    let within_x = x.abs().le(border + (u[0] * u[0] + v[0] * v[0]).sqrt());
+    let within_y = y.abs().le(border + (u[1] * u[1] + v[1] * v[1]).sqrt());
+    F::and(within_x, within_y)
+}
+
+/// Two axes that need not be orthogonal, and their Gram matrix.
+struct Basis<F> {
+    axes: [V3<F>; 2],
+    gram: [F; 3],
+    determinant: F,
+}
+
+impl<F: Lanes> Basis<F> {
+    #[inline(always)]
+    fn new([a, b]: [V3<F>; 2]) -> Self {
+        let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+        let determinant = (aa * bb - ab * ab).max(F::splat(f32::MIN_POSITIVE));
+        Basis { axes: [a, b], gram: [aa, ab, bb], determinant }
+    }
+
+    /// The coordinates of a vector's projection on the plane of the axes.
+    #[inline(always)]
+    fn coordinates(&self, v: V3<F>) -> [F; 2] {
+        let [aa, ab, bb] = self.gram;
+        let (va, vb) = (dot(v, self.axes[0]), dot(v, self.axes[1]));
+        [(va * bb - vb * ab) / self.determinant, (vb * aa - va * ab) / self.determinant]
+    }
 }

@@ -5,10 +5,16 @@
 //! Kernels are generic over [`Lanes`]. [`Portable`] runs anywhere and is what the others are tested against;
 //! [`Native`] is the fastest that every processor of the target has.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod level;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 
+#[cfg(target_arch = "x86_64")]
+pub use avx2::Avx2;
+pub use level::{AVX2, BASELINE, Kernel, detect, run};
 pub use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;

@@ -12,6 +12,7 @@ use crate::descent::{self, Density, Sample};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::{Frame, SPHERE};
 use split::{quad_density, take_quad};
+use vector::to_arrays;
 
 /// Every lane.
 pub const ALL: u32 = (1 << LANES) - 1;
@@ -66,8 +67,9 @@ impl<F: Lanes> Walker<F> for Locating<F> {
     #[inline(always)]
     fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2] {
         // Doubling and taking away what is above 1 are exact: the next binary digit of each coordinate.
-        let doubled = self.rest.map(|s| s + s);
-        let sides = doubled.map(|s| F::splat(1.0).le(s));
+        let one = F::splat(1.0);
+        let doubled = [self.rest[0] + self.rest[0], self.rest[1] + self.rest[1]];
+        let sides = [one.le(doubled[0]), one.le(doubled[1])];
         for axis in [0, 1] {
             self.rest[axis] = F::select(walks, doubled[axis] - F::unit(sides[axis]), self.rest[axis]);
         }
@@ -92,11 +94,11 @@ pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]
     let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
     let world = sphere::to_world(frame, sphere::direction(s));
     let (back, unit) = sphere::to_square(frame, world);
-    let offset = back.map(|s| s / width);
-    let within = |axis: usize| F::and(index[axis].le(offset[axis]), offset[axis].lt(index[axis] + one));
+    let offset = [back[0] / width, back[1] / width];
+    let within = [within(index[0], offset[0]), within(index[1], offset[1])];
     let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
-    let sound = F::bits(F::and(F::and(within(0), within(1)), unit)) & !failed;
-    let (pdf, [x, y, z]) = (per_solid_angle(value).to_array(), world.map(F::to_array));
+    let sound = F::bits(F::and(F::and(within[0], within[1]), unit)) & !failed;
+    let (pdf, [x, y, z]) = (per_solid_angle(value).to_array(), to_arrays(world));
     let mut samples = [Sample::default(); LANES];
     for (i, (sample, u)) in samples.iter_mut().zip(u).enumerate() {
         *sample = if sound >> i & 1 == 1 {
@@ -130,6 +132,12 @@ pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: [[f32; 3]; 
         }
     }
     pdf
+}
+
+/// Whether a coordinate in units of cells lies in a cell.
+#[inline(always)]
+fn within<F: Lanes>(index: F, offset: F) -> F::Mask {
+    F::and(index.le(offset), offset.lt(index + F::splat(1.0)))
 }
 
 /// The point at `inside` of cell `index`, which is `width` wide; never outside the cell.

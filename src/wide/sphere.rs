@@ -1,5 +1,6 @@
 //! Directions and points of the square of [`crate::sphere`] in eight lanes, bit for bit.
 
+use super::vector::{V3, dot, splat};
 use crate::numeric::{ATAN_TURNS, COS_TURNS, ONE_MINUS_EPSILON, SIN_TURNS};
 use crate::simd::Lanes;
 use crate::sphere::Frame;
@@ -30,8 +31,8 @@ fn coordinate<F: Lanes>(positive: F::Mask, south: F::Mask, own: F, other: F) -> 
 /// The directions for points of [0, 1]^2.
 #[inline(always)]
 pub fn direction<F: Lanes>(s: [F; 2]) -> [F; 3] {
-    let [half, one, two] = [0.5, 1.0, 2.0].map(F::splat);
-    let [x, y] = s.map(|s| s.min(one - s));
+    let (half, one, two) = (F::splat(0.5), F::splat(1.0), F::splat(2.0));
+    let (x, y) = (s[0].min(one - s[0]), s[1].min(one - s[1]));
     let south = (x + y).lt(half);
     let (a, b) = (F::select(south, two * y, one - two * x), F::select(south, two * x, one - two * y));
     let radius = a + b;
@@ -43,38 +44,35 @@ pub fn direction<F: Lanes>(s: [F; 2]) -> [F; 3] {
     let steep = a.lt(b);
     let (dx, dy) = (F::select(steep, sin, cos), F::select(steep, cos, sin));
     let z = one - squared;
-    let signed = |d: F, s: F| (horizontal * d).copysign(s - half);
-    [signed(dx, s[0]), signed(dy, s[1]), F::select(south, F::splat(0.0) - z, z)]
+    let x = (horizontal * dx).copysign(s[0] - half);
+    let y = (horizontal * dy).copysign(s[1] - half);
+    [x, y, F::select(south, F::splat(0.0) - z, z)]
 }
 
 /// Directions of map space in world space.
 #[inline(always)]
-pub fn to_world<F: Lanes>(frame: &Frame, [x, y, z]: [F; 3]) -> [F; 3] {
-    let columns = frame.to_array();
-    let row = |k: usize| {
-        let [a, b, c] = [k, k + 3, k + 6].map(|i| F::splat(columns.get(i).copied().unwrap_or(0.0)));
-        a * x + b * y + c * z
-    };
-    [row(0), row(1), row(2)]
+pub fn to_world<F: Lanes>(frame: &Frame, v: V3<F>) -> V3<F> {
+    let [a, b, c, d, e, f, g, h, i] = frame.to_array();
+    [dot(splat([a, d, g]), v), dot(splat([b, e, h]), v), dot(splat([c, f, i]), v)]
 }
 
 /// The points of the square for world directions, and whether those are of unit length.
 #[inline(always)]
-pub fn to_square<F: Lanes>(frame: &Frame, [x, y, z]: [F; 3]) -> ([F; 2], F::Mask) {
+pub fn to_square<F: Lanes>(frame: &Frame, [x, y, z]: V3<F>) -> ([F; 2], F::Mask) {
     let squared = x * x + y * y + z * z;
     let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
     let length = squared.sqrt();
-    let [x, y, z] = [x, y, z].map(|c| c / length);
-    let columns = frame.to_array();
-    let along = |k: usize| {
-        let [a, b, c] = [3 * k, 3 * k + 1, 3 * k + 2].map(|i| F::splat(columns.get(i).copied().unwrap_or(0.0)));
-        a * x + b * y + c * z
-    };
-    (square([along(0), along(1), along(2)]), unit)
+    let v = [x / length, y / length, z / length];
+    let [a, b, c, d, e, f, g, h, i] = frame.to_array();
+    (square([dot(splat([a, b, c]), v), dot(splat([d, e, f]), v), dot(splat([g, h, i]), v)]), unit)
 }
 
 /// The polynomial with coefficients `c`, lowest first, at `t`.
 #[inline(always)]
 fn horner<F: Lanes, const N: usize>(c: [f32; N], t: F) -> F {
-    c.into_iter().rev().skip(1).fold(F::splat(c[N - 1]), |sum, c| sum * t + F::splat(c))
+    let mut sum = F::splat(c[N - 1]);
+    for k in (0..N - 1).rev() {
+        sum = sum * t + F::splat(c[k]);
+    }
+    sum
 }

@@ -7,7 +7,7 @@ use crate::split::SMALLEST_SPLIT;
 /// The probabilities of the lower sides of splits by two masses.
 #[inline(always)]
 fn lower_side<F: Lanes>(lower: F, upper: F) -> F {
-    let [zero, smallest, largest] = [0.0, SMALLEST_SPLIT, ONE_MINUS_EPSILON].map(F::splat);
+    let (zero, smallest, largest) = (F::splat(0.0), F::splat(SMALLEST_SPLIT), F::splat(ONE_MINUS_EPSILON));
     let ratio = lower / (lower + upper);
     let ordinary = F::and(smallest.le(ratio), ratio.le(largest));
     if F::bits(ordinary) == crate::wide::ALL {

@@ -1,4 +1,5 @@
-//! Eight vectors of three components.
+//! Eight vectors of three components. Components are written out one by one, here and wherever lanes are computed:
+//! closures are not always inlined, and lanes must be.
 
 use super::sphere;
 use crate::simd::{LANES, Lanes};
@@ -10,8 +11,14 @@ pub type V3<F> = [F; 3];
 
 /// The same vector in all lanes.
 #[inline(always)]
-pub fn splat<F: Lanes>(v: Vec3) -> V3<F> {
-    v.to_array().map(F::splat)
+pub fn splat<F: Lanes>(v: [f32; 3]) -> V3<F> {
+    [F::splat(v[0]), F::splat(v[1]), F::splat(v[2])]
+}
+
+/// Component by component, the numbers of all lanes.
+#[inline(always)]
+pub fn to_arrays<F: Lanes>(v: V3<F>) -> [[f32; LANES]; 3] {
+    [v[0].to_array(), v[1].to_array(), v[2].to_array()]
 }
 
 /// One vector for each lane.

@@ -1,0 +1,187 @@
+//! Lanes as one register of AVX2. What computes with them must be inlined into a function that is compiled for AVX2.
+
+use super::{LANES, Lanes};
+use core::arch::x86_64::{
+    __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256,
+    _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps128_ps256, _mm256_castsi256_ps,
+    _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_div_ps, _mm256_insertf128_ps, _mm256_loadu_ps, _mm256_loadu_si256,
+    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set_epi32, _mm256_set1_epi32,
+    _mm256_set1_ps, _mm256_shuffle_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_storeu_ps, _mm256_storeu_si256,
+    _mm256_sub_epi32, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+};
+use core::ops::{Add, Div, Mul, Sub};
+
+/// Eight numbers in a register.
+///
+/// A value exists only on a processor with AVX2: kernels are generic over lanes, and only those that were entered
+/// after the processor was found to have AVX2 make any.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(__m256);
+
+macro_rules! operator {
+    ($operator:ident, $name:ident, $instruction:ident) => {
+        impl $operator for Avx2 {
+            type Output = Avx2;
+
+            #[inline(always)]
+            fn $name(self, b: Avx2) -> Avx2 {
+                // SAFETY: the value shows that there is AVX2.
+                Avx2(unsafe { $instruction(self.0, b.0) })
+            }
+        }
+    };
+}
+
+operator!(Add, add, _mm256_add_ps);
+operator!(Sub, sub, _mm256_sub_ps);
+operator!(Mul, mul, _mm256_mul_ps);
+operator!(Div, div, _mm256_div_ps);
+
+impl Lanes for Avx2 {
+    type Mask = Avx2;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        // SAFETY: whoever chose this type found AVX2.
+        Avx2(unsafe { _mm256_set1_ps(x) })
+    }
+
+    #[inline(always)]
+    fn from_array(lanes: [f32; LANES]) -> Self {
+        // SAFETY: as in `splat`; the load is of the array.
+        Avx2(unsafe { _mm256_loadu_ps(lanes.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; LANES] {
+        let mut lanes = [0.0; LANES];
+        // SAFETY: the value shows that there is AVX2; the store is to the array.
+        unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), self.0) };
+        lanes
+    }
+
+    #[inline(always)]
+    fn transpose(rows: [&[f32; 4]; LANES]) -> [Self; 4] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        // SAFETY: as in `splat`; each load is of the four numbers of a row.
+        unsafe {
+            // Lane i and lane i + 4 share a register, so that the transposition of both halves is one.
+            let pair = |low: &[f32; 4], high: &[f32; 4]| {
+                let low = _mm256_castps128_ps256(_mm_loadu_ps(low.as_ptr()));
+                _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(high.as_ptr()))
+            };
+            let (a, b, c, d) = (pair(a, e), pair(b, f), pair(c, g), pair(d, h));
+            let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                Avx2(_mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low)),
+                Avx2(_mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low)),
+                Avx2(_mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high)),
+                Avx2(_mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_sqrt_ps(self.0) })
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        unsafe { Avx2(_mm256_or_ps(self.abs().0, _mm256_and_ps(_mm256_set1_ps(-0.0), sign.0))) }
+    }
+
+    #[inline(always)]
+    fn before(self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        unsafe {
+            let less = _mm256_add_epi32(_mm256_castps_si256(self.0), _mm256_set1_epi32(-1));
+            Avx2(_mm256_castsi256_ps(less))
+        }
+    }
+
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_min_ps(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_max_ps(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn lt(self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn le(self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn select(mask: Self, a: Self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_blendv_ps(b.0, a.0, mask.0) })
+    }
+
+    #[inline(always)]
+    fn select_mask(mask: Self, a: Self, b: Self) -> Self {
+        Self::select(mask, a, b)
+    }
+
+    #[inline(always)]
+    fn and(a: Self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_and_ps(a.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn or(a: Self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        Avx2(unsafe { _mm256_or_ps(a.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn child(squares: [u32; LANES], sides: [Self; 2]) -> [u32; LANES] {
+        let mut children = [0; LANES];
+        // SAFETY: as in `splat`; load and store are of the arrays. A set mask is -1 as an integer.
+        unsafe {
+            let square = _mm256_slli_epi32::<2>(_mm256_loadu_si256(squares.as_ptr().cast()));
+            let [first, second] = sides.map(|side| _mm256_castps_si256(side.0));
+            let c = _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(1), second), _mm256_add_epi32(first, first));
+            _mm256_storeu_si256(children.as_mut_ptr().cast(), _mm256_add_epi32(square, c));
+        }
+        children
+    }
+
+    #[inline(always)]
+    fn mask(bits: u32) -> Self {
+        // SAFETY: as in `splat`.
+        unsafe {
+            let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+            let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lane);
+            Avx2(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
+        }
+    }
+
+    #[inline(always)]
+    fn bits(mask: Self) -> u32 {
+        // SAFETY: the value shows that there is AVX2.
+        unsafe { _mm256_movemask_ps(mask.0) as u32 }
+    }
+}

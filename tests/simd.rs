@@ -1,10 +1,15 @@
 //! Lanes answer the bits of scalar operations, and the wide walk those of the scalar walk, on portable lanes and on
-//! those of this processor.
+//! every kind that this processor has. Products are the same bytes at every level of the processor.
 
+mod support;
+
+use support::{Map, ggx, lambert, product_config, query};
 use wis::descent::{self, Sample};
 use wis::environment::Light;
+use wis::ffi::product::ProductConfig;
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
+use wis::query::{Lobe, Query, WIS_LOBE_PHONG};
 use wis::simd::{LANES, Lanes, Native, Portable};
 use wis::sphere::Frame;
 use wis::tree::{Tree, build, complete_len};
@@ -20,6 +25,18 @@ fn numbers() -> Vec<f32> {
 /// A NaN's bits mean nothing.
 fn bits(x: f32) -> u32 {
     if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
+}
+
+/// Runs a test on every kind of lanes that this processor has.
+macro_rules! on_all_lanes {
+    ($test:ident) => {
+        $test::<Portable>();
+        $test::<Native>();
+        #[cfg(target_arch = "x86_64")]
+        if wis::simd::detect() >= wis::simd::AVX2 {
+            $test::<wis::simd::Avx2>();
+        }
+    };
 }
 
 fn operations<F: Lanes>() {
@@ -60,8 +77,7 @@ fn operations<F: Lanes>() {
 
 #[test]
 fn lanes_are_scalar_operations() {
-    operations::<Portable>();
-    operations::<Native>();
+    on_all_lanes!(operations);
 }
 
 /// A tree with a hot texel, dark squares and texels far apart in size.
@@ -107,6 +123,29 @@ fn uniform(u: [f32; 2]) -> [f32; 3] {
 
 #[test]
 fn wide_walks_are_scalar_walks() {
-    same_walk::<Portable>();
-    same_walk::<Native>();
+    on_all_lanes!(same_walk);
+}
+
+/// The bytes of products of several BRDFs under a map of a few bright texels, prepared at a level.
+fn products(cpu_level: u32) -> Vec<Vec<u8>> {
+    let map = Map::latlong(64, 32, |x, y| if (x + 64 * y) % 131 == 0 { 900.0 } else { 0.2 + ((x + y) % 7) as f32 });
+    let environment = map.build(0, 0);
+    let config = ProductConfig { cpu_level, ..product_config() };
+    let narrow = Lobe { b: 0.05, ..ggx(0.2) };
+    let phong = Lobe { kind: WIS_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
+    let mut all = Vec::new();
+    for lobes in [vec![lambert(0.8)], vec![narrow, lambert(0.1)], vec![ggx(0.01)], vec![phong]] {
+        for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {
+            let query = Query { tangent: [0.0, 0.6, 0.8], ..query(normal, [0.36, 0.48, 0.8], &lobes) };
+            all.push(environment.prepare(&query, &config).bytes().to_vec());
+        }
+    }
+    all
+}
+
+#[test]
+fn products_are_the_same_bytes_at_every_level() {
+    let baseline = products(0);
+    assert!(baseline.iter().all(|bytes| bytes.len() > 500));
+    assert!(baseline == products(wis::simd::detect()));
 }

@@ -7,6 +7,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::mem::size_of;
 use std::ptr::{null, null_mut};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The header, as generated.
@@ -448,6 +449,13 @@ pub fn evaluate(query: &raw::wis_query, wi: &[[f32; 3]], f_cos: &mut [[f32; 3]])
     check(unsafe { raw::wis_query_eval(query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0) })
 }
 
+/// What the library finds this processor to have, asked once.
+fn cpu_level() -> u32 {
+    static LEVEL: OnceLock<u32> = OnceLock::new();
+    // SAFETY: a function without arguments.
+    *LEVEL.get_or_init(|| unsafe { raw::wis_cpu_detect() })
+}
+
 /// What a preparation may spend, and how the map is turned. 0 stands for the default of the library.
 #[derive(Clone, Copy, Default)]
 #[allow(missing_docs)]
@@ -461,7 +469,7 @@ impl Preparation {
     fn config(&self) -> raw::wis_product_config {
         raw::wis_product_config {
             size: size_of::<raw::wis_product_config>() as u32,
-            cpu_level: 0,
+            cpu_level: cpu_level(),
             max_squares: self.max_squares,
             max_evaluations: self.max_evaluations,
             world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),

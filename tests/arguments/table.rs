@@ -5,7 +5,7 @@ use wis::ffi::haar::*;
 use wis::ffi::points::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::*;
-use wis::ffi::{wis_status_string, wis_version};
+use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.
 pub struct Entry {
@@ -33,6 +33,7 @@ macro_rules! table {
 
 pub const TABLE: &[Entry] = table! {
     wis_status_string(status);
+    wis_cpu_detect();
     wis_version();
     wis_environment_size(config, size, diagnostic);
     wis_environment_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);

@@ -20,6 +20,9 @@ pub const FEW: usize = 50;
 /// Batches whose cost for a sample is measured.
 pub const BATCHES: [usize; 4] = [1, 4, 16, 64];
 
+/// Samples that are drawn to time them.
+const TIMED: usize = 256;
+
 /// How much to measure.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Effort {
@@ -243,20 +246,27 @@ pub fn shadowed_and_not(scene: &Scene, point: &ShadingPoint, picks: &[Pick]) -> 
     })
 }
 
-/// Times the library's calls on up to 200 points.
+/// Times the library's calls on up to 200 points: the median over rounds of the mean over points, since asking for the
+/// time costs as much as a call.
 fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
+    const ROUNDS: usize = 7;
+    let points: Vec<&ShadingPoint> = scene.points.iter().step_by(scene.points.len().div_ceil(200)).collect();
     let mut memory = setting.preparation.memory()?;
-    let (mut prepare_ns, mut pdf_ns) = (Vec::new(), Vec::new());
-    let mut sample_ns = BATCHES.map(|_| Vec::new());
-    let mut bytes = Vec::new();
-    let mut batch = Batch::default();
-    for point in scene.points.iter().step_by(scene.points.len().div_ceil(200)) {
+    let mut rounds = Vec::new();
+    for _ in 0..ROUNDS {
         let start = processor_ns();
+        for point in &points {
+            prepare(setting, point, &mut memory)?;
+        }
+        rounds.push((processor_ns() - start) / points.len() as f64);
+    }
+    let mut draws = Batch::default();
+    let (mut sample_ns, mut pdf_ns, mut bytes) = (BATCHES.map(|_| Vec::new()), Vec::new(), Vec::new());
+    for point in points {
         let product = prepare(setting, point, &mut memory)?;
-        prepare_ns.push(processor_ns() - start);
         bytes.push(product.describe()?.bytes as f64);
-        batch.begin(point.pixel, 0, 0);
-        let u = batch.points(Stream::Light, 64).to_vec();
+        draws.begin(point.pixel, 0, 0);
+        let u = draws.points(Stream::Light, TIMED).to_vec();
         let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
         for (batch, ns) in BATCHES.iter().zip(&mut sample_ns) {
             let start = processor_ns();
@@ -272,7 +282,7 @@ fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
         pdf_ns.push((processor_ns() - start) / wi.len() as f64);
     }
     Ok(Costs {
-        prepare: median(&prepare_ns),
+        prepare: median(&rounds),
         sample: sample_ns.map(|ns| median(&ns)),
         pdf: median(&pdf_ns),
         product_bytes: median(&bytes) as usize,

@@ -297,6 +297,10 @@ typedef struct wis_product_config {
   uint32_t max_evaluations;
   /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
   const float *world_from_map;
+  /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
+  /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
+  /// what the product estimates is then widened too. 0: this normal only.
+  float reuse_cone;
 } wis_product_config;
 
 /// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
@@ -544,6 +548,14 @@ enum wis_status wis_product_prepare_callback(const struct wis_environment *envir
                                              size_t bytes,
                                              const struct wis_product **product,
                                              struct wis_diagnostic *diagnostic);
+
+/// Whether a product may serve a hit: 1 if the hit has the lobes and flags of the query that was prepared, bit for bit,
+/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. The view (wo) may
+/// differ: it changes the quality of the samples, not that the pdf is above 0 wherever the hit reflects light.
+enum wis_status wis_product_covers(const struct wis_environment *environment,
+                                   const struct wis_product *product,
+                                   const struct wis_query *query,
+                                   uint32_t *covers);
 
 /// What a product is made of.
 enum wis_status wis_product_describe(const struct wis_environment *environment,

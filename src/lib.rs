@@ -5,7 +5,7 @@
 //!
 //! Data flows one way, and a file imports only what stands before it in this list:
 //! `status`, `numeric`, `sphere`, `points`, `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
-//! `descent`, `simd`, `wide`, `environment`, `query`, `lobe`, `product`, `sampler`, `ffi`.
+//! `descent`, `simd`, `wide`, `environment`, `query`, `reuse`, `lobe`, `product`, `sampler`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -21,6 +21,7 @@ pub mod points;
 pub mod product;
 pub mod prune;
 pub mod query;
+pub mod reuse;
 pub mod sampler;
 #[allow(unsafe_code)]
 pub mod simd;

@@ -5,6 +5,7 @@ use crate::query::{
     Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_LOBE_PHONG, WIS_MAX_LOBES, WIS_QUERY_COSINE_INCLUDED,
     WIS_QUERY_WHOLE_SPHERE,
 };
+use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
 use crate::status::{Result, Status};
@@ -86,6 +87,8 @@ pub struct Lobes {
     /// +1, or -1 if wo lies below the surface and the whole sphere counts.
     side: f32,
     flags: u32,
+    /// By how much cosines are widened for hits that share a product.
+    reuse: Reuse,
     count: usize,
     prepared: [Prepared; WIS_MAX_LOBES],
     raw: [Lobe; WIS_MAX_LOBES],
@@ -115,23 +118,34 @@ impl Lobes {
             *slot = prepare(lobe, wo)?;
         }
         let count = lobes.len();
-        Ok(Lobes { normal, tangent, bitangent, wo, side, flags: query.flags, count, prepared, raw: query.lobe })
-    }
-
-    /// The luminance of BRDF x cosine.
-    pub fn luminance(&self, wi: Vec3) -> f32 {
-        self.sum(wi, |lobe, _, shape, grazing| match lobe {
-            Prepared::Lambert { albedo } => shape * albedo,
-            Prepared::Ggx { fresnel: [constant, slope], .. } => shape * (constant + slope * grazing),
-            Prepared::Phong { norm, .. } => shape * norm,
+        Ok(Lobes {
+            normal,
+            tangent,
+            bitangent,
+            wo,
+            side,
+            flags: query.flags,
+            reuse: Reuse::NONE,
+            count,
+            prepared,
+            raw: query.lobe,
         })
     }
 
-    /// The luminance of BRDF x cosine for eight directions: the bits of [`Lobes::luminance`].
+    /// The same lobes with cosines widened.
+    pub fn widened(self, reuse: Reuse) -> Lobes {
+        Lobes { reuse, ..self }
+    }
+
+    /// The luminance of BRDF x cosine for eight directions.
     #[inline(always)]
     pub fn luminance_wide<F: Lanes>(&self, wi: V3<F>) -> F {
         let zero = F::splat(0.0);
-        let cosine = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
+        let mut cosine = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
+        if self.reuse.is_wide() {
+            let whole = self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+            cosine = if whole { self.reuse.widen(cosine.abs()).copysign(cosine) } else { self.reuse.widen(cosine) };
+        }
         let local = [dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())), cosine];
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
         let mut sum = zero;
@@ -282,7 +296,7 @@ impl Prepared {
 }
 
 impl Prepared {
-    /// The lobe's part of [`Lobes::luminance`].
+    /// The lobe's part of [`Lobes::luminance_wide`].
     #[inline(always)]
     fn luminance_wide<F: Lanes>(&self, wo: Vec3, wi: V3<F>, factor: F) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));

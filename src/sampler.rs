@@ -5,7 +5,8 @@ use crate::lobe::Lobes;
 use crate::numeric::{exp2i, luminance};
 use crate::product::Product;
 use crate::query::Query;
-use crate::sphere::{Frame, direction};
+use crate::reuse::cosine;
+use crate::sphere::{Frame, direction, unit};
 use crate::status::{Result, Status};
 use core::f64::consts::PI;
 use glam::Vec3;
@@ -34,8 +35,10 @@ pub struct Header {
     pub leaves: u32,
     /// BRDF evaluations that the build spent.
     pub evaluations: u32,
+    /// Normals within this angle of the query's may use the product.
+    pub reuse_cone: f32,
     /// Always 0; leaves no padding, whose bytes would differ from build to build.
-    pub reserved: [u32; 4],
+    pub reserved: [u32; 3],
 }
 
 /// "wis-prd" and the version of the format.
@@ -46,6 +49,18 @@ impl Header {
     #[inline(always)]
     pub fn frame(&self) -> Frame {
         Frame::from_array(&self.frame)
+    }
+
+    /// Whether a hit with this query, whose normal is given at unit length, may use the product.
+    pub fn covers(&self, query: &Query, normal: Vec3) -> bool {
+        let prepared = unit(self.query.normal).filter(|_| self.query.size != 0);
+        let within = prepared.is_some_and(|prepared| {
+            let turned = prepared.dot(normal);
+            query.normal == self.query.normal || turned >= cosine(self.reuse_cone) && self.reuse_cone > 0.0
+        });
+        let lobes = |query: &Query| query.lobe.map(|lobe| (lobe.kind, lobe.weight, lobe.f0, [lobe.a, lobe.b]));
+        let kind = |query: &Query| (query.flags, query.lobe_count);
+        within && kind(query) == kind(&self.query) && lobes(query) == lobes(&self.query)
     }
 
     /// What a stored integral over the square is in the units of the input.

@@ -463,6 +463,7 @@ pub struct Preparation {
     pub max_squares: u32,
     pub max_evaluations: u32,
     pub world_from_map: Option<[f32; 9]>,
+    pub reuse_cone: f32,
 }
 
 impl Preparation {
@@ -473,6 +474,7 @@ impl Preparation {
             max_squares: self.max_squares,
             max_evaluations: self.max_evaluations,
             world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
+            reuse_cone: self.reuse_cone,
         }
     }
 
@@ -575,6 +577,14 @@ impl<'a> Product<'a> {
         };
         check_with(status, diagnostic)?;
         Ok(Product { environment, handle, memory: PhantomData })
+    }
+
+    /// Whether a hit may use the product.
+    pub fn covers(&self, query: &raw::wis_query) -> Result<bool> {
+        let mut covers = 0;
+        // SAFETY: both handles are alive.
+        check(unsafe { raw::wis_product_covers(self.environment.handle(), self.handle, query, &mut covers) })?;
+        Ok(covers == 1)
     }
 
     /// What the product is made of.

@@ -37,6 +37,8 @@ pub enum Method {
     WisBiased,
     /// The library's integral times shadowed by unshadowed estimate; biased.
     WisRatio,
+    /// The library's product, prepared at the first hit of a pixel and used for the others that it covers.
+    WisReuse,
     /// The product from all cells of a fine grid.
     Limit,
     /// Picks from a pool of samples of `Limit`.
@@ -45,7 +47,7 @@ pub enum Method {
 
 impl Method {
     /// Every peer, then the library.
-    pub const ALL: [Method; 15] = [
+    pub const ALL: [Method; 16] = [
         Method::Environment,
         Method::Brdf,
         Method::MisBalance,
@@ -59,6 +61,7 @@ impl Method {
         Method::WisMis,
         Method::WisBiased,
         Method::WisRatio,
+        Method::WisReuse,
         Method::Limit,
         Method::LimitPooled,
     ];
@@ -76,6 +79,7 @@ impl Method {
             Method::WisMis => "wis + MIS".into(),
             Method::WisBiased => "wis biased".into(),
             Method::WisRatio => "wis ratio".into(),
+            Method::WisReuse => "wis reuse".into(),
             Method::Limit => "limit".into(),
             Method::LimitPooled => "limit, pooled".into(),
         }
@@ -83,7 +87,12 @@ impl Method {
 
     /// Whether it is another's method.
     pub fn is_peer(self) -> bool {
-        !matches!(self, Method::Wis | Method::WisMis | Method::WisBiased | Method::WisRatio) && !self.is_limit()
+        !self.is_ours() && !self.is_limit()
+    }
+
+    /// Whether it is a mode of the library.
+    pub fn is_ours(self) -> bool {
+        matches!(self, Method::Wis | Method::WisMis | Method::WisBiased | Method::WisRatio | Method::WisReuse)
     }
 
     /// Whether it is a yardstick that no renderer could pay for.
@@ -140,6 +149,9 @@ pub struct Pick {
     pub contribution: f32,
 }
 
+/// Hits whose normals turn by up to this angle, in radians, share a product.
+const REUSE_CONE: f32 = 0.25;
+
 /// The density of a sample: that of its own technique and that of the other, counts included.
 type Heuristic = fn(F8, F8) -> F8;
 
@@ -154,6 +166,10 @@ fn power(own: F8, other: F8) -> F8 {
 /// The memory of a thread that estimates.
 pub struct Estimator {
     product: Block,
+    /// Hits of a pixel, and the samples that its first hit drew for all of them.
+    hits: usize,
+    shared: Vec<([f32; 3], f32)>,
+    first: Option<Vec3>,
     /// The limit's product, and for which pixel and hit it is.
     dense: Dense,
     dense_for: Option<([u32; 2], u32)>,
@@ -170,9 +186,10 @@ struct Sampler {
 impl Estimator {
     /// # Errors
     /// Those of the library.
-    pub fn new(setting: &Setting) -> client::Result<Estimator> {
+    pub fn new(setting: &Setting, hits: usize) -> client::Result<Estimator> {
         let product = setting.preparation.memory()?;
-        Ok(Estimator { product, dense: Dense::default(), dense_for: None, sampler: Sampler::default() })
+        let (dense, sampler) = (Dense::default(), Sampler::default());
+        Ok(Estimator { product, hits, shared: Vec::new(), first: None, dense, dense_for: None, sampler })
     }
 
     /// The samples of a point in a pass; their contributions add up to the estimate.
@@ -187,7 +204,7 @@ impl Estimator {
         pass: u32,
         n: usize,
     ) -> client::Result<&[Pick]> {
-        let Estimator { product, dense, dense_for, sampler } = self;
+        let Estimator { product, hits, shared, first, dense, dense_for, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
         sampler.picks.clear();
         sampler.batch.begin(point.pixel, pass, point.hit);
@@ -223,6 +240,22 @@ impl Estimator {
                 let unshadowed: f32 = sampler.picks.iter().map(|pick| pick.contribution).sum();
                 let scale = product.estimate()? as f32 / unshadowed;
                 sampler.picks.iter_mut().for_each(|pick| pick.contribution *= scale);
+            }
+            Method::WisReuse => {
+                if point.hit == 0 {
+                    let preparation = Preparation { reuse_cone: REUSE_CONE, ..setting.preparation };
+                    let query = setting.material.query(point);
+                    let prepared = Product::prepare(setting.environment, &query, &preparation, product)?;
+                    sampler.share(&prepared, *hits, n, shared)?;
+                    *first = Some(point.normal);
+                }
+                // All hits of a pixel have one material here: the normal is what wis_product_covers looks at.
+                if first.is_some_and(|normal| normal.dot(point.normal) > REUSE_CONE.cos()) {
+                    let own = &shared[point.hit as usize * n..][..n];
+                    sampler.shared(own, setting, &bsdf)?;
+                } else {
+                    sampler.mis(setting.compensated, balance, setting, &bsdf, n)?;
+                }
             }
             Method::Limit => sampler.limit(dense, setting, &bsdf, n)?,
             Method::LimitPooled => sampler.limit_pooled(dense, setting, &bsdf, n)?,
@@ -284,6 +317,32 @@ impl Sampler {
         self.batch.from_density(product, n)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
+        self.take_all();
+        Ok(())
+    }
+
+    /// Draws the samples of all hits of a pixel from the product of its first.
+    fn share(
+        &mut self,
+        product: &Product,
+        hits: usize,
+        n: usize,
+        shared: &mut Vec<([f32; 3], f32)>,
+    ) -> client::Result<()> {
+        self.batch.from_density(product, hits * n)?;
+        shared.clear();
+        shared.extend(self.batch.drawn());
+        self.batch.clear();
+        Ok(())
+    }
+
+    /// Evaluates samples that were drawn for this hit.
+    fn shared(&mut self, drawn: &[([f32; 3], f32)], setting: &Setting, bsdf: &Bsdf) -> client::Result<()> {
+        for &(wi, pdf) in drawn {
+            self.batch.push_drawn(wi, pdf);
+        }
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh_by_drawn(|pdf, _| pdf * drawn.len() as f32);
         self.take_all();
         Ok(())
     }

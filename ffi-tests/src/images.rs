@@ -42,7 +42,7 @@ pub fn sheet(
     };
     draw(0, 0, &truth.iter().map(|&v| tone(v)).collect::<Vec<_>>());
     for (column, &method) in (1..).zip(methods) {
-        let mut estimator = Estimator::new(setting)?;
+        let mut estimator = Estimator::new(setting, scene.hits)?;
         let mut values = Vec::with_capacity(truth.len());
         for point in &scene.points {
             values.push(shadowed_and_not(scene, point, estimator.picks(method, setting, point, 0, count)?)[0]);

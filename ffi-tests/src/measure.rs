@@ -194,7 +194,7 @@ fn repeat(
     pass: u32,
     count: usize,
 ) -> client::Result<Repeat> {
-    let mut estimator = Estimator::new(setting)?;
+    let mut estimator = Estimator::new(setting, scene.hits)?;
     let (mut picks, mut ends) = (Vec::with_capacity(scene.points.len() * count), Vec::new());
     let start = processor_ns();
     for point in &scene.points {
@@ -219,7 +219,7 @@ fn repeat(
 
 /// All repeats of a limit, point by point, since it is dear to prepare. Its time is not measured.
 fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort: &Effort) -> client::Result<Vec<Row>> {
-    let mut estimator = Estimator::new(setting)?;
+    let mut estimator = Estimator::new(setting, scene.hits)?;
     let passes = effort.counts.iter().flat_map(|&count| (0..effort.repeats).map(move |pass| (count, pass)));
     let mut estimates = vec![Vec::with_capacity(scene.points.len()); passes.clone().count()];
     for point in &scene.points {

@@ -69,7 +69,9 @@ ships. Peers draw from the light's own texels by inverse cumulative distribution
 (variance x time of a peer) / (variance x time of wis) at the same number of samples: above 1 wis is ahead. The best
 peer is chosen on the even repeats and scored, as wis, on the odd ones; intervals are bootstrap 95 % over these repeats.
 \"wis + MIS\" is compared like a peer. A method that never finds a small light looks better than it is: its rare hits
-are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample each.
+are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample
+each; \"wis reuse\" prepares at the first hit with a cone of .25 radians and falls back to compensated MIS where the
+normal leaves it.
 The limit is the product of light and BRDF x cosine on all 512 x 512 cells, sampled directly or through a pool of four
 candidates a pick, whichever is better: what is left of its variance comes from visibility.
 "
@@ -91,9 +93,10 @@ fn views(cells: &[Cell]) -> Vec<String> {
 
 /// Geometric means of the gain over all cells.
 fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
-    writeln!(out, "## {view}: gain of wis, geometric mean over {} cells\n", cells.len())?;
     let Some(first) = cells.first() else { return Ok(()) };
-    let methods: Vec<String> = peers(first).into_iter().chain(["wis + MIS".to_string()]).collect();
+    writeln!(out, "## {view}: gain of {}, geometric mean over {} cells\n", ours(first), cells.len())?;
+    let others = ["wis", "wis + MIS"].into_iter().filter(|name| *name != ours(first));
+    let methods: Vec<String> = peers(first).into_iter().chain(others.map(String::from)).collect();
     writeln!(out, "| metric | N | {} | best peer |", methods.join(" | "))?;
     writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + 1))?;
     for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(first).into_iter().map(move |n| (m, n))) {
@@ -110,7 +113,7 @@ fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
 
 /// The error of the library's modes, and how far it is from the integral that the biased ones take for the truth.
 fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
-    const MODES: [&str; 4] = ["wis", "wis + MIS", "wis biased", "wis ratio"];
+    const MODES: [&str; 5] = ["wis", "wis + MIS", "wis biased", "wis ratio", "wis reuse"];
     writeln!(out, "Absolute error of the library's modes, geometric mean over cells:\n")?;
     writeln!(out, "| N | {} |\n|---:|{}", MODES.join(" | "), "---:|".repeat(MODES.len()))?;
     let Some(first) = cells.first() else { return Ok(()) };
@@ -134,16 +137,13 @@ fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
     materials.sort_unstable();
     materials.dedup();
     writeln!(out, "Distance to the limit: variance over that of the limit at equal N, geometric mean over lights.\n")?;
-    let heads: Vec<String> = ["wis", "MIS compensated", "P(4)"]
-        .iter()
-        .flat_map(|method| counts.iter().map(move |n| format!("{method} N={n}")))
-        .collect();
+    let methods = [ours(first), "MIS compensated", "P(4)"];
+    let heads: Vec<String> =
+        methods.iter().flat_map(|method| counts.iter().map(move |n| format!("{method} N={n}"))).collect();
     writeln!(out, "| material | {} |\n|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
     for material in materials {
         write!(out, "| {material} ")?;
-        for (method, count) in
-            ["wis", "MIS compensated", "P(4)"].iter().flat_map(|m| counts.iter().map(move |&n| (m, n)))
-        {
+        for (method, count) in methods.iter().flat_map(|m| counts.iter().map(move |&n| (m, n))) {
             let of_material = cells.iter().filter(|cell| cell.material == material);
             let ratios = of_material.filter_map(|cell| Some(variance(cell, method, count)? / limit(cell, count)?));
             write!(out, "| {:.2} ", geometric_mean(ratios))?;
@@ -289,6 +289,11 @@ fn counts(cell: &Cell) -> Vec<usize> {
     cell.rows.iter().filter(|row| row.method == "wis").map(|row| row.count).collect()
 }
 
+/// The mode whose gains are told: where a pixel has many hits, they share a product.
+fn ours(cell: &Cell) -> &'static str {
+    if cell.rows.iter().any(|row| row.method == "wis reuse") { "wis reuse" } else { "wis" }
+}
+
 fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {
     cell.rows.iter().find(|row| row.method == method && row.count == count)
 }
@@ -302,7 +307,7 @@ fn costs(row: &Row, parity: Option<usize>, region: usize, error: Metric) -> Vec<
 
 /// The ratio to a method with its interval; `None` if there is no error to compare.
 fn gain(cell: &Cell, method: &str, count: usize, region: usize, error: Metric) -> Option<[f64; 3]> {
-    let [theirs, ours] = [row(cell, method, count)?, row(cell, "wis", count)?];
+    let [theirs, ours] = [row(cell, method, count)?, row(cell, ours(cell), count)?];
     comparable(bootstrap_ratio(&costs(theirs, None, region, error), &costs(ours, None, region, error)))
 }
 
@@ -311,7 +316,7 @@ fn best_peer(cell: &Cell, count: usize, region: usize, error: Metric) -> Option<
     let cost = |name: &str| Some(costs(row(cell, name, count)?, Some(0), region, error).iter().sum::<f64>());
     let best =
         peers(cell).into_iter().min_by(|a, b| cost(a).partial_cmp(&cost(b)).unwrap_or(std::cmp::Ordering::Equal))?;
-    let [theirs, ours] = [row(cell, &best, count)?, row(cell, "wis", count)?];
+    let [theirs, ours] = [row(cell, &best, count)?, row(cell, ours(cell), count)?];
     let ratio = bootstrap_ratio(&costs(theirs, Some(1), region, error), &costs(ours, Some(1), region, error));
     Some((best, comparable(ratio)?))
 }

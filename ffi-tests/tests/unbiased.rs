@@ -46,7 +46,7 @@ fn integrals(light: &Light, bsdf: &Bsdf) -> [f64; 2] {
 
 /// Estimates without and with the occluder.
 fn estimates(setting: &Setting, method: Method, samples: usize, count: u32) -> [Vec<f64>; 2] {
-    let mut estimator = Estimator::new(setting).unwrap();
+    let mut estimator = Estimator::new(setting, 1).unwrap();
     let mut all = [Vec::new(), Vec::new()];
     for pass in 0..count {
         let picks = estimator.picks(method, setting, &point(), pass, samples).unwrap();

@@ -9,6 +9,7 @@ use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, Peak};
 use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
+use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
 use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, unit};
@@ -43,6 +44,10 @@ pub struct ProductConfig {
     pub max_evaluations: u32,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,
+    /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
+    /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
+    /// what the product estimates is then widened too. 0: this normal only.
+    pub reuse_cone: f32,
 }
 
 /// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
@@ -129,7 +134,7 @@ pub unsafe extern "C" fn wis_product_size(
     answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
-            let (budget, ..) = read_config(config, 1)?;
+            let Settings { budget, .. } = read_config(config, 1)?;
             let target = out(size, 2)?;
             let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 1))?;
             target.write(MemorySize { bytes: layout.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
@@ -158,7 +163,8 @@ pub unsafe extern "C" fn wis_product_prepare(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 2)?;
-            let mut lobes = Lobes::new(&query).map_err(|status| Failure::new(status, 2))?;
+            let lobes = Lobes::new(&query).map_err(|status| Failure::new(status, 2))?;
+            let mut lobes = lobes.widened(Reuse::new(read_config(config, 3)?.reuse_cone));
             prepare(&environment, query, &mut lobes, config, (memory, bytes), product)
         }
     })
@@ -186,6 +192,33 @@ pub unsafe extern "C" fn wis_product_prepare_callback(
             let mut brdf = Callback::new(sized(brdf, 2)?)?;
             prepare(&environment, Query::default(), &mut brdf, config, (memory, bytes), product)
         }
+    })
+}
+
+/// Whether a product may serve a hit: 1 if the hit has the lobes and flags of the query that was prepared, bit for bit,
+/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. The view (wo) may
+/// differ: it changes the quality of the samples, not that the pdf is above 0 wherever the hit reflects light.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_covers(
+    environment: *const Environment,
+    product: *const Product,
+    query: *const Query,
+    covers: *mut u32,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let header = Opened::new(environment, product)?.header;
+            let query = sized(query, 3)?;
+            let target = out(covers, 4)?;
+            Lobes::new(query).map_err(|status| Failure::new(status, 3))?;
+            let normal = unit(query.normal).ok_or(Failure::new(Status::InvalidTransform, 3))?;
+            target.write(u32::from(header.covers(query, normal)));
+        }
+        Ok(())
     })
 }
 
@@ -514,11 +547,19 @@ impl Layout {
     }
 }
 
+/// A configuration that was checked.
+struct Settings {
+    budget: Budget,
+    frame: Frame,
+    level: u32,
+    reuse_cone: f32,
+}
+
 /// Checks a configuration.
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<(Budget, Frame, u32)> {
+unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Settings> {
     // SAFETY: the caller's contract.
     unsafe {
         let config = sized(config, argument)?;
@@ -530,7 +571,11 @@ unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<(B
             squares: or(config.max_squares, Budget::DEFAULT.squares),
             evaluations: or(config.max_evaluations, Budget::DEFAULT.evaluations),
         };
-        Ok((budget, frame(config.world_from_map.cast(), argument)?, config.cpu_level))
+        if !(0.0..=core::f32::consts::FRAC_PI_2).contains(&config.reuse_cone) {
+            return Err(Failure::new(Status::InvalidArgument, argument));
+        }
+        let frame = frame(config.world_from_map.cast(), argument)?;
+        Ok(Settings { budget, frame, level: config.cpu_level, reuse_cone: config.reuse_cone })
     }
 }
 
@@ -540,6 +585,7 @@ struct Building<'a, B> {
     frame: &'a Frame,
     brdf: &'a mut B,
     budget: Budget,
+    reuse: Reuse,
     cells: &'a mut [Cell],
 }
 
@@ -548,7 +594,7 @@ impl<B: Brdf> Kernel for Building<'_, B> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> Result<Built> {
-        product::build::<F, B>(self.environment.light(), self.frame, self.brdf, self.budget, self.cells)
+        product::build::<F, B>(self.environment.light(), self.frame, self.brdf, self.budget, self.reuse, self.cells)
     }
 }
 
@@ -566,15 +612,16 @@ unsafe fn prepare<B: Brdf>(
 ) -> Checked<()> {
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
-        let (budget, frame, level) = read_config(config, 3)?;
+        let Settings { budget, frame, level, reuse_cone } = read_config(config, 3)?;
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 3))?;
         let block = Block::new(memory.cast(), bytes, layout.bytes, 4)?;
         let target = out(product, 6)?;
         let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
         let cells = block.slice::<Cell>(layout.cells, 0, room);
-        let building = Building { environment, frame: &frame, brdf, budget, cells: &mut *cells };
+        let reuse = Reuse::new(reuse_cone);
+        let building = Building { environment, frame: &frame, brdf, budget, reuse, cells: &mut *cells };
         let built = simd::run(level, building).map_err(|status| Failure::new(status, 2))?;
-        store(&block, &built, cells, query, &frame, environment.header.content_id);
+        store(&block, &built, cells, (query, reuse_cone), &frame, environment.header.content_id);
         target.write(memory.cast_const().cast());
     }
     Ok(())
@@ -584,7 +631,14 @@ unsafe fn prepare<B: Brdf>(
 ///
 /// # Safety
 /// The block is the caller's to write.
-unsafe fn store(block: &Block, built: &Built, cells: &[Cell], query: Query, frame: &Frame, environment: u64) {
+unsafe fn store(
+    block: &Block,
+    built: &Built,
+    cells: &[Cell],
+    (query, reuse_cone): (Query, f32),
+    frame: &Frame,
+    environment: u64,
+) {
     let (squares, leaves) = (built.squares as usize, built.leaves as usize);
     let leaves_at = Layout::SQUARES + squares * size_of::<Square>();
     let header = Header {
@@ -598,7 +652,8 @@ unsafe fn store(block: &Block, built: &Built, cells: &[Cell], query: Query, fram
         squares: built.squares,
         leaves: built.leaves,
         evaluations: built.evaluations,
-        reserved: [0; 4],
+        reuse_cone,
+        reserved: [0; 3],
     };
     let used = cells.get(..built.cells as usize).unwrap_or(&[]);
     // SAFETY: the caller's contract; squares and leaves end before the cells begin.

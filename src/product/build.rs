@@ -6,6 +6,7 @@ use super::peak::Shape;
 use super::{LEAF, Leaf, Parts, Square};
 use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
+use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::{Frame, cell_chord};
 use crate::status::{Result, Status};
@@ -146,6 +147,8 @@ struct Builder<'a, B: Brdf> {
     total: f32,
     /// The normal of the hemisphere outside which the BRDF is 0.
     hemisphere: Option<Vec3>,
+    /// How far the horizon lies below that hemisphere's.
+    horizon: f32,
     /// The least value of a corner in a leaf that reaches above the horizon (rule 16 of the design).
     least: f32,
     /// The narrow lobes and their values at the peak.
@@ -163,6 +166,7 @@ pub fn build<F: Lanes, B: Brdf>(
     frame: &Frame,
     brdf: &mut B,
     budget: Budget,
+    reuse: Reuse,
     cells: &mut [Cell],
 ) -> Result<Built> {
     let needed = cell_count(budget.squares).ok_or(Status::Overflow)?;
@@ -174,6 +178,7 @@ pub fn build<F: Lanes, B: Brdf>(
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
     let mut builder = Builder::new(light, frame, brdf, cells, &base);
+    builder.horizon = reuse.horizon();
     let (mut batch, mut new) = builder.base::<F>(&base, budget);
     loop {
         builder.split(&batch, new);
@@ -210,6 +215,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
             scale,
             total: 0.0,
             hemisphere,
+            horizon: 0.0,
             least,
             peaks,
         }
@@ -400,7 +406,8 @@ impl<'a, B: Brdf> Builder<'a, B> {
             let centre = direction_in(self.frame, middle);
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
             if let Some(normal) = self.hemisphere {
-                let above = zero.le(dot(splat(normal.to_array()), centre) + parents.chord);
+                let height = dot(splat(normal.to_array()), centre);
+                let above = zero.le(height + parents.chord + F::splat(self.horizon));
                 let known = F::select(above, floor, F::splat(-1.0));
                 floor = F::select(F::mask(unsure), known, floor);
             }

@@ -183,6 +183,7 @@ impl Scene {
             "float *wi" | "float *f_cos" => unwritten(12 * count),
             "float *out" => unwritten(8 * count),
             "float *pdf" => unwritten(4 * count),
+            "uint32_t *covers" => unwritten(4),
             "float *u" | "float u[2]" | "float *point" | "uint32_t rows[2]" => unwritten(8),
             "double *power" | "double *luminance" | "double *average" | "double *integral" => unwritten(8),
             "double rgb[3]" => unwritten(24),

@@ -56,6 +56,7 @@ pub const TABLE: &[Entry] = table! {
     wis_product_size(config, size, diagnostic);
     wis_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
     wis_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
+    wis_product_covers(environment, product, query, covers);
     wis_product_describe(environment, product, info);
     wis_product_estimate(environment, product, luminance);
     wis_product_estimate_rgb(environment, product, rgb);

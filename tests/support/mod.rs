@@ -324,6 +324,7 @@ pub fn product_config() -> ProductConfig {
         max_squares: 0,
         max_evaluations: 0,
         world_from_map: null(),
+        reuse_cone: 0.0,
     }
 }
 

@@ -191,8 +191,13 @@ impl Bench {
         let kept = self.cache.join(format!("reference-{inputs:016x}.json"));
         let reference = Reference::cached(&kept, scene, setting, self.most)?;
         // Where a pixel has many hits, each has one sample.
-        let counts = if scene.hits > 1 { vec![1] } else { self.effort.counts.clone() };
-        let cell = measure(scene, setting, &reference, &Effort { counts, ..self.effort.clone() })?;
+        let mut effort = self.effort.clone();
+        if scene.hits > 1 {
+            effort.counts = vec![1];
+        } else {
+            effort.methods.retain(|name| *name != Method::WisReuse.name());
+        }
+        let cell = measure(scene, setting, &reference, &effort)?;
         std::fs::write(file, serde_json::to_vec(&cell)?)?;
         Ok(cell)
     }

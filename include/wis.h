@@ -91,6 +91,9 @@
 /// Proportional to the luminance above the mean: for multiple importance sampling with the BRDF.
 #define WIS_DISTRIBUTION_COMPENSATED 1
 
+/// The most candidates of one pool.
+#define WIS_MAX_CANDIDATES (1 << 24)
+
 /// The most squares that a configuration may ask for.
 #define WIS_MAX_SQUARES 4096
 
@@ -252,6 +255,14 @@ typedef struct wis_sample {
   /// The probability density per solid angle; 0: no sample.
   float pdf;
 } wis_sample;
+
+/// A candidate and how often it was picked.
+typedef struct wis_pick {
+  /// The number of the candidate, from 0.
+  uint32_t candidate;
+  /// How many of the picks it stands for, at least 1.
+  uint32_t multiplicity;
+} wis_pick;
 
 /// One lobe of a BRDF.
 typedef struct wis_lobe {
@@ -514,6 +525,40 @@ enum wis_status wis_points_hammersley(uint32_t first, uint32_t count, uint32_t t
 /// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are
 /// independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
 enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
+
+/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`.
+enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
+
+/// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
+/// nothing is prepared, or where lobes are too narrow for a product.
+///
+/// Draw k N candidates (k = 4 is a good choice), half of them from wis_environment_sample_n with
+/// WIS_DISTRIBUTION_COMPENSATED (or from wis_product_sample_n where a product is prepared) and half from the BRDF.
+/// With g = luminance of radiance x BRDF x cosine, by the client's own evaluation, the weight of candidate x is
+/// g(x) / (n_e p_e(x) + n_b p_b(x)), for n_e and n_b candidates from densities p_e and p_b. Then `picks` = N rays,
+/// fewer where a candidate is picked more than once, give the estimate
+/// sum of radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (N g), without bias.
+///
+/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks. A
+/// candidate is picked N weight / weight_sum times in expectation. Weights that are 0 are never picked; if all are 0,
+/// there are no picks and the estimate is 0. WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
+///
+/// `u` in [0, 1) (clamped, NaN counts as 1/2) is one more random number for the whole pool. `scratch` is aligned to
+/// WIS_ALIGNMENT, of wis_pool_size. `pick` holds up to `picks` elements, of which `pick_count` are written. Strides are
+/// in bytes; 0: packed.
+enum wis_status wis_pool_pick(size_t count,
+                              const float *wi,
+                              size_t wi_stride,
+                              const float *weight,
+                              size_t weight_stride,
+                              uint32_t picks,
+                              float u,
+                              void *scratch,
+                              size_t scratch_bytes,
+                              struct wis_pick *pick,
+                              uint32_t *pick_count,
+                              double *weight_sum,
+                              struct wis_diagnostic *diagnostic);
 
 /// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what the lobes mean.
 /// Strides are in bytes; 0: packed.

@@ -5,7 +5,8 @@
 //!
 //! Data flows one way, and a file imports only what stands before it in this list:
 //! `status`, `numeric`, `sphere`, `points`, `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
-//! `descent`, `simd`, `wide`, `environment`, `query`, `reuse`, `lobe`, `product`, `sampler`, `ffi`.
+//! `descent`, `simd`, `wide`, `environment`, `query`, `reuse`, `lobe`, `product`, `sampler`,
+//! `pool`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -18,6 +19,7 @@ pub mod lobe;
 pub mod morton;
 pub mod numeric;
 pub mod points;
+pub mod pool;
 pub mod product;
 pub mod prune;
 pub mod query;

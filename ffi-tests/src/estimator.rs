@@ -2,7 +2,7 @@
 //! renderer's side of each computes eight samples side by side.
 
 use crate::batch::{Batch, Stream};
-use crate::client::{self, Block, Environment, Preparation, Product};
+use crate::client::{self, Block, Density, Environment, Preparation, Product, raw};
 use crate::dense::{Dense, Grid};
 use crate::lanes::F8;
 use crate::light::Light;
@@ -39,6 +39,10 @@ pub enum Method {
     WisRatio,
     /// The library's product, prepared at the first hit of a pixel and used for the others that it covers.
     WisReuse,
+    /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF.
+    WisPool(usize),
+    /// The library's pool with candidates of the product instead of the light.
+    WisTreePool(usize),
     /// The product from all cells of a fine grid.
     Limit,
     /// Picks from a pool of samples of `Limit`.
@@ -47,7 +51,7 @@ pub enum Method {
 
 impl Method {
     /// Every peer, then the library.
-    pub const ALL: [Method; 16] = [
+    pub const ALL: [Method; 18] = [
         Method::Environment,
         Method::Brdf,
         Method::MisBalance,
@@ -62,6 +66,8 @@ impl Method {
         Method::WisBiased,
         Method::WisRatio,
         Method::WisReuse,
+        Method::WisPool(4),
+        Method::WisTreePool(4),
         Method::Limit,
         Method::LimitPooled,
     ];
@@ -80,6 +86,8 @@ impl Method {
             Method::WisBiased => "wis biased".into(),
             Method::WisRatio => "wis ratio".into(),
             Method::WisReuse => "wis reuse".into(),
+            Method::WisPool(_) => "wis pool".into(),
+            Method::WisTreePool(_) => "wis tree pool".into(),
             Method::Limit => "limit".into(),
             Method::LimitPooled => "limit, pooled".into(),
         }
@@ -92,7 +100,16 @@ impl Method {
 
     /// Whether it is a mode of the library.
     pub fn is_ours(self) -> bool {
-        matches!(self, Method::Wis | Method::WisMis | Method::WisBiased | Method::WisRatio | Method::WisReuse)
+        matches!(
+            self,
+            Method::Wis
+                | Method::WisMis
+                | Method::WisBiased
+                | Method::WisRatio
+                | Method::WisReuse
+                | Method::WisPool(_)
+                | Method::WisTreePool(_)
+        )
     }
 
     /// Whether it is a yardstick that no renderer could pay for.
@@ -181,6 +198,9 @@ struct Sampler {
     batch: Batch,
     candidates: Candidates,
     picks: Vec<Pick>,
+    /// What the library's pool chose, and its memory.
+    chosen: Vec<raw::wis_pick>,
+    scratch: Block,
 }
 
 impl Estimator {
@@ -219,11 +239,11 @@ impl Estimator {
             Method::MisPower => sampler.mis(setting.plain, power, setting, &bsdf, n)?,
             Method::MisCompensated => sampler.mis(setting.compensated, balance, setting, &bsdf, n)?,
             Method::Ris(m) => {
-                let Sampler { batch, candidates, picks } = sampler;
+                let Sampler { batch, candidates, picks, .. } = sampler;
                 candidates.pick_each(batch, (setting, &bsdf), n, m, picks)?;
             }
             Method::Pool(k) => {
-                let Sampler { batch, candidates, picks } = sampler;
+                let Sampler { batch, candidates, picks, .. } = sampler;
                 candidates.pick_pooled(batch, (setting, &bsdf), n, k, picks)?;
             }
             Method::Wis => sampler.product(&prepare(setting, point, product)?, setting, &bsdf, n)?,
@@ -241,6 +261,8 @@ impl Estimator {
                 let scale = product.estimate()? as f32 / unshadowed;
                 sampler.picks.iter_mut().for_each(|pick| pick.contribution *= scale);
             }
+            Method::WisPool(k) => sampler.pool(setting, &bsdf, n, k)?,
+            Method::WisTreePool(k) => sampler.density_pool(&prepare(setting, point, product)?, setting, &bsdf, n, k)?,
             Method::WisReuse => {
                 if point.hit == 0 {
                     let preparation = Preparation { reuse_cone: REUSE_CONE, ..setting.preparation };
@@ -358,6 +380,44 @@ impl Sampler {
         Ok(())
     }
 
+    fn pool(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize, k: usize) -> client::Result<()> {
+        let light = setting.light.distribution(setting.environment, raw::WIS_DISTRIBUTION_COMPENSATED);
+        self.density_pool(&light, setting, bsdf, n, k)
+    }
+
+    /// Candidates half of a density of the library and half of the BRDF.
+    fn density_pool(
+        &mut self,
+        density: &impl Density,
+        setting: &Setting,
+        bsdf: &Bsdf,
+        n: usize,
+        k: usize,
+    ) -> client::Result<()> {
+        let half = n * k / 2;
+        self.batch.from_density(density, half)?;
+        self.batch.from_bsdf(bsdf, half);
+        self.batch.ask(density)?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh_by_drawn(|drawn, bsdf| half as f32 * (drawn + bsdf));
+        self.pick(n)
+    }
+
+    /// Picks `n` samples of a weighed batch by the library.
+    fn pick(&mut self, n: usize) -> client::Result<()> {
+        let Sampler { batch, picks, chosen, scratch, .. } = self;
+        let u = batch.points(Stream::Choice, 1)[0][0];
+        chosen.resize(n, Default::default());
+        let (wi, weight) = batch.weighed();
+        let (count, sum) = client::pick(wi, weight, u, scratch, chosen)?;
+        let share = sum as f32 / n as f32;
+        picks.extend(chosen[..count].iter().map(|pick| Pick {
+            wi: Vec3::from_array(wi[pick.candidate as usize]),
+            contribution: share * pick.multiplicity as f32,
+        }));
+        Ok(())
+    }
+
     fn limit(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         self.batch.from_dense(dense, n);
         self.batch.evaluate(bsdf, setting.light, setting.plain);
@@ -368,7 +428,7 @@ impl Sampler {
 
     fn limit_pooled(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         const CANDIDATES: usize = 4;
-        let Sampler { batch, candidates, picks } = self;
+        let Sampler { batch, candidates, picks, .. } = self;
         batch.from_dense(dense, n * CANDIDATES);
         batch.evaluate(bsdf, setting.light, setting.plain);
         batch.weigh_by_drawn(|pdf, _| pdf * (n * CANDIDATES) as f32);

@@ -113,7 +113,7 @@ fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
 
 /// The error of the library's modes, and how far it is from the integral that the biased ones take for the truth.
 fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
-    const MODES: [&str; 5] = ["wis", "wis + MIS", "wis biased", "wis ratio", "wis reuse"];
+    const MODES: [&str; 7] = ["wis", "wis + MIS", "wis biased", "wis ratio", "wis reuse", "wis pool", "wis tree pool"];
     writeln!(out, "Absolute error of the library's modes, geometric mean over cells:\n")?;
     writeln!(out, "| N | {} |\n|---:|{}", MODES.join(" | "), "---:|".repeat(MODES.len()))?;
     let Some(first) = cells.first() else { return Ok(()) };

@@ -19,6 +19,7 @@ macro_rules! with_axes {
 pub mod environment;
 pub mod haar;
 pub mod points;
+pub mod pool;
 pub mod product;
 pub mod tree;
 
@@ -284,7 +285,7 @@ impl<const N: usize> Strided<N> {
             return Err(Failure::new(Status::InvalidArgument, argument + 1));
         }
         if count.checked_mul(stride).is_none_or(|bytes| bytes > isize::MAX as usize) {
-            return Err(Failure::new(Status::Overflow, argument));
+            return Err(Failure::new(Status::Overflow, argument + 1));
         }
         Ok(Strided { start: start.cast_mut(), stride })
     }

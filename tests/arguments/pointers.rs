@@ -9,6 +9,7 @@ use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRA
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
 use wis::ffi::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
+use wis::pool::Pick;
 use wis::query::Query;
 use wis::status::Status;
 
@@ -38,6 +39,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "float" | "uint32_t" => 4,
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),
+        "wis_pick" => align_of::<Pick>(),
         "wis_query" => align_of::<Query>(),
         "wis_memory_size" => align_of::<MemorySize>(),
         "wis_diagnostic" => align_of::<Diagnostic>(),
@@ -167,7 +169,7 @@ fn wrong_struct_sizes() {
 /// The floats of an element of an array.
 fn floats_of_element(array: &str) -> usize {
     match array {
-        "pdf" => 1,
+        "pdf" | "weight" => 1,
         "u" | "out" => 2,
         "wi" | "f_cos" => 3,
         other => panic!("{other} is no array"),

@@ -6,9 +6,11 @@ use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;
+use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
+use wis::pool::Pick;
 use wis::query::*;
 use wis::status::Status;
 
@@ -41,6 +43,7 @@ pub struct Scene {
     integrated: Vec<u8>,
     environment: Vec<u8>,
     product_size: MemorySize,
+    pool_size: MemorySize,
     product: Vec<u8>,
     tree_size: MemorySize,
     tree: Vec<u8>,
@@ -56,6 +59,7 @@ impl Scene {
             integrated: Vec::new(),
             environment: Vec::new(),
             product_size: MemorySize::default(),
+            pool_size: MemorySize::default(),
             product: Vec::new(),
             tree_size: MemorySize::default(),
             tree: Vec::new(),
@@ -97,6 +101,8 @@ impl Scene {
         // SAFETY: all pointers are valid.
         unsafe {
             expect_ok(wis_product_size(config, &mut self.product_size, null_mut()));
+            expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
+            self.pool_size.scratch_bytes = self.pool_size.bytes;
             let memory = Block::unwritten(self.product_size.bytes);
             let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
             expect_ok(wis_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
@@ -141,7 +147,8 @@ impl Scene {
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,
-            "dimensions" | "depth" => 2,
+            "dimensions" | "depth" | "picks" => 2,
+            "u" => 0,
             "total" => 8,
             "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
             stride if stride.ends_with("stride") => 0,
@@ -183,7 +190,10 @@ impl Scene {
             "float *wi" | "float *f_cos" => unwritten(12 * count),
             "float *out" => unwritten(8 * count),
             "float *pdf" => unwritten(4 * count),
-            "uint32_t *covers" => unwritten(4),
+            "uint32_t *covers" | "uint32_t *pick_count" => unwritten(4),
+            "const float *weight" => numbers(&[1.0f32, 0.0, 2.0]),
+            "wis_pick *pick" => unwritten(2 * size_of::<Pick>()),
+            "double *weight_sum" => unwritten(8),
             "float *u" | "float u[2]" | "float *point" | "uint32_t rows[2]" => unwritten(8),
             "double *power" | "double *luminance" | "double *average" | "double *integral" => unwritten(8),
             "double rgb[3]" => unwritten(24),
@@ -211,6 +221,7 @@ impl Scene {
         match function {
             name if name.starts_with("wis_tree") => self.tree_size,
             name if name.starts_with("wis_product") => self.product_size,
+            name if name.starts_with("wis_pool") => self.pool_size,
             _ => self.environment_size,
         }
     }

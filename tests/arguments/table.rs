@@ -3,6 +3,7 @@
 use wis::ffi::environment::*;
 use wis::ffi::haar::*;
 use wis::ffi::points::*;
+use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::*;
 use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
@@ -56,6 +57,11 @@ pub const TABLE: &[Entry] = table! {
     wis_product_size(config, size, diagnostic);
     wis_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
     wis_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
+    wis_pool_size(count, size);
+    wis_pool_pick(
+        count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
+        diagnostic
+    );
     wis_product_covers(environment, product, query, covers);
     wis_product_describe(environment, product, info);
     wis_product_estimate(environment, product, luminance);

@@ -1,0 +1,137 @@
+//! The pooled resampler in C.
+
+use super::{Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, out, slice_mut};
+use crate::pool::{self, Key, Pick};
+use crate::simd::{LANES, Lanes, Native};
+use crate::split::clamp_u;
+use crate::status::Status;
+use core::ffi::c_void;
+use core::ptr::null_mut;
+
+/// The most candidates of one pool.
+pub const WIS_MAX_CANDIDATES: u32 = 1 << 24;
+
+/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> Status {
+    answer(null_mut(), || {
+        let bytes = scratch_bytes(count)?;
+        let size = out(size, 2)?;
+        // SAFETY: checked; the rest is the caller's contract.
+        unsafe { size.write(MemorySize { bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 }) };
+        Ok(())
+    })
+}
+
+/// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
+/// nothing is prepared, or where lobes are too narrow for a product.
+///
+/// Draw k N candidates (k = 4 is a good choice), half of them from wis_environment_sample_n with
+/// WIS_DISTRIBUTION_COMPENSATED (or from wis_product_sample_n where a product is prepared) and half from the BRDF.
+/// With g = luminance of radiance x BRDF x cosine, by the client's own evaluation, the weight of candidate x is
+/// g(x) / (n_e p_e(x) + n_b p_b(x)), for n_e and n_b candidates from densities p_e and p_b. Then `picks` = N rays,
+/// fewer where a candidate is picked more than once, give the estimate
+/// sum of radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (N g), without bias.
+///
+/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks. A
+/// candidate is picked N weight / weight_sum times in expectation. Weights that are 0 are never picked; if all are 0,
+/// there are no picks and the estimate is 0. WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
+///
+/// `u` in [0, 1) (clamped, NaN counts as 1/2) is one more random number for the whole pool. `scratch` is aligned to
+/// WIS_ALIGNMENT, of wis_pool_size. `pick` holds up to `picks` elements, of which `pick_count` are written. Strides are
+/// in bytes; 0: packed.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the scratch memory.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_pool_pick(
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    weight: *const f32,
+    weight_stride: usize,
+    picks: u32,
+    u: f32,
+    scratch: *mut c_void,
+    scratch_bytes: usize,
+    pick: *mut Pick,
+    pick_count: *mut u32,
+    weight_sum: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        let needed = self::scratch_bytes(count)?;
+        let wi = Strided::<3>::new(wi, wi_stride, count, 2)?;
+        let weight = Strided::<1>::new(weight, weight_stride, count, 4)?;
+        let block = super::Block::new(scratch.cast(), scratch_bytes, needed, 8)?;
+        // SAFETY: the caller's contract; both halves of the scratch memory are apart, and all indices are below their
+        // counts.
+        unsafe {
+            let chosen = slice_mut(pick, picks as usize, 10)?;
+            let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
+            let keys = block.slice::<Key>(0, 0, count);
+            let spare = block.slice::<Key>(count * size_of::<Key>(), 0, count);
+            let used = gather(count, |i| wi.read(i), |i| weight.read(i)[0], keys)?;
+            let (keys, spare) = (keys.get_mut(..used).unwrap_or(&mut []), spare.get_mut(..used).unwrap_or(&mut []));
+            pool::sort(keys, spare);
+            let mut written = 0u32;
+            let sum = pool::pick(
+                keys,
+                |i| weight.read(i as usize)[0],
+                picks,
+                clamp_u(u),
+                |pick| {
+                    if let Some(slot) = chosen.get_mut(written as usize) {
+                        *slot = pick;
+                        written += 1;
+                    }
+                },
+            );
+            pick_count.write(written);
+            weight_sum.write(sum);
+        }
+        Ok(())
+    })
+}
+
+/// Writes the keys of the candidates that can be picked; answers how many there are.
+fn gather(
+    count: usize,
+    wi: impl Fn(usize) -> [f32; 3],
+    weight: impl Fn(usize) -> f32,
+    keys: &mut [Key],
+) -> Checked<usize> {
+    let mut used = 0;
+    for first in (0..count).step_by(LANES) {
+        let here = (count - first).min(LANES);
+        let mut axes = [[0.0; LANES]; 3];
+        for i in 0..here {
+            for (axis, component) in axes.iter_mut().zip(wi(first + i)) {
+                axis[i & (LANES - 1)] = component;
+            }
+        }
+        let [x, y, z] = axes;
+        let places = pool::places([Native::from_array(x), Native::from_array(y), Native::from_array(z)]);
+        for (i, place) in places.into_iter().enumerate().take(here) {
+            let weight = weight(first + i);
+            if !(0.0..=f32::MAX).contains(&weight) {
+                return Err(Failure::new(Status::InvalidArgument, 4));
+            }
+            if let Some(slot) = keys.get_mut(used).filter(|_| weight > 0.0) {
+                *slot = pool::key(place, (first + i) as u32);
+                used += 1;
+            }
+        }
+    }
+    Ok(used)
+}
+
+fn scratch_bytes(count: usize) -> Checked<usize> {
+    if count > WIS_MAX_CANDIDATES as usize {
+        return Err(Failure::new(Status::Overflow, 1));
+    }
+    Ok((2 * count * size_of::<Key>()).next_multiple_of(WIS_ALIGNMENT))
+}

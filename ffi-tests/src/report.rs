@@ -203,7 +203,9 @@ fn peer_costs(out: &mut impl Write, cells: &[Cell]) -> Result {
         (Method::Pool(4), "pick", 1.0, 110.0),
     ];
     for (method, unit, per_sample, prototype) in yardsticks {
-        let rows = cells.iter().filter_map(|cell| row(cell, &method.name(), counts(cell).last().copied()?));
+        // With one sample alone the lanes are mostly idle: the yardsticks are for many.
+        let many = cells.iter().filter(|cell| counts(cell).len() > 1);
+        let rows = many.filter_map(|cell| row(cell, &method.name(), counts(cell).last().copied()?));
         let costs: Vec<f64> = rows.map(|r| r.median(|x| x.sampling_ns) / r.count as f64 / per_sample).collect();
         if !costs.is_empty() {
             let ns = costs.iter().sum::<f64>() / costs.len() as f64;

@@ -76,7 +76,7 @@ impl Dense {
         for level in (0..LEVELS).rev() {
             let children: [f32; 4] = std::array::from_fn(|i| self.levels[level][4 * code + i]);
             let (low, high) = (children[0] + children[1], children[2] + children[3]);
-            if !(low + high > 0.0) {
+            if low + high <= 0.0 {
                 return (Vec3::Z, 0.0);
             }
             let up = take(&mut u[1], low / (low + high), &mut density);

@@ -40,7 +40,7 @@ impl V8 {
     }
 
     #[inline]
-    pub fn add(self, v: V8) -> V8 {
+    pub fn plus(self, v: V8) -> V8 {
         V8::new(self.x + v.x, self.y + v.y, self.z + v.z)
     }
 

@@ -230,7 +230,7 @@ impl Light {
 #[inline]
 fn turned(matrix: &Mat3, v: V8) -> V8 {
     let column = |c: Vec3, s: F8| V8::splat(c).scale(s);
-    column(matrix.x_axis, v.x).add(column(matrix.y_axis, v.y)).add(column(matrix.z_axis, v.z))
+    column(matrix.x_axis, v.x).plus(column(matrix.y_axis, v.y)).plus(column(matrix.z_axis, v.z))
 }
 
 /// The direction of a point of the equal-area octahedral square, the layout WIS_LAYOUT_OCTAHEDRAL.

@@ -134,14 +134,14 @@ impl Bsdf {
             glossy.or(u[0].cmp_lt(share), diffuse)
         };
         let V8 { x, y, z } = local;
-        self.tangent.scale(x).add(self.bitangent.scale(y)).add(self.normal.scale(z)).normalize()
+        self.tangent.scale(x).plus(self.bitangent.scale(y)).plus(self.normal.scale(z)).normalize()
     }
 
     /// GGX x Smith x Schlick x cosine, and the pdf by visible normals, for directions above the horizon.
     #[inline]
     fn microfacets(&self, wi: V8) -> (F8, F8) {
         let (alpha, a2) = (F8::splat(self.alpha), F8::splat(self.alpha * self.alpha));
-        let h = wi.add(V8::splat(self.wo));
+        let h = wi.plus(V8::splat(self.wo));
         let squared = h.dot(h);
         let ratio = squared / ((h.x * h.x + h.y * h.y) / a2 + h.z * h.z);
         let d = ratio * ratio / (F8::splat(PI) * a2);
@@ -160,11 +160,11 @@ impl Bsdf {
         let z = (F8::ONE - u[1]) * F8::splat(1.0 + stretched.z) - F8::splat(stretched.z);
         let radius = (F8::ONE - z * z).max(F8::ZERO).sqrt();
         let (sin, cos) = sin_cos_turn(u[0]);
-        let cap = V8::new(radius * cos, radius * sin, z).add(V8::splat(stretched));
+        let cap = V8::new(radius * cos, radius * sin, z).plus(V8::splat(stretched));
         let alpha = F8::splat(self.alpha);
         let h = V8::new(alpha * cap.x, alpha * cap.y, cap.z).normalize();
         let wo = V8::splat(self.wo);
-        h.scale(wo.dot(h) * F8::splat(2.0)).add(V8::splat(-self.wo))
+        h.scale(wo.dot(h) * F8::splat(2.0)).plus(V8::splat(-self.wo))
     }
 }
 

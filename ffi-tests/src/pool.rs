@@ -43,7 +43,7 @@ impl Candidates {
                 rest < 0.0
             });
             // Rounding may leave a little at the end: the last candidate then stands for it.
-            if let Some(c) = chosen.or_else(|| all().filter(|&c| batch.reflected(c) > 0.0).last()) {
+            if let Some(c) = chosen.or_else(|| all().rfind(|&c| batch.reflected(c) > 0.0)) {
                 picks.push(Pick { wi: batch.wi().get(c), contribution: sum / n as f32 });
             }
         }

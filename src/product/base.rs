@@ -69,8 +69,10 @@ impl Base {
             count += 1;
         }
         let mut wi = [Asked { wi: splat([0.0, 0.0, 1.0]), lanes: 0 }; GROUPS];
-        for (group, (asked, eight)) in wi.iter_mut().zip(directions.as_chunks::<LANES>().0).enumerate() {
-            *asked = Asked { wi: lanes_of(eight), lanes: below(count.saturating_sub(group * LANES)) };
+        for (group, (asked, eight)) in wi.iter_mut().zip(directions.chunks_exact(LANES)).enumerate() {
+            if let Some(eight) = eight.first_chunk() {
+                *asked = Asked { wi: lanes_of(eight), lanes: below(count.saturating_sub(group * LANES)) };
+            }
         }
         let mut f_cos = [F::splat(0.0); GROUPS];
         brdf.eval(&wi, &mut f_cos)?;

@@ -30,6 +30,7 @@ static bool load(Session *s) {
     s->lighting.light = &s->light;
     s->lighting.environment = s->environment.handle;
     s->lighting.product.size = sizeof s->lighting.product;
+    s->lighting.product.cpu_level = wis_cpu_detect();
     s->lighting.product.world_from_map = light_world_from_map;
     return check(view_trace(&s->view, o->width, o->height), "tracing the view");
 }

@@ -30,6 +30,7 @@ pub mod simd;
 pub mod sphere;
 pub mod split;
 pub mod status;
+pub mod strata;
 pub mod tree;
 pub mod warp;
 pub mod wide;

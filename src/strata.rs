@@ -1,0 +1,503 @@
+//! Structured importance sampling (Agarwal et al. 2003): a lat-long map as a few directional lights.
+//!
+//! The map is cut by brightness, from bright to dark (hierarchical thresholding, Section 3.1). Each connected component
+//! of a layer gets lights in proportion to Gamma(L, dw) = L^a min(dw, dw0)^b (Eq. 14), those of the layers inside it
+//! counted, placed farthest from one another (Gonzalez' traversal, which the paper takes for Hochbaum and Shmoys').
+//! Each texel then belongs to the nearest light, and its energy is that light's. Where the paper leaves a choice: levels
+//! are multiples of the solid-angle weighted deviation, neighbours share an edge and azimuth wraps; N_j is rounded, and
+//! a component whose share of the energy is worth one light gets one; the first centre is the brightest texel; chords
+//! within 1e-9 are equal, and the lowest texel wins.
+
+use crate::sphere::latlong_solid_angle;
+use crate::status::{Result, Status};
+use core::f64::consts::PI;
+
+/// What a stratification is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Columns and rows of the map; at most 2^31 texels.
+    pub width: u32,
+    /// Rows, the first about +z.
+    pub height: u32,
+    /// Lights to place.
+    pub count: u32,
+    /// Layers of brightness, at least 1.
+    pub levels: u32,
+    /// The exponent of radiance, a.
+    pub radiance_exponent: f64,
+    /// The exponent of solid angle, b.
+    pub angle_exponent: f64,
+    /// The solid angle from which on size does not count, dw0.
+    pub angle_limit: f64,
+}
+
+impl Config {
+    /// The paper's choices (Section 3.1) for a map.
+    pub fn new(width: u32, height: u32, count: u32) -> Config {
+        Config { width, height, count, levels: 6, radiance_exponent: 1.0, angle_exponent: 0.25, angle_limit: 0.01 }
+    }
+
+    /// Texels of the map.
+    pub fn texels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The most lights that there may be: the footnote rule may add to `count`, at most one for each texel.
+    pub fn capacity(&self) -> usize {
+        // At most `count` components of a layer are worth a light of their own, in each of the layers.
+        let most = (self.count as usize).saturating_mul(self.levels as usize + 1);
+        most.min(self.texels())
+    }
+
+    /// Gamma of a luminous energy and a solid angle.
+    fn importance(&self, energy: f64, angle: f64) -> f64 {
+        power(energy, self.radiance_exponent) * power(angle.min(self.angle_limit), self.angle_exponent)
+    }
+}
+
+fn power(x: f64, exponent: f64) -> f64 {
+    if exponent == 1.0 { x } else { libm::pow(x, exponent) }
+}
+
+/// Memory of a stratification besides the lights.
+pub struct Scratch<'a> {
+    /// For each row: sine and cosine of the polar angle, and the solid angle of a texel.
+    pub rows: &'a mut [[f64; 3]],
+    /// For each column: cosine and sine of the azimuth.
+    pub columns: &'a mut [[f64; 2]],
+    /// For each texel: the component that it belongs to, as its first texel; then its light.
+    pub component: &'a mut [u32],
+    /// Texels, component by component, near ones close together.
+    pub members: &'a mut [u32],
+    /// For each member: the squared chord to the nearest centre.
+    pub distance: &'a mut [f64],
+    /// For each texel that is a component's first: the range of its members.
+    pub start: &'a mut [u32],
+    /// For each group of members: a ball around them, and the largest distance among them.
+    pub balls: &'a mut [Ball],
+    /// For each texel: whether it is a centre.
+    pub is_centre: &'a mut [u8],
+}
+
+/// A ball of directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ball {
+    centre: [f64; 3],
+    /// No member is farther from the centre.
+    radius: f64,
+    /// The largest squared chord from a member to the nearest light.
+    farthest: f64,
+}
+
+/// Members in a ball.
+pub const GROUP: usize = 256;
+/// Texels of a map are walked in blocks of this many rows and columns.
+const BLOCK: u32 = 16;
+/// Chords that differ by less are equal.
+const TIE: f64 = 1e-9;
+const NO_TEXEL: u32 = u32::MAX;
+
+/// A stratification in progress.
+struct Builder<'a, 'b> {
+    config: &'b Config,
+    luminance: &'b [f32],
+    scratch: Scratch<'a>,
+    centres: &'a mut [u32],
+    count: usize,
+    /// The sum of luminance x solid angle.
+    energy: f64,
+}
+
+/// Places the lights of a map of luminance, finite and not negative. Writes the texels of the centres, in the order in
+/// which they were found, and the number of the nearest one for each texel into `scratch.component`. Returns how many
+/// centres there are: 0 for a black map.
+///
+/// # Errors
+/// [`Status::InvalidArgument`] for a config that is none, [`Status::MemoryTooSmall`] if an array is too short.
+pub fn stratify(config: &Config, luminance: &[f32], scratch: Scratch, centres: &mut [u32]) -> Result<usize> {
+    let texels = config.texels();
+    let valid = config.width > 0 && config.height > 0 && texels < NO_TEXEL as usize && config.levels > 0;
+    let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
+    if !valid
+        || luminance.len() != texels
+        || !positive(config.angle_limit)
+        || !(config.radiance_exponent >= 0.0 && config.angle_exponent >= 0.0)
+    {
+        return Err(Status::InvalidArgument);
+    }
+    let long_enough = scratch.rows.len() >= config.height as usize
+        && scratch.columns.len() >= config.width as usize
+        && [scratch.component.len(), scratch.members.len(), scratch.start.len()].iter().all(|&len| len >= texels)
+        && scratch.distance.len() >= texels
+        && scratch.is_centre.len() >= texels
+        && scratch.balls.len() >= texels.div_ceil(GROUP) + 1
+        && centres.len() >= config.capacity();
+    if !long_enough {
+        return Err(Status::MemoryTooSmall);
+    }
+    let mut builder = Builder { config, luminance, scratch, centres, count: 0, energy: 0.0 };
+    let deviation = builder.prepare();
+    if !(builder.energy > 0.0) || config.count == 0 {
+        return Ok(0);
+    }
+    for level in (0..config.levels).rev() {
+        builder.layer(if level == 0 { -1.0 } else { f64::from(level) * deviation });
+    }
+    builder.label();
+    Ok(builder.count)
+}
+
+impl Builder<'_, '_> {
+    /// Fills the tables; returns the solid-angle weighted deviation of luminance.
+    fn prepare(&mut self) -> f64 {
+        let Config { width, height, .. } = *self.config;
+        for (y, row) in self.scratch.rows.iter_mut().take(height as usize).enumerate() {
+            let theta = PI * (y as f64 + 0.5) / f64::from(height);
+            *row = [libm::sin(theta), libm::cos(theta), latlong_solid_angle(width, height, y as u32)];
+        }
+        for (x, column) in self.scratch.columns.iter_mut().take(width as usize).enumerate() {
+            let phi = 2.0 * PI * (x as f64 + 0.5) / f64::from(width);
+            *column = [libm::cos(phi), libm::sin(phi)];
+        }
+        self.scratch.is_centre.fill(0);
+        let (mut energy, mut angle) = (0.0, 0.0);
+        for texel in 0..self.luminance.len() {
+            let dw = self.solid_angle(texel);
+            energy += self.value(texel) * dw;
+            angle += dw;
+        }
+        let mean = energy / angle;
+        let mut squares = 0.0;
+        for texel in 0..self.luminance.len() {
+            let difference = self.value(texel) - mean;
+            squares += difference * difference * self.solid_angle(texel);
+        }
+        self.energy = energy;
+        libm::sqrt(squares / angle)
+    }
+
+    fn value(&self, texel: usize) -> f64 {
+        self.luminance.get(texel).map_or(0.0, |&l| f64::from(l))
+    }
+
+    fn solid_angle(&self, texel: usize) -> f64 {
+        self.scratch.rows.get(texel / self.config.width as usize).map_or(0.0, |row| row[2])
+    }
+
+    fn direction(&self, texel: u32) -> [f64; 3] {
+        let (x, y) = (texel % self.config.width, texel / self.config.width);
+        let row = self.scratch.rows.get(y as usize).copied().unwrap_or_default();
+        let column = self.scratch.columns.get(x as usize).copied().unwrap_or_default();
+        [row[0] * column[0], row[0] * column[1], row[1]]
+    }
+
+    /// Gives lights to the components of what is brighter than a threshold.
+    fn layer(&mut self, threshold: f64) {
+        self.find_components(threshold);
+        self.gather();
+        for texel in 0..self.config.texels() as u32 {
+            if self.component(texel) == texel {
+                self.place(texel);
+            }
+        }
+    }
+
+    fn component(&self, texel: u32) -> u32 {
+        self.scratch.component.get(texel as usize).copied().unwrap_or(NO_TEXEL)
+    }
+
+    /// Labels every bright texel with the first texel of its component; union-find over left and upper neighbours.
+    fn find_components(&mut self, threshold: f64) {
+        let Config { width, height, .. } = *self.config;
+        let bright = |this: &Self, texel: u32| this.value(texel as usize) > threshold;
+        for texel in 0..width * height {
+            let label = if bright(self, texel) { texel } else { NO_TEXEL };
+            if let Some(slot) = self.scratch.component.get_mut(texel as usize) {
+                *slot = label;
+            }
+        }
+        for y in 0..height {
+            for x in 0..width {
+                let texel = y * width + x;
+                if self.component(texel) == NO_TEXEL {
+                    continue;
+                }
+                // The last column touches the first one.
+                let right = y * width + if x + 1 < width { x + 1 } else { 0 };
+                let below = if y + 1 < height { texel + width } else { texel };
+                self.join(texel, right);
+                self.join(texel, below);
+            }
+        }
+        for texel in 0..width * height {
+            if self.component(texel) != NO_TEXEL {
+                let root = self.root(texel);
+                if let Some(slot) = self.scratch.component.get_mut(texel as usize) {
+                    *slot = root;
+                }
+            }
+        }
+    }
+
+    /// Joins two texels' components if both are bright: the root is the first texel.
+    fn join(&mut self, a: u32, b: u32) {
+        if self.component(b) == NO_TEXEL {
+            return;
+        }
+        let (a, b) = (self.root(a), self.root(b));
+        let (first, second) = if a < b { (a, b) } else { (b, a) };
+        if let Some(slot) = self.scratch.component.get_mut(second as usize) {
+            *slot = first;
+        }
+    }
+
+    fn root(&mut self, texel: u32) -> u32 {
+        let mut texel = texel;
+        loop {
+            let parent = self.component(texel);
+            if parent == texel || parent == NO_TEXEL {
+                return texel;
+            }
+            // Halving the path keeps later ones short.
+            let grandparent = self.component(parent);
+            if let Some(slot) = self.scratch.component.get_mut(texel as usize) {
+                *slot = grandparent;
+            }
+            texel = grandparent;
+        }
+    }
+
+    /// Sorts the texels by component, block by block of the map within each.
+    fn gather(&mut self) {
+        let texels = self.config.texels();
+        self.scratch.start.fill(0);
+        for texel in 0..texels as u32 {
+            if let Some(size) = self.scratch.start.get_mut(self.component(texel) as usize) {
+                *size += 1;
+            }
+        }
+        let mut sum = 0;
+        for slot in self.scratch.start.iter_mut().take(texels) {
+            let size = *slot;
+            *slot = sum;
+            sum += size;
+        }
+        let Config { width, height, .. } = *self.config;
+        let (across, down) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+        for block in 0..across * down {
+            let (x0, y0) = (block % across * BLOCK, block / across * BLOCK);
+            for y in y0..(y0 + BLOCK).min(height) {
+                for x in x0..(x0 + BLOCK).min(width) {
+                    self.push_member(y * width + x);
+                }
+            }
+        }
+    }
+
+    /// Appends a texel to its component; `start` then points behind it.
+    fn push_member(&mut self, texel: u32) {
+        let component = self.component(texel);
+        if let Some(end) = self.scratch.start.get_mut(component as usize) {
+            if let Some(slot) = self.scratch.members.get_mut(*end as usize) {
+                *slot = texel;
+            }
+            *end += 1;
+        }
+    }
+
+    /// The members of a component as a range: after `gather`, `start` of a component is its end.
+    fn range(&self, component: u32) -> (usize, usize) {
+        let end = self.scratch.start.get(component as usize).copied().unwrap_or(0) as usize;
+        let before = component.checked_sub(1).and_then(|before| self.scratch.start.get(before as usize));
+        (before.copied().unwrap_or(0) as usize, end)
+    }
+
+    fn member(&self, index: usize) -> u32 {
+        self.scratch.members.get(index).copied().unwrap_or(0)
+    }
+
+    /// Gives a component the lights that it lacks.
+    fn place(&mut self, component: u32) {
+        let (first, end) = self.range(component);
+        let (mut energy, mut angle, mut nested) = (0.0, 0.0, 0usize);
+        for index in first..end {
+            let texel = self.member(index) as usize;
+            let dw = self.solid_angle(texel);
+            energy += self.value(texel) * dw;
+            angle += dw;
+            nested += usize::from(self.scratch.is_centre.get(texel).copied().unwrap_or(0));
+        }
+        let wanted = self.lights(energy, angle);
+        let added = wanted.saturating_sub(nested).min(end - first - nested);
+        if added == 0 {
+            return;
+        }
+        self.enclose(first, end);
+        let rest = if nested == 0 {
+            let brightest = self.brightest(first, end);
+            self.add(brightest);
+            self.approach(first, end, brightest);
+            added - 1
+        } else {
+            for index in first..end {
+                let texel = self.member(index);
+                if self.scratch.is_centre.get(texel as usize) == Some(&1) {
+                    self.approach(first, end, texel);
+                }
+            }
+            added
+        };
+        for _ in 0..rest {
+            let farthest = self.farthest(first, end);
+            self.add(farthest);
+            self.approach(first, end, farthest);
+        }
+    }
+
+    /// The lights that a component of an energy and a solid angle should have.
+    fn lights(&self, energy: f64, angle: f64) -> usize {
+        let n = f64::from(self.config.count);
+        let whole = self.config.importance(self.energy, 4.0 * PI);
+        let rounded = libm::floor(n * self.config.importance(energy, angle) / whole + 0.5);
+        if rounded < 1.0 { usize::from(n * energy / self.energy >= 1.0) } else { rounded as usize }
+    }
+
+    fn add(&mut self, texel: u32) {
+        if let (Some(slot), Some(mark)) =
+            (self.centres.get_mut(self.count), self.scratch.is_centre.get_mut(texel as usize))
+        {
+            (*slot, *mark) = (texel, 1);
+            self.count += 1;
+        }
+    }
+
+    fn brightest(&self, first: usize, end: usize) -> u32 {
+        let mut best = (NO_TEXEL, -1.0);
+        for index in first..end {
+            let texel = self.member(index);
+            let value = self.value(texel as usize);
+            if value > best.1 || value == best.1 && texel < best.0 {
+                best = (texel, value);
+            }
+        }
+        best.0
+    }
+
+    /// Puts balls around the groups of members; no centre is near yet.
+    fn enclose(&mut self, first: usize, end: usize) {
+        let mut group = first;
+        while group < end {
+            let last = (group + GROUP).min(end);
+            let mut sum = [0.0; 3];
+            for index in group..last {
+                let d = self.direction(self.member(index));
+                sum = [sum[0] + d[0], sum[1] + d[1], sum[2] + d[2]];
+            }
+            let centre = sum.map(|s| s / (last - group) as f64);
+            let mut squared = 0.0f64;
+            for index in group..last {
+                squared = squared.max(between(centre, self.direction(self.member(index))));
+                if let Some(slot) = self.scratch.distance.get_mut(index) {
+                    *slot = f64::INFINITY;
+                }
+            }
+            if let Some(ball) = self.scratch.balls.get_mut((group - first) / GROUP) {
+                *ball = Ball { centre, radius: libm::sqrt(squared), farthest: f64::INFINITY };
+            }
+            group = last;
+        }
+    }
+
+    /// Tells the members of a new centre. A group is left out if the centre is too far from its ball to be the nearest
+    /// of any member.
+    fn approach(&mut self, first: usize, end: usize, texel: u32) {
+        let centre = self.direction(texel);
+        let mut group = first;
+        while group < end {
+            let last = (group + GROUP).min(end);
+            let number = (group - first) / GROUP;
+            let ball = self.scratch.balls.get(number).copied().unwrap_or_default();
+            let gap = libm::sqrt(between(centre, ball.centre)) - ball.radius;
+            if gap <= 0.0 || gap * gap <= ball.farthest * (1.0 + 1e-9) {
+                let mut farthest = 0.0f64;
+                for index in group..last {
+                    let squared = between(centre, self.direction(self.member(index)));
+                    if let Some(slot) = self.scratch.distance.get_mut(index) {
+                        *slot = slot.min(squared);
+                        farthest = farthest.max(*slot);
+                    }
+                }
+                if let Some(ball) = self.scratch.balls.get_mut(number) {
+                    ball.farthest = farthest;
+                }
+            }
+            group = last;
+        }
+    }
+
+    /// The member farthest from all centres; of equal ones the first texel.
+    fn farthest(&self, first: usize, end: usize) -> u32 {
+        let groups = (end - first).div_ceil(GROUP);
+        let balls = self.scratch.balls.get(..groups).unwrap_or(&[]);
+        let chord = libm::sqrt(balls.iter().fold(0.0f64, |largest, ball| largest.max(ball.farthest)));
+        let bound = (chord - TIE).max(0.0);
+        let squared = bound * bound;
+        let mut best = NO_TEXEL;
+        for (number, ball) in balls.iter().enumerate().filter(|(_, ball)| ball.farthest >= squared) {
+            let group = first + number * GROUP;
+            for index in group..(group + GROUP).min(end) {
+                let far = self.scratch.distance.get(index).is_some_and(|&d| d >= squared);
+                let texel = self.member(index);
+                if far && texel < best && self.scratch.is_centre.get(texel as usize) == Some(&0) {
+                    best = texel;
+                }
+            }
+        }
+        best
+    }
+
+    /// Writes the number of the nearest centre for each texel: for each group only centres that can be nearest to any
+    /// of its members are tried. The first of equal ones wins.
+    fn label(&mut self) {
+        // All texels are one component after the last layer: its members are all texels, block by block.
+        let end = self.config.texels();
+        self.enclose(0, end);
+        let mut group = 0;
+        while group < end {
+            let last = (group + GROUP).min(end);
+            let ball = self.scratch.balls.get(group / GROUP).copied().unwrap_or_default();
+            let mut nearest = f64::INFINITY;
+            for &centre in self.centres.iter().take(self.count) {
+                nearest = nearest.min(between(ball.centre, self.direction(centre)));
+            }
+            let reach = libm::sqrt(nearest) + 2.0 * ball.radius + TIE;
+            for number in 0..self.count {
+                let centre = self.direction(self.centres.get(number).copied().unwrap_or(0));
+                if between(ball.centre, centre) <= reach * reach {
+                    self.claim(group, last, centre, number as u32);
+                }
+            }
+            group = last;
+        }
+    }
+
+    /// Gives members to a centre that is nearer than those before.
+    fn claim(&mut self, first: usize, last: usize, centre: [f64; 3], number: u32) {
+        for index in first..last {
+            let texel = self.member(index);
+            let squared = between(centre, self.direction(texel));
+            if let Some(slot) = self.scratch.distance.get_mut(index).filter(|slot| squared < **slot) {
+                *slot = squared;
+                if let Some(label) = self.scratch.component.get_mut(texel as usize) {
+                    *label = number;
+                }
+            }
+        }
+    }
+}
+
+/// The squared distance of two points.
+fn between(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+}

@@ -79,6 +79,77 @@ pub struct Scratch<'a> {
     pub is_centre: &'a mut [u8],
 }
 
+impl Scratch<'_> {
+    /// The direction of a texel's centre.
+    fn direction(&self, width: u32, texel: u32) -> [f64; 3] {
+        let (x, y) = (texel % width, texel / width);
+        let row = self.rows.get(y as usize).copied().unwrap_or_default();
+        let column = self.columns.get(x as usize).copied().unwrap_or_default();
+        [row[0] * column[0], row[0] * column[1], row[1]]
+    }
+}
+
+/// A stratum as a directional light.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// The direction towards the light: the centre of the stratum, unit length, world space.
+    pub direction: [f32; 3],
+    /// Radiance x solid angle, summed over the stratum: the irradiance on a surface that faces the light.
+    pub rgb: [f32; 3],
+    /// The luminance of `rgb`.
+    pub luminance: f32,
+    /// The solid angle of the stratum.
+    pub solid_angle: f32,
+    /// The largest angle from the centre to a texel's centre in the stratum, in radians.
+    pub extent: f32,
+}
+
+/// What a light gathers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gathered {
+    rgb: [f64; 3],
+    luminance: f64,
+    solid_angle: f64,
+    chord: f64,
+}
+
+/// Sums the light of a map over the strata that [`stratify`] left in `scratch`; `gathered` is as long as `lights`.
+pub fn gather(
+    config: &Config,
+    (luminance, rgb): (&[f64], &[[f32; 3]]),
+    scratch: &Scratch,
+    centres: &[u32],
+    gathered: &mut [Gathered],
+    to_world: impl Fn([f64; 3]) -> [f32; 3],
+    lights: &mut [Light],
+) {
+    gathered.fill(Gathered::default());
+    for (texel, ((value, colour), label)) in luminance.iter().zip(rgb).zip(scratch.component.iter()).enumerate() {
+        let dw = scratch.rows.get(texel / config.width as usize).map_or(0.0, |row| row[2]);
+        if let (Some(sum), Some(&centre)) = (gathered.get_mut(*label as usize), centres.get(*label as usize)) {
+            for (sum, channel) in sum.rgb.iter_mut().zip(colour) {
+                *sum += f64::from(*channel) * dw;
+            }
+            sum.luminance += value * dw;
+            sum.solid_angle += dw;
+            let [a, b] = [centre, texel as u32].map(|texel| scratch.direction(config.width, texel));
+            let chord = between(a, b);
+            sum.chord = if chord > sum.chord { chord } else { sum.chord };
+        }
+    }
+    for ((light, sum), &centre) in lights.iter_mut().zip(gathered.iter()).zip(centres) {
+        let half_chord = 0.5 * libm::sqrt(sum.chord);
+        *light = Light {
+            direction: to_world(scratch.direction(config.width, centre)),
+            rgb: sum.rgb.map(|channel| channel as f32),
+            luminance: sum.luminance as f32,
+            solid_angle: sum.solid_angle as f32,
+            extent: 2.0 * libm::asin(if half_chord < 1.0 { half_chord } else { 1.0 }) as f32,
+        };
+    }
+}
+
 /// A ball of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ball {
@@ -100,9 +171,9 @@ const NO_TEXEL: u32 = u32::MAX;
 /// A stratification in progress.
 struct Builder<'a, 'b> {
     config: &'b Config,
-    luminance: &'b [f32],
-    scratch: Scratch<'a>,
-    centres: &'a mut [u32],
+    luminance: &'b [f64],
+    scratch: &'b mut Scratch<'a>,
+    centres: &'b mut [u32],
     count: usize,
     /// The sum of luminance x solid angle.
     energy: f64,
@@ -114,7 +185,7 @@ struct Builder<'a, 'b> {
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] for a config that is none, [`Status::MemoryTooSmall`] if an array is too short.
-pub fn stratify(config: &Config, luminance: &[f32], scratch: Scratch, centres: &mut [u32]) -> Result<usize> {
+pub fn stratify(config: &Config, luminance: &[f64], scratch: &mut Scratch, centres: &mut [u32]) -> Result<usize> {
     let texels = config.texels();
     let valid = config.width > 0 && config.height > 0 && texels < NO_TEXEL as usize && config.levels > 0;
     let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
@@ -177,7 +248,7 @@ impl Builder<'_, '_> {
     }
 
     fn value(&self, texel: usize) -> f64 {
-        self.luminance.get(texel).map_or(0.0, |&l| f64::from(l))
+        self.luminance.get(texel).copied().unwrap_or(0.0)
     }
 
     fn solid_angle(&self, texel: usize) -> f64 {
@@ -185,10 +256,7 @@ impl Builder<'_, '_> {
     }
 
     fn direction(&self, texel: u32) -> [f64; 3] {
-        let (x, y) = (texel % self.config.width, texel / self.config.width);
-        let row = self.scratch.rows.get(y as usize).copied().unwrap_or_default();
-        let column = self.scratch.columns.get(x as usize).copied().unwrap_or_default();
-        [row[0] * column[0], row[0] * column[1], row[1]]
+        self.scratch.direction(self.config.width, texel)
     }
 
     /// Gives lights to the components of what is brighter than a threshold.
@@ -443,7 +511,7 @@ impl Builder<'_, '_> {
         let bound = (chord - TIE).max(0.0);
         let squared = bound * bound;
         let mut best = NO_TEXEL;
-        for (number, ball) in balls.iter().enumerate().filter(|(_, ball)| ball.farthest >= squared) {
+        for (number, _) in balls.iter().enumerate().filter(|(_, ball)| ball.farthest >= squared) {
             let group = first + number * GROUP;
             for index in group..(group + GROUP).min(end) {
                 let far = self.scratch.distance.get(index).is_some_and(|&d| d >= squared);

@@ -19,7 +19,7 @@ fn try_run(config: &Config, luminance: &[f32]) -> Result<Strata, Status> {
     let (mut distance, mut is_centre) = (vec![f64::NAN; texels], vec![9; texels]);
     let mut balls = vec![Ball::default(); texels.div_ceil(GROUP) + 1];
     let mut centres = vec![0; config.capacity()];
-    let scratch = Scratch {
+    let mut scratch = Scratch {
         rows: &mut rows,
         columns: &mut columns,
         component: &mut component,
@@ -29,7 +29,8 @@ fn try_run(config: &Config, luminance: &[f32]) -> Result<Strata, Status> {
         balls: &mut balls,
         is_centre: &mut is_centre,
     };
-    let count = stratify(config, luminance, scratch, &mut centres)?;
+    let luminance: Vec<f64> = luminance.iter().map(|&l| f64::from(l)).collect();
+    let count = stratify(config, &luminance, &mut scratch, &mut centres)?;
     centres.truncate(count);
     Ok(Strata { centres, label: component })
 }

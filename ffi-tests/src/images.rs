@@ -5,7 +5,7 @@ use crate::estimator::{Estimator, Method, Setting};
 use crate::measure::shadowed_and_not;
 use crate::reference::Reference;
 use crate::scene::{HEIGHT, Scene, WIDTH};
-use image::{Rgb, RgbImage};
+use image::{GrayImage, Luma};
 
 /// Pixels between neighbouring shading points: see `View::Image`.
 pub const STEP: u32 = 2;
@@ -23,21 +23,21 @@ pub fn sheet(
     reference: &Reference,
     methods: &[Method],
     count: usize,
-) -> Result<RgbImage> {
+) -> Result<GrayImage> {
     let truth: Vec<f64> = reference.values().iter().map(|v| v[0]).collect();
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
     let tone = |value: f64| (0.4 * value / mean).min(1.0).powf(1.0 / 2.2);
     let panel = [WIDTH / STEP, HEIGHT / STEP];
     let columns = methods.len() as u32 + 1;
     let size = [columns * (panel[0] + GAP) - GAP, 2 * panel[1] + GAP];
-    let mut sheet = RgbImage::from_pixel(size[0], size[1], Rgb([255; 3]));
+    let mut sheet = GrayImage::from_pixel(size[0], size[1], Luma([255]));
     let mut draw = |column: u32, row: u32, values: &[f64]| {
         let origin = [column * (panel[0] + GAP), row * (panel[1] + GAP)];
         let pixels = (0..panel[1]).flat_map(|y| (0..panel[0]).map(move |x| [x, y]));
-        pixels.for_each(|[x, y]| sheet.put_pixel(origin[0] + x, origin[1] + y, Rgb([30; 3])));
+        pixels.for_each(|[x, y]| sheet.put_pixel(origin[0] + x, origin[1] + y, Luma([30])));
         for (point, value) in scene.points.iter().zip(values) {
             let grey = (255.0 * value).round() as u8;
-            sheet.put_pixel(origin[0] + point.pixel[0] / STEP, origin[1] + point.pixel[1] / STEP, Rgb([grey; 3]));
+            sheet.put_pixel(origin[0] + point.pixel[0] / STEP, origin[1] + point.pixel[1] / STEP, Luma([grey]));
         }
     };
     draw(0, 0, &truth.iter().map(|&v| tone(v)).collect::<Vec<_>>());

@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn the_library_answers_the_same_points() {
         let (mut ours, mut theirs) = ([[0.0; 2]; 77], [[0.0; 2]; 77]);
-        for (seed, first) in [(1, 0), (0xdead_beef, 5), (7, u32::MAX - 3)] {
+        for (seed, first) in [(1, 0), (0xdead_beef, 5), (7, u32::MAX - 76)] {
             super::sobol(seed, first, &mut ours);
             client::sobol(seed, first, &mut theirs).unwrap();
             assert_eq!(ours, theirs);

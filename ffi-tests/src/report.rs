@@ -52,6 +52,62 @@ pub fn write(out: &mut impl Write, run: &Run, cells: &[Cell], plot: impl Fn(&Cel
     Ok(())
 }
 
+/// Writes a page without the sections of cells, for people who read one page: notes by hand, and a line for each cell.
+///
+/// # Errors
+/// Those of the writer.
+pub fn digest(out: &mut impl Write, run: &Run, cells: &[Cell], notes: &str) -> Result {
+    preamble(out, run)?;
+    writeln!(out, "{}\n", notes.trim())?;
+    for view in views(cells) {
+        let cells: Vec<&Cell> = cells.iter().filter(|cell| cell.scene == view).collect();
+        summary(out, &view, &cells)?;
+        modes(out, &cells)?;
+        limits(out, &cells)?;
+        lines(out, &cells)?;
+    }
+    peer_costs(out, cells)?;
+    pictures(out, run)
+}
+
+/// A line for each cell.
+fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
+    const METHODS: [&str; 6] = ["MIS balance", "MIS compensated", "P(4)", "wis", "wis reuse", "wis tree pool"];
+    let Some(first) = cells.first() else { return Ok(()) };
+    let count = counts(first).into_iter().rev().nth(1).or(counts(first).last().copied()).unwrap_or(1);
+    let methods: Vec<&str> = METHODS.into_iter().filter(|name| row(first, name, count).is_some()).collect();
+    writeln!(
+        out,
+        "Each cell at N = {count}: absolute error of some methods, gain over the best peer [95 %] in both metrics,"
+    )?;
+    writeln!(out, "preparation, a sample in batches of 64, a pdf, bytes of a product, and the largest f L / (p I).\n")?;
+    writeln!(
+        out,
+        "| light | material | {} | limit | best peer | absolute | relative | prepare ns | sample ns | pdf ns | bytes | weight |",
+        methods.join(" | ")
+    )?;
+    writeln!(out, "|---|---|{}---:|---|---:|---:|---:|---:|---:|---:|---:|", "---:|".repeat(methods.len()))?;
+    for cell in cells {
+        write!(out, "| {} | {} ", cell.light, cell.material)?;
+        for method in &methods {
+            write!(out, "| {:.3} ", variance(cell, method, count).unwrap_or(f64::NAN).sqrt())?;
+        }
+        write!(out, "| {:.3} ", limit(cell, count).unwrap_or(f64::NAN).sqrt())?;
+        let best = METRICS.map(|(_, error)| best_peer(cell, count, 0, error));
+        write!(out, "| {} ", best[0].as_ref().map_or("-", |b| b.0.as_str()))?;
+        for best in best {
+            match best {
+                Some((_, [ratio, low, high])) => write!(out, "| {ratio:.2} [{low:.2}, {high:.2}] ")?,
+                None => write!(out, "| - ")?,
+            }
+        }
+        let costs = &cell.costs;
+        let [prepare, sample, pdf] = [costs.prepare, costs.sample[3], costs.pdf];
+        writeln!(out, "| {prepare:.0} | {sample:.0} | {pdf:.0} | {} | {:.0} |", costs.product_bytes, costs.max_weight)?;
+    }
+    writeln!(out)
+}
+
 fn preamble(out: &mut impl Write, run: &Run) -> Result {
     writeln!(out, "# Error against samples and time\n")?;
     writeln!(out, "- Machine: {}\n- Commit: {}\n- Command: `{}`", run.machine, run.commit, run.command)?;
@@ -120,9 +176,12 @@ fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
     for count in counts(first) {
         write!(out, "| {count} ")?;
         for mode in MODES {
-            let errors =
-                cells.iter().filter_map(|cell| row(cell, mode, count)).map(|r| r.median(|r| r.errors[0].absolute));
-            write!(out, "| {:.3} ", geometric_mean(errors.map(f64::sqrt)))?;
+            let errors: Vec<f64> = cells.iter().filter_map(|cell| Some(variance(cell, mode, count)?.sqrt())).collect();
+            if errors.is_empty() {
+                write!(out, "| - ")?;
+            } else {
+                write!(out, "| {:.3} ", geometric_mean(errors.into_iter()))?;
+            }
         }
         writeln!(out, "|")?;
     }

@@ -1,7 +1,7 @@
 //! Environments in C: build, open, and the environment alone as a distribution.
 
 mod build;
-mod request;
+pub(super) mod request;
 mod stored;
 
 use super::{

@@ -21,6 +21,7 @@ pub mod haar;
 pub mod points;
 pub mod pool;
 pub mod product;
+pub mod strata;
 pub mod tree;
 
 mod control;

@@ -42,6 +42,10 @@ struct Options {
     /// Where the page goes
     #[arg(long, default_value = "report")]
     out: PathBuf,
+    /// Also writes a page without the sections of cells to this file, with the notes that stand beside it in
+    /// report-notes.md and its pictures in report/
+    #[arg(long)]
+    docs: Option<PathBuf>,
     /// Where references and measured cells are kept
     #[arg(long, default_value = "build/report")]
     cache: PathBuf,
@@ -93,6 +97,9 @@ fn main() -> Result<()> {
         pictures,
     };
     write(&options.out, &run, &cells)?;
+    if let Some(file) = &options.docs {
+        write_digest(file, &options.out, run, &cells)?;
+    }
     check(&cells)
 }
 
@@ -248,6 +255,23 @@ fn write(folder: &Path, run: &Run, cells: &[Cell]) -> Result<()> {
     let file = folder.join("report.md");
     std::fs::write(&file, page)?;
     println!("The report is {}", file.display());
+    Ok(())
+}
+
+/// Writes the digest beside its notes, with three of the pictures.
+fn write_digest(file: &Path, folder: &Path, run: Run, cells: &[Cell]) -> Result<()> {
+    let beside = file.parent().unwrap_or(Path::new("."));
+    let notes = std::fs::read_to_string(beside.join("report-notes.md")).unwrap_or_default();
+    std::fs::create_dir_all(beside.join("report"))?;
+    let mut pictures = run.pictures.clone();
+    pictures.truncate(4);
+    for (name, _) in &mut pictures {
+        std::fs::copy(folder.join(&*name), beside.join("report").join(&*name))?;
+        *name = format!("report/{name}");
+    }
+    let mut page = String::new();
+    report::digest(&mut page, &Run { pictures, ..run }, cells, &notes)?;
+    std::fs::write(file, page)?;
     Ok(())
 }
 

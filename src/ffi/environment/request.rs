@@ -15,8 +15,8 @@ use core::ffi::c_void;
 
 /// A checked configuration.
 #[derive(Clone, Copy)]
-pub(super) struct Request {
-    pub(super) config: Config,
+pub(in crate::ffi) struct Request {
+    pub(in crate::ffi) config: Config,
     pub(super) flags: u32,
 }
 
@@ -49,7 +49,7 @@ impl Request {
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-pub(super) unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Request, PixelRows)> {
+pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Request, PixelRows)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
     let invalid = Failure::new(Status::InvalidArgument, 1);
@@ -102,7 +102,7 @@ pub(super) unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(R
 }
 
 /// The client's rows: an array or a callback.
-pub(super) struct PixelRows {
+pub(in crate::ffi) struct PixelRows {
     pixels: *const c_void,
     stride: isize,
     row_bytes: usize,

@@ -304,7 +304,7 @@ typedef struct wis_product_config {
   uint32_t cpu_level;
   /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
   uint32_t max_squares;
-  /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 58. At least 18 are spent.
+  /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 64. At least 18 are spent.
   uint32_t max_evaluations;
   /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
   const float *world_from_map;
@@ -351,6 +351,20 @@ typedef struct wis_product_info {
   /// The content id of the environment.
   uint64_t environment;
 } wis_product_info;
+
+/// How to cut a map into strata. Zeros stand for the paper's choices.
+typedef struct wis_strata_config {
+  /// sizeof(wis_strata_config).
+  uint32_t size;
+  /// Lights to place; there may be more where many small bright regions are each worth a light.
+  uint32_t count;
+  /// Layers of brightness, cut at multiples of the map's standard deviation, at most 64; 0: 6.
+  uint32_t levels;
+  /// The solid angle in sr from which on the size of a region does not count; 0: 0.01.
+  float angle_limit;
+  /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity.
+  const float *world_from_map;
+} wis_strata_config;
 
 /// What to build.
 typedef struct wis_tree_config {
@@ -659,6 +673,29 @@ enum wis_status wis_product_invert(const struct wis_environment *environment,
                                    const struct wis_product *product,
                                    const float wi[3],
                                    float u[2]);
+
+/// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
+/// storage, resolution and error budget do not matter.
+enum wis_status wis_strata_size(const struct wis_environment_config *map,
+                                const struct wis_strata_config *config,
+                                struct wis_memory_size *size,
+                                struct wis_diagnostic *diagnostic);
+
+/// Cuts a map into strata and gives each as a directional light (Agarwal et al. 2003): bright regions get more lights
+/// than dark ones of the same energy, and lights of a region stand apart. The lights' `rgb` add up to the integral of
+/// radiance over the sphere. Written are `light_count` lights, in the order of importance in which they were placed; 0
+/// for a black map. The result depends on nothing but the map and the config.
+///
+/// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
+/// number of the light of each texel.
+enum wis_status wis_strata_lights(const struct wis_environment_config *map,
+                                  const struct wis_strata_config *config,
+                                  void *scratch,
+                                  size_t scratch_bytes,
+                                  Light *lights,
+                                  uint32_t *light_count,
+                                  uint32_t *label,
+                                  struct wis_diagnostic *diagnostic);
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
 /// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.

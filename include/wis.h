@@ -366,6 +366,20 @@ typedef struct wis_strata_config {
   const float *world_from_map;
 } wis_strata_config;
 
+/// A stratum as a directional light.
+typedef struct wis_light {
+  /// The direction towards the light: the centre of the stratum, unit length, world space.
+  float direction[3];
+  /// Radiance x solid angle, summed over the stratum: the irradiance on a surface that faces the light.
+  float rgb[3];
+  /// The luminance of `rgb`.
+  float luminance;
+  /// The solid angle of the stratum.
+  float solid_angle;
+  /// The largest angle from the centre to a texel's centre in the stratum, in radians.
+  float extent;
+} wis_light;
+
 /// What to build.
 typedef struct wis_tree_config {
   /// sizeof(wis_tree_config).
@@ -692,7 +706,7 @@ enum wis_status wis_strata_lights(const struct wis_environment_config *map,
                                   const struct wis_strata_config *config,
                                   void *scratch,
                                   size_t scratch_bytes,
-                                  Light *lights,
+                                  struct wis_light *lights,
                                   uint32_t *light_count,
                                   uint32_t *label,
                                   struct wis_diagnostic *diagnostic);

@@ -1,10 +1,18 @@
 //! Structured importance sampling: the oracle's strata, what every stratification has, and hard maps.
 
 mod stored;
+mod support;
 
+use std::ptr::{null, null_mut};
 use stored::{cases, doubles, floats, integer, number};
+use support::{Map, Memory};
+use wis::ffi::MemorySize;
+use wis::ffi::environment::{
+    EnvironmentConfig, WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL,
+};
+use wis::ffi::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
 use wis::status::Status;
-use wis::strata::{Ball, Config, GROUP, Scratch, stratify};
+use wis::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
 
 /// Centres and the label of each texel.
 struct Strata {
@@ -156,4 +164,87 @@ fn hard_maps_have_defined_results() {
         assert_eq!(try_run(&bad, &[1.0; 128]).err(), Some(Status::InvalidArgument));
     }
     assert_eq!(try_run(&config, &[1.0; 127]).err(), Some(Status::InvalidArgument));
+}
+
+/// Lights and labels of a map through the C boundary, with its config.
+fn lights(map: &EnvironmentConfig, config: &StrataConfig) -> Result<(Vec<Light>, Vec<u32>), Status> {
+    let mut size = MemorySize::default();
+    let mut label = vec![u32::MAX; (map.width * map.height) as usize];
+    // SAFETY: all pointers are to live values of the lengths that the header asks for.
+    unsafe {
+        let status = wis_strata_size(map, config, &mut size, null_mut());
+        if status != Status::Ok {
+            return Err(status);
+        }
+        let mut scratch = Memory::filled(size.scratch_bytes, 0x5a);
+        let mut lights = vec![Light::default(); size.bytes / size_of::<Light>()];
+        let mut count = 0;
+        let status = wis_strata_lights(
+            map,
+            config,
+            scratch.pointer(),
+            size.scratch_bytes,
+            lights.as_mut_ptr(),
+            &mut count,
+            label.as_mut_ptr(),
+            null_mut(),
+        );
+        lights.truncate(count as usize);
+        if status == Status::Ok { Ok((lights, label)) } else { Err(status) }
+    }
+}
+
+fn strata_config(count: u32) -> StrataConfig {
+    StrataConfig { size: size_of::<StrataConfig>() as u32, count, levels: 0, angle_limit: 0.0, world_from_map: null() }
+}
+
+#[test]
+fn lights_carry_the_energy_of_their_strata() {
+    let map = Map { pixels: room(96, 48), ..Map::latlong(96, 48, |_, _| 0.0) };
+    let power = map.build(0, WIS_ENVIRONMENT_NEAREST).power(0);
+    let matrix = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6f32];
+    let still = strata_config(80);
+    let turned = StrataConfig { world_from_map: matrix.as_ptr(), ..still };
+    let (lights_of_map, label) = lights(&map.config(0, 0), &still).unwrap();
+    let total: f64 = lights_of_map.iter().map(|l| f64::from(l.luminance)).sum();
+    assert!((total / power - 1.0).abs() < 1e-5, "{total} of {power}");
+    let angle: f64 = lights_of_map.iter().map(|l| f64::from(l.solid_angle)).sum();
+    assert!((angle / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-5);
+    assert!(label.iter().all(|&l| (l as usize) < lights_of_map.len()));
+    let (lights_of_world, same) = lights(&map.config(0, 0), &turned).unwrap();
+    assert_eq!(same, label);
+    for (a, b) in lights_of_map.iter().zip(&lights_of_world) {
+        let d = a.direction;
+        let length = d.iter().map(|c| c * c).sum::<f32>();
+        assert!((length - 1.0).abs() < 1e-6 && a.rgb == [a.luminance; 3] && a.rgb == b.rgb && a.extent > 0.0);
+        for (k, row) in matrix.chunks(3).enumerate() {
+            let world = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+            assert!((world - b.direction[k]).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn bad_maps_and_configs_are_refused() {
+    let map = Map::latlong(16, 8, |x, _| x as f32);
+    let good = strata_config(5);
+    for bad in [
+        StrataConfig { levels: 65, ..good },
+        StrataConfig { angle_limit: -1.0, ..good },
+        StrataConfig { angle_limit: f32::NAN, ..good },
+    ] {
+        assert_eq!(lights(&map.config(0, 0), &bad).err(), Some(Status::InvalidArgument));
+    }
+    let octahedral = Map::latlong(8, 8, |_, _| 1.0);
+    let config = EnvironmentConfig { layout: WIS_LAYOUT_OCTAHEDRAL, ..octahedral.config(0, 0) };
+    assert_eq!(lights(&config, &good).err(), Some(Status::InvalidArgument));
+    let mut invalid = map.clone();
+    invalid.pixels[9] = f32::NAN;
+    assert_eq!(lights(&invalid.config(0, 0), &good).err(), Some(Status::InvalidTexel));
+    invalid.pixels[30] = f32::INFINITY;
+    let (sound, _) = lights(&invalid.config(0, WIS_ENVIRONMENT_SANITISE), &good).unwrap();
+    assert!(!sound.is_empty() && sound.iter().all(|l| l.luminance.is_finite()));
+    let black = Map::latlong(16, 8, |_, _| 0.0);
+    assert_eq!(lights(&black.config(0, 0), &good).unwrap(), (vec![], vec![0; 128]));
+    assert_eq!(lights(&map.config(0, 0), &strata_config(0)).unwrap().0, vec![]);
 }

@@ -7,11 +7,13 @@ use crate::scene::{Scene, numbers};
 use wis::descent::Sample;
 use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
+use wis::ffi::strata::StrataConfig;
 use wis::ffi::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::pool::Pick;
 use wis::query::Query;
 use wis::status::Status;
+use wis::strata::Light;
 
 /// Calls `test` with every parameter of every function.
 fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
@@ -26,7 +28,7 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 /// The pointers of which the header says that they may be null.
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
-        "diagnostic" | "world_from_map" => true,
+        "diagnostic" | "world_from_map" | "label" => true,
         "info" => function.name != "wis_product_describe",
         _ => false,
     }
@@ -40,6 +42,8 @@ fn alignment(parameter: &Parameter) -> usize {
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),
         "wis_pick" => align_of::<Pick>(),
+        "wis_light" => align_of::<Light>(),
+        "wis_strata_config" => align_of::<StrataConfig>(),
         "wis_query" => align_of::<Query>(),
         "wis_memory_size" => align_of::<MemorySize>(),
         "wis_diagnostic" => align_of::<Diagnostic>(),

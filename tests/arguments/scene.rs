@@ -8,6 +8,7 @@ use wis::descent::Sample;
 use wis::ffi::environment::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
+use wis::ffi::strata::*;
 use wis::ffi::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
@@ -44,6 +45,7 @@ pub struct Scene {
     environment: Vec<u8>,
     product_size: MemorySize,
     pool_size: MemorySize,
+    strata_size: MemorySize,
     product: Vec<u8>,
     tree_size: MemorySize,
     tree: Vec<u8>,
@@ -60,6 +62,7 @@ impl Scene {
             environment: Vec::new(),
             product_size: MemorySize::default(),
             pool_size: MemorySize::default(),
+            strata_size: MemorySize::default(),
             product: Vec::new(),
             tree_size: MemorySize::default(),
             tree: Vec::new(),
@@ -102,6 +105,10 @@ impl Scene {
         unsafe {
             expect_ok(wis_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
+            let (map, strata) = (self.environment_config(), strata_config());
+            let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
+            let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
+            expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
             self.pool_size.scratch_bytes = self.pool_size.bytes;
             let memory = Block::unwritten(self.product_size.bytes);
             let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
@@ -162,6 +169,8 @@ impl Scene {
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
             "const wis_environment_config *config" => self.environment_config(),
+            "const wis_environment_config *map" => self.environment_config(),
+            "const wis_strata_config *config" => strata_config(),
             "const wis_product_config *config" => product_config(),
             "const wis_tree_config *config" => self.tree_config(),
             "const wis_query *query" => query(),
@@ -190,7 +199,9 @@ impl Scene {
             "float *wi" | "float *f_cos" => unwritten(12 * count),
             "float *out" => unwritten(8 * count),
             "float *pdf" => unwritten(4 * count),
-            "uint32_t *covers" | "uint32_t *pick_count" => unwritten(4),
+            "uint32_t *covers" | "uint32_t *pick_count" | "uint32_t *light_count" => unwritten(4),
+            "uint32_t *label" => unwritten(4 * (WIDTH * HEIGHT) as usize),
+            "wis_light *lights" => unwritten(self.strata_size.bytes),
             "const float *weight" => numbers(&[1.0f32, 0.0, 2.0]),
             "wis_pick *pick" => unwritten(2 * size_of::<Pick>()),
             "double *weight_sum" => unwritten(8),
@@ -222,6 +233,7 @@ impl Scene {
             name if name.starts_with("wis_tree") => self.tree_size,
             name if name.starts_with("wis_product") => self.product_size,
             name if name.starts_with("wis_pool") => self.pool_size,
+            name if name.starts_with("wis_strata") => self.strata_size,
             _ => self.environment_size,
         }
     }
@@ -292,6 +304,14 @@ pub fn numbers<T: Copy>(values: &[T]) -> Vec<u8> {
 }
 
 /// A struct that only its size is known of.
+/// Three lights.
+fn strata_config() -> Vec<u8> {
+    plain(|config: &mut StrataConfig| {
+        config.size = size_of::<StrataConfig>() as u32;
+        config.count = 3;
+    })
+}
+
 fn sized(size: usize) -> Vec<u8> {
     let mut bytes = vec![SENTINEL; size];
     bytes[..4].copy_from_slice(&(size as u32).to_ne_bytes());

@@ -5,6 +5,7 @@ use wis::ffi::haar::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
+use wis::ffi::strata::*;
 use wis::ffi::tree::*;
 use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
 
@@ -57,6 +58,8 @@ pub const TABLE: &[Entry] = table! {
     wis_product_size(config, size, diagnostic);
     wis_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
     wis_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
+    wis_strata_size(map, config, size, diagnostic);
+    wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
     wis_pool_size(count, size);
     wis_pool_pick(
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,

@@ -82,6 +82,8 @@ pub struct Scratch<'a> {
 impl Scratch<'_> {
     /// The direction of a texel's centre.
     fn direction(&self, width: u32, texel: u32) -> [f64; 3] {
+        // A width of 0 was refused; said again, it leaves no panic path.
+        let width = width.max(1);
         let (x, y) = (texel % width, texel / width);
         let row = self.rows.get(y as usize).copied().unwrap_or_default();
         let column = self.columns.get(x as usize).copied().unwrap_or_default();
@@ -126,7 +128,7 @@ pub fn gather(
 ) {
     gathered.fill(Gathered::default());
     for (texel, ((value, colour), label)) in luminance.iter().zip(rgb).zip(scratch.component.iter()).enumerate() {
-        let dw = scratch.rows.get(texel / config.width as usize).map_or(0.0, |row| row[2]);
+        let dw = scratch.rows.get(texel / config.width.max(1) as usize).map_or(0.0, |row| row[2]);
         if let (Some(sum), Some(&centre)) = (gathered.get_mut(*label as usize), centres.get(*label as usize)) {
             for (sum, channel) in sum.rgb.iter_mut().zip(colour) {
                 *sum += f64::from(*channel) * dw;
@@ -187,13 +189,13 @@ struct Builder<'a, 'b> {
 /// [`Status::InvalidArgument`] for a config that is none, [`Status::MemoryTooSmall`] if an array is too short.
 pub fn stratify(config: &Config, luminance: &[f64], scratch: &mut Scratch, centres: &mut [u32]) -> Result<usize> {
     let texels = config.texels();
-    let valid = config.width > 0 && config.height > 0 && texels < NO_TEXEL as usize && config.levels > 0;
-    let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
-    if !valid
-        || luminance.len() != texels
-        || !positive(config.angle_limit)
-        || !(config.radiance_exponent >= 0.0 && config.angle_exponent >= 0.0)
-    {
+    let sound_map = config.width > 0 && config.height > 0 && texels < NO_TEXEL as usize && luminance.len() == texels;
+    let in_range = |exponent: f64| (0.0..f64::INFINITY).contains(&exponent);
+    let sound_metric = config.angle_limit > 0.0
+        && in_range(config.angle_limit)
+        && in_range(config.radiance_exponent)
+        && in_range(config.angle_exponent);
+    if !(sound_map && sound_metric && config.levels > 0) {
         return Err(Status::InvalidArgument);
     }
     let long_enough = scratch.rows.len() >= config.height as usize
@@ -201,7 +203,7 @@ pub fn stratify(config: &Config, luminance: &[f64], scratch: &mut Scratch, centr
         && [scratch.component.len(), scratch.members.len(), scratch.start.len()].iter().all(|&len| len >= texels)
         && scratch.distance.len() >= texels
         && scratch.is_centre.len() >= texels
-        && scratch.balls.len() >= texels.div_ceil(GROUP) + 1
+        && scratch.balls.len() > texels.div_ceil(GROUP)
         && centres.len() >= config.capacity();
     if !long_enough {
         return Err(Status::MemoryTooSmall);
@@ -252,7 +254,7 @@ impl Builder<'_, '_> {
     }
 
     fn solid_angle(&self, texel: usize) -> f64 {
-        self.scratch.rows.get(texel / self.config.width as usize).map_or(0.0, |row| row[2])
+        self.scratch.rows.get(texel / self.config.width.max(1) as usize).map_or(0.0, |row| row[2])
     }
 
     fn direction(&self, texel: u32) -> [f64; 3] {
@@ -351,7 +353,7 @@ impl Builder<'_, '_> {
             sum += size;
         }
         let Config { width, height, .. } = *self.config;
-        let (across, down) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+        let (across, down) = (width.div_ceil(BLOCK).max(1), height.div_ceil(BLOCK));
         for block in 0..across * down {
             let (x0, y0) = (block % across * BLOCK, block / across * BLOCK);
             for y in y0..(y0 + BLOCK).min(height) {

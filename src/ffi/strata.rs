@@ -132,7 +132,7 @@ unsafe fn run(
 
 /// Reads all texels; +Inf becomes the largest finite luminance, in grey.
 fn decode(request: &Request, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Checked<()> {
-    let width = request.config.width as usize;
+    let width = request.config.width.max(1) as usize;
     let mut largest = 0.0;
     for ((y, values), colours) in (0..).zip(luminance.chunks_exact_mut(width)).zip(rgb.chunks_exact_mut(width)) {
         let summary = kernel::decode(&request.map, &request.rows, y, values, colours);

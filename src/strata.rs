@@ -409,12 +409,7 @@ impl Builder<'_, '_> {
             self.approach(first, end, brightest);
             added - 1
         } else {
-            for index in first..end {
-                let texel = self.member(index);
-                if self.scratch.is_centre.get(texel as usize) == Some(&1) {
-                    self.approach(first, end, texel);
-                }
-            }
+            self.settle(first, end, |this, centre| this.component(centre) == component, |_, _, _| {});
             added
         };
         for _ in 0..rest {
@@ -526,41 +521,75 @@ impl Builder<'_, '_> {
         best
     }
 
-    /// Writes the number of the nearest centre for each texel: for each group only centres that can be nearest to any
-    /// of its members are tried. The first of equal ones wins.
+    /// Writes the number of the nearest centre for each texel. The first of equal ones wins.
     fn label(&mut self) {
-        // All texels are one component after the last layer: its members are all texels, block by block.
+        // After the last layer all texels are one component: its members are all texels, block by block.
         let end = self.config.texels();
         self.enclose(0, end);
-        let mut group = 0;
+        self.settle(
+            0,
+            end,
+            |_, _| true,
+            |this, texel, number| {
+                if let Some(label) = this.scratch.component.get_mut(texel as usize) {
+                    *label = number;
+                }
+            },
+        );
+    }
+
+    /// Finds the nearest of the centres that count for each member. For a group only those are tried that can be nearest
+    /// to any of its members; `claim` hears of a member and the number of a centre that is nearer than those before.
+    fn settle(
+        &mut self,
+        first: usize,
+        end: usize,
+        counts: impl Fn(&Self, u32) -> bool,
+        claim: impl Fn(&mut Self, u32, u32),
+    ) {
+        let mut group = first;
         while group < end {
             let last = (group + GROUP).min(end);
-            let ball = self.scratch.balls.get(group / GROUP).copied().unwrap_or_default();
+            let number = (group - first) / GROUP;
+            let ball = self.scratch.balls.get(number).copied().unwrap_or_default();
             let mut nearest = f64::INFINITY;
-            for &centre in self.centres.iter().take(self.count) {
-                nearest = nearest.min(between(ball.centre, self.direction(centre)));
+            for index in 0..self.count {
+                let centre = self.centre(index);
+                if counts(self, centre) {
+                    nearest = nearest.min(between(ball.centre, self.direction(centre)));
+                }
             }
             let reach = libm::sqrt(nearest) + 2.0 * ball.radius + TIE;
-            for number in 0..self.count {
-                let centre = self.direction(self.centres.get(number).copied().unwrap_or(0));
-                if between(ball.centre, centre) <= reach * reach {
-                    self.claim(group, last, centre, number as u32);
+            for index in 0..self.count {
+                let centre = self.centre(index);
+                if counts(self, centre) {
+                    let direction = self.direction(centre);
+                    if between(ball.centre, direction) <= reach * reach {
+                        self.approach_group(group, last, direction, |this, texel| claim(this, texel, index as u32));
+                    }
                 }
+            }
+            let distances = self.scratch.distance.get(group..last).unwrap_or(&[]);
+            let farthest = distances.iter().fold(0.0f64, |farthest, &d| farthest.max(d));
+            if let Some(ball) = self.scratch.balls.get_mut(number) {
+                ball.farthest = farthest;
             }
             group = last;
         }
     }
 
-    /// Gives members to a centre that is nearer than those before.
-    fn claim(&mut self, first: usize, last: usize, centre: [f64; 3], number: u32) {
-        for index in first..last {
+    fn centre(&self, index: usize) -> u32 {
+        self.centres.get(index).copied().unwrap_or(0)
+    }
+
+    /// Tells the members of a group of a centre; `claim` hears of those to which it is the nearest so far.
+    fn approach_group(&mut self, group: usize, last: usize, centre: [f64; 3], claim: impl Fn(&mut Self, u32)) {
+        for index in group..last {
             let texel = self.member(index);
             let squared = between(centre, self.direction(texel));
             if let Some(slot) = self.scratch.distance.get_mut(index).filter(|slot| squared < **slot) {
                 *slot = squared;
-                if let Some(label) = self.scratch.component.get_mut(texel as usize) {
-                    *label = number;
-                }
+                claim(self, texel);
             }
         }
     }

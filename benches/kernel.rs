@@ -15,7 +15,9 @@ use support::{Environment, Map, Memory, Product, Random, ggx, lambert, product_c
 use wis::ffi::MemorySize;
 use wis::ffi::environment::*;
 use wis::ffi::haar::wis_haar_forward;
+use wis::ffi::pool::wis_pool_pick;
 use wis::ffi::product::*;
+use wis::pool::Pick;
 use wis::query::{Lobe, Query};
 use wis::status::Status;
 use wis::{inner, warp};
@@ -169,9 +171,36 @@ fn trees(criterion: &mut Criterion) {
     group.finish();
 }
 
+fn pool(criterion: &mut Criterion) {
+    let mut random = stored::Random(2);
+    let mut group = criterion.benchmark_group("pool pick");
+    for picks in BATCHES {
+        let count = 4 * picks;
+        let mut direction = || [random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5];
+        let wi: Vec<[f32; 3]> = (0..count).map(|_| direction()).collect();
+        let weight: Vec<f32> = (0..count).map(|i| (i % 5) as f32).collect();
+        let mut scratch = Memory::filled(16 * count, 0);
+        let (bytes, mut chosen) = (scratch.len(), vec![Pick::default(); picks]);
+        group.throughput(Throughput::Elements(picks as u64));
+        group.bench_function(picks.to_string(), |bencher| {
+            bencher.iter(|| {
+                let (mut used, mut sum) = (0, 0.0);
+                let (wi, weight) = (black_box(wi.as_ptr()).cast(), weight.as_ptr());
+                let (memory, out, n) = (scratch.pointer(), chosen.as_mut_ptr(), picks as u32);
+                // SAFETY: all arrays are as long as the header asks for.
+                let status = unsafe {
+                    wis_pool_pick(count, wi, 0, weight, 0, n, 0.4, memory, bytes, out, &mut used, &mut sum, null_mut())
+                };
+                assert_eq!(status, Status::Ok);
+            });
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = kernel;
     config = Criterion::default().warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = environment_build, environment_sample, product_prepare, product_sample, product_pdf, trees
+    targets = environment_build, environment_sample, product_prepare, product_sample, product_pdf, pool, trees
 }
 criterion_main!(kernel);

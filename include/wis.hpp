@@ -125,6 +125,13 @@ public:
     }
     const wis_product *get() const noexcept { return handle_; }
 
+    /// Whether a hit may use the product: see reuse_cone.
+    status covers(const environment &light, const wis_query &query, bool &out) const {
+        std::uint32_t answer = 0;
+        const status asked = wis_product_covers(light.get(), handle_, &query, &answer);
+        out = answer == 1;
+        return pass(asked);
+    }
     status estimate(const environment &light, double &luminance) const {
         return pass(wis_product_estimate(light.get(), handle_, &luminance));
     }

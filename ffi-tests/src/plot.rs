@@ -36,7 +36,7 @@ fn microseconds(row: &Row) -> f64 {
 /// # Errors
 /// The file cannot be written.
 pub fn write(cell: &Cell, file: &Path) -> Result<()> {
-    let root = SVGBackend::new(file, (1680, 1110)).into_drawing_area();
+    let root = SVGBackend::new(file, (1680, 1132)).into_drawing_area();
     draw(cell, &root).and_then(|()| Ok(root.present()?)).map_err(|error| anyhow!("{}: {error}", file.display()))
 }
 
@@ -44,7 +44,7 @@ fn draw(cell: &Cell, root: &Panel) -> Result<(), Box<dyn std::error::Error>> {
     root.fill(&WHITE)?;
     let title = format!("{}, {}, {}: root mean squared error", cell.scene, cell.light, cell.material);
     let root = root.titled(&title, ("sans-serif", 24))?;
-    let (key, grid) = root.split_vertically(34);
+    let (key, grid) = root.split_vertically(56);
     draw_key(&key, &methods(cell))?;
     let panels = grid.split_evenly((REGIONS.len() - 1, COLUMNS.len()));
     for (i, panel) in panels.iter().enumerate() {
@@ -78,17 +78,23 @@ fn style(index: usize, name: &str) -> ShapeStyle {
     match name {
         "wis" => BLACK.stroke_width(3),
         "wis + MIS" => RGBColor(130, 130, 130).stroke_width(3),
+        "wis reuse" => RGBColor(90, 0, 90).stroke_width(3),
+        "wis pool" => RGBColor(0, 100, 0).stroke_width(3),
+        "wis tree pool" => RGBColor(120, 60, 0).stroke_width(3),
         "wis biased" | "wis ratio" => RGBColor(170, 170, 170).stroke_width(2),
         "limit" | "limit, pooled" => RGBColor(255, 190, 0).stroke_width(2),
         _ => COLOURS[index % COLOURS.len()].stroke_width(1),
     }
 }
 
+/// Names in a row of the key.
+const IN_A_ROW: usize = 9;
+
 fn draw_key(area: &Panel, names: &[&str]) -> Result<(), Box<dyn std::error::Error>> {
     for (i, name) in names.iter().enumerate() {
-        let x = 10 + 110 * i as i32;
-        area.draw(&PathElement::new([(x, 17), (x + 24, 17)], style(i, name)))?;
-        area.draw(&Text::new(name.to_string(), (x + 30, 10), ("sans-serif", 15)))?;
+        let (x, y) = (20 + 180 * (i % IN_A_ROW) as i32, 14 + 22 * (i / IN_A_ROW) as i32);
+        area.draw(&PathElement::new([(x, y), (x + 24, y)], style(i, name)))?;
+        area.draw(&Text::new(name.to_string(), (x + 30, y - 7), ("sans-serif", 15)))?;
     }
     Ok(())
 }

@@ -1,4 +1,5 @@
-//! Plots of a cell: error against samples and against time, in each region and both metrics, as one SVG.
+//! Plots of a cell: error against samples and against time, without shadows, and in each region and both metrics, as
+//! one SVG.
 
 use crate::measure::{Cell, Errors, REGIONS, Row};
 use anyhow::{Result, anyhow};
@@ -23,6 +24,14 @@ const COLUMNS: [Axes; 4] = [
     Axes { title: "microseconds", abscissa: microseconds, metric: "relative", error: |e| e.relative },
 ];
 
+/// For all pixels together: without shadows, then with them.
+const WHOLE: [Axes; 4] = [
+    Axes { title: "samples", abscissa: samples, metric: "unshadowed", error: |e| e.unshadowed },
+    Axes { title: "microseconds", abscissa: microseconds, metric: "unshadowed", error: |e| e.unshadowed },
+    Axes { title: "samples", abscissa: samples, metric: "absolute", error: |e| e.absolute },
+    Axes { title: "microseconds", abscissa: microseconds, metric: "absolute", error: |e| e.absolute },
+];
+
 fn samples(row: &Row) -> f64 {
     row.count as f64
 }
@@ -36,7 +45,7 @@ fn microseconds(row: &Row) -> f64 {
 /// # Errors
 /// The file cannot be written.
 pub fn write(cell: &Cell, file: &Path) -> Result<()> {
-    let root = SVGBackend::new(file, (1680, 1132)).into_drawing_area();
+    let root = SVGBackend::new(file, (1680, 1482)).into_drawing_area();
     draw(cell, &root).and_then(|()| Ok(root.present()?)).map_err(|error| anyhow!("{}: {error}", file.display()))
 }
 
@@ -46,9 +55,11 @@ fn draw(cell: &Cell, root: &Panel) -> Result<(), Box<dyn std::error::Error>> {
     let root = root.titled(&title, ("sans-serif", 24))?;
     let (key, grid) = root.split_vertically(56);
     draw_key(&key, &methods(cell))?;
-    let panels = grid.split_evenly((REGIONS.len() - 1, COLUMNS.len()));
+    let panels = grid.split_evenly((REGIONS.len(), COLUMNS.len()));
     for (i, panel) in panels.iter().enumerate() {
-        draw_panel(cell, panel, 1 + i / COLUMNS.len(), &COLUMNS[i % COLUMNS.len()])?;
+        let (region, column) = (i / COLUMNS.len(), i % COLUMNS.len());
+        let axes = if region == 0 { &WHOLE } else { &COLUMNS };
+        draw_panel(cell, panel, region, &axes[column])?;
     }
     Ok(())
 }
@@ -81,7 +92,8 @@ fn style(index: usize, name: &str) -> ShapeStyle {
         "wis reuse" => RGBColor(90, 0, 90).stroke_width(3),
         "wis pool" => RGBColor(0, 100, 0).stroke_width(3),
         "wis tree pool" => RGBColor(120, 60, 0).stroke_width(3),
-        "wis biased" | "wis ratio" => RGBColor(170, 170, 170).stroke_width(2),
+        "wis biased" => RGBColor(170, 170, 170).stroke_width(2),
+        "wis ratio" => RGBColor(210, 210, 210).stroke_width(2),
         "limit" | "limit, pooled" => RGBColor(255, 190, 0).stroke_width(2),
         _ => COLOURS[index % COLOURS.len()].stroke_width(1),
     }

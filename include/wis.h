@@ -70,7 +70,9 @@
 /// 16-bit floats.
 #define WIS_FORMAT_F16 2
 
-/// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels.
+/// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
+/// to the library, cells in which light varies much (a sun, the edge of a lamp) are divided further, down to 16384
+/// along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
 #define WIS_STORAGE_PYRAMID 1
 
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
@@ -192,7 +194,7 @@ typedef struct wis_environment_config {
   /// WIS_STORAGE_*.
   uint32_t storage;
   /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
-  /// as texels.
+  /// as texels, and of a pyramid finer ones where light varies within them.
   uint32_t resolution;
   /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
   /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
@@ -436,8 +438,8 @@ uint32_t wis_cpu_detect(void);
 /// WIS_VERSION of the library that is linked.
 uint32_t wis_version(void);
 
-/// The bytes that an environment needs: exactly for a pyramid, at most for sparse storage (the bytes that are in use
-/// stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
+/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
 /// wis_environment_finish may then be called again).
 enum wis_status wis_environment_size(const struct wis_environment_config *config,
                                      struct wis_memory_size *size,

@@ -8,7 +8,7 @@ pub(crate) use crate::numeric::ONE_MINUS_EPSILON;
 use crate::numeric::{inverse_power, max, min, sqrt};
 use crate::sphere::{self, Frame, SPHERE, unit};
 use crate::status::{Result, Status};
-use crate::tree::MAX_DEPTH;
+use crate::tree::MAX_REFINED;
 use crate::warp::{clamp_u, place, quad_density, take_quad, undo_quad};
 use glam::Vec3;
 
@@ -49,7 +49,7 @@ impl Cell {
 
     /// Whether the cell is not finer than the finest that there is: a damaged tree ends here.
     fn is_allowed(self) -> bool {
-        self.level <= MAX_DEPTH
+        self.level <= MAX_REFINED
     }
 
     fn contains(self, s: [f32; 2]) -> bool {
@@ -74,14 +74,14 @@ struct Path {
 impl Path {
     #[inline(always)]
     fn to(s: [f32; 2]) -> Path {
-        const CELLS: f32 = (1 << MAX_DEPTH) as f32;
+        const CELLS: f32 = (1 << MAX_REFINED) as f32;
         Path { s, finest: s.map(|s| (s * CELLS) as u32) }
     }
 
-    /// The child at a level below [`MAX_DEPTH`].
+    /// The child at a level below [`MAX_REFINED`].
     #[inline(always)]
     fn child(&self, level: u32) -> u32 {
-        let shift = (MAX_DEPTH - 1).wrapping_sub(level) & 31;
+        let shift = (MAX_REFINED - 1).wrapping_sub(level) & 31;
         let [i, j] = self.finest;
         2 * (i >> shift & 1) + (j >> shift & 1)
     }
@@ -90,7 +90,7 @@ impl Path {
     #[inline(always)]
     fn offset(&self, level: u32) -> [f32; 2] {
         let scale = (1u32 << (level & 31)) as f32;
-        let shift = MAX_DEPTH.wrapping_sub(level) & 31;
+        let shift = MAX_REFINED.wrapping_sub(level) & 31;
         let [i, j] = self.finest;
         [self.s[0] * scale - (i >> shift) as f32, self.s[1] * scale - (j >> shift) as f32]
     }
@@ -141,7 +141,7 @@ fn density_at<D: Density>(density: &D, s: [f32; 2]) -> f32 {
         let c = path.child(level);
         product *= quad_density(masses, c);
         level += 1;
-        (product > 0.0 && level <= MAX_DEPTH).then_some(c)
+        (product > 0.0 && level <= MAX_REFINED).then_some(c)
     });
     corners.map_or(0.0, |corners| product * bilinear_density(corners, path.offset(level)))
 }
@@ -223,7 +223,7 @@ pub fn invert<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<[f
         return Err(Status::ZeroDensity);
     }
     let path = Path::to(s);
-    let mut steps = [([0.0f32; 4], 0u32); MAX_DEPTH as usize];
+    let mut steps = [([0.0f32; 4], 0u32); MAX_REFINED as usize];
     let mut level = 0;
     let corners = density.walk(|masses| {
         let c = path.child(level);

@@ -1,8 +1,9 @@
 //! Building an environment: decode rows, integrate cells, then the trees. Rows of the first two passes are
 //! independent of each other, so the caller's threads may share them and the bits stay the same.
 
-use super::integrate::{Texels, cell_average, neighbour};
+use super::integrate::{Texels, cell_average, cell_moments, neighbour};
 use super::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
+use super::refine::{Refined, variation};
 use super::{Header, Storage};
 use crate::morton;
 use crate::numeric::{exp2i, exponent};
@@ -32,6 +33,8 @@ pub struct Config {
     pub rgb: bool,
     /// Invalid texels are replaced and counted, not rejected.
     pub sanitise: bool,
+    /// Cells of a pyramid are refined where light varies within them.
+    pub refined: bool,
 }
 
 /// No cell is darker than this share of the mean, unless it is to stay exactly 0 (rule 16).
@@ -45,6 +48,18 @@ impl Config {
     /// Cells per axis that are integrated: at least 2, since a cell must lie in one quadrant.
     pub fn cells(&self) -> u32 {
         1 << self.depth.clamp(1, MAX_DEPTH)
+    }
+
+    /// The most squares below cells.
+    pub fn room(&self) -> usize {
+        // A few per cent of a large map; enough for a sun in a small one.
+        let share = (1usize << (2 * self.depth)) / 64;
+        if self.refined { share.max(4096) } else { 0 }
+    }
+
+    /// Marks for the cells.
+    pub fn marks(&self) -> usize {
+        if self.refined { (1usize << (2 * self.depth)).div_ceil(32) } else { 0 }
     }
 
     /// The number of texels.
@@ -95,9 +110,9 @@ pub fn replacement(rows: &[RowSummary]) -> f64 {
 }
 
 /// Texels with what the client's bilinear look-up spreads to them.
-struct Dilated<'a> {
-    config: &'a Config,
-    decoded: Decoded<'a>,
+pub(super) struct Dilated<'a> {
+    pub(super) config: &'a Config,
+    pub(super) decoded: Decoded<'a>,
 }
 
 impl Dilated<'_> {
@@ -144,6 +159,14 @@ impl Texels<1> for Dilated<'_> {
     }
 }
 
+/// Luminance and its square.
+impl Texels<2> for Dilated<'_> {
+    fn texel(&self, x: u32, y: u32) -> [f64; 2] {
+        let [luminance] = self.texel(x, y);
+        [luminance, luminance * luminance]
+    }
+}
+
 impl Texels<4> for Dilated<'_> {
     fn texel(&self, x: u32, y: u32) -> [f64; 4] {
         self.average(x, y, |index| {
@@ -153,21 +176,41 @@ impl Texels<4> for Dilated<'_> {
     }
 }
 
-/// Second pass: the average luminance and, if kept, RGB over the cells of row `i` of the square (axis 1).
-pub fn integrate(config: &Config, decoded: Decoded, i: u32, luminance: &mut [f64], rgb: &mut [[f32; 3]]) {
+/// A row of integrated cells; what is not kept is empty.
+pub struct Row<'a> {
+    /// Average luminance.
+    pub luminance: &'a mut [f64],
+    /// What varies within cells.
+    pub variation: &'a mut [f32],
+    /// Average RGB.
+    pub rgb: &'a mut [[f32; 3]],
+}
+
+/// Second pass: the cells of row `i` of the square (axis 1).
+pub fn integrate(config: &Config, decoded: Decoded, i: u32, row: Row) {
     let texels = Dilated { config, decoded };
-    let cells = config.cells();
-    if rgb.is_empty() {
-        for (j, out) in (0..cells).zip(luminance) {
-            let [average] = cell_average::<1>(&config.pixels, &texels, cells, i, j);
-            *out = average;
-        }
-    } else {
-        for ((j, out), colour) in (0..cells).zip(luminance).zip(rgb) {
-            let [average, r, g, b] = cell_average::<4>(&config.pixels, &texels, cells, i, j);
-            *out = average;
-            *colour = [r as f32, g as f32, b as f32];
-        }
+    let (pixels, cells) = (&config.pixels, config.cells());
+    let area = 1.0 / (f64::from(cells) * f64::from(cells));
+    let exact = !matches!(pixels.layout, Layout::Cube);
+    let (mut variations, mut colours) = (row.variation.iter_mut(), row.rgb.iter_mut());
+    for (j, out) in (0..cells).zip(row.luminance) {
+        let moments = variations.next().map(|slot| {
+            let moments = cell_moments(pixels, &texels, cells, i, j);
+            *slot = variation(moments, area);
+            moments
+        });
+        *out = match (colours.next(), moments) {
+            (Some(colour), _) => {
+                let [average, r, g, b] = cell_average::<4>(pixels, &texels, cells, i, j);
+                *colour = [r as f32, g as f32, b as f32];
+                average
+            }
+            (None, Some([average, _])) if exact => average,
+            (None, _) => {
+                let [average] = cell_average::<1>(pixels, &texels, cells, i, j);
+                average
+            }
+        };
     }
 }
 
@@ -176,11 +219,14 @@ pub fn integrate(config: &Config, decoded: Decoded, i: u32, luminance: &mut [f64
 pub struct Grid<'a> {
     /// Average luminance.
     pub luminance: &'a [f64],
+    /// What varies within cells; empty if none is to be refined.
+    pub variation: &'a [f32],
     /// Average RGB; empty if not kept.
     pub rgb: &'a [[f32; 3]],
 }
 
-/// The complete trees, in heap order; each slice has one entry per square, or none if that tree is not kept.
+/// The trees: squares in heap order, then those below cells. Each slice has one entry per square, or none if that tree
+/// is not kept.
 pub struct Trees<'a> {
     /// Luminance.
     pub plain: &'a mut [[f32; 4]],
@@ -191,38 +237,64 @@ pub struct Trees<'a> {
 }
 
 /// The mean luminance over the sphere, in the units of the input.
-fn mean(grid: &Grid, cells: u32) -> f64 {
+pub(super) fn mean(grid: &Grid, cells: u32) -> f64 {
     let rows = grid.luminance.chunks_exact(cells.max(1) as usize);
     let sum: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     sum / (f64::from(cells) * f64::from(cells))
 }
 
-/// Builds the complete trees and the header's numbers. A black map leaves every average 0.
+/// Builds the trees and the header's numbers. A black map leaves every average 0.
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] if a slice has the wrong length.
-pub fn complete(config: &Config, grid: &Grid, trees: &mut Trees, header: &mut Header) -> Result<()> {
+pub fn complete(
+    config: &Config,
+    grid: &Grid,
+    refined: &[Refined],
+    trees: &mut Trees,
+    header: &mut Header,
+) -> Result<()> {
     let cells = config.cells();
     let mean = mean(grid, cells);
     header.power = 4.0 * PI * mean;
     header.exponent = if mean > 0.0 { exponent(mean) } else { 0 };
     let normal = Normaliser::new(header.exponent);
     let mean = normal.apply(mean);
-    let value = |t: [u32; 2]| floored(config, normal.apply(at(grid.luminance, t, cells)), mean);
-    let compensated = |t: [u32; 2]| {
-        let e = value(t);
+    let value = |luminance: f64| floored(config, normal.apply(luminance), mean);
+    let compensated = |luminance: f64| {
+        let e = value(luminance);
         let above = e - mean;
         if above > e * COMPENSATED { above } else { e * COMPENSATED }
     };
-    header.average = fill(config.depth, trees.plain, value)?;
+    let colour = |c: [f32; 3]| c.map(|c| normal.apply(c.into()));
+    let light = |t: [u32; 2]| at(grid.luminance, t, cells);
+    let (heap, below) = halves(trees.plain, refined)?;
+    header.average = fill(config.depth, heap, |t| value(light(t)))?;
+    for (square, from) in below.iter_mut().zip(refined) {
+        *square = from.luminance.map(|l| value(l) as f32);
+    }
     if config.compensated {
-        header.compensated_average = fill(config.depth, trees.compensated, compensated)?;
+        let (heap, below) = halves(trees.compensated, refined)?;
+        header.compensated_average = fill(config.depth, heap, |t| compensated(light(t)))?;
+        for (square, from) in below.iter_mut().zip(refined) {
+            *square = from.luminance.map(|l| compensated(l) as f32);
+        }
     }
     if config.rgb {
-        header.rgb_average =
-            fill_rgb(config.depth, trees.rgb, |t| at(grid.rgb, t, cells).map(|c| normal.apply(c.into())))?;
+        let (heap, below) = halves(trees.rgb, refined)?;
+        header.rgb_average = fill_rgb(config.depth, heap, |t| colour(at(grid.rgb, t, cells)))?;
+        for (square, from) in below.iter_mut().zip(refined) {
+            *square = from.rgb.map(|c| colour(c).map(|c| c as f32));
+        }
     }
+    header.refined = refined.len() as u32;
     Ok(())
+}
+
+/// The squares in heap order and those below cells.
+fn halves<'a, T>(squares: &'a mut [T], refined: &[Refined]) -> Result<(&'a mut [T], &'a mut [T])> {
+    let heap = squares.len().checked_sub(refined.len()).ok_or(Status::InvalidArgument)?;
+    squares.split_at_mut_checked(heap).ok_or(Status::InvalidArgument)
 }
 
 /// Multiplies by `2^-exponent`, in two steps so that neither factor overflows.

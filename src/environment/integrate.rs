@@ -34,6 +34,16 @@ pub fn cell_average<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, ce
     sum.map(|s| s / (width * width))
 }
 
+/// The averages over a cell of two channels, to tell how much the map varies there: of a cube map only roughly.
+pub fn cell_moments(pixels: &Pixels, texels: &impl Texels<2>, cells: u32, i: u32, j: u32) -> [f64; 2] {
+    if !matches!(pixels.layout, Layout::Cube) {
+        return cell_average(pixels, texels, cells, i, j);
+    }
+    let width = 1.0 / f64::from(cells);
+    let range = |i: u32| [f64::from(i) * width, f64::from(i + 1) * width];
+    cube_rectangle(pixels, texels, range(i), range(j)).map(|s| s / (width * width))
+}
+
 /// A running integral: area times value, channel by channel.
 struct Sum<const N: usize> {
     value: [f64; N],

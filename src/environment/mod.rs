@@ -8,22 +8,26 @@ mod build;
 mod integrate;
 mod pixels;
 mod polygon;
+mod refine;
 
-pub use build::{Config, Decoded, Grid, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept};
+pub use build::{
+    Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
+};
 pub use integrate::Texels;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
+pub use refine::{Refined, Refinement, refine};
 
 use crate::descent::Density;
 use crate::numeric::{ContentHash, exp2i};
 use crate::simd::{LANES, Lanes};
-use crate::tree::{Link, Tree};
+use crate::tree::{Link, Mark, Tree};
 use crate::wide::{ALL, Walker, WideDensity};
 use core::f64::consts::PI;
 
 /// How a tree is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
-    /// Every square: 16 bytes for each four cells, and a third more.
+    /// Every square: 16 bytes for each four cells, and a third more; and squares below some cells.
     Pyramid,
     /// The squares that an error budget keeps: 24 bytes each.
     Sparse,
@@ -61,8 +65,10 @@ pub struct Header {
     pub compensated_average: f32,
     /// The stored average of RGB.
     pub rgb_average: [f32; 3],
+    /// Squares below the cells of a pyramid.
+    pub refined: u32,
     /// Always 0.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
 }
 
 impl Header {
@@ -82,7 +88,9 @@ pub struct Environment<'a> {
     pub header: &'a Header,
     /// Child averages of luminance.
     pub squares: &'a [[f32; 4]],
-    /// The links of sparse storage; empty for a pyramid.
+    /// The cells of a pyramid that are refined; empty if none is.
+    pub marks: &'a [Mark],
+    /// The links of sparse storage, or of the squares below the cells of a pyramid.
     pub links: &'a [Link],
     /// Child averages of the compensated distribution; empty if not built.
     pub compensated: &'a [[f32; 4]],
@@ -93,12 +101,21 @@ pub struct Environment<'a> {
 impl<'a> Environment<'a> {
     /// The luminance.
     pub fn light(&self) -> Tree<'a, 4> {
-        Tree::trusted(self.header.depth, self.header.average, self.squares, self.links)
+        self.tree(self.header.average, self.squares)
     }
 
     /// The luminance above the mean.
     pub fn compensated(&self) -> Tree<'a, 4> {
-        Tree::trusted(self.header.depth, self.header.compensated_average, self.compensated, self.links)
+        self.tree(self.header.compensated_average, self.compensated)
+    }
+
+    fn tree(&self, average: f32, squares: &'a [[f32; 4]]) -> Tree<'a, 4> {
+        let depth = self.header.depth;
+        if self.marks.is_empty() {
+            Tree::trusted(depth, average, squares, self.links)
+        } else {
+            Tree::trusted_refined(depth, average, squares, self.marks, self.links)
+        }
     }
 
     /// The stored RGB average of child `c` of a square, or of the whole square.
@@ -118,12 +135,17 @@ impl<'a> Environment<'a> {
         for word in [h.magic, h.bytes, h.sanitised, h.power.to_bits(), h.error.to_bits(), h.exponent as u64] {
             hash.add(word);
         }
-        for word in [h.storage, h.flags, h.depth, h.squares, h.average.to_bits(), h.compensated_average.to_bits()] {
+        for word in
+            [h.storage, h.flags, h.depth, h.squares, h.refined, h.average.to_bits(), h.compensated_average.to_bits()]
+        {
             hash.add(word.into());
         }
         hash.add_floats(&h.rgb_average);
         for square in self.squares.iter().chain(self.compensated) {
             hash.add_floats(square);
+        }
+        for mark in self.marks {
+            hash.add(u64::from(mark.before) << 32 | u64::from(mark.bits));
         }
         for link in self.links {
             hash.add(u64::from(link.first) << 32 | u64::from(link.mask));
@@ -181,20 +203,26 @@ impl<'a> Descent<'a> {
     #[inline(always)]
     pub fn step<F: Lanes>(&mut self, sides: [F::Mask; 2]) {
         let mut walks = 0;
-        if self.tree.links().is_empty() {
-            self.squares = F::child(self.squares, sides);
-            for (i, &square) in self.squares.iter().enumerate() {
-                walks |= u32::from((square as usize) < self.tree.squares().len()) << i;
-            }
-        } else {
+        let heap = self.tree.heap();
+        let children = F::child(self.squares, sides);
+        for (i, &child) in children.iter().enumerate() {
+            walks |= u32::from(child < heap) << i;
+        }
+        // Lanes that leave the heap, or are behind it, ask one by one.
+        let leaving = self.walks & !walks;
+        if leaving != 0 && !self.tree.links().is_empty() {
             let sides = [F::bits(sides[0]), F::bits(sides[1])];
-            for (i, square) in self.squares.iter_mut().enumerate() {
+            for (i, (square, child)) in self.squares.iter_mut().zip(children).enumerate() {
                 let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
-                if let Some(child) = self.tree.child_square(*square, c) {
+                if leaving >> i & 1 == 0 {
+                    *square = child;
+                } else if let Some(child) = self.tree.child_square(*square, c) {
                     *square = child;
                     walks |= 1 << i;
                 }
             }
+        } else {
+            self.squares = children;
         }
         self.walks &= walks;
     }
@@ -206,7 +234,7 @@ impl WideDensity for Light<'_> {
         let start = if self.0.root_square().is_some() { ALL } else { 0 };
         let mut descent = Descent::from(self.0, [0; LANES], start);
         let mut levels = 0;
-        while descent.walks != 0 && levels < crate::tree::MAX_DEPTH {
+        while descent.walks != 0 && levels < crate::tree::MAX_REFINED {
             let sides = walker.choose(F::mask(descent.walks), descent.children());
             descent.step::<F>(sides);
             levels += 1;

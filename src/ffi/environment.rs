@@ -12,7 +12,7 @@ use crate::environment as kernel;
 use crate::environment::{Header, Light, MAGIC};
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Tree};
+use crate::tree::{Link, Mark, Tree};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
@@ -32,7 +32,9 @@ pub const WIS_FORMAT_F32: u32 = 1;
 /// 16-bit floats.
 pub const WIS_FORMAT_F16: u32 = 2;
 
-/// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels.
+/// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
+/// to the library, cells in which light varies much (a sun, the edge of a lamp) are divided further, down to 16384
+/// along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
 pub const WIS_STORAGE_PYRAMID: u32 = 1;
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
 pub const WIS_STORAGE_SPARSE: u32 = 2;
@@ -92,7 +94,7 @@ pub struct EnvironmentConfig {
     /// WIS_STORAGE_*.
     pub storage: u32,
     /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
-    /// as texels.
+    /// as texels, and of a pyramid finer ones where light varies within them.
     pub resolution: u32,
     /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
     /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
@@ -133,8 +135,8 @@ pub struct EnvironmentInfo {
     pub error: f64,
 }
 
-/// The bytes that an environment needs: exactly for a pyramid, at most for sparse storage (the bytes that are in use
-/// stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
+/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
 /// wis_environment_finish may then be called again).
 ///
 /// # Safety
@@ -150,7 +152,7 @@ pub unsafe extern "C" fn wis_environment_size(
         let (request, _) = unsafe { read_config(config)? };
         let size = out(size, 2)?;
         let overflow = Failure::new(Status::Overflow, 1);
-        let stored = request.stored(request.squares()).ok_or(overflow)?;
+        let stored = request.stored(request.squares(), request.config.room()).ok_or(overflow)?;
         let scratch = Scratch::of(&request).ok_or(overflow)?;
         let needed = MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: scratch.bytes };
         // SAFETY: checked by `out`.
@@ -304,7 +306,8 @@ pub unsafe extern "C" fn wis_environment_open(
             let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
             let view = stored.view(&block).ok_or(corrupt)?;
             check_stored(&view).map_err(|_| corrupt)?;
-            if stored.padding(&block).iter().any(|link| *link != Link::default()) {
+            let (marks, links) = stored.padding(&block);
+            if marks.iter().any(|mark| *mark != Mark::default()) || links.iter().any(|link| *link != Link::default()) {
                 return Err(corrupt);
             }
             publish(memory.cast(), &header, environment, info);

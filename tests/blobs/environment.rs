@@ -27,6 +27,7 @@ fn objects() -> Vec<Vec<u8>> {
         object(|c| (c.resolution, c.error_budget) = (8, 0.05), varied),
         object(|c| (c.flags, c.error_budget) = (WIS_ENVIRONMENT_COMPENSATED, 0.1), varied),
         object(|c| c.error_budget = 1e30, varied),
+        refined(),
         object(|c| c.flags = ALL | WIS_ENVIRONMENT_SANITISE, |i| if i == 7 { f32::NAN } else { varied(i) }),
     ];
     for storage in [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE] {
@@ -76,6 +77,7 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
 
 /// Where the parts behind the header stand, and where they end.
 struct Parts {
+    marks: usize,
     links: usize,
     compensated: usize,
     rgb: usize,
@@ -89,10 +91,29 @@ impl Parts {
         let when = |condition: bool, bytes_each: usize| {
             if condition { (squares * bytes_each).next_multiple_of(16) } else { 0 }
         };
-        let links = SQUARES + 16 * squares;
-        let compensated = links + when(word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE, 8);
-        let rgb = compensated + when(flags & WIS_ENVIRONMENT_COMPENSATED != 0, 16);
-        Parts { links, compensated, rgb, end: rgb + when(flags & WIS_ENVIRONMENT_RGB != 0, 48) }
+        let refined = word(bytes, offset_of!(Header, refined)) as usize;
+        let cells = 4usize.saturating_pow(word(bytes, offset_of!(Header, depth)));
+        let marks = SQUARES + 16 * squares;
+        let links = marks.saturating_add(if refined > 0 {
+            cells.div_ceil(32).saturating_mul(8).saturating_add(8) & !15
+        } else {
+            0
+        });
+        let sparse = word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE;
+        let compensated = links.saturating_add(if sparse { when(true, 8) } else { (8 * refined).next_multiple_of(16) });
+        let rgb = compensated.saturating_add(when(flags & WIS_ENVIRONMENT_COMPENSATED != 0, 16));
+        Parts { marks, links, compensated, rgb, end: rgb.saturating_add(when(flags & WIS_ENVIRONMENT_RGB != 0, 48)) }
+    }
+
+    /// How many marks and links there are.
+    fn counts(bytes: &[u8]) -> [usize; 2] {
+        let refined = word(bytes, offset_of!(Header, refined)) as usize;
+        let cells = 4usize.saturating_pow(word(bytes, offset_of!(Header, depth)));
+        if word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE {
+            [0, word(bytes, offset_of!(Header, squares)) as usize]
+        } else {
+            [if refined > 0 { cells.div_ceil(32) } else { 0 }, refined]
+        }
     }
 }
 
@@ -108,6 +129,7 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
         offset_of!(Header, flags),
         offset_of!(Header, depth),
         offset_of!(Header, squares),
+        offset_of!(Header, refined),
         offset_of!(Header, average),
         offset_of!(Header, compensated_average),
     ] {
@@ -117,7 +139,10 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
     let (parts, squares) = (Parts::of(bytes), word(header, offset_of!(Header, squares)) as usize);
     add_words(&mut hash, bytes, SQUARES, 4 * squares)?;
     add_words(&mut hash, bytes, parts.compensated, (parts.rgb - parts.compensated) / 4)?;
-    let links = if parts.compensated > parts.links { squares } else { 0 };
+    let [marks, links] = Parts::counts(bytes);
+    // A mark is hashed as a link is, but with its halves the other way round.
+    let words = bytes.get(parts.marks..parts.marks.checked_add(marks.checked_mul(8)?)?)?;
+    words.chunks_exact(8).for_each(|mark| hash.add(u64::from(word(mark, 4)) << 32 | u64::from(word(mark, 0))));
     add_links(&mut hash, bytes, parts.links, links)?;
     add_words(&mut hash, bytes, parts.rgb, (parts.end - parts.rgb) / 4)?;
     Some(hash.finish())
@@ -218,6 +243,41 @@ fn pyramid() -> Vec<u8> {
     object(|c| c.storage = WIS_STORAGE_PYRAMID, varied)
 }
 
+/// A pyramid whose cells go on below.
+fn refined() -> Vec<u8> {
+    let edit = |c: &mut EnvironmentConfig| {
+        (c.storage, c.layout, c.width, c.height) = (WIS_STORAGE_PYRAMID, WIS_LAYOUT_OCTAHEDRAL, 6, 6);
+        (c.resolution, c.flags) = (0, ALL | WIS_ENVIRONMENT_NEAREST);
+    };
+    // Little enough to end after two levels.
+    object(edit, |i| if i / 3 == 14 { 1.9 } else { 1.0 })
+}
+
+/// Marks and links of refined cells that lead nowhere, twice to the same square, or back.
+#[test]
+fn refinements() {
+    let object = refined();
+    let (parts, [marks, links]) = (Parts::of(&object), Parts::counts(&object));
+    assert!(marks == 2 && (9..99).contains(&links), "{marks} {links}");
+    for mark in 0..marks {
+        for (offset, number) in [(0, 0), (0, u32::MAX), (4, 1000), (4, u32::MAX)] {
+            if word(&object, parts.marks + 8 * mark + offset) == number {
+                continue;
+            }
+            assert_refuses(&KIND, &object, parts.marks + 8 * mark + offset, &u32::to_ne_bytes(number), "mark");
+        }
+    }
+    for link in (0..links).filter(|link| word(&object, parts.links + 8 * link + 4) != 0) {
+        for number in [0, 1, links as u32, u32::MAX] {
+            assert_refuses(&KIND, &object, parts.links + 8 * link, &number.to_ne_bytes(), "link");
+        }
+        assert_refuses(&KIND, &object, parts.links + 8 * link + 4, &16u32.to_ne_bytes(), "mask");
+    }
+    for number in [0, 1, links as u32 - 1, links as u32 + 1, u32::MAX] {
+        assert_refuses(&KIND, &object, offset_of!(Header, refined), &number.to_ne_bytes(), "refined");
+    }
+}
+
 /// Numbers that cannot be, wherever they stand.
 #[test]
 fn amounts() {
@@ -230,10 +290,10 @@ fn amounts() {
                 assert_refuses(&KIND, &object, offset, &no_amount.to_ne_bytes(), "power or error");
             }
             let average = offset_of!(Header, average);
-            for offset in (average..offset_of!(Header, reserved)).step_by(4) {
+            for offset in (average..offset_of!(Header, refined)).step_by(4) {
                 assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "average");
             }
-            for offset in (SQUARES..parts.links).chain(parts.compensated..parts.end).step_by(4) {
+            for offset in (SQUARES..parts.marks).chain(parts.compensated..parts.end).step_by(4) {
                 assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "square");
             }
         }

@@ -4,9 +4,11 @@ use super::super::{Block, Checked, Failure, WIS_ALIGNMENT};
 use super::request::{PixelRows, Request};
 use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
-use crate::environment::{self as kernel, Decoded, Grid, Header, MAGIC, RowError, RowSummary, Storage, Trees};
+use crate::environment::{
+    self as kernel, Decoded, Grid, Header, MAGIC, Refined, Refinement, Row, RowError, RowSummary, Storage, Trees,
+};
 use crate::status::Status;
-use crate::tree::Link;
+use crate::tree::{Link, Mark};
 use core::ffi::c_void;
 
 /// The first words of a scratch block in use.
@@ -28,7 +30,11 @@ pub(super) struct Scratch {
     texels: usize,
     texels_rgb: usize,
     cells: usize,
+    variation: usize,
     cells_rgb: usize,
+    refined: usize,
+    marks: usize,
+    links: usize,
     plain: usize,
     compensated: usize,
     rgb: usize,
@@ -55,7 +61,11 @@ impl Scratch {
             texels: part(texels, size_of::<f64>())?,
             texels_rgb: part(when(config.rgb, texels), size_of::<[f32; 3]>())?,
             cells: part(cells, size_of::<f64>())?,
+            variation: part(when(config.refined, cells), size_of::<f32>())?,
             cells_rgb: part(when(config.rgb, cells), size_of::<[f32; 3]>())?,
+            refined: part(config.room(), size_of::<Refined>())?,
+            marks: part(config.marks(), size_of::<Mark>())?,
+            links: part(config.room(), size_of::<Link>())?,
             plain: part(squares, size_of::<[f32; 4]>())?,
             compensated: part(when(config.compensated, squares), size_of::<[f32; 4]>())?,
             rgb: part(when(config.rgb, squares), size_of::<[[f32; 3]; 4]>())?,
@@ -186,18 +196,33 @@ impl Build {
     unsafe fn integrate(&self, i: u32) {
         let config = &self.request.config;
         let cells = config.cells() as usize;
-        let when_rgb = |count: usize| if config.rgb { count } else { 0 };
+        let start = i as usize * cells;
+        let when = |kept: bool| if kept { cells } else { 0 };
         // SAFETY: what is only read is not written in this pass; of the cells this row only is written.
         unsafe {
-            let decoded = Decoded {
-                luminance: self.block.slice(self.scratch.texels, 0, config.texels()),
-                rgb: self.block.slice(self.scratch.texels_rgb, 0, when_rgb(config.texels())),
-                replacement: kernel::replacement(self.summaries()),
+            let row = Row {
+                luminance: self.block.slice(self.scratch.cells, start, cells),
+                variation: self.block.slice(self.scratch.variation, start, when(config.refined)),
+                rgb: self.block.slice(self.scratch.cells_rgb, start, when(config.rgb)),
             };
-            let start = i as usize * cells;
-            let luminance = self.block.slice::<f64>(self.scratch.cells, start, cells);
-            let rgb = self.block.slice::<[f32; 3]>(self.scratch.cells_rgb, start, when_rgb(cells));
-            kernel::integrate(config, decoded, i, luminance, rgb);
+            kernel::integrate(config, self.decoded(), i, row);
+        }
+    }
+
+    /// The decoded texels.
+    ///
+    /// # Safety
+    /// The first pass is done.
+    unsafe fn decoded<'a>(&self) -> Decoded<'a> {
+        let texels = self.request.config.texels();
+        let coloured = if self.request.config.rgb { texels } else { 0 };
+        // SAFETY: only read from then on.
+        unsafe {
+            Decoded {
+                luminance: self.block.slice(self.scratch.texels, 0, texels),
+                rgb: self.block.slice(self.scratch.texels_rgb, 0, coloured),
+                replacement: kernel::replacement(self.summaries()),
+            }
         }
     }
 
@@ -252,7 +277,8 @@ impl Build {
             average: 0.0,
             compensated_average: 0.0,
             rgb_average: [0.0; 3],
-            reserved: [0; 2],
+            refined: 0,
+            reserved: 0,
         }
     }
 
@@ -262,35 +288,45 @@ impl Build {
     /// Both passes are done.
     unsafe fn grid<'a>(&self) -> Grid<'a> {
         let cells = self.request.config.cells() as usize * self.request.config.cells() as usize;
-        let coloured = if self.request.config.rgb { cells } else { 0 };
+        let when = |kept: bool| if kept { cells } else { 0 };
         // SAFETY: only read from now on.
         unsafe {
             Grid {
                 luminance: self.block.slice(self.scratch.cells, 0, cells),
-                rgb: self.block.slice(self.scratch.cells_rgb, 0, coloured),
+                variation: self.block.slice(self.scratch.variation, 0, when(self.request.config.refined)),
+                rgb: self.block.slice(self.scratch.cells_rgb, 0, when(self.request.config.rgb)),
             }
         }
     }
 
-    /// Builds the complete trees where they stay.
+    /// Refines cells, and builds the trees where they stay.
     ///
     /// # Safety
     /// As [`Build::finish`].
     unsafe fn store_pyramid(&self, memory: *mut u8, bytes: usize) -> Checked<Header> {
-        let squares = self.request.squares();
-        let stored = self.request.stored(squares).ok_or(Failure::new(Status::Overflow, 1))?;
-        let block = Block::new(memory, bytes, stored.bytes, 2)?;
-        let count = |part: Option<usize>| if part.is_some() { squares } else { 0 };
+        let config = &self.request.config;
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
+            let mut below = Refinement {
+                squares: self.block.slice(self.scratch.refined, 0, config.room()),
+                links: self.block.slice(self.scratch.links, 0, config.room()),
+                marks: self.block.slice(self.scratch.marks, 0, config.marks()),
+            };
+            let refined = kernel::refine(config, self.decoded(), &self.grid(), &mut below)? as usize;
+            let stored = self.request.stored(self.request.squares(), refined).ok_or_else(overflow)?;
+            let block = Block::new(memory, bytes, stored.bytes, 2)?;
+            let count = |part: Option<usize>| if part.is_some() { stored.count } else { 0 };
             let mut header = self.header();
             let mut trees = Trees {
-                plain: block.slice(stored.squares, 0, squares),
+                plain: block.slice(stored.squares, 0, stored.count),
                 compensated: block.slice(stored.compensated.unwrap_or(0), 0, count(stored.compensated)),
                 rgb: block.slice(stored.rgb.unwrap_or(0), 0, count(stored.rgb)),
             };
-            kernel::complete(&self.request.config, &self.grid(), &mut trees, &mut header)?;
-            header.squares = squares as u32;
+            let squares = below.squares.get(..refined).unwrap_or(&[]);
+            kernel::complete(config, &self.grid(), squares, &mut trees, &mut header)?;
+            copy(below.marks, block.slice(stored.marks, 0, stored.mark_count));
+            copy(below.links, block.slice(stored.links, 0, stored.link_count));
+            header.squares = stored.count as u32;
             seal(&block, &stored, header)
         }
     }
@@ -311,16 +347,14 @@ impl Build {
                 compensated: self.block.slice(self.scratch.compensated, 0, when(config.compensated, all)),
                 rgb: self.block.slice(self.scratch.rgb, 0, when(config.rgb, all)),
             };
-            kernel::complete(config, &self.grid(), &mut trees, &mut header)?;
+            kernel::complete(config, &self.grid(), &[], &mut trees, &mut header)?;
             let savings = self.block.slice::<f64>(self.scratch.savings, 0, all);
             let planned = kernel::plan(config, &header, trees.plain, savings)?;
             let kept = planned.squares as usize;
-            let stored = self.request.stored(kept).ok_or(Failure::new(Status::Overflow, 1))?;
+            let stored = self.request.stored(kept, 0).ok_or_else(overflow)?;
             let block = Block::new(memory, bytes, stored.bytes, 2)?;
-            let links = block.slice::<Link>(stored.links.unwrap_or(0), 0, kept);
+            let links = block.slice::<Link>(stored.links, 0, kept);
             kernel::write_kept(config, &header, trees.plain, savings, block.slice(stored.squares, 0, kept), links)?;
-            // The bytes of an environment must not depend on what was in the block.
-            stored.padding(&block).fill(Link::default());
             let sources = self.block.slice::<u32>(self.scratch.sources, 0, kept);
             if let Some(part) = stored.compensated {
                 kernel::copy_kept(links, sources, trees.compensated, block.slice(part, 0, kept));
@@ -335,7 +369,15 @@ impl Build {
     }
 }
 
-/// Writes the header and the content id, the last step of a build.
+fn overflow() -> Failure {
+    Failure::new(Status::Overflow, 1)
+}
+
+fn copy<T: Copy>(from: &[T], to: &mut [T]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+}
+
+/// Writes the header, the content id and what lies between the parts, the last step of a build.
 ///
 /// # Safety
 /// The block is the caller's to write and holds everything but the header.
@@ -343,6 +385,10 @@ unsafe fn seal(block: &Block, stored: &Stored, header: Header) -> Checked<Header
     // SAFETY: the caller's contract; the views do not outlive the statement that made them.
     unsafe {
         let mut header = Header { bytes: stored.bytes as u64, ..header };
+        // The bytes of an environment must not depend on what was in the block.
+        let (marks, links) = stored.padding(block);
+        marks.fill(Mark::default());
+        links.fill(Link::default());
         let write = |header: Header| {
             if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
                 *slot = header;

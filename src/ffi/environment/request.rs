@@ -1,7 +1,7 @@
 //! A configuration that was checked, and the client's rows as the kernel reads them.
 
 use super::super::{Checked, Failure, sized};
-use super::stored::Stored;
+use super::stored::{Counts, Stored};
 use super::{
     ALL_FLAGS, EnvironmentConfig, RowFn, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO,
     WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_RGB, WIS_ENVIRONMENT_SANITISE, WIS_FORMAT_F16, WIS_FORMAT_F32,
@@ -26,8 +26,10 @@ impl Request {
         complete_len::<4>(self.config.depth).unwrap_or(0) as usize
     }
 
-    pub(super) fn stored(&self, squares: usize) -> Option<Stored> {
-        Stored::new(squares, self.config.storage == Storage::Sparse, self.flags)
+    /// The layout with so many squares, of which some lie below the cells of a pyramid.
+    pub(super) fn stored(&self, squares: usize, refined: usize) -> Option<Stored> {
+        let (depth, sparse) = (self.config.depth, self.config.storage == Storage::Sparse);
+        Stored::new(Counts { squares: squares.checked_add(refined)?, refined, depth, sparse }, self.flags)
     }
 
     /// Tells whether a later call of the same build brings the same configuration.
@@ -37,7 +39,7 @@ impl Request {
         for word in [pixels.width, pixels.height, pixels.channels, pixels.layout as u32, pixels.format as u32] {
             hash.add(word.into());
         }
-        for word in [self.flags, self.config.depth, self.config.storage as u32] {
+        for word in [self.flags, self.config.depth, self.config.storage as u32, self.config.refined.into()] {
             hash.add(word.into());
         }
         hash.add(self.config.error_budget.to_bits());
@@ -86,9 +88,10 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
     if c.pixels.is_null() && c.row.is_none() {
         return Err(Failure::new(Status::NullPointer, 1));
     }
+    let depth = if c.resolution == 0 { Config::natural_depth(&pixels) } else { c.resolution.ilog2() };
     let config = Config {
         pixels,
-        depth: if c.resolution == 0 { Config::natural_depth(&pixels) } else { c.resolution.ilog2() },
+        depth,
         storage,
         error_budget: c.error_budget.into(),
         nearest: c.flags & WIS_ENVIRONMENT_NEAREST != 0,
@@ -96,6 +99,7 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
         compensated: c.flags & WIS_ENVIRONMENT_COMPENSATED != 0,
         rgb: c.flags & WIS_ENVIRONMENT_RGB != 0,
         sanitise: c.flags & WIS_ENVIRONMENT_SANITISE != 0,
+        refined: c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
     };
     let rows = PixelRows { pixels: c.pixels, stride, row_bytes, row: c.row, user: c.row_user };
     Ok((Request { config, flags: c.flags }, rows))

@@ -20,6 +20,7 @@ pub mod morton;
 pub mod numeric;
 pub mod points;
 pub mod pool;
+pub mod prior;
 pub mod product;
 pub mod prune;
 pub mod query;

@@ -37,8 +37,10 @@ pub struct Header {
     pub evaluations: u32,
     /// Normals within this angle of the query's may use the product.
     pub reuse_cone: f32,
+    /// What the average is with the factor of a visibility prior.
+    pub visible: f32,
     /// Always 0; leaves no padding, whose bytes would differ from build to build.
-    pub reserved: [u32; 3],
+    pub reserved: [u32; 2],
 }
 
 /// "wis-prd" and the version of the format.
@@ -94,7 +96,9 @@ impl Header {
                 *sum += f64::from(share) * light * brdf;
             }
         }
-        Ok(sum.map(|s| s * self.unit(environment)))
+        // The leaves' shares carry the factor of a visibility prior, if there was one.
+        let seen = if self.visible > 0.0 { f64::from(self.average) / f64::from(self.visible) } else { 1.0 };
+        Ok(sum.map(|s| s * seen * self.unit(environment)))
     }
 }
 

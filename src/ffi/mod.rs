@@ -20,6 +20,7 @@ pub mod environment;
 pub mod haar;
 pub mod points;
 pub mod pool;
+pub mod prior;
 pub mod product;
 pub mod strata;
 pub mod tree;

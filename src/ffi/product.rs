@@ -2,12 +2,14 @@
 
 use super::environment::{Environment, view};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, density, frame, out, sized,
+    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, density, frame, out,
+    prior, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, Peak};
-use crate::product::{self, Budget, Built, Cell, Leaf, Product as Cells, Square};
+use crate::prior::{Prior, WIS_PRIOR_CELLS};
+use crate::product::{self, Budget, Built, Cell, Leaf, Options, Product as Cells, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
@@ -48,6 +50,9 @@ pub struct ProductConfig {
     /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
     /// what the product estimates is then widened too. 0: this normal only.
     pub reuse_cone: f32,
+    /// What other pixels saw about here, as a factor of the density (wis_prior_count says when that is unbiased); null:
+    /// none. The estimates stay those without visibility. Read during the call.
+    pub prior: *const Prior,
 }
 
 /// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
@@ -553,6 +558,7 @@ struct Settings {
     frame: Frame,
     level: u32,
     reuse_cone: f32,
+    prior: Option<[f32; WIS_PRIOR_CELLS]>,
 }
 
 /// Checks a configuration.
@@ -575,7 +581,8 @@ unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Se
             return Err(Failure::new(Status::InvalidArgument, argument));
         }
         let frame = frame(config.world_from_map.cast(), argument)?;
-        Ok(Settings { budget, frame, level: config.cpu_level, reuse_cone: config.reuse_cone })
+        let prior = if config.prior.is_null() { None } else { Some(prior::check(config.prior, argument)?.weights()) };
+        Ok(Settings { budget, frame, level: config.cpu_level, reuse_cone: config.reuse_cone, prior })
     }
 }
 
@@ -584,8 +591,7 @@ struct Building<'a, B> {
     environment: &'a kernel::Environment<'a>,
     frame: &'a Frame,
     brdf: &'a mut B,
-    budget: Budget,
-    reuse: Reuse,
+    options: Options<'a>,
     cells: &'a mut [Cell],
 }
 
@@ -594,7 +600,7 @@ impl<B: Brdf> Kernel for Building<'_, B> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> Result<Built> {
-        product::build::<F, B>(self.environment.light(), self.frame, self.brdf, self.budget, self.reuse, self.cells)
+        product::build::<F, B>(self.environment.light(), self.frame, self.brdf, &self.options, self.cells)
     }
 }
 
@@ -612,14 +618,14 @@ unsafe fn prepare<B: Brdf>(
 ) -> Checked<()> {
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
-        let Settings { budget, frame, level, reuse_cone } = read_config(config, 3)?;
+        let Settings { budget, frame, level, reuse_cone, prior } = read_config(config, 3)?;
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 3))?;
         let block = Block::new(memory.cast(), bytes, layout.bytes, 4)?;
         let target = out(product, 6)?;
         let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
         let cells = block.slice::<Cell>(layout.cells, 0, room);
-        let reuse = Reuse::new(reuse_cone);
-        let building = Building { environment, frame: &frame, brdf, budget, reuse, cells: &mut *cells };
+        let options = Options { budget, reuse: Reuse::new(reuse_cone), prior: prior.as_ref() };
+        let building = Building { environment, frame: &frame, brdf, options, cells: &mut *cells };
         let built = simd::run(level, building).map_err(|status| Failure::new(status, 2))?;
         store(&block, &built, cells, (query, reuse_cone), &frame, environment.header.content_id);
         target.write(memory.cast_const().cast());
@@ -653,7 +659,8 @@ unsafe fn store(
         leaves: built.leaves,
         evaluations: built.evaluations,
         reuse_cone,
-        reserved: [0; 3],
+        visible: built.visible,
+        reserved: [0; 2],
     };
     let used = cells.get(..built.cells as usize).unwrap_or(&[]);
     // SAFETY: the caller's contract; squares and leaves end before the cells begin.

@@ -6,6 +6,7 @@ use super::peak::Shape;
 use super::{LEAF, Leaf, Parts, Square};
 use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
+use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::{Frame, cell_chord};
@@ -26,6 +27,17 @@ pub struct Budget {
 impl Budget {
     /// What is spent if the caller does not say. With one split less, 58, Lambert has 1.8 times the variance.
     pub const DEFAULT: Budget = Budget { squares: 128, evaluations: 64 };
+}
+
+/// How to build.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    /// What may be spent.
+    pub budget: Budget,
+    /// Which normals the product is to serve.
+    pub reuse: Reuse,
+    /// The factors of a visibility prior.
+    pub prior: Option<&'a [f32; WIS_PRIOR_CELLS]>,
 }
 
 /// Splits that the peaks of narrow lobes may cause.
@@ -94,6 +106,8 @@ pub struct Built {
     pub evaluations: u32,
     /// The average product over the square; 0 if there is nothing to sample.
     pub average: f32,
+    /// The same with the factors of the visibility prior.
+    pub visible: f32,
     /// The stored values of the BRDF are its own times `2^-exponent`.
     pub exponent: i32,
 }
@@ -165,10 +179,10 @@ pub fn build<F: Lanes, B: Brdf>(
     light: Tree<'_, 4>,
     frame: &Frame,
     brdf: &mut B,
-    budget: Budget,
-    reuse: Reuse,
+    options: &Options,
     cells: &mut [Cell],
 ) -> Result<Built> {
+    let budget = options.budget;
     let needed = cell_count(budget.squares).ok_or(Status::Overflow)?;
     if budget.squares == 0 || cells.len() < needed as usize {
         return Err(Status::MemoryTooSmall);
@@ -178,13 +192,13 @@ pub fn build<F: Lanes, B: Brdf>(
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
     let mut builder = Builder::new(light, frame, brdf, cells, &base);
-    builder.horizon = reuse.horizon();
+    builder.horizon = options.reuse.horizon();
     let (mut batch, mut new) = builder.base::<F>(&base, budget);
     loop {
         builder.split(&batch, &new);
         batch = builder.next(budget);
         if batch.count == 0 {
-            return Ok(builder.finish(base.exponent));
+            return Ok(builder.finish(options.prior, base.exponent));
         }
         new = builder.evaluate::<F>(&batch)?;
     }
@@ -470,17 +484,15 @@ impl<'a, B: Brdf> Builder<'a, B> {
     }
 
     /// Sums the weights up to the root and numbers squares and leaves.
-    fn finish(self, exponent: i32) -> Built {
+    fn finish(self, prior: Option<&[f32; WIS_PRIOR_CELLS]>, exponent: i32) -> Built {
         let cells = self.cells.get_mut(..self.used).unwrap_or(&mut []);
-        for index in (0..cells.len()).rev() {
-            let children = cells.get(index).map_or(0, |cell| cell.children as usize);
-            if children != 0 {
-                let sum = |k: usize| cells.get(children + k).map_or(0.0, |child| child.weight);
-                let weight = 0.25 * ((sum(0) + sum(1)) + (sum(2) + sum(3)));
-                if let Some(cell) = cells.get_mut(index) {
-                    cell.weight = weight;
-                }
+        let average = sum_up(cells);
+        let mut visible = average;
+        if let Some(weights) = prior {
+            for cell in cells.iter_mut().filter(|cell| cell.children == 0) {
+                cell.weight *= mean_weight(weights, cell.level, cell.index);
             }
+            visible = sum_up(cells);
         }
         let (mut squares, mut leaves) = (0, 0);
         for cell in cells.iter_mut() {
@@ -488,9 +500,23 @@ impl<'a, B: Brdf> Builder<'a, B> {
             cell.number = *counter;
             *counter += 1;
         }
-        let average = cells.first().map_or(0.0, |root| root.weight);
-        Built { cells: self.used as u32, squares, leaves, evaluations: self.evaluations, average, exponent }
+        Built { cells: self.used as u32, squares, leaves, evaluations: self.evaluations, average, visible, exponent }
     }
+}
+
+/// Sums the weights of leaves up to the root.
+fn sum_up(cells: &mut [Cell]) -> f32 {
+    for index in (0..cells.len()).rev() {
+        let children = cells.get(index).map_or(0, |cell| cell.children as usize);
+        if children != 0 {
+            let sum = |k: usize| cells.get(children + k).map_or(0.0, |child| child.weight);
+            let weight = 0.25 * ((sum(0) + sum(1)) + (sum(2) + sum(3)));
+            if let Some(cell) = cells.get_mut(index) {
+                cell.weight = weight;
+            }
+        }
+    }
+    cells.first().map_or(0.0, |root| root.weight)
 }
 
 /// Values above this multiple of the largest of the base are cut, so that products stay finite.

@@ -9,7 +9,7 @@ mod base;
 mod build;
 mod peak;
 
-pub use build::{Budget, Built, Cell, build, cell_count, emit};
+pub use build::{Budget, Built, Cell, Options, build, cell_count, emit};
 
 use crate::descent::{Density, lerp};
 use crate::environment::Descent;

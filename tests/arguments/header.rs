@@ -85,5 +85,5 @@ fn code() -> String {
     }
     let lines = code.lines().map(str::trim).filter(|line| !line.starts_with("//") && !line.starts_with('#'));
     let words = lines.flat_map(str::split_whitespace).filter(|word| !matches!(*word, "struct" | "enum"));
-    words.collect::<Vec<_>>().join(" ")
+    words.collect::<Vec<_>>().join(" ").replace("(struct ", "(")
 }

@@ -11,6 +11,7 @@ use wis::ffi::strata::StrataConfig;
 use wis::ffi::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::pool::Pick;
+use wis::prior::Prior;
 use wis::query::Query;
 use wis::status::Status;
 use wis::strata::Light;
@@ -39,6 +40,8 @@ fn alignment(parameter: &Parameter) -> usize {
     match parameter.pointee() {
         "void" | "wis_environment" | "wis_product" | "wis_tree" => WIS_ALIGNMENT,
         "float" | "uint32_t" => 4,
+        "uint8_t" => 1,
+        "wis_prior" => align_of::<Prior>(),
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),
         "wis_pick" => align_of::<Pick>(),

@@ -12,6 +12,7 @@ use wis::ffi::strata::*;
 use wis::ffi::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
+use wis::prior::Prior;
 use wis::query::*;
 use wis::status::Status;
 
@@ -174,6 +175,9 @@ impl Scene {
             "const wis_product_config *config" => product_config(),
             "const wis_tree_config *config" => self.tree_config(),
             "const wis_query *query" => query(),
+            "wis_prior *prior" | "const wis_prior *prior" | "const wis_prior *other" => prior(),
+            "const uint8_t *visible" => vec![1, 0, 1],
+            "float *weight" => unwritten(4 * count),
             "const wis_callback_brdf *brdf" => callback_brdf(),
             "const wis_environment *environment" => self.environment.clone(),
             "const wis_product *product" => self.product.clone(),
@@ -278,6 +282,13 @@ fn query() -> Vec<u8> {
         *lambert = Lobe { kind: WIS_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
         *ggx = Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
         *phong = Lobe { kind: WIS_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
+    })
+}
+
+fn prior() -> Vec<u8> {
+    plain(|prior: &mut Prior| {
+        prior.size = size_of::<Prior>() as u32;
+        (prior.traced[7], prior.visible[7], prior.traced[9]) = (8, 4, 3);
     })
 }
 

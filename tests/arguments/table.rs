@@ -4,6 +4,7 @@ use wis::ffi::environment::*;
 use wis::ffi::haar::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
+use wis::ffi::prior::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
 use wis::ffi::tree::*;
@@ -65,6 +66,10 @@ pub const TABLE: &[Entry] = table! {
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
         diagnostic
     );
+    wis_prior_count(prior, world_from_map, count, wi, wi_stride, visible);
+    wis_prior_add(prior, other);
+    wis_prior_halve(prior);
+    wis_prior_weights(prior, world_from_map, count, wi, wi_stride, weight, weight_stride);
     wis_product_covers(environment, product, query, covers);
     wis_product_describe(environment, product, info);
     wis_product_estimate(environment, product, luminance);

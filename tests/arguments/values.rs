@@ -350,9 +350,11 @@ fn directions() {
             call.give("wi", Block::new(&numbers(&direction), 0));
             call.fails(&format!("{direction:?}"), TRANSFORM, "wi");
         }
-        // A pool finds a place for anything.
-        for function in taking("const float *wi").into_iter().filter(|f| f.name != "wis_pool_pick") {
-            let result = if function.takes("float *pdf") { "pdf" } else { "f_cos" };
+        // A pool finds a place for anything, and a prior leaves it out.
+        let many = taking("const float *wi").into_iter();
+        for function in many.filter(|f| f.name != "wis_pool_pick" && f.name != "wis_prior_count") {
+            let results = ["pdf", "f_cos", "weight"];
+            let result = results.into_iter().find(|name| function.takes(&format!("float *{name}"))).unwrap();
             let valid = Call::valid(&scene, &function);
             valid.succeeds("valid");
             let mut call = Call::valid(&scene, &function);

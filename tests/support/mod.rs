@@ -325,6 +325,7 @@ pub fn product_config() -> ProductConfig {
         max_evaluations: 0,
         world_from_map: null(),
         reuse_cone: 0.0,
+        prior: null(),
     }
 }
 

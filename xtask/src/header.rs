@@ -13,8 +13,15 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 6] =
-    ["src/ffi/mod.rs", "src/query.rs", "src/descent.rs", "src/pool.rs", "src/strata.rs", "src/status.rs"];
+const SOURCES: [&str; 7] = [
+    "src/ffi/mod.rs",
+    "src/query.rs",
+    "src/descent.rs",
+    "src/prior.rs",
+    "src/pool.rs",
+    "src/strata.rs",
+    "src/status.rs",
+];
 
 /// The top of the header: what a caller must know that no single declaration can say.
 const INTRODUCTION: &str = include_str!("introduction.h");

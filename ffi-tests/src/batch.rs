@@ -1,7 +1,7 @@
 //! Samples of a pixel side by side: points, directions, and what the renderer evaluates for them.
 
 use crate::client::{self, Density};
-use crate::dense::Dense;
+use crate::dense::{Dense, Grid};
 use crate::lanes::{Directions, F8, LANES, V8, load, padded, store};
 use crate::light::Light;
 use crate::material::Bsdf;
@@ -93,11 +93,11 @@ impl Batch {
     }
 
     /// Adds samples of the limit.
-    pub fn from_dense(&mut self, dense: &Dense, count: usize) {
+    pub fn from_dense(&mut self, (dense, grid): (&Dense, &Grid), count: usize) {
         self.points(Stream::Light, count);
         let first = self.grow(count);
         for (i, u) in self.u.iter().enumerate() {
-            let (wi, pdf) = dense.sample(*u);
+            let (wi, pdf) = dense.sample(grid, *u);
             self.wi.set(first + i, wi.to_array());
             self.pdf_drawn.push(pdf);
         }
@@ -180,6 +180,11 @@ impl Batch {
             let density = density(*drawn, *bsdf);
             *reflected = if *reflected > 0.0 && density > 0.0 { *reflected / density } else { 0.0 };
         }
+    }
+
+    /// Multiplies each weighed sample by a factor.
+    pub fn scale(&mut self, factors: &[f32]) {
+        self.reflected.iter_mut().zip(factors).for_each(|(reflected, factor)| *reflected *= factor);
     }
 
     /// Makes room for more samples and answers the number of the first.

@@ -464,6 +464,8 @@ pub struct Preparation {
     pub max_evaluations: u32,
     pub world_from_map: Option<[f32; 9]>,
     pub reuse_cone: f32,
+    /// What other pixels saw.
+    pub prior: Option<raw::wis_prior>,
 }
 
 impl Preparation {
@@ -475,6 +477,7 @@ impl Preparation {
             max_evaluations: self.max_evaluations,
             world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
             reuse_cone: self.reuse_cone,
+            prior: self.prior.as_ref().map_or(null(), std::ptr::from_ref),
         }
     }
 
@@ -486,6 +489,37 @@ impl Preparation {
         check_with(status, diagnostic)?;
         Ok(Block::new(size.bytes))
     }
+}
+
+/// A visibility prior without counts.
+pub fn prior() -> raw::wis_prior {
+    let size = size_of::<raw::wis_prior>() as u32;
+    raw::wis_prior { size, reserved: 0, visible: [0; 64], traced: [0; 64] }
+}
+
+/// Counts rays.
+pub fn count(prior: &mut raw::wis_prior, world_from_map: &[f32; 9], wi: &[[f32; 3]], visible: &[u8]) -> Result<()> {
+    assert_eq!(wi.len(), visible.len());
+    // SAFETY: the arrays are of one length.
+    check(unsafe {
+        let directions = wi.as_ptr().cast();
+        raw::wis_prior_count(prior, world_from_map.as_ptr(), wi.len(), directions, 0, visible.as_ptr())
+    })
+}
+
+/// The factors of a prior for directions.
+pub fn prior_weights(
+    prior: &raw::wis_prior,
+    world_from_map: &[f32; 9],
+    wi: &[[f32; 3]],
+    weight: &mut [f32],
+) -> Result<()> {
+    assert_eq!(wi.len(), weight.len());
+    // SAFETY: the arrays are of one length.
+    check(unsafe {
+        let directions = wi.as_ptr().cast();
+        raw::wis_prior_weights(prior, world_from_map.as_ptr(), wi.len(), directions, 0, weight.as_mut_ptr(), 0)
+    })
 }
 
 /// A function that writes BRDF x cosine of each direction and answers whether it could.

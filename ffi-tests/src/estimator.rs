@@ -39,6 +39,12 @@ pub enum Method {
     WisRatio,
     /// The library's product, prepared at the first hit of a pixel and used for the others that it covers.
     WisReuse,
+    /// `WisReuse` with the visibility prior of the pixel's tile.
+    WisReusePrior,
+    /// The library's product with the visibility prior of the pixel's tile.
+    WisPrior,
+    /// `WisPool` with that prior.
+    WisPoolPrior(usize),
     /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF.
     WisPool(usize),
     /// The library's pool with candidates of the product instead of the light.
@@ -51,7 +57,7 @@ pub enum Method {
 
 impl Method {
     /// Every peer, then the library.
-    pub const ALL: [Method; 18] = [
+    pub const ALL: [Method; 21] = [
         Method::Environment,
         Method::Brdf,
         Method::MisBalance,
@@ -66,7 +72,10 @@ impl Method {
         Method::WisBiased,
         Method::WisRatio,
         Method::WisReuse,
+        Method::WisReusePrior,
+        Method::WisPrior,
         Method::WisPool(4),
+        Method::WisPoolPrior(4),
         Method::WisTreePool(4),
         Method::Limit,
         Method::LimitPooled,
@@ -86,7 +95,10 @@ impl Method {
             Method::WisBiased => "wis biased".into(),
             Method::WisRatio => "wis ratio".into(),
             Method::WisReuse => "wis reuse".into(),
+            Method::WisReusePrior => "wis reuse + prior".into(),
+            Method::WisPrior => "wis + prior".into(),
             Method::WisPool(_) => "wis pool".into(),
+            Method::WisPoolPrior(_) => "wis pool + prior".into(),
             Method::WisTreePool(_) => "wis tree pool".into(),
             Method::Limit => "limit".into(),
             Method::LimitPooled => "limit, pooled".into(),
@@ -107,9 +119,22 @@ impl Method {
                 | Method::WisBiased
                 | Method::WisRatio
                 | Method::WisReuse
+                | Method::WisReusePrior
+                | Method::WisPrior
                 | Method::WisPool(_)
+                | Method::WisPoolPrior(_)
                 | Method::WisTreePool(_)
         )
+    }
+
+    /// Whether it reads a visibility prior.
+    pub fn takes_prior(self) -> bool {
+        matches!(self, Method::WisReusePrior | Method::WisPrior | Method::WisPoolPrior(_))
+    }
+
+    /// Whether it shares a product among the hits of a pixel.
+    pub fn shares(self) -> bool {
+        matches!(self, Method::WisReuse | Method::WisReusePrior)
     }
 
     /// Whether it is a yardstick that no renderer could pay for.
@@ -190,6 +215,8 @@ pub struct Estimator {
     /// The limit's product, and for which pixel and hit it is.
     dense: Dense,
     dense_for: Option<([u32; 2], u32)>,
+    /// What other pixels saw, for the methods that take it.
+    pub prior: raw::wis_prior,
     sampler: Sampler,
 }
 
@@ -201,6 +228,8 @@ struct Sampler {
     /// What the library's pool chose, and its memory.
     chosen: Vec<raw::wis_pick>,
     scratch: Block,
+    /// The factors of a prior.
+    factors: Vec<f32>,
 }
 
 impl Estimator {
@@ -209,7 +238,16 @@ impl Estimator {
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Estimator> {
         let product = setting.preparation.memory()?;
         let (dense, sampler) = (Dense::default(), Sampler::default());
-        Ok(Estimator { product, hits, shared: Vec::new(), first: None, dense, dense_for: None, sampler })
+        Ok(Estimator {
+            product,
+            hits,
+            shared: Vec::new(),
+            first: None,
+            dense,
+            dense_for: None,
+            prior: client::prior(),
+            sampler,
+        })
     }
 
     /// The samples of a point in a pass; their contributions add up to the estimate.
@@ -224,7 +262,7 @@ impl Estimator {
         pass: u32,
         n: usize,
     ) -> client::Result<&[Pick]> {
-        let Estimator { product, hits, shared, first, dense, dense_for, sampler } = self;
+        let Estimator { product, hits, shared, first, dense, dense_for, prior, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
         sampler.picks.clear();
         sampler.batch.begin(point.pixel, pass, point.hit);
@@ -261,11 +299,21 @@ impl Estimator {
                 let scale = product.estimate()? as f32 / unshadowed;
                 sampler.picks.iter_mut().for_each(|pick| pick.contribution *= scale);
             }
-            Method::WisPool(k) => sampler.pool(setting, &bsdf, n, k)?,
-            Method::WisTreePool(k) => sampler.density_pool(&prepare(setting, point, product)?, setting, &bsdf, n, k)?,
-            Method::WisReuse => {
+            Method::WisPrior => {
+                let preparation = Preparation { prior: Some(*prior), ..setting.preparation };
+                let query = setting.material.query(point);
+                let prepared = Product::prepare(setting.environment, &query, &preparation, product)?;
+                sampler.product(&prepared, setting, &bsdf, n)?;
+            }
+            Method::WisPoolPrior(k) => sampler.pool(setting, &bsdf, n, k, Some(prior))?,
+            Method::WisPool(k) => sampler.pool(setting, &bsdf, n, k, None)?,
+            Method::WisTreePool(k) => {
+                sampler.density_pool(&prepare(setting, point, product)?, setting, &bsdf, n, k, None)?;
+            }
+            Method::WisReuse | Method::WisReusePrior => {
                 if point.hit == 0 {
-                    let preparation = Preparation { reuse_cone: REUSE_CONE, ..setting.preparation };
+                    let prior = Some(*prior).filter(|_| method.takes_prior());
+                    let preparation = Preparation { reuse_cone: REUSE_CONE, prior, ..setting.preparation };
                     let query = setting.material.query(point);
                     let prepared = Product::prepare(setting.environment, &query, &preparation, product)?;
                     sampler.share(&prepared, *hits, n, shared)?;
@@ -380,9 +428,16 @@ impl Sampler {
         Ok(())
     }
 
-    fn pool(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize, k: usize) -> client::Result<()> {
+    fn pool(
+        &mut self,
+        setting: &Setting,
+        bsdf: &Bsdf,
+        n: usize,
+        k: usize,
+        prior: Option<&raw::wis_prior>,
+    ) -> client::Result<()> {
         let light = setting.light.distribution(setting.environment, raw::WIS_DISTRIBUTION_COMPENSATED);
-        self.density_pool(&light, setting, bsdf, n, k)
+        self.density_pool(&light, setting, bsdf, n, k, prior)
     }
 
     /// Candidates half of a density of the library and half of the BRDF.
@@ -393,6 +448,7 @@ impl Sampler {
         bsdf: &Bsdf,
         n: usize,
         k: usize,
+        prior: Option<&raw::wis_prior>,
     ) -> client::Result<()> {
         let half = n * k / 2;
         self.batch.from_density(density, half)?;
@@ -400,12 +456,22 @@ impl Sampler {
         self.batch.ask(density)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh_by_drawn(|drawn, bsdf| half as f32 * (drawn + bsdf));
-        self.pick(n)
+        let Some(prior) = prior else { return self.pick(n) };
+        // Candidates weigh what is likely to be seen of them, and their picks make up for it.
+        self.factors.resize(self.batch.len(), 0.0);
+        let matrix = setting.light.world_from_map();
+        client::prior_weights(prior, &matrix, self.batch.weighed().0, &mut self.factors)?;
+        self.batch.scale(&self.factors);
+        self.pick(n)?;
+        let chosen = self.chosen.iter().zip(&mut self.picks);
+        chosen.for_each(|(chosen, pick)| pick.contribution /= self.factors[chosen.candidate as usize]);
+        Ok(())
     }
 
     /// Picks `n` samples of a weighed batch by the library.
     fn pick(&mut self, n: usize) -> client::Result<()> {
         let Sampler { batch, picks, chosen, scratch, .. } = self;
+        picks.clear();
         let u = batch.points(Stream::Choice, 1)[0][0];
         chosen.resize(n, Default::default());
         let (wi, weight) = batch.weighed();
@@ -419,7 +485,7 @@ impl Sampler {
     }
 
     fn limit(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
-        self.batch.from_dense(dense, n);
+        self.batch.from_dense((dense, setting.grid), n);
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
         self.take_all();
@@ -429,7 +495,7 @@ impl Sampler {
     fn limit_pooled(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         const CANDIDATES: usize = 4;
         let Sampler { batch, candidates, picks, .. } = self;
-        batch.from_dense(dense, n * CANDIDATES);
+        batch.from_dense((dense, setting.grid), n * CANDIDATES);
         batch.evaluate(bsdf, setting.light, setting.plain);
         batch.weigh_by_drawn(|pdf, _| pdf * (n * CANDIDATES) as f32);
         let offset = batch.points(Stream::Choice, 1)[0][0];

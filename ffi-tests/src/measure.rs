@@ -1,7 +1,7 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
 use crate::batch::{Batch, Stream};
-use crate::client::{self, Block, Density};
+use crate::client::{self, Block, Density, raw};
 use crate::estimator::{Estimator, Method, Pick, Setting, prepare};
 use crate::light::octahedral_direction;
 use crate::material::Bsdf;
@@ -196,8 +196,12 @@ fn repeat(
 ) -> client::Result<Repeat> {
     let mut estimator = Estimator::new(setting, scene.hits)?;
     let (mut picks, mut ends) = (Vec::with_capacity(scene.points.len() * count), Vec::new());
+    let priors = if method.takes_prior() { learn(scene, setting, pass, count * scene.hits)? } else { Vec::new() };
     let start = processor_ns();
-    for point in &scene.points {
+    for (i, point) in scene.points.iter().enumerate() {
+        if let Some(prior) = priors.get(i / scene.hits) {
+            estimator.prior = *prior;
+        }
         picks.extend_from_slice(estimator.picks(method, setting, point, pass, count)?);
         ends.push(picks.len());
     }
@@ -208,6 +212,12 @@ fn repeat(
         estimates.push(shadowed_and_not(scene, point, &picks[first..end]));
         first = end;
     }
+    if method.takes_prior() {
+        // What this pass would teach the next one belongs to its time.
+        let (mut prior, matrix) = (client::prior(), setting.light.world_from_map());
+        let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
+        client::count(&mut prior, &matrix, &wi, &vec![1; wi.len()])?;
+    }
     let traced = processor_ns();
     let points = scene.points.len() as f64;
     Ok(Repeat {
@@ -215,6 +225,23 @@ fn repeat(
         rays_ns: (traced - drawn) / points,
         errors: [0, 1, 2, 3].map(|region| truth.errors(&estimates, region)),
     })
+}
+
+/// What each pixel's tile saw in a pass: the rays of its other pixels, up to 64 each, whose points are their own.
+fn learn(scene: &Scene, setting: &Setting, pass: u32, count: usize) -> client::Result<Vec<raw::wis_prior>> {
+    let mut estimator = Estimator::new(setting, 1)?;
+    let matrix = setting.light.world_from_map();
+    let mut learn_tile = |tile: &Vec<ShadingPoint>| {
+        let mut prior = client::prior();
+        for point in tile {
+            let picks = estimator.picks(Method::Wis, setting, point, pass, count.min(64))?;
+            let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
+            let visible: Vec<u8> = picks.iter().map(|pick| u8::from(scene.visible(point, pick.wi))).collect();
+            client::count(&mut prior, &matrix, &wi, &visible)?;
+        }
+        Ok(prior)
+    };
+    scene.tiles.iter().map(&mut learn_tile).collect()
 }
 
 /// All repeats of a limit, point by point, since it is dear to prepare. Its time is not measured.

@@ -36,6 +36,8 @@ pub struct Scene {
     pub tracer: Tracer,
     /// The hits of a pixel stand together.
     pub points: Vec<ShadingPoint>,
+    /// For each pixel, hits of other pixels of its tile.
+    pub tiles: Vec<Vec<ShadingPoint>>,
     /// Hits of a pixel.
     pub hits: usize,
 }
@@ -92,8 +94,10 @@ impl Scene {
         if points.is_empty() {
             bail!("scene {name}: no shading points");
         }
+        let pixels = points.iter().step_by(hits).map(|point| point.pixel);
+        let tiles = pixels.map(|pixel| camera.tile_of(&tracer, pixel)).collect();
         let name = if hits > 1 { format!("{name}, {hits} hits") } else { name.into() };
-        Ok(Scene { name, tracer, points, hits })
+        Ok(Scene { name, tracer, points, tiles, hits })
     }
 
     /// Tells scenes apart by their shading points.
@@ -148,6 +152,13 @@ impl Camera {
         let mut places = vec![[0.0; 2]; hits];
         points::sobol(client::pixel_seed(pixel, u32::MAX), 0, &mut places);
         (0..).zip(places).filter_map(|(hit, place)| self.hit(tracer, pixel, hit, place)).collect()
+    }
+
+    /// What is seen through sixteen pixels of a pixel's tile of 8 x 8, without that pixel.
+    fn tile_of(&self, tracer: &Tracer, pixel: [u32; 2]) -> Vec<ShadingPoint> {
+        let [left, top] = pixel.map(|x| x & !7);
+        let places = (0..16).map(|i| [left + 2 * (i % 4) + 1, top + 2 * (i / 4) + 1]);
+        places.filter(|&place| place != pixel).filter_map(|place| self.hit(tracer, place, 0, [0.5; 2])).collect()
     }
 
     fn hit(&self, tracer: &Tracer, pixel: [u32; 2], hit: u32, place: [f32; 2]) -> Option<ShadingPoint> {

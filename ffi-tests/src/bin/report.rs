@@ -53,7 +53,8 @@ struct Options {
 
 /// Maps and meshes that are measured if nothing else is asked for and they are there.
 const DATA: &str = "../shared/data";
-const MAPS: [&str; 6] = [
+const MAPS: [&str; 7] = [
+    "rooitou_park_1k.hdr",
     "studio_small_03_1k.hdr",
     "st_fagans_interior_1k.hdr",
     "venice_sunset_1k.hdr",
@@ -202,7 +203,8 @@ impl Bench {
         if scene.hits > 1 {
             effort.counts = vec![1];
         } else {
-            effort.methods.retain(|name| *name != Method::WisReuse.name());
+            let sharing: Vec<String> = Method::ALL.into_iter().filter(|m| m.shares()).map(Method::name).collect();
+            effort.methods.retain(|name| !sharing.contains(name));
         }
         let cell = measure(scene, setting, &reference, &effort)?;
         std::fs::write(file, serde_json::to_vec(&cell)?)?;

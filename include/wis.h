@@ -164,6 +164,10 @@ typedef enum wis_status {
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 typedef struct wis_environment wis_environment;
 
+/// A Haar function of one variable: `2^(level/2) phi(2^level x - translation)`, or the wavelet psi in place of phi.
+/// psi is 1 on the lower and -1 on the upper half.
+typedef struct wis_function wis_function;
+
 /// A prepared shading point: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT) and kept. Constant once prepared; any number of threads may use it at once. Every call on it also
 /// takes the environment that it was prepared with. The same environment, query and configuration give the same
@@ -441,6 +445,30 @@ typedef struct wis_tree_info {
   /// The variance that pruning added, relative.
   double error;
 } wis_tree_info;
+
+/// A non-standard Haar function of n variables: the product of functions of one level.
+typedef struct wis_basis_function {
+  /// The support is a cube of the width 2^-level, at most 31.
+  uint32_t level;
+  /// Where it stands among 2^level along each axis; axes beyond the dimensions are not read.
+  uint32_t translation[4];
+  /// psi instead of phi: bit n - 1 along axis 1, and so on to bit 0 along axis n.
+  uint32_t wavelet;
+} wis_basis_function;
+
+/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
+/// and squares before those inside them.
+typedef struct wis_wavelets {
+  /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
+  uint32_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
+  /// those that were dropped.
+  float detail[3];
+} wis_wavelets;
+
+
 
 #ifdef __cplusplus
 extern "C" {
@@ -819,6 +847,47 @@ enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point,
 /// the bit.
 /// WIS_ZERO_DENSITY if the tree is 0 everywhere.
 enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, uint32_t *index, size_t count);
+
+/// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
+/// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
+/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`.
+enum wis_status wis_tripling_coefficient(uint32_t n,
+                                         uint32_t m,
+                                         const struct wis_basis_function *i,
+                                         const struct wis_basis_function *j,
+                                         const struct wis_basis_function *k,
+                                         double *coefficient);
+
+/// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two
+/// dimensions: exact but for rounding, in any order of the trees, one visit of each square that two of them keep. For
+/// the six faces of a cube map, or three channels, add up as many calls.
+enum wis_status wis_triple_integral(const struct wis_tree *brdf,
+                                    const struct wis_tree *light,
+                                    const struct wis_tree *visibility,
+                                    double *integral);
+
+/// Keeps the `keep` wavelets of a tree of two dimensions with the largest orthonormal coefficients (non-linear
+/// approximation); of equal ones the first in depth-first order. `wavelets` has room for `keep` elements;
+/// `wavelet_count` tells how many squares were written, at most that many. Costs 33 visits of each square: do it when
+/// the function is built.
+enum wis_status wis_triple_select(const struct wis_tree *tree,
+                                  uint32_t keep,
+                                  struct wis_wavelets *wavelets,
+                                  uint32_t *wavelet_count);
+
+/// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
+/// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
+/// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as
+/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a walk down the trees for each
+/// element, whatever the resolution.
+enum wis_status wis_triple_sublinear(double brdf_average,
+                                     uint32_t brdf_count,
+                                     const struct wis_wavelets *brdf,
+                                     uint32_t light_count,
+                                     const struct wis_wavelets *kept_light,
+                                     const struct wis_tree *light,
+                                     const struct wis_tree *visibility,
+                                     double *integral);
 
 #ifdef __cplusplus
 }  // extern "C"

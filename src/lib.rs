@@ -33,6 +33,8 @@ pub mod split;
 pub mod status;
 pub mod strata;
 pub mod tree;
+pub mod triple;
+pub mod tripling;
 pub mod warp;
 pub mod wide;
 

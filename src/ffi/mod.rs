@@ -24,6 +24,7 @@ pub mod prior;
 pub mod product;
 pub mod strata;
 pub mod tree;
+pub mod triple;
 
 mod control;
 mod density;

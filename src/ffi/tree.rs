@@ -516,6 +516,21 @@ unsafe fn publish(memory: *const Tree, header: &Header, tree: *mut *const Tree, 
     }
 }
 
+/// A tree of two dimensions, and what its stored values are to be multiplied by.
+///
+/// # Safety
+/// The handle is null or points to a tree of this version.
+pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, f64)> {
+    // SAFETY: the caller's contract; the header tells the number of children.
+    unsafe {
+        let object = Object::view(tree, argument)?;
+        if object.header.dimensions != 2 {
+            return Err(Failure::new(Status::InvalidArgument, argument));
+        }
+        Ok((object.tree::<4>(), exp2i(object.header.exponent)))
+    }
+}
+
 /// # Safety
 /// The objects are trees of this version.
 unsafe fn product_integral(e: &Object, f: &Object) -> Checked<f64> {

@@ -15,6 +15,8 @@ use wis::prior::Prior;
 use wis::query::Query;
 use wis::status::Status;
 use wis::strata::Light;
+use wis::triple::Wavelets;
+use wis::tripling::BasisFunction;
 
 /// Calls `test` with every parameter of every function.
 fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
@@ -41,6 +43,8 @@ fn alignment(parameter: &Parameter) -> usize {
         "void" | "wis_environment" | "wis_product" | "wis_tree" => WIS_ALIGNMENT,
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
+        "wis_basis_function" => align_of::<BasisFunction>(),
+        "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),

@@ -15,6 +15,8 @@ use wis::pool::Pick;
 use wis::prior::Prior;
 use wis::query::*;
 use wis::status::Status;
+use wis::triple::Wavelets;
+use wis::tripling::BasisFunction;
 
 /// A rotation about the axis (1, 1, 1).
 pub const ROTATION: [f32; 9] = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
@@ -155,7 +157,9 @@ impl Scene {
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,
-            "dimensions" | "depth" | "picks" => 2,
+            "dimensions" | "depth" | "picks" | "n" | "m" => 2,
+            "keep" | "brdf_count" | "light_count" => 2,
+            "brdf_average" => 1,
             "u" => 0,
             "total" => 8,
             "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
@@ -181,7 +185,17 @@ impl Scene {
             "const wis_callback_brdf *brdf" => callback_brdf(),
             "const wis_environment *environment" => self.environment.clone(),
             "const wis_product *product" => self.product.clone(),
-            "const wis_tree *tree" | "const wis_tree *e" | "const wis_tree *f" => self.tree.clone(),
+            tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
+            function if function.starts_with("const wis_basis_function *") => {
+                numbers(&[BasisFunction { level: 1, translation: [1, 0, 0, 0], wavelet: 2 }])
+            }
+            "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => {
+                let wavelets = |level, position| Wavelets { position, level, detail: [0.5, 0.0, -0.25] };
+                numbers(&[wavelets(0, 0), wavelets(1, 1 << 22)])
+            }
+            "wis_wavelets *wavelets" => unwritten(2 * size_of::<Wavelets>()),
+            "uint32_t *wavelet_count" => unwritten(4),
+            "double *coefficient" => unwritten(8),
             "const void *memory" => self.stored(name).to_vec(),
             "void *memory" => unwritten(self.size(name).bytes),
             "void *scratch" if name == "wis_environment_run" => self.decoded.clone(),

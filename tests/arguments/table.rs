@@ -8,6 +8,7 @@ use wis::ffi::prior::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
 use wis::ffi::tree::*;
+use wis::ffi::triple::*;
 use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.
@@ -89,5 +90,11 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_sample(tree, u, point, pdf);
     wis_tree_pdf(tree, point, pdf);
     wis_tree_invert(tree, point, u);
+    wis_tripling_coefficient(n, m, i, j, k, coefficient);
+    wis_triple_integral(brdf, light, visibility, integral);
+    wis_triple_select(tree, keep, wavelets, wavelet_count);
+    wis_triple_sublinear(
+        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
+    );
     wis_warp_in_place(tree, points, index, count);
 };

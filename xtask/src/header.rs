@@ -13,13 +13,15 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 9] = [
     "src/ffi/mod.rs",
     "src/query.rs",
     "src/descent.rs",
     "src/prior.rs",
     "src/pool.rs",
     "src/strata.rs",
+    "src/tripling.rs",
+    "src/triple.rs",
     "src/status.rs",
 ];
 

@@ -1,0 +1,137 @@
+//! Tripling coefficients and triple product integrals in C.
+
+use super::tree::{Tree, square_tree};
+use super::{Checked, Failure, answer, borrow, out, slice, slice_mut};
+use crate::status::Status;
+use crate::triple::{self, Wavelets};
+use crate::tripling::{self, BasisFunction};
+use core::ptr::null_mut;
+
+/// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
+/// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
+/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tripling_coefficient(
+    n: u32,
+    m: u32,
+    i: *const BasisFunction,
+    j: *const BasisFunction,
+    k: *const BasisFunction,
+    coefficient: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        if !(1..=4).contains(&n) {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        if !(1..=n).contains(&m) {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let function = |pointer, dimensions: u32, argument| -> Checked<&BasisFunction> {
+                let function: &BasisFunction = borrow(pointer, argument)?;
+                let valid = function.is_valid(dimensions as usize);
+                if valid { Ok(function) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+            };
+            let functions = [function(i, n, 3)?, function(j, n, 4)?, function(k, m, 5)?];
+            out(coefficient, 6)?.write(tripling::generalised(n as usize, m as usize, functions).to_f64());
+        }
+        Ok(())
+    })
+}
+
+/// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two
+/// dimensions: exact but for rounding, in any order of the trees, one visit of each square that two of them keep. For
+/// the six faces of a cube map, or three channels, add up as many calls.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_integral(
+    brdf: *const Tree,
+    light: *const Tree,
+    visibility: *const Tree,
+    integral: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let trees = [square_tree(brdf, 1)?, square_tree(light, 2)?, square_tree(visibility, 3)?];
+            let scale = trees[0].1 * trees[1].1 * trees[2].1;
+            let sum = triple::integral([&trees[0].0, &trees[1].0, &trees[2].0]);
+            out(integral, 4)?.write(sum * scale);
+        }
+        Ok(())
+    })
+}
+
+/// Keeps the `keep` wavelets of a tree of two dimensions with the largest orthonormal coefficients (non-linear
+/// approximation); of equal ones the first in depth-first order. `wavelets` has room for `keep` elements;
+/// `wavelet_count` tells how many squares were written, at most that many. Costs 33 visits of each square: do it when
+/// the function is built.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_select(
+    tree: *const Tree,
+    keep: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (tree, scale) = square_tree(tree, 1)?;
+            let wavelets = slice_mut(wavelets, keep as usize, 3)?;
+            let target = out(wavelet_count, 4)?;
+            target.write(triple::select(&tree, keep, scale, wavelets) as u32);
+        }
+        Ok(())
+    })
+}
+
+/// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
+/// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
+/// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as
+/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a walk down the trees for each
+/// element, whatever the resolution.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_sublinear(
+    brdf_average: f64,
+    brdf_count: u32,
+    brdf: *const Wavelets,
+    light_count: u32,
+    kept_light: *const Wavelets,
+    light: *const Tree,
+    visibility: *const Tree,
+    integral: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        if !brdf_average.is_finite() {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let list = |pointer, count: u32, argument| -> Checked<&[Wavelets]> {
+                let list: &[Wavelets] = if count == 0 { &[] } else { slice(pointer, count as usize, argument)? };
+                let ordered = triple::is_ordered(list);
+                if ordered { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+            };
+            let (brdf, kept) = (list(brdf, brdf_count, 3)?, list(kept_light, light_count, 5)?);
+            let (light, light_scale) = square_tree(light, 6)?;
+            let (visible, visible_scale) = square_tree(visibility, 7)?;
+            let target = out(integral, 8)?;
+            let kept = triple::Scaled { wavelets: kept, scale: 1.0 / light_scale };
+            let sum = triple::sublinear(brdf_average, brdf, kept, &light, &visible);
+            target.write(sum * light_scale * visible_scale);
+        }
+        Ok(())
+    })
+}

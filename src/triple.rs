@@ -1,0 +1,354 @@
+//! Triple product integrals: of BRDF x light x visibility over a square, from their wavelets.
+//!
+//! Ng et al. 2004, "Triple Product Wavelet Integrals for All-Frequency Relighting", Section 5. Wavelets of one square
+//! meet in three ways: all three differ (the signs multiply to 1), or two are equal and the third function is constant on
+//! the square, where it has the average that the paper calls a parent sum. In value space (coefficients times 2^level)
+//! there are no other factors than the area of the square. Averages are what our trees store, so parent sums cost
+//! nothing there; [`direct`] adds them up from the ancestors' wavelets as the paper's first algorithm does.
+
+use crate::haar::analyse;
+use crate::morton::MAX_DEPTH;
+use crate::numeric::inverse_power;
+use crate::tree::Tree;
+
+/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
+/// and squares before those inside them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wavelets {
+    /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
+    pub position: u32,
+    /// The square has the width 2^-level.
+    pub level: u32,
+    /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
+    /// those that were dropped.
+    pub detail: [f32; 3],
+}
+
+impl Wavelets {
+    /// Whether `other` lies in this square and is smaller.
+    fn holds(&self, other: &Wavelets) -> bool {
+        self.level < other.level && (self.position ^ other.position) >> shift(self.level) == 0
+    }
+
+    /// The child that contains a smaller square.
+    fn child_towards(&self, other: &Wavelets) -> u32 {
+        other.position >> shift(self.level + 1) & 3
+    }
+
+    /// What comes first in depth-first order.
+    fn key(&self) -> (u32, u32) {
+        (self.position, self.level)
+    }
+
+    fn details(&self) -> [f64; 3] {
+        self.detail.map(f64::from)
+    }
+}
+
+/// Bits of a position below those of a level.
+fn shift(level: u32) -> u32 {
+    2 * MAX_DEPTH.saturating_sub(level) & 31
+}
+
+/// Whether a list is in order, of squares on the grid, with numbers.
+pub fn is_ordered(list: &[Wavelets]) -> bool {
+    let on_grid = |w: &Wavelets| {
+        let inside = u64::from(w.position) < 1 << (2 * MAX_DEPTH) && w.level < MAX_DEPTH;
+        inside
+            && w.position.trailing_zeros().min(2 * MAX_DEPTH) >= shift(w.level)
+            && w.detail.iter().all(|d| d.is_finite())
+    };
+    list.iter().all(on_grid) && list.windows(2).all(|pair| matches!(pair, [a, b] if a.key() < b.key()))
+}
+
+/// A function on a square: its average and its details.
+type Square = [f64; 4];
+
+/// What the wavelets of a square add to the integral, but for its area: one product for each order of three different
+/// ones, and for each wavelet that two functions share the average of the third.
+fn meet(p: Square, l: Square, v: Square) -> f64 {
+    let different =
+        p[1] * (l[2] * v[3] + l[3] * v[2]) + p[2] * (l[1] * v[3] + l[3] * v[1]) + p[3] * (l[1] * v[2] + l[2] * v[1]);
+    let shared = |a: Square, b: Square| a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    different + p[0] * shared(l, v) + l[0] * shared(p, v) + v[0] * shared(p, l)
+}
+
+fn area(level: u32) -> f64 {
+    f64::from(inverse_power(2 * level))
+}
+
+/// A square during a walk through three trees: where each tree has one, and the averages.
+#[derive(Clone, Copy, Default)]
+struct Visit {
+    squares: [Option<u32>; 3],
+    averages: [f64; 3],
+    level: u32,
+}
+
+impl Visit {
+    fn root(trees: [&Tree<4>; 3]) -> Visit {
+        let averages = trees.map(|tree| f64::from(tree.average()));
+        Visit { squares: trees.map(|tree| tree.root_square()), averages, level: 0 }
+    }
+
+    /// The functions on the square; where a tree has ended its function is constant.
+    fn functions(&self, trees: [&Tree<4>; 3]) -> [Square; 3] {
+        let mut functions = [[0.0; 4]; 3];
+        for (k, function) in functions.iter_mut().enumerate() {
+            *function = match self.squares[k] {
+                Some(square) => analyse(trees[k].children(square).map(f64::from)),
+                None => [self.averages[k], 0.0, 0.0, 0.0],
+            };
+        }
+        functions
+    }
+
+    fn child(&self, trees: [&Tree<4>; 3], c: u32) -> Visit {
+        let mut child = Visit { level: self.level + 1, ..*self };
+        for k in 0..3 {
+            if let Some(square) = self.squares[k] {
+                child.averages[k] = f64::from(trees[k].children(square)[c as usize & 3]);
+                child.squares[k] = trees[k].child_square(square, c);
+            }
+        }
+        child
+    }
+
+    /// Whether wavelets of two functions may meet here or below.
+    fn is_shared(&self) -> bool {
+        self.level < MAX_DEPTH && self.squares.iter().flatten().count() >= 2
+    }
+}
+
+/// Squares that wait during a depth-first walk: three beside each on the path.
+const WAITING: usize = 3 * MAX_DEPTH as usize + 4;
+
+/// The integral over the unit square of the product of three trees: the linear algorithm. One visit of each square that
+/// two of them keep.
+pub fn integral(trees: [&Tree<4>; 3]) -> f64 {
+    let root = Visit::root(trees);
+    let mut sum = root.averages[0] * root.averages[1] * root.averages[2];
+    walk(root, trees, |visit| {
+        let [p, l, v] = visit.functions(trees);
+        sum += area(visit.level) * meet(p, l, v);
+    });
+    sum
+}
+
+/// Calls `each` with every square that two of the trees keep, parents first.
+fn walk(root: Visit, trees: [&Tree<4>; 3], mut each: impl FnMut(&Visit)) {
+    let mut waiting = [Visit::default(); WAITING];
+    let mut count = 0usize;
+    let mut next = Some(root).filter(Visit::is_shared);
+    while let Some(visit) = next {
+        each(&visit);
+        for c in (0..4).rev() {
+            let child = visit.child(trees, c);
+            if child.is_shared() {
+                if let Some(slot) = waiting.get_mut(count) {
+                    *slot = child;
+                    count += 1;
+                }
+            }
+        }
+        count = count.wrapping_sub(1);
+        next = waiting.get(count).copied();
+    }
+}
+
+/// As [`integral`], with averages summed up from the ancestors' wavelets at every square: the paper's N log N algorithm.
+pub fn direct(trees: [&Tree<4>; 3]) -> f64 {
+    let root = Visit::root(trees);
+    let averages = root.averages;
+    let mut sum = averages[0] * averages[1] * averages[2];
+    // The functions and the child taken at each level of the path.
+    let mut path = [([[0.0; 4]; 3], 0u32); MAX_DEPTH as usize];
+    let mut open = [(Visit::default(), 0u32); WAITING];
+    let mut count = 0usize;
+    if root.is_shared() {
+        (open[0], count) = ((root, 0), 1);
+    }
+    while let Some(&(visit, own)) = count.checked_sub(1).and_then(|top| open.get(top)) {
+        count -= 1;
+        if let Some(slot) = (visit.level as usize).checked_sub(1).and_then(|above| path.get_mut(above)) {
+            slot.1 = own;
+        }
+        let mut here = visit.functions(trees);
+        for (k, function) in here.iter_mut().enumerate() {
+            let above = path.iter().take(visit.level as usize);
+            function[0] = above.fold(averages[k], |sum, (squares, c)| sum + value(squares[k], *c) - squares[k][0]);
+        }
+        sum += area(visit.level) * meet(here[0], here[1], here[2]);
+        if let Some(slot) = path.get_mut(visit.level as usize) {
+            slot.0 = here;
+        }
+        for c in (0..4).rev() {
+            let child = visit.child(trees, c);
+            if child.is_shared() {
+                if let Some(slot) = open.get_mut(count) {
+                    *slot = (child, c);
+                    count += 1;
+                }
+            }
+        }
+    }
+    sum
+}
+
+/// A function's average on child `c` of a square.
+fn value(square: Square, c: u32) -> f64 {
+    let sign = |f: u32| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
+    square[0] + (sign(1) * square[1] + sign(2) * square[2] + sign(3) * square[3])
+}
+
+/// A function on any square that an approximation keeps: from the root down, as deep as the tree goes.
+fn look_up(tree: &Tree<4>, wavelets: &Wavelets) -> Square {
+    let mut average = f64::from(tree.average());
+    let mut square = tree.root_square();
+    for level in 0..wavelets.level {
+        let Some(here) = square else { break };
+        let c = wavelets.position >> shift(level + 1) & 3;
+        average = f64::from(tree.children(here)[c as usize & 3]);
+        square = tree.child_square(here, c);
+    }
+    match square {
+        Some(here) => analyse(tree.children(here).map(f64::from)),
+        None => [average, 0.0, 0.0, 0.0],
+    }
+}
+
+/// An approximation in the units of the input: its details times `scale` are those of a stored tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Scaled<'a> {
+    /// In order.
+    pub wavelets: &'a [Wavelets],
+    /// A power of two.
+    pub scale: f64,
+}
+
+/// The integral with approximations of BRDF and light: the sublinear algorithm. Wavelets of the BRDF meet the exact light
+/// and visibility; light and visibility that share a wavelet meet the approximate BRDF, for the wavelets of the light
+/// that are kept. Exact if nothing was dropped. Costs a walk down the trees for each square that is kept.
+///
+/// Both lists in order ([`is_ordered`]); `average` is that of the BRDF over the square.
+pub fn sublinear(average: f64, brdf: &[Wavelets], kept_light: Scaled, light: &Tree<4>, visible: &Tree<4>) -> f64 {
+    let mut sum = average * f64::from(light.average()) * f64::from(visible.average());
+    for wavelets in brdf {
+        let (l, v) = (look_up(light, wavelets), look_up(visible, wavelets));
+        let [a, b, c] = wavelets.details();
+        sum += area(wavelets.level) * meet([0.0, a, b, c], l, v);
+    }
+    let mut above = Ancestors::new(average, brdf);
+    for wavelets in kept_light.wavelets {
+        let parents = above.average_on(wavelets) * kept_light.scale;
+        let [_, a, b, c] = look_up(visible, wavelets);
+        let [l1, l2, l3] = wavelets.details();
+        sum += area(wavelets.level) * parents * (l1 * a + l2 * b + l3 * c);
+    }
+    sum
+}
+
+/// The averages of an approximation on squares that come in depth-first order: lazy parent sums without a table. The
+/// squares of the approximation that hold the present one stand on a stack.
+struct Ancestors<'a> {
+    average: f64,
+    rest: &'a [Wavelets],
+    stack: [(Wavelets, f64); MAX_DEPTH as usize],
+    depth: usize,
+}
+
+impl<'a> Ancestors<'a> {
+    fn new(average: f64, list: &'a [Wavelets]) -> Self {
+        Ancestors { average, rest: list, stack: [(Wavelets::default(), 0.0); MAX_DEPTH as usize], depth: 0 }
+    }
+
+    fn average_on(&mut self, wavelets: &Wavelets) -> f64 {
+        while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < wavelets.key()) {
+            self.rest = rest;
+            let average = self.value(next);
+            if let Some(slot) = self.stack.get_mut(self.depth) {
+                *slot = (*next, average);
+                self.depth += 1;
+            }
+        }
+        self.value(wavelets)
+    }
+
+    /// The average on a square, after those that do not hold it have left the stack.
+    fn value(&mut self, wavelets: &Wavelets) -> f64 {
+        while let Some((top, average)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
+            if top.holds(wavelets) {
+                let [a, b, c] = top.details();
+                return value([*average, a, b, c], top.child_towards(wavelets));
+            }
+            self.depth -= 1;
+        }
+        self.average
+    }
+}
+
+/// The size of an orthonormal coefficient.
+fn size(detail: f64, level: u32) -> f32 {
+    (detail.abs() * f64::from(inverse_power(level))) as f32
+}
+
+/// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients (non-linear approximation); of equal
+/// ones the first in depth-first order. Details are multiplied by `scale`. Writes the squares that have any to `out`, in
+/// order, and answers how many there are: at most `keep`, and no more than there is room for.
+pub fn select(tree: &Tree<4>, keep: u32, scale: f64, out: &mut [Wavelets]) -> usize {
+    // The largest threshold that at least `keep` reach, found by the bits of a float, which order as it does.
+    let reached = |threshold: u32| {
+        let mut count = 0u64;
+        each_square(tree, |level, _, square| {
+            let details = square.iter().skip(1);
+            count += details.filter(|d| **d != 0.0 && size(**d, level).to_bits() >= threshold).count() as u64;
+        });
+        count
+    };
+    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        (low, high) = if reached(middle) >= u64::from(keep) { (middle, high) } else { (low, middle) };
+    }
+    // Of those that just reach it, so many are kept.
+    let mut ties = u64::from(keep).saturating_sub(reached(low + 1));
+    let mut used = 0;
+    each_square(tree, |level, position, square| {
+        let mut detail = [0.0f32; 3];
+        for (slot, d) in detail.iter_mut().zip(square.iter().skip(1)) {
+            let bits = size(*d, level).to_bits();
+            let tied = bits == low && ties > 0;
+            if *d != 0.0 && (bits > low || tied) {
+                ties -= u64::from(bits == low);
+                *slot = (d * scale) as f32;
+            }
+        }
+        if detail != [0.0; 3] {
+            if let Some(slot) = out.get_mut(used) {
+                *slot = Wavelets { position, level, detail };
+                used += 1;
+            }
+        }
+    });
+    used
+}
+
+/// Calls `each(level, position, function)` with every square of a tree, depth first.
+fn each_square(tree: &Tree<4>, mut each: impl FnMut(u32, u32, Square)) {
+    let mut waiting = [(0u32, 0u32, 0u32); WAITING];
+    let mut count = 0usize;
+    let mut next = tree.root_square().map(|square| (square, 0, 0));
+    while let Some((square, level, position)) = next {
+        each(level, position, analyse(tree.children(square).map(f64::from)));
+        for c in (0..4u32).rev() {
+            let child = tree.child_square(square, c).filter(|_| level + 1 < MAX_DEPTH);
+            if let (Some(child), Some(slot)) = (child, waiting.get_mut(count)) {
+                *slot = (child, level + 1, position | c << shift(level + 1));
+                count += 1;
+            }
+        }
+        count = count.wrapping_sub(1);
+        next = waiting.get(count).copied();
+    }
+}

@@ -1,0 +1,273 @@
+//! Tripling coefficients and triple product integrals against the vectors, enumeration and sums over pixels.
+
+mod stored;
+
+use stored::{Random, Stored, vectors};
+use wis::morton;
+use wis::numeric::exp2i;
+use wis::tree::Tree;
+use wis::triple::{self, Scaled, Wavelets};
+use wis::tripling::{BasisFunction, Function, Value, coupling, generalised, nonzero_triples, tripling};
+
+fn integers(row: &serde_json::Value) -> Vec<i64> {
+    row.as_array().unwrap().iter().map(|x| x.as_i64().unwrap()).collect()
+}
+
+fn expected(row: &[i64]) -> Value {
+    let [sign, exponent] = row[row.len() - 2..] else { panic!() };
+    Value { sign: sign as i32, exponent: exponent as i32 }
+}
+
+fn assert_value(value: Value, expected: Value, context: &impl std::fmt::Debug) {
+    assert_eq!(value.sign, expected.sign, "{context:?}");
+    assert!(value.sign == 0 || value.exponent == expected.exponent, "{context:?}: {value:?}");
+}
+
+#[test]
+fn coefficients_of_one_variable_are_those_of_the_vectors() {
+    let file = vectors("tripling_1d.json");
+    let function = |v: &[i64]| Function { level: v[0] as u32, translation: v[1] as u32, wavelet: v[2] == 1 };
+    for row in file["tripling"].as_array().unwrap().iter().map(integers) {
+        assert_value(tripling([0, 3, 6].map(|at| function(&row[at..]))), expected(&row), &row);
+    }
+    for row in file["coupling"].as_array().unwrap().iter().map(integers) {
+        assert_value(coupling([0, 3].map(|at| function(&row[at..]))), expected(&row), &row);
+    }
+}
+
+fn basis(v: &[i64], dimensions: usize) -> BasisFunction {
+    let mut translation = [0; 4];
+    translation.iter_mut().zip(&v[1..1 + dimensions]).for_each(|(t, v)| *t = *v as u32);
+    BasisFunction { level: v[0] as u32, translation, wavelet: v[1 + dimensions] as u32 }
+}
+
+#[test]
+fn generalised_coefficients_are_those_of_the_vectors() {
+    for case in vectors("tripling_nd.json")["cases"].as_array().unwrap() {
+        let (n, m) = (case["n"].as_u64().unwrap() as usize, case["m"].as_u64().unwrap() as usize);
+        for row in case["rows"].as_array().unwrap().iter().map(integers) {
+            let (i, j) = (basis(&row, n), basis(&row[n + 2..], n));
+            let k = basis(&row[2 * (n + 2)..], m);
+            assert!(i.is_valid(n) && j.is_valid(n) && k.is_valid(m));
+            assert_value(generalised(n, m, [&i, &j, &k]), expected(&row), &row);
+        }
+    }
+}
+
+/// All basis functions of a square of 2^depth pixels along each axis.
+fn all_functions(depth: u32) -> Vec<BasisFunction> {
+    let mut all = vec![BasisFunction::default()];
+    for level in 0..depth {
+        for (i, j) in (0..1u32 << level).flat_map(|i| (0..1u32 << level).map(move |j| (i, j))) {
+            all.extend((1..4).map(|wavelet| BasisFunction { level, translation: [i, j, 0, 0], wavelet }));
+        }
+    }
+    all
+}
+
+/// The number of coefficients that are not 0, by enumeration: not the paper's.
+#[test]
+fn nonzero_coefficients_are_counted() {
+    let file = vectors("triple.json");
+    for row in file["nonzero_counts"].as_array().unwrap() {
+        let depth = row["L"].as_u64().unwrap() as u32;
+        assert_eq!(nonzero_triples(depth), row["ordered"].as_u64().unwrap());
+        if depth > 3 {
+            continue;
+        }
+        let all = all_functions(depth);
+        let mut count = 0;
+        for (i, j) in all.iter().flat_map(|i| all.iter().map(move |j| (i, j))) {
+            count += all.iter().filter(|k| generalised(2, 2, [i, j, k]).sign != 0).count() as u64;
+        }
+        assert_eq!(count, nonzero_triples(depth));
+    }
+}
+
+fn doubles(value: &serde_json::Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+fn stored(depth: u32, pixels: &[f64]) -> Stored<4> {
+    Stored::complete::<2>(depth, &pixels.iter().map(|&x| x as f32).collect::<Vec<_>>())
+}
+
+fn unit(stored: &Stored<4>) -> f64 {
+    exp2i(stored.exponent)
+}
+
+/// The wavelets `[l, i, j, f]` of a tree, as a list in order.
+fn kept(stored: &Stored<4>, rows: &serde_json::Value) -> Vec<Wavelets> {
+    let tree = stored.tree();
+    let mut list: Vec<Wavelets> = Vec::new();
+    for row in rows.as_array().unwrap().iter().map(integers) {
+        let [level, i, j, f] = row[..] else { panic!() };
+        let code = morton::encode::<2>([i as u32, j as u32], level as u32) as u32;
+        let position = code << (2 * (12 - level as u32));
+        let mut square = tree.root_square().unwrap();
+        for bit in (0..level as u32).rev() {
+            square = tree.child_square(square, code >> (2 * bit) & 3).unwrap();
+        }
+        let details = wis::haar::analyse(tree.children(square).map(f64::from));
+        let same = list.iter_mut().find(|w| (w.position, w.level) == (position, level as u32));
+        let value = (details[f as usize] * unit(stored)) as f32;
+        match same {
+            Some(wavelets) => wavelets.detail[f as usize - 1] = value,
+            None => {
+                let mut detail = [0.0; 3];
+                detail[f as usize - 1] = value;
+                list.push(Wavelets { position, level: level as u32, detail });
+            }
+        }
+    }
+    list.sort_by_key(|w| (w.position, w.level));
+    assert!(triple::is_ordered(&list));
+    list
+}
+
+fn close(value: f64, expected: f64, tolerance: f64, context: &str) {
+    assert!((value - expected).abs() <= tolerance * expected.abs().max(1e-3), "{context}: {value} {expected}");
+}
+
+/// The sublinear integral of three trees in the units of the input.
+fn sublinear(brdf: &Stored<4>, list: &[Wavelets], light: &Stored<4>, kept: &[Wavelets], visible: &Stored<4>) -> f64 {
+    let average = f64::from(brdf.average) * unit(brdf);
+    let kept = Scaled { wavelets: kept, scale: 1.0 / unit(light) };
+    triple::sublinear(average, list, kept, &light.tree(), &visible.tree()) * unit(light) * unit(visible)
+}
+
+#[test]
+fn integrals_are_those_of_the_vectors() {
+    for case in vectors("triple.json")["cases"].as_array().unwrap() {
+        let depth = case["L"].as_u64().unwrap() as u32;
+        let [brdf, light, visible] = ["brdf", "light", "visibility"].map(|name| stored(depth, &doubles(&case[name])));
+        let trees = [&brdf.tree(), &light.tree(), &visible.tree()];
+        let scale = unit(&brdf) * unit(&light) * unit(&visible);
+        let integral = case["integral"].as_f64().unwrap();
+        // Pixels are rounded to f32.
+        close(triple::integral(trees) * scale, integral, 1e-6, "linear");
+        close(triple::direct(trees) * scale, integral, 1e-6, "direct");
+        let (few, bright) = (kept(&brdf, &case["keep_brdf"]), kept(&light, &case["keep_light"]));
+        let all = select_all(&light);
+        let exact = case["brdf_only"].as_f64().unwrap();
+        close(sublinear(&brdf, &few, &light, &all, &visible), exact, 1e-5, "BRDF only");
+        let both = case["sublinear"].as_f64().unwrap();
+        close(sublinear(&brdf, &few, &light, &bright, &visible), both, 1e-5, "sublinear");
+        // The kept wavelets are the largest.
+        let count = |list: &[Wavelets]| list.iter().flat_map(|w| w.detail).filter(|d| *d != 0.0).count() as u32;
+        for (tree, list) in [(&brdf, &few), (&light, &bright)] {
+            let mut own = vec![Wavelets::default(); count(list) as usize];
+            let used = triple::select(&tree.tree(), count(list), unit(tree), &mut own);
+            assert_eq!(own[..used], list[..], "depth {depth}");
+        }
+    }
+}
+
+fn select_all(stored: &Stored<4>) -> Vec<Wavelets> {
+    let mut list = vec![Wavelets::default(); stored.squares.len()];
+    let used = triple::select(&stored.tree(), u32::MAX, unit(stored), &mut list);
+    list.truncate(used);
+    assert!(triple::is_ordered(&list));
+    list
+}
+
+fn image(depth: u32, random: &mut Random, hole: bool) -> Vec<f64> {
+    let pixel = |_| {
+        let x = f64::from(random.unit());
+        if hole && x < 0.5 { 0.0 } else { (4.0 * x).exp() }
+    };
+    (0..1usize << (2 * depth)).map(pixel).collect()
+}
+
+fn by_pixels(images: [&[f64]; 3]) -> f64 {
+    let sum: f64 = images[0]
+        .iter()
+        .zip(images[1])
+        .zip(images[2])
+        .map(|((a, b), c)| f64::from(*a as f32) * f64::from(*b as f32) * f64::from(*c as f32))
+        .sum();
+    sum / images[0].len() as f64
+}
+
+/// All algorithms against the sum over pixels, for complete and for pruned trees, also of different depths of detail.
+#[test]
+fn algorithms_agree_with_the_pixels() {
+    let mut random = Random(41);
+    for depth in 0..=6 {
+        let images =
+            [image(depth, &mut random, false), image(depth, &mut random, true), image(depth, &mut random, true)];
+        let trees = [0, 1, 2].map(|k| stored(depth, &images[k]));
+        let scale: f64 = trees.iter().map(unit).product();
+        let truth = by_pixels([&images[0], &images[1], &images[2]]);
+        let views = [&trees[0].tree(), &trees[1].tree(), &trees[2].tree()];
+        // Averages are stored as f32: off by their rounding, also where the product is 0.
+        let close = |value: f64, expected: f64, tolerance: f64, context: &str| {
+            let averages = trees.iter().map(|tree| f64::from(tree.average) * unit(tree)).product::<f64>();
+            assert!((value - expected).abs() <= tolerance * averages, "{context}, {depth}: {value} {expected}");
+        };
+        close(triple::integral(views) * scale, truth, 1e-6, "linear");
+        close(triple::direct(views) * scale, truth, 1e-6, "direct");
+        let (brdf, light) = (select_all(&trees[0]), select_all(&trees[1]));
+        // Stored averages of large squares are rounded to f32.
+        close(sublinear(&trees[0], &brdf, &trees[1], &light, &trees[2]), truth, 2e-6, "nothing dropped");
+        if depth == 0 {
+            continue;
+        }
+        let pruned = [0, 1, 2].map(|k| trees[k].pruned(0.1 * (k + 1) as f64).0);
+        let scale: f64 = pruned.iter().map(unit).product();
+        let flat = [0, 1, 2].map(|k| pruned[k].pixels::<2>());
+        let sum: f64 = (0..flat[0].len()).map(|i| flat[0][i] * flat[1][i] * flat[2][i]).sum();
+        let views: [&Tree<4>; 3] = [&pruned[0].tree(), &pruned[1].tree(), &pruned[2].tree()];
+        close(triple::integral(views) * scale, sum / flat[0].len() as f64, 1e-6, "pruned");
+        close(triple::direct(views) * scale, sum / flat[0].len() as f64, 1e-6, "pruned, direct");
+    }
+}
+
+/// What is dropped from the BRDF alone is off by at most the norm of the dropped part times that of light x visibility
+/// (Cauchy and Schwarz), and more wavelets are never needed than there are.
+#[test]
+fn dropped_wavelets_cost_at_most_their_norm() {
+    let mut random = Random(43);
+    let depth = 5;
+    let images = [image(depth, &mut random, false), image(depth, &mut random, true), image(depth, &mut random, true)];
+    let trees = [0, 1, 2].map(|k| stored(depth, &images[k]));
+    let truth = by_pixels([&images[0], &images[1], &images[2]]);
+    let light = select_all(&trees[1]);
+    let count = images[0].len() as f64;
+    let norm = |values: &mut dyn Iterator<Item = f64>| (values.map(|x| x * x).sum::<f64>() / count).sqrt();
+    let rest = norm(&mut (0..images[0].len()).map(|i| images[1][i] * images[2][i]));
+    let energy = |list: &[Wavelets]| -> f64 {
+        let own =
+            |w: &Wavelets| w.detail.map(|d| f64::from(d).powi(2)).iter().sum::<f64>() * 0.25f64.powi(w.level as i32);
+        list.iter().map(own).sum()
+    };
+    let all = energy(&select_all(&trees[0]));
+    let mut before = f64::INFINITY;
+    for keep in [0, 1, 10, 100, 500, 1000, 3 * 341, 5000] {
+        let mut list = vec![Wavelets::default(); keep as usize];
+        let used = triple::select(&trees[0].tree(), keep, unit(&trees[0]), &mut list);
+        let list = &list[..used];
+        let dropped = (all - energy(list)).max(0.0).sqrt();
+        assert!(dropped <= before * (1.0 + 1e-6));
+        before = dropped;
+        let off = (sublinear(&trees[0], list, &trees[1], &light, &trees[2]) - truth).abs();
+        assert!(off <= dropped * rest + 1e-4 * truth, "{keep}: {off} {}", dropped * rest);
+    }
+}
+
+#[test]
+fn lists_out_of_order_are_told() {
+    let w = |position, level| Wavelets { position, level, detail: [1.0; 3] };
+    assert!(triple::is_ordered(&[]) && triple::is_ordered(&[w(0, 0), w(0, 1), w(0, 11), w(1 << 22, 1)]));
+    let nan = Wavelets { detail: [f32::NAN, 0.0, 0.0], ..w(0, 0) };
+    for list in [
+        [w(0, 1), w(0, 0)],
+        [w(0, 1), w(0, 1)],
+        [w(0, 0), w(1, 1)],
+        [w(0, 0), w(1 << 24, 1)],
+        [w(0, 0), w(0, 12)],
+        [nan, w(0, 3)],
+    ] {
+        assert!(!triple::is_ordered(&list), "{list:?}");
+    }
+}

@@ -100,6 +100,13 @@
 /// Proportional to the luminance above the mean: for multiple importance sampling with the BRDF.
 #define WIS_DISTRIBUTION_COMPENSATED 1
 
+/// Directions uniform over the solid angle of a stratum: the paper's jitter, biased in shadow where the light varies
+/// inside the stratum.
+#define WIS_JITTER_UNIFORM 0
+
+/// Directions in proportion to the radiance of the texels: the light's `rgb` luminance x visibility is unbiased.
+#define WIS_JITTER_ENERGY 1
+
 /// The most candidates of one pool.
 #define WIS_MAX_CANDIDATES (1 << 24)
 
@@ -167,6 +174,10 @@ typedef struct wis_environment wis_environment;
 /// A Haar function of one variable: `2^(level/2) phi(2^level x - translation)`, or the wavelet psi in place of phi.
 /// psi is 1 on the lower and -1 on the upper half.
 typedef struct wis_function wis_function;
+
+/// The texels of every stratum, to place samples inside: bytes in your memory without pointers. Constant once built; any
+/// number of threads may use it at once. Nothing to free.
+typedef struct wis_jitter wis_jitter;
 
 /// A prepared shading point: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT) and kept. Constant once prepared; any number of threads may use it at once. Every call on it also
@@ -596,6 +607,49 @@ enum wis_status wis_haar_forward(uint32_t dimensions, uint32_t depth, size_t cou
 
 /// Replaces the coefficients of wis_haar_forward by the image, in place.
 enum wis_status wis_haar_inverse(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+
+/// The memory that wis_jitter_init needs for the strata of a lat-long map.
+enum wis_status wis_jitter_size(const struct wis_environment_config *map,
+                                uint32_t light_count,
+                                struct wis_memory_size *size,
+                                struct wis_diagnostic *diagnostic);
+
+/// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
+/// `light_count`), so that directions can be drawn inside each. `distribution`: WIS_JITTER_*. `world_from_map` as in
+/// wis_strata_config; null is the identity.
+enum wis_status wis_jitter_init(const struct wis_environment_config *map,
+                                const float world_from_map[9],
+                                uint32_t light_count,
+                                const uint32_t *label,
+                                uint32_t distribution,
+                                void *memory,
+                                size_t bytes,
+                                void *scratch,
+                                size_t scratch_bytes,
+                                const struct wis_jitter **jitter,
+                                struct wis_diagnostic *diagnostic);
+
+/// Draws a direction inside stratum `light` (WIS_INVALID_ARGUMENT if there is none). The pdf is per solid angle within the
+/// stratum. With WIS_JITTER_ENERGY add the light's whole energy x BRDF x cosine x visibility, without dividing by the
+/// pdf; for radiance looked up at the sample divide by it.
+enum wis_status wis_jitter_sample(const struct wis_jitter *jitter,
+                                  uint32_t light,
+                                  const float u[2],
+                                  struct wis_sample *sample);
+
+/// The pdf of wis_jitter_sample for any direction of unit length: the very bits that a sample came with, and 0 outside
+/// the stratum.
+enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, const float wi[3], float *pdf);
+
+/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): sorts the numbers of `count` lights
+/// by `contribution` (radiance x BRDF x cosine, at least 0 and finite), the largest first, into `index`, and tells how
+/// many to trace in `traced`: what the others could add is at most `threshold` (0 to 1) of the whole. Estimate those by
+/// their sum x the share of a random few of them that is visible.
+enum wis_status wis_strata_order(size_t count,
+                                 const float *contribution,
+                                 float threshold,
+                                 uint32_t *index,
+                                 uint32_t *traced);
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);

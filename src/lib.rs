@@ -15,6 +15,7 @@ pub mod environment;
 pub mod haar;
 pub mod image;
 pub mod inner;
+pub mod jitter;
 pub mod lobe;
 pub mod morton;
 pub mod numeric;

@@ -6,9 +6,14 @@ mod support;
 use std::ptr::{null, null_mut};
 use stored::{cases, doubles, floats, integer, number};
 use support::{Map, Memory};
+use wis::descent::Sample;
 use wis::ffi::MemorySize;
 use wis::ffi::environment::{
     EnvironmentConfig, WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL,
+};
+use wis::ffi::jitter::{
+    Jitter, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample, wis_jitter_size,
+    wis_strata_order,
 };
 use wis::ffi::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
 use wis::status::Status;
@@ -220,6 +225,156 @@ fn lights_carry_the_energy_of_their_strata() {
         for (k, row) in matrix.chunks(3).enumerate() {
             let world = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
             assert!((world - b.direction[k]).abs() < 1e-6);
+        }
+    }
+}
+
+/// A table of places inside strata.
+struct Places {
+    handle: *const Jitter,
+    /// What the handle points to.
+    _memory: Memory,
+}
+
+impl Places {
+    fn new(map: &EnvironmentConfig, matrix: *const [f32; 9], count: u32, label: &[u32], distribution: u32) -> Places {
+        let (mut size, mut handle) = (MemorySize::default(), null());
+        // SAFETY: all pointers are valid.
+        unsafe {
+            assert_eq!(wis_jitter_size(map, count, &mut size, null_mut()), Status::Ok);
+            let (mut memory, mut scratch) =
+                (Memory::filled(size.bytes, 0xa5), Memory::filled(size.scratch_bytes, 0x5a));
+            let (place, work, labels) = (memory.pointer(), scratch.pointer(), label.as_ptr());
+            let status = wis_jitter_init(
+                map,
+                matrix,
+                count,
+                labels,
+                distribution,
+                place,
+                size.bytes,
+                work,
+                size.scratch_bytes,
+                &mut handle,
+                null_mut(),
+            );
+            assert_eq!(status, Status::Ok);
+            Places { handle, _memory: memory }
+        }
+    }
+
+    fn sample(&self, light: u32, u: [f32; 2]) -> Sample {
+        let mut sample = Sample::default();
+        // SAFETY: all pointers are valid.
+        assert_eq!(unsafe { wis_jitter_sample(self.handle, light, &u, &mut sample) }, Status::Ok);
+        sample
+    }
+
+    fn pdf(&self, light: u32, wi: [f32; 3]) -> f32 {
+        let mut pdf = f32::NAN;
+        // SAFETY: all pointers are valid.
+        assert_eq!(unsafe { wis_jitter_pdf(self.handle, light, &wi, &mut pdf) }, Status::Ok);
+        pdf
+    }
+}
+
+const TURNED: [f32; 9] = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6];
+
+/// Places stay in their stratum at every corner of u, come with the pdf of their direction, and the pdf integrates to 1
+/// over the stratum and is 0 elsewhere.
+#[test]
+fn places_are_distributions_over_their_strata() {
+    let (width, height) = (48, 24);
+    let map = Map { pixels: room(width, height), ..Map::latlong(width, height, |_, _| 0.0) };
+    let config = StrataConfig { world_from_map: TURNED.as_ptr(), ..strata_config(30) };
+    let (lights, label) = lights(&map.config(0, 0), &config).unwrap();
+    for distribution in [WIS_JITTER_UNIFORM, WIS_JITTER_ENERGY] {
+        let places = Places::new(&map.config(0, 0), &TURNED, lights.len() as u32, &label, distribution);
+        let corners = [0.0, 1e-7, 0.3, 0.5, 0.999_999, 1.0 - 1.0 / 16_777_216.0, f32::NAN];
+        for light in 0..lights.len() as u32 {
+            for (u, v) in corners.iter().flat_map(|&u| corners.map(|v| (u, v))) {
+                let sample = places.sample(light, [u, v]);
+                assert!(sample.pdf > 0.0 && places.pdf(light, sample.wi) == sample.pdf);
+                assert_eq!(places.pdf((light + 1) % lights.len() as u32, sample.wi), 0.0);
+            }
+        }
+        let mut integrals = vec![0.0; lights.len()];
+        for texel in 0..width * height {
+            let sizes = Config::new(width, height, 1);
+            let d = direction(&sizes, texel).map(|c| c as f32);
+            let world: [f32; 3] = std::array::from_fn(|k| (0..3).map(|i| TURNED[3 * k + i] * d[i]).sum());
+            let own = label[texel as usize];
+            let angle = wis::sphere::latlong_solid_angle(width, height, texel / width);
+            integrals[own as usize] += f64::from(places.pdf(own, world)) * angle;
+        }
+        assert!(integrals.iter().all(|integral| (integral - 1.0).abs() < 1e-5), "{integrals:?}");
+    }
+}
+
+/// Energy-proportional places make weight x visibility unbiased; uniform ones do not. Of 60 000 places each, a fault of
+/// 2 % of the whole would be 5 standard errors and more (asserted).
+#[test]
+fn energy_proportional_places_are_unbiased_in_shadow() {
+    let (width, height) = (48, 24);
+    let map = Map { pixels: room(width, height), ..Map::latlong(width, height, |_, _| 0.0) };
+    let (lights, label) = lights(&map.config(0, 0), &strata_config(12)).unwrap();
+    let visible = |wi: [f64; 3]| 0.7 * wi[0] - 0.5 * wi[1] + 0.3 * wi[2] > 0.07;
+    let sizes = Config::new(width, height, 1);
+    // The occluder's edge runs through texels: their visible share by 24 x 24 places.
+    let fine = Config::new(24 * width, 24 * height, 1);
+    let mut exact = 0.0;
+    for texel in 0..fine.width * fine.height {
+        let (x, y) = (texel % fine.width / 24, texel / fine.width / 24);
+        let angle = wis::sphere::latlong_solid_angle(fine.width, fine.height, texel / fine.width);
+        let seen = f64::from(u8::from(visible(direction(&fine, texel))));
+        exact += f64::from(map.pixels[(y * sizes.width + x) as usize]) * angle * seen;
+    }
+    let total: f64 = lights.iter().map(|l| f64::from(l.luminance)).sum();
+    let estimate = |distribution: u32| {
+        let places = Places::new(&map.config(0, 0), null(), lights.len() as u32, &label, distribution);
+        let (mut sum, mut square) = (0.0, 0.0);
+        const COUNT: u32 = 60_000;
+        let mut random = support::Random(77);
+        for _ in 0..COUNT {
+            let seen = |light: u32, u| visible(places.sample(light, u).wi.map(f64::from));
+            let value: f64 = (0u32..)
+                .zip(&lights)
+                .filter(|(number, _)| seen(*number, [random.f32(), random.f32()]))
+                .map(|(_, light)| f64::from(light.luminance))
+                .sum();
+            sum += value / f64::from(COUNT);
+            square += value * value / f64::from(COUNT);
+        }
+        (sum, ((square - sum * sum) / f64::from(COUNT)).sqrt())
+    };
+    let (mean, error) = estimate(WIS_JITTER_ENERGY);
+    println!("energy: {mean} of {exact} +- {error}; all {total}");
+    assert!((mean - exact).abs() < 5.0 * error && 7.33 * error < 0.02 * exact);
+    let (mean, error) = estimate(WIS_JITTER_UNIFORM);
+    println!("uniform: {mean} of {exact} +- {error}");
+    assert!((mean - exact).abs() > 5.0 * error);
+}
+
+#[test]
+fn lights_are_ordered_by_what_they_may_add() {
+    let mut random = support::Random(5);
+    for count in [0usize, 1, 2, 3, 17, 300, 1000] {
+        let contribution: Vec<f32> =
+            (0..count).map(|i| if i % 3 == 0 { 0.0 } else { (8.0 * random.f32()).floor() }).collect();
+        for threshold in [0.0, 0.02, 0.5, 1.0] {
+            let (mut index, mut traced) = (vec![u32::MAX; count], u32::MAX);
+            // SAFETY: both arrays have `count` elements.
+            let status =
+                unsafe { wis_strata_order(count, contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced) };
+            assert_eq!(status, Status::Ok);
+            let mut expected: Vec<u32> = (0..count as u32).collect();
+            expected.sort_by(|&a, &b| contribution[b as usize].total_cmp(&contribution[a as usize]).then(a.cmp(&b)));
+            assert_eq!(index, expected);
+            let sum = |lights: &[u32]| lights.iter().map(|&i| f64::from(contribution[i as usize])).sum::<f64>();
+            let (kept, rest) = index.split_at(traced as usize);
+            assert!(sum(rest) <= f64::from(threshold) * sum(&index));
+            let one_less = kept.split_last().map(|(last, _)| sum(rest) + f64::from(contribution[*last as usize]));
+            assert!(one_less.is_none_or(|rest| rest > f64::from(threshold) * sum(&index)));
         }
     }
 }

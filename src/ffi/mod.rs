@@ -18,6 +18,7 @@ macro_rules! with_axes {
 
 pub mod environment;
 pub mod haar;
+pub mod jitter;
 pub mod points;
 pub mod pool;
 pub mod prior;

@@ -136,10 +136,7 @@ fn decode(request: &Request, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Che
     let mut largest = 0.0;
     for ((y, values), colours) in (0..).zip(luminance.chunks_exact_mut(width)).zip(rgb.chunks_exact_mut(width)) {
         let summary = kernel::decode(&request.map, &request.rows, y, values, colours);
-        let summary = summary.map_err(|error| match error {
-            RowError::Missing => Failure::at(error.status(), 1, 0, y),
-            RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y),
-        })?;
+        let summary = summary.map_err(|error| refused(&error, y))?;
         largest = if summary.largest > largest { summary.largest } else { largest };
     }
     for (value, colour) in luminance.iter_mut().zip(rgb) {
@@ -148,6 +145,42 @@ fn decode(request: &Request, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Che
         }
     }
     Ok(())
+}
+
+/// Decodes the luminance of all texels as [`decode`] does.
+pub(super) fn decode_luminance(map: &kernel::Config, rows: &PixelRows, luminance: &mut [f64]) -> Checked<()> {
+    let width = map.pixels.width.max(1) as usize;
+    let plain = kernel::Config { rgb: false, ..*map };
+    let mut largest = 0.0;
+    for (y, values) in (0..).zip(luminance.chunks_exact_mut(width)) {
+        let summary = kernel::decode(&plain, rows, y, values, &mut []).map_err(|error| refused(&error, y))?;
+        largest = if summary.largest > largest { summary.largest } else { largest };
+    }
+    for value in luminance.iter_mut().filter(|value| !(**value < f64::INFINITY)) {
+        *value = largest;
+    }
+    Ok(())
+}
+
+/// Checks the configuration of a lat-long map, the first argument.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+pub(super) unsafe fn read_map(map: *const EnvironmentConfig) -> Checked<(kernel::Config, PixelRows)> {
+    // SAFETY: the caller's contract.
+    let (request, rows) = unsafe { read_config(map)? };
+    match request.config.pixels.layout {
+        Layout::LatLong => Ok((request.config, rows)),
+        _ => Err(Failure::new(Status::InvalidArgument, 1)),
+    }
+}
+
+/// A row that was refused.
+fn refused(error: &RowError, y: u32) -> Failure {
+    match error {
+        RowError::Missing => Failure::at(error.status(), 1, 0, y),
+        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y),
+    }
 }
 
 /// A map and a config that were checked.
@@ -164,12 +197,9 @@ impl Request {
     unsafe fn read(map: *const EnvironmentConfig, config: *const StrataConfig) -> Checked<Request> {
         // SAFETY: the caller's contract.
         let (map, rows, given) = unsafe {
-            let (request, rows) = read_config(map)?;
-            (request.config, rows, sized(config, 2)?)
+            let (map, rows) = read_map(map)?;
+            (map, rows, sized(config, 2)?)
         };
-        if map.pixels.layout != Layout::LatLong {
-            return Err(Failure::new(Status::InvalidArgument, 1));
-        }
         let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
         if given.levels > 64 || !(limit > 0.0 && limit <= f32::MAX) {
             return Err(Failure::new(Status::InvalidArgument, 2));

@@ -31,7 +31,8 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 /// The pointers of which the header says that they may be null.
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
-        "diagnostic" | "world_from_map" | "label" => true,
+        "diagnostic" | "world_from_map" => true,
+        "label" => function.name == "wis_strata_lights",
         "info" => function.name != "wis_product_describe",
         _ => false,
     }
@@ -40,7 +41,7 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
 /// The alignment of what a pointer points to.
 fn alignment(parameter: &Parameter) -> usize {
     match parameter.pointee() {
-        "void" | "wis_environment" | "wis_product" | "wis_tree" => WIS_ALIGNMENT,
+        "void" | "wis_environment" | "wis_product" | "wis_tree" | "wis_jitter" => WIS_ALIGNMENT,
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
         "wis_basis_function" => align_of::<BasisFunction>(),

@@ -6,6 +6,7 @@ use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;
+use wis::ffi::jitter::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
@@ -49,6 +50,8 @@ pub struct Scene {
     product_size: MemorySize,
     pool_size: MemorySize,
     strata_size: MemorySize,
+    jitter_size: MemorySize,
+    jitter: Vec<u8>,
     product: Vec<u8>,
     tree_size: MemorySize,
     tree: Vec<u8>,
@@ -66,12 +69,15 @@ impl Scene {
             product_size: MemorySize::default(),
             pool_size: MemorySize::default(),
             strata_size: MemorySize::default(),
+            jitter_size: MemorySize::default(),
+            jitter: Vec::new(),
             product: Vec::new(),
             tree_size: MemorySize::default(),
             tree: Vec::new(),
         };
         scene.build_environment();
         scene.build_product();
+        scene.build_jitter();
         scene.build_tree();
         scene
     }
@@ -122,6 +128,35 @@ impl Scene {
         }
     }
 
+    fn build_jitter(&mut self) {
+        let map = Block::new(&self.environment_config(), 0);
+        let (map, labels) = (map.pointer().cast(), labels());
+        let mut handle = null();
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_jitter_size(map, 2, &mut self.jitter_size, null_mut()));
+            let (bytes, scratch_bytes) = (self.jitter_size.bytes, self.jitter_size.scratch_bytes);
+            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
+            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
+            let (none, energy) = (null_mut(), WIS_JITTER_ENERGY);
+            let labels = labels.as_ptr().cast();
+            expect_ok(wis_jitter_init(
+                map,
+                &ROTATION,
+                2,
+                labels,
+                energy,
+                place,
+                bytes,
+                work,
+                scratch_bytes,
+                &mut handle,
+                none,
+            ));
+            self.jitter = memory.to_vec();
+        }
+    }
+
     fn build_tree(&mut self) {
         let config = Block::new(&self.tree_config(), 0);
         let config = config.pointer().cast();
@@ -159,7 +194,7 @@ impl Scene {
             "scratch_bytes" => self.size(name).scratch_bytes,
             "dimensions" | "depth" | "picks" | "n" | "m" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
-            "brdf_average" => 1,
+            "brdf_average" | "light" | "threshold" => 1,
             "u" => 0,
             "total" => 8,
             "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
@@ -185,6 +220,10 @@ impl Scene {
             "const wis_callback_brdf *brdf" => callback_brdf(),
             "const wis_environment *environment" => self.environment.clone(),
             "const wis_product *product" => self.product.clone(),
+            "const wis_jitter *jitter" => self.jitter.clone(),
+            "const uint32_t *label" => labels(),
+            "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
+            "uint32_t *traced" => unwritten(4),
             tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
             function if function.starts_with("const wis_basis_function *") => {
                 numbers(&[BasisFunction { level: 1, translation: [1, 0, 0, 0], wavelet: 2 }])
@@ -252,6 +291,7 @@ impl Scene {
             name if name.starts_with("wis_product") => self.product_size,
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
+            name if name.starts_with("wis_jitter") => self.jitter_size,
             _ => self.environment_size,
         }
     }
@@ -320,6 +360,11 @@ extern "C" fn lambert(_: *mut c_void, count: usize, wi: *const f32, f_cos: *mut 
         unsafe { f_cos.add(i).write(wi.add(3 * i + 2).read().max(0.0)) };
     }
     0
+}
+
+/// Which of two lights each texel belongs to.
+fn labels() -> Vec<u8> {
+    numbers(&(0..WIDTH * HEIGHT).map(|i| i / 7 % 2).collect::<Vec<u32>>())
 }
 
 /// The bytes of numbers.

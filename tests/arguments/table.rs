@@ -2,6 +2,7 @@
 
 use wis::ffi::environment::*;
 use wis::ffi::haar::*;
+use wis::ffi::jitter::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
 use wis::ffi::prior::*;
@@ -62,6 +63,13 @@ pub const TABLE: &[Entry] = table! {
     wis_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
     wis_strata_size(map, config, size, diagnostic);
     wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
+    wis_jitter_size(map, light_count, size, diagnostic);
+    wis_jitter_init(
+        map, world_from_map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
+    );
+    wis_jitter_sample(jitter, light, u, sample);
+    wis_jitter_pdf(jitter, light, wi, pdf);
+    wis_strata_order(count, contribution, threshold, index, traced);
     wis_pool_size(count, size);
     wis_pool_pick(
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,

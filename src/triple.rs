@@ -48,7 +48,7 @@ impl Wavelets {
 
 /// Bits of a position below those of a level.
 fn shift(level: u32) -> u32 {
-    2 * MAX_DEPTH.saturating_sub(level) & 31
+    (2 * MAX_DEPTH.saturating_sub(level)) & 31
 }
 
 /// Whether a list is in order, of squares on the grid, with numbers.
@@ -106,10 +106,10 @@ impl Visit {
 
     fn child(&self, trees: [&Tree<4>; 3], c: u32) -> Visit {
         let mut child = Visit { level: self.level + 1, ..*self };
-        for k in 0..3 {
-            if let Some(square) = self.squares[k] {
-                child.averages[k] = f64::from(trees[k].children(square)[c as usize & 3]);
-                child.squares[k] = trees[k].child_square(square, c);
+        for (tree, (square, average)) in trees.iter().zip(child.squares.iter_mut().zip(&mut child.averages)) {
+            if let Some(here) = *square {
+                *average = f64::from(tree.children(here)[c as usize & 3]);
+                *square = tree.child_square(here, c);
             }
         }
         child

@@ -42,7 +42,7 @@ pub struct ProductConfig {
     pub cpu_level: u32,
     /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
     pub max_squares: u32,
-    /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 64. At least 18 are spent.
+    /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 98. At least 18 are spent.
     pub max_evaluations: u32,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,

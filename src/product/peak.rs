@@ -2,7 +2,8 @@
 
 use crate::lobe::Peak;
 use crate::simd::Lanes;
-use crate::wide::vector::{V3, dot, splat, subtract};
+use crate::sphere::Frame;
+use crate::wide::vector::{V3, direction_in, dot, splat, subtract};
 
 /// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
 const REACH: f32 = 1.5;
@@ -20,9 +21,9 @@ pub struct Shape<F: Lanes> {
     centre: V3<F>,
     /// No point of a cell is farther from its centre.
     chord: F,
-    /// The cells that are small enough to be flat, and their half axes.
+    /// The vectors from the centres to the middles of the upper edges, if any cell is small enough to be flat.
+    half_axes: Option<[V3<F>; 2]>,
     flat: F::Mask,
-    basis: Basis<F>,
     area: F,
 }
 
@@ -39,90 +40,86 @@ pub struct Verdict<F: Lanes> {
 }
 
 impl<F: Lanes> Shape<F> {
-    /// Cells by the world directions of their centres, the vectors from there to the middles of their upper edges
-    /// (which matter only for small cells), their widths, and their chords.
+    /// Cells by the point and the world direction of their centres, their widths, and their chords.
     #[inline(always)]
-    pub fn new(centre: V3<F>, half_axes: [V3<F>; 2], width: F, chord: F) -> Self {
-        Shape { centre, chord, flat: width.le(F::splat(FLAT_WIDTH)), basis: Basis::new(half_axes), area: width * width }
+    pub fn new(frame: &Frame, middle: [F; 2], centre: V3<F>, width: F, chord: F) -> Self {
+        let half = F::splat(0.5) * width;
+        let [x, y] = middle;
+        let flat = width.le(F::splat(FLAT_WIDTH));
+        let half_axes = if F::bits(flat) != 0 {
+            let (along, across) = (direction_in(frame, [x + half, y]), direction_in(frame, [x, y + half]));
+            Some([subtract(along, centre), subtract(across, centre)])
+        } else {
+            None
+        };
+        Shape { centre, chord, half_axes, flat, area: width * width }
     }
 
     /// Judges a peak of this value.
     #[inline(always)]
     pub fn judge(&self, peak: &Peak, value: f32) -> Verdict<F> {
-        let offset = subtract(splat(peak.direction.to_array()), self.centre);
-        let distance = dot(offset, offset).sqrt();
-        let across = dot(offset, splat(peak.across.to_array())).abs();
-        let mut near = self.is_close(peak, REACH, distance, across);
-        let mut core = self.is_close(peak, CORE, distance, across);
-        if F::bits(F::and(near, self.flat)) != 0 {
-            let ellipse = Ellipse::new(peak, offset, &self.basis);
-            near = F::select_mask(self.flat, F::and(near, ellipse.overlaps(REACH)), near);
-            core = F::select_mask(self.flat, F::and(core, ellipse.overlaps(CORE)), core);
-        }
+        let near = self.is_near(peak, REACH);
         // All that the lobe reflects lies within about twice its half-widths: a coarse leaf holds no more.
         let share = (F::splat(peak.radii[0] * peak.radii[1]) / self.area).min(F::splat(FLOOR));
         Verdict {
             near,
             coarse: F::and(near, F::splat(DETAIL * peak.radii[1]).lt(self.chord)),
-            holds: F::and(near, core),
+            holds: F::and(near, self.is_near(peak, CORE)),
             floor: share * F::splat(value),
         }
     }
 
-    /// Whether the cells may overlap the ellipse of `reach` half-widths about a peak, by their chords.
+    /// Whether the cells overlap the ellipse of `reach` half-widths about a peak.
     #[inline(always)]
-    fn is_close(&self, peak: &Peak, reach: f32, distance: F, across: F) -> F::Mask {
-        let [long, short] = [F::splat(reach * peak.radii[0]), F::splat(reach * peak.radii[1])];
-        F::and(distance.le(long + self.chord), across.le(short + self.chord))
+    fn is_near(&self, peak: &Peak, reach: f32) -> F::Mask {
+        let radii = [reach * peak.radii[0], reach * peak.radii[1]];
+        let offset = subtract(splat(peak.direction.to_array()), self.centre);
+        let along = dot(offset, offset).sqrt().le(F::splat(radii[0]) + self.chord);
+        let across = dot(offset, splat(peak.across.to_array())).abs().le(F::splat(radii[1]) + self.chord);
+        let close = F::and(along, across);
+        match self.half_axes {
+            Some(axes) if F::bits(F::and(close, self.flat)) != 0 => {
+                F::select_mask(self.flat, F::and(close, overlaps(peak, radii, offset, axes)), close)
+            }
+            _ => close,
+        }
     }
 }
 
-/// The ellipse of one half-width about a peak in the coordinates of eight cells' half axes: a cell is [-1, 1]^2.
-struct Ellipse<F> {
-    centre: [F; 2],
-    extent: [F; 2],
+/// Whether an ellipse overlaps the cells: in the coordinates of a cell's half axes the cell is [-1, 1]^2.
+#[inline(always)]
+fn overlaps<F: Lanes>(peak: &Peak, [long, short]: [f32; 2], offset: V3<F>, axes: [V3<F>; 2]) -> F::Mask {
+    let basis = Basis::new(axes);
+    let [x, y] = basis.coordinates(offset);
+    let u = basis.coordinates(splat((peak.along() * long).to_array()));
+    let v = basis.coordinates(splat((peak.across * short).to_array()));
+    // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
+    let border = F::splat(1.02);
+    let within_x = x.abs().le(border + (u[0] * u[0] + v[0] * v[0]).sqrt());
+    let within_y = y.abs().le(border + (u[1] * u[1] + v[1] * v[1]).sqrt());
+    F::and(within_x, within_y)
 }
 
-impl<F: Lanes> Ellipse<F> {
-    #[inline(always)]
-    fn new(peak: &Peak, offset: V3<F>, basis: &Basis<F>) -> Self {
-        let [x, y] = basis.coordinates(offset);
-        let u = basis.coordinates(splat((peak.along() * peak.radii[0]).to_array()));
-        let v = basis.coordinates(splat((peak.across * peak.radii[1]).to_array()));
-        let extent = [(u[0] * u[0] + v[0] * v[0]).sqrt(), (u[1] * u[1] + v[1] * v[1]).sqrt()];
-        Ellipse { centre: [x.abs(), y.abs()], extent }
-    }
-
-    /// Whether the ellipse of `reach` half-widths overlaps the cells.
-    #[inline(always)]
-    fn overlaps(&self, reach: f32) -> F::Mask {
-        // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
-        let (border, reach) = (F::splat(1.02), F::splat(reach));
-        let within_x = self.centre[0].le(border + reach * self.extent[0]);
-        let within_y = self.centre[1].le(border + reach * self.extent[1]);
-        F::and(within_x, within_y)
-    }
-}
-
-/// Two axes that need not be orthogonal, and the inverse of their Gram matrix.
+/// Two axes that need not be orthogonal, and their Gram matrix.
 struct Basis<F> {
     axes: [V3<F>; 2],
-    inverse: [F; 3],
+    gram: [F; 3],
+    determinant: F,
 }
 
 impl<F: Lanes> Basis<F> {
     #[inline(always)]
     fn new([a, b]: [V3<F>; 2]) -> Self {
         let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
-        let factor = F::splat(1.0) / (aa * bb - ab * ab).max(F::splat(f32::MIN_POSITIVE));
-        Basis { axes: [a, b], inverse: [bb * factor, ab * factor, aa * factor] }
+        let determinant = (aa * bb - ab * ab).max(F::splat(f32::MIN_POSITIVE));
+        Basis { axes: [a, b], gram: [aa, ab, bb], determinant }
     }
 
     /// The coordinates of a vector's projection on the plane of the axes.
     #[inline(always)]
     fn coordinates(&self, v: V3<F>) -> [F; 2] {
-        let [bb, ab, aa] = self.inverse;
+        let [aa, ab, bb] = self.gram;
         let (va, vb) = (dot(v, self.axes[0]), dot(v, self.axes[1]));
-        [va * bb - vb * ab, vb * aa - va * ab]
+        [(va * bb - vb * ab) / self.determinant, (vb * aa - va * ab) / self.determinant]
     }
 }

@@ -39,12 +39,6 @@ pub fn subtract<F: Lanes>(a: V3<F>, b: V3<F>) -> V3<F> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// The vectors times numbers.
-#[inline(always)]
-pub fn scale<F: Lanes>(a: V3<F>, by: F) -> V3<F> {
-    [a[0] * by, a[1] * by, a[2] * by]
-}
-
 /// The sum.
 #[inline(always)]
 pub fn add<F: Lanes>(a: V3<F>, b: V3<F>) -> V3<F> {

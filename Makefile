@@ -18,7 +18,7 @@ CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo hardcases report test clean
+.PHONY: help lib header install demo hardcases report sampler triple test clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -64,6 +64,14 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick) $(ARGS)
+
+sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and write docs/sampler.md
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md
+
+triple: lib ## measure triple product integrals and write docs/triple-2004.md
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

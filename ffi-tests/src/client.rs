@@ -750,6 +750,48 @@ impl Tree {
         self.memory.start().cast()
     }
 
+    /// The integral of the product of three functions.
+    pub fn triple_integral([a, b, c]: [&Tree; 3]) -> Result<f64> {
+        let mut integral = f64::NAN;
+        // SAFETY: the handles are alive.
+        check(unsafe { raw::wis_triple_integral(a.handle(), b.handle(), c.handle(), &mut integral) })?;
+        Ok(integral)
+    }
+
+    /// The largest wavelets.
+    pub fn largest(&self, keep: u32) -> Result<Vec<raw::wis_wavelets>> {
+        let mut wavelets = vec![raw::wis_wavelets::default(); keep as usize];
+        let mut count = 0;
+        // SAFETY: there is room for `keep` elements.
+        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count) })?;
+        wavelets.truncate(count as usize);
+        Ok(wavelets)
+    }
+
+    /// The triple product integral with approximations of a BRDF of this average and of this light.
+    pub fn sublinear(
+        &self,
+        (average, brdf): (f64, &[raw::wis_wavelets]),
+        kept: &[raw::wis_wavelets],
+        visible: &Tree,
+    ) -> Result<f64> {
+        let mut integral = f64::NAN;
+        // SAFETY: the handles are alive and the lists as long as they say.
+        check(unsafe {
+            raw::wis_triple_sublinear(
+                average,
+                brdf.len() as u32,
+                brdf.as_ptr(),
+                kept.len() as u32,
+                kept.as_ptr(),
+                self.handle(),
+                visible.handle(),
+                &mut integral,
+            )
+        })?;
+        Ok(integral)
+    }
+
     /// The integral of this function times another.
     pub fn product_integral(&self, other: &Tree) -> Result<f64> {
         let mut integral = f64::NAN;

@@ -1,0 +1,175 @@
+//! Measures triple product integrals (Ng et al. 2004) on a real light, real visibility and analytic BRDFs: triple <page>
+
+use anyhow::{Context, Result};
+use glam::Vec3;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
+use wide::f32x8;
+use wis_ffi_tests::client::{Tree, raw};
+use wis_ffi_tests::light::{Light, octahedral_direction};
+use wis_ffi_tests::material::{Bsdf, Material};
+use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
+
+const DATA: &str = "../shared/data";
+const DEPTH: u32 = 7;
+const SIDE: usize = 1 << DEPTH;
+const POINTS: usize = 40;
+/// Shares of the wavelets that are kept.
+const SHARES: [f64; 9] = [0.0005, 0.001, 0.002, 0.005, 0.01, 0.03, 0.1, 0.3, 1.0];
+const ROUNDS: usize = 9;
+
+fn main() -> Result<()> {
+    let page = std::env::args().nth(1).context("usage: triple <page>")?;
+    let scene = scene()?;
+    let light = light()?;
+    let mut out = String::from(INTRODUCTION);
+    counts(&mut out)?;
+    let pixels = light.on_octahedron(SIDE, 4, |world| world);
+    let tree = Tree::new(DEPTH, 0.0, &pixels)?;
+    writeln!(out, "\n## Error and time against the terms that are kept (Fig. 3)\n")?;
+    writeln!(
+        out,
+        "Light: {}, visibility: {} points of {}, {SIDE} x {SIDE} pixels on the octahedral square, so {} wavelets each.\n",
+        light.name,
+        scene.points.len(),
+        scene.name,
+        SIDE * SIDE - 1
+    )?;
+    for material in [Material::lambert(), Material::ggx(0.5), Material::ggx(0.2), Material::mix(0.1)] {
+        material_table(&mut out, &scene, (&pixels, &tree), &material)?;
+    }
+    print!("{out}");
+    Ok(std::fs::write(page, out)?)
+}
+
+const INTRODUCTION: &str = "# Triple product wavelet integrals
+
+Written by `make triple`. Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\": the
+integrals, their coefficients and the sublinear algorithm (`wis_triple_*`, `wis_tripling_coefficient`). Open: compact
+storage of visibility and of material fields, relighting of vertex sets, sampling with visibility, and with them the
+paper's tables of sizes and seconds a frame.
+";
+
+fn scene() -> Result<Scene> {
+    let mesh = Path::new(DATA).join("meshes/spot.obj");
+    let view = View::Points(POINTS);
+    if mesh.exists() { Scene::from_file(&mesh, view) } else { Scene::procedural(view) }
+}
+
+fn light() -> Result<Light> {
+    let map = Path::new(DATA).join("envmaps/grace_latlong.exr");
+    if map.exists() { Light::load(&map) } else { Ok(Light::windows(256)) }
+}
+
+/// The counts of non-zero coefficients, beside the paper's.
+fn counts(out: &mut String) -> Result<()> {
+    writeln!(out, "\n## Tripling coefficients that are not 0 (Section 4.6)\n")?;
+    writeln!(out, "Ordered triples of N functions on a square, enumerated (N up to 64: a test does) or by")?;
+    writeln!(out, "8 - 7 N + 9 N log4 N; unordered ones; and what Eq. 19 of the paper says, 2 - N + 3 N log4 N.\n")?;
+    writeln!(out, "| N | ordered | unordered | paper |\n|---:|---:|---:|---:|")?;
+    for depth in 1..=8u64 {
+        let n = 1u64 << (2 * depth);
+        let (ordered, log) = (8 + 9 * n * depth - 7 * n, depth);
+        let unordered = 1 + (n - 1) / 3 + 3 * (1 + n * log - n);
+        writeln!(out, "| {n} | {ordered} | {unordered} | {} |", 2 + 3 * n * log - n)?;
+    }
+    Ok(())
+}
+
+/// A shading point's BRDF x cosine and visibility on the square.
+struct Point {
+    brdf: Vec<f32>,
+    visible: Vec<f32>,
+    brdf_tree: Tree,
+    visible_tree: Tree,
+    exact: f64,
+}
+
+impl Point {
+    fn new(scene: &Scene, point: &ShadingPoint, light: &[f32], material: &Material) -> Result<Point> {
+        let bsdf = Bsdf::new(material, point);
+        let at = |c: usize, part: f32| (c as f32 + part) / SIDE as f32;
+        let pixel = |i: usize, parts: [f32; 2]| octahedral_direction(at(i % SIDE, parts[0]), at(i / SIDE, parts[1]));
+        let quarters = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]];
+        let mean = |i: usize| quarters.iter().map(|&parts| bsdf.eval_one(pixel(i, parts)).0).sum::<f32>() / 4.0;
+        let brdf: Vec<f32> = (0..SIDE * SIDE).map(mean).collect();
+        let seen = |i: usize| f32::from(u8::from(is_seen(scene, point, pixel(i, [0.5, 0.5]))));
+        let visible: Vec<f32> = (0..SIDE * SIDE).map(seen).collect();
+        let (brdf_tree, visible_tree) = (Tree::new(DEPTH, 0.0, &brdf)?, Tree::new(DEPTH, 0.0, &visible)?);
+        let product =
+            brdf.iter().zip(light).zip(&visible).map(|((&b, &l), &v)| f64::from(b) * f64::from(l) * f64::from(v));
+        let exact = product.sum::<f64>() / (SIDE * SIDE) as f64;
+        Ok(Point { brdf, visible, brdf_tree, visible_tree, exact })
+    }
+}
+
+fn is_seen(scene: &Scene, point: &ShadingPoint, wi: Vec3) -> bool {
+    scene.visible(point, wi)
+}
+
+/// The fastest round over all points, in microseconds for a point.
+fn fastest(points: &[Point], mut each: impl FnMut(&Point) -> Result<f64>) -> Result<f64> {
+    let mut best = f64::MAX;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        for point in points {
+            std::hint::black_box(each(point)?);
+        }
+        best = best.min(start.elapsed().as_secs_f64() * 1e6 / points.len() as f64);
+    }
+    Ok(best)
+}
+
+/// The sum over pixels, eight at a time.
+fn by_pixels(point: &Point, light: &[f32]) -> f64 {
+    let eight = |values: &[f32], i: usize| f32x8::from(<[f32; 8]>::try_from(&values[i..i + 8]).expect("eight"));
+    let terms = (0..light.len()).step_by(8).map(|i| eight(&point.brdf, i) * eight(light, i) * eight(&point.visible, i));
+    f64::from(terms.fold(f32x8::ZERO, |sum, term| sum + term).reduce_add()) / light.len() as f64
+}
+
+fn material_table(
+    out: &mut String,
+    scene: &Scene,
+    (pixels, light): (&[f32], &Tree),
+    material: &Material,
+) -> Result<()> {
+    let points = scene.points.iter().map(|p| Point::new(scene, p, pixels, material)).collect::<Result<Vec<_>>>()?;
+    let norm = points.iter().map(|p| p.exact * p.exact).sum::<f64>().sqrt();
+    let off = |values: &[f64]| {
+        let squares = values.iter().zip(&points).map(|(v, p)| (v - p.exact).powi(2));
+        squares.sum::<f64>().sqrt() / norm
+    };
+    let linear = |p: &Point| Ok(Tree::triple_integral([&p.brdf_tree, light, &p.visible_tree])?);
+    let exact = points.iter().map(linear).collect::<Result<Vec<_>>>()?;
+    let (pixel_us, linear_us) = (fastest(&points, |p| Ok(by_pixels(p, pixels)))?, fastest(&points, linear)?);
+    let squares = points.iter().map(|p| p.visible_tree.info.squares as f64).sum::<f64>() / points.len() as f64;
+    writeln!(
+        out,
+        "### {}\n\nPixel loop, eight lanes: {pixel_us:.1} us. Linear algorithm: {linear_us:.1} us, off by {:.1e}. Visibility keeps \
+         {squares:.0} of {} squares without loss.\n",
+        material.name,
+        off(&exact),
+        (SIDE * SIDE - 1) / 3
+    )?;
+    writeln!(out, "| share kept | terms | relative L2 error | us | pixel loop / this |\n|---:|---:|---:|---:|---:|")?;
+    for share in SHARES {
+        let keep = (share * (SIDE * SIDE - 1) as f64).round() as u32;
+        let kept = light.largest(keep)?;
+        let lists =
+            points.iter().map(|p| Ok(p.brdf_tree.largest(keep)?)).collect::<Result<Vec<Vec<raw::wis_wavelets>>>>()?;
+        let value = |p: &Point, list: &[raw::wis_wavelets]| {
+            Ok(light.sublinear((p.brdf_tree.info.average, list), &kept, &p.visible_tree)?)
+        };
+        let values = points.iter().zip(&lists).map(|(p, list)| value(p, list)).collect::<Result<Vec<f64>>>()?;
+        let mut index = 0;
+        let us = fastest(&points, |p| {
+            let list = &lists[index % lists.len()];
+            index += 1;
+            value(p, list)
+        })?;
+        let percent = 100.0 * share;
+        writeln!(out, "| {percent:.2} % | {keep} | {:.4} | {us:.2} | {:.2} |", off(&values), pixel_us / us)?;
+    }
+    Ok(writeln!(out)?)
+}

@@ -932,7 +932,7 @@ enum wis_status wis_triple_select(const struct wis_tree *tree,
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
 /// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
 /// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as
-/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a walk down the trees for each
+/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a few steps down the trees for each
 /// element, whatever the resolution.
 enum wis_status wis_triple_sublinear(double brdf_average,
                                      uint32_t brdf_count,

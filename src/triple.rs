@@ -202,19 +202,40 @@ fn value(square: Square, c: u32) -> f64 {
     square[0] + (sign(1) * square[1] + sign(2) * square[2] + sign(3) * square[3])
 }
 
-/// A function on any square that an approximation keeps: from the root down, as deep as the tree goes.
-fn look_up(tree: &Tree<4>, wavelets: &Wavelets) -> Square {
-    let mut average = f64::from(tree.average());
-    let mut square = tree.root_square();
-    for level in 0..wavelets.level {
-        let Some(here) = square else { break };
-        let c = wavelets.position >> shift(level + 1) & 3;
-        average = f64::from(tree.children(here)[c as usize & 3]);
-        square = tree.child_square(here, c);
+/// Looks up a function on squares that come in depth-first order: the way down to the last one is kept, and only what
+/// differs is walked again.
+struct Cursor<'a> {
+    tree: &'a Tree<'a, 4>,
+    /// The square of the tree at each level of the way, and the average on the cell of that level.
+    way: [(Option<u32>, f64); MAX_DEPTH as usize + 1],
+    last: Wavelets,
+}
+
+impl<'a> Cursor<'a> {
+    fn new(tree: &'a Tree<'a, 4>) -> Self {
+        let root = (tree.root_square(), f64::from(tree.average()));
+        Cursor { tree, way: [root; MAX_DEPTH as usize + 1], last: Wavelets::default() }
     }
-    match square {
-        Some(here) => analyse(tree.children(here).map(f64::from)),
-        None => [average, 0.0, 0.0, 0.0],
+
+    fn look_up(&mut self, wavelets: &Wavelets) -> Square {
+        let differing = u32::BITS - (wavelets.position ^ self.last.position).leading_zeros();
+        let common = (MAX_DEPTH - differing.div_ceil(2).min(MAX_DEPTH)).min(self.last.level).min(wavelets.level);
+        let (mut square, mut average) = self.way.get(common as usize).copied().unwrap_or_default();
+        for level in common..wavelets.level {
+            if let Some(here) = square {
+                let c = wavelets.position >> shift(level + 1) & 3;
+                average = f64::from(self.tree.children(here)[c as usize & 3]);
+                square = self.tree.child_square(here, c);
+            }
+            if let Some(slot) = self.way.get_mut(level as usize + 1) {
+                *slot = (square, average);
+            }
+        }
+        self.last = *wavelets;
+        match square {
+            Some(here) => analyse(self.tree.children(here).map(f64::from)),
+            None => [average, 0.0, 0.0, 0.0],
+        }
     }
 }
 
@@ -229,20 +250,22 @@ pub struct Scaled<'a> {
 
 /// The integral with approximations of BRDF and light: the sublinear algorithm. Wavelets of the BRDF meet the exact light
 /// and visibility; light and visibility that share a wavelet meet the approximate BRDF, for the wavelets of the light
-/// that are kept. Exact if nothing was dropped. Costs a walk down the trees for each square that is kept.
+/// that are kept. Exact if nothing was dropped. Costs a few steps down the trees for each square that is kept.
 ///
 /// Both lists in order ([`is_ordered`]); `average` is that of the BRDF over the square.
 pub fn sublinear(average: f64, brdf: &[Wavelets], kept_light: Scaled, light: &Tree<4>, visible: &Tree<4>) -> f64 {
     let mut sum = average * f64::from(light.average()) * f64::from(visible.average());
+    let (mut of_light, mut of_visible) = (Cursor::new(light), Cursor::new(visible));
     for wavelets in brdf {
-        let (l, v) = (look_up(light, wavelets), look_up(visible, wavelets));
+        let (l, v) = (of_light.look_up(wavelets), of_visible.look_up(wavelets));
         let [a, b, c] = wavelets.details();
         sum += area(wavelets.level) * meet([0.0, a, b, c], l, v);
     }
     let mut above = Ancestors::new(average, brdf);
+    let mut of_visible = Cursor::new(visible);
     for wavelets in kept_light.wavelets {
         let parents = above.average_on(wavelets) * kept_light.scale;
-        let [_, a, b, c] = look_up(visible, wavelets);
+        let [_, a, b, c] = of_visible.look_up(wavelets);
         let [l1, l2, l3] = wavelets.details();
         sum += area(wavelets.level) * parents * (l1 * a + l2 * b + l3 * c);
     }

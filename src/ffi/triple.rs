@@ -97,7 +97,7 @@ pub unsafe extern "C" fn wis_triple_select(
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
 /// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
 /// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as
-/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a walk down the trees for each
+/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a few steps down the trees for each
 /// element, whatever the resolution.
 ///
 /// # Safety

@@ -3,6 +3,10 @@
 //! Sampling a cell uniformly adds area (mean(L^2) - mean(L)^2) / (mean(L) M) to the variance of an estimate of the
 //! power, relative to its square, with M the mean over the sphere. Both moments come from the exact integration, so it
 //! is known where squares gain most: level by level, as many as there is room for.
+//!
+//! Within a refined cell the last children share its light in proportion to sqrt(mean(L^2)), not to mean(L): that is the
+//! least variance that uniform sampling inside each can have. A child of which the sun covers a hundredth then gives a
+//! weight of 10 instead of 100.
 
 use super::build::{Config, Decoded, Dilated, Grid, mean};
 use super::integrate::cell_average;
@@ -14,7 +18,7 @@ use crate::tree::{Link, MAX_REFINED, Mark};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Refined {
-    /// Average luminance of the children.
+    /// Luminance of the children as it is sampled: the root of the mean square, or the average of what is below.
     pub luminance: [f64; 4],
     /// Average RGB of the children, if it is kept.
     pub rgb: [[f32; 3]; 4],
@@ -99,6 +103,18 @@ pub fn refine(config: &Config, decoded: Decoded, grid: &Grid, out: &mut Refineme
         done = end;
     }
     out.links.iter_mut().take(used).skip(done).for_each(|link| *link = Link::default());
+    // Children stand behind their parents.
+    for parent in (0..used).rev() {
+        let Some(&Link { first, mask }) = out.links.get(parent) else { break };
+        let mut child = first as usize;
+        for c in (0..4usize).filter(|c| mask >> c & 1 == 1) {
+            let below = out.squares.get(child).map_or(0.0, |square| 0.25 * square.luminance.iter().sum::<f64>());
+            if let Some(slot) = out.squares.get_mut(parent).and_then(|square| square.luminance.get_mut(c)) {
+                *slot = below;
+            }
+            child += 1;
+        }
+    }
     Ok(used as u32)
 }
 
@@ -117,7 +133,7 @@ fn square(texels: &Dilated, index: [u32; 2], level: u32) -> Refined {
         let (i, j) = (2 * index[0] + (c >> 1), 2 * index[1] + (c & 1));
         let moments = cell_average::<2>(pixels, texels, cells, i, j);
         let child = c as usize & 3;
-        square.luminance[child] = moments[0];
+        square.luminance[child] = libm::sqrt(moments[1]);
         square.variation[child] = variation(moments, area);
         if texels.config.rgb {
             let [_, r, g, b] = cell_average::<4>(pixels, texels, cells, i, j);

@@ -18,6 +18,7 @@ pub mod points;
 pub mod pool;
 pub mod reference;
 pub mod report;
+pub mod rgl;
 pub mod scene;
 pub mod statistics;
 pub mod texels;

@@ -301,8 +301,7 @@ impl Estimator {
             }
             Method::WisPrior => {
                 let preparation = Preparation { prior: Some(*prior), ..setting.preparation };
-                let query = setting.material.query(point);
-                let prepared = Product::prepare(setting.environment, &query, &preparation, product)?;
+                let prepared = setting.material.prepare(setting.environment, point, &preparation, product)?;
                 sampler.product(&prepared, setting, &bsdf, n)?;
             }
             Method::WisPoolPrior(k) => sampler.pool(setting, &bsdf, n, k, Some(prior))?,
@@ -339,7 +338,7 @@ impl Estimator {
 /// # Errors
 /// Those of the library.
 pub fn prepare<'a>(setting: &Setting<'a>, point: &ShadingPoint, memory: &'a mut Block) -> client::Result<Product<'a>> {
-    Product::prepare(setting.environment, &setting.material.query(point), &setting.preparation, memory)
+    setting.material.prepare(setting.environment, point, &setting.preparation, memory)
 }
 
 impl Sampler {

@@ -4,11 +4,14 @@
 //! GGX is sampled by visible normals (Heitz 2018) in the form of Dupuy and Benyoub 2023, "Sampling Visible GGX Normals
 //! with Spherical Caps".
 
-use crate::client::{self, raw};
+use crate::client::{self, Block, CallbackShape, Environment, Preparation, Product, raw};
 use crate::lanes::{F8, V8, sin_cos_turn};
+use crate::rgl::Measured;
 use crate::scene::ShadingPoint;
+use anyhow::Result;
 use glam::Vec3;
 use std::f32::consts::PI;
+use std::path::Path;
 use wide::{CmpGt, CmpLt};
 
 /// A weighted sum of a diffuse and an isotropic microfacet lobe.
@@ -18,6 +21,8 @@ pub struct Material {
     diffuse: f32,
     specular: f32,
     alpha: f32,
+    /// In place of the lobes.
+    pub measured: Option<&'static Measured>,
 }
 
 /// The reflectance of the microfacets at normal incidence.
@@ -25,21 +30,61 @@ const F0: f32 = 0.9;
 
 impl Material {
     pub fn lambert() -> Material {
-        Material { name: "Lambert".into(), diffuse: 0.7, specular: 0.0, alpha: 1.0 }
+        Material { name: "Lambert".into(), diffuse: 0.7, specular: 0.0, alpha: 1.0, measured: None }
     }
 
     pub fn ggx(alpha: f32) -> Material {
-        Material { name: format!("GGX {alpha}"), diffuse: 0.0, specular: 1.0, alpha }
+        Material { name: format!("GGX {alpha}"), diffuse: 0.0, specular: 1.0, alpha, measured: None }
     }
 
     pub fn mix(alpha: f32) -> Material {
-        Material { name: format!("mix {alpha}"), diffuse: 0.35, specular: 0.5, alpha }
+        Material { name: format!("mix {alpha}"), diffuse: 0.35, specular: 0.5, alpha, measured: None }
+    }
+
+    /// A measured material from a file, which is kept until the program ends.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is another kind of material.
+    pub fn measured(path: &Path) -> Result<Material> {
+        let measured: &'static Measured = Box::leak(Box::new(Measured::load(path)?));
+        Ok(Material { name: measured.name.clone(), measured: Some(measured), ..Material::lambert() })
     }
 
     /// All that the report measures.
     pub fn all() -> Vec<Material> {
         let ggx = [0.5, 0.2, 0.05, 0.01].map(Material::ggx);
         [vec![Material::lambert()], ggx.to_vec(), vec![Material::mix(0.1)]].concat()
+    }
+
+    /// The library's product at a point; measured materials are evaluated in a callback.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn prepare<'a>(
+        &self,
+        environment: &'a Environment,
+        point: &ShadingPoint,
+        preparation: &Preparation,
+        memory: &'a mut Block,
+    ) -> client::Result<Product<'a>> {
+        let Some(measured) = self.measured else {
+            return Product::prepare(environment, &self.query(point), preparation, memory);
+        };
+        let bsdf = Bsdf::new(self, point);
+        let alpha = measured.roughness() as f32;
+        let shape = CallbackShape {
+            flags: 0,
+            normal: point.normal.to_array(),
+            peak: (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize().to_array(),
+            half_angle: if alpha < 0.6 { alpha } else { 0.0 },
+        };
+        let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+            for (wi, f_cos) in wi.iter().zip(f_cos) {
+                *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
+            }
+            true
+        };
+        Product::prepare_callback(environment, &shape, &mut eval, preparation, memory)
     }
 
     /// The same BRDF as the library is told of it.
@@ -71,6 +116,7 @@ pub struct Bsdf {
     specular_share: f32,
     /// The length of wo stretched by alpha.
     wo_length: f32,
+    measured: Option<&'static Measured>,
 }
 
 impl Bsdf {
@@ -89,11 +135,17 @@ impl Bsdf {
             specular,
             specular_share: specular / (diffuse + specular),
             wo_length: Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).length(),
+            measured: material.measured,
         }
     }
 
     /// BRDF x cosine, and the pdf of `sample`, for one direction.
     pub fn eval_one(&self, wi: Vec3) -> (f32, f32) {
+        if let Some(measured) = self.measured {
+            let axis = |v: V8| Vec3::new(v.x.as_array_ref()[0], v.y.as_array_ref()[0], v.z.as_array_ref()[0]).dot(wi);
+            let local = Vec3::new(axis(self.tangent), axis(self.bitangent), axis(self.normal));
+            return self.eval_measured(measured, local);
+        }
         let (value, pdf) = self.eval(V8::splat(wi));
         (value.as_array_ref()[0], pdf.as_array_ref()[0])
     }
@@ -108,6 +160,11 @@ impl Bsdf {
     #[inline]
     pub fn eval(&self, wi: V8) -> (F8, F8) {
         let wi = V8::new(wi.dot(self.tangent), wi.dot(self.bitangent), wi.dot(self.normal));
+        if let Some(measured) = self.measured {
+            let [x, y, z] = [wi.x, wi.y, wi.z].map(|c| c.to_array());
+            let each = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| self.eval_measured(measured, Vec3::new(x[i], y[i], z[i])));
+            return (F8::new(each.map(|v| v.0)), F8::new(each.map(|v| v.1)));
+        }
         let above = wi.z.cmp_gt(F8::ZERO);
         let cosine_pdf = wi.z * F8::splat(1.0 / PI);
         if self.specular == 0.0 {
@@ -123,7 +180,12 @@ impl Bsdf {
     #[inline]
     pub fn sample(&self, u: [F8; 2]) -> V8 {
         let share = F8::splat(self.specular_share);
-        let local = if self.specular == 0.0 {
+        let local = if let Some(measured) = self.measured {
+            let [u, v] = u.map(|u| u.to_array().map(f64::from));
+            let wo = self.wo.as_dvec3().normalize();
+            let each: [Vec3; 8] = std::array::from_fn(|i| measured.sample(wo, [u[i], v[i]]).0.as_vec3());
+            V8::new(F8::new(each.map(|d| d.x)), F8::new(each.map(|d| d.y)), F8::new(each.map(|d| d.z)))
+        } else if self.specular == 0.0 {
             cosine_hemisphere(u)
         } else if self.diffuse == 0.0 {
             self.reflect_at_visible_normal(u)
@@ -135,6 +197,11 @@ impl Bsdf {
         };
         let V8 { x, y, z } = local;
         self.tangent.scale(x).plus(self.bitangent.scale(y)).plus(self.normal.scale(z)).normalize()
+    }
+
+    fn eval_measured(&self, measured: &Measured, wi: Vec3) -> (f32, f32) {
+        let (wo, wi) = (self.wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
+        (measured.eval(wo, wi) as f32, measured.pdf(wo, wi) as f32)
     }
 
     /// GGX x Smith x Schlick x cosine, and the pdf by visible normals, for directions above the horizon.

@@ -205,6 +205,12 @@ pub struct Measured {
     jacobian: bool,
 }
 
+impl std::fmt::Debug for Measured {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Measured({})", self.name)
+    }
+}
+
 impl Measured {
     /// Reads an isotropic RGB material.
     ///
@@ -241,6 +247,14 @@ impl Measured {
             value: Grid::new([columns, rows], theta.clone(), value, false),
             jacobian: tensors.contains_key("jacobian"),
         })
+    }
+
+    /// About the roughness alpha of a GGX lobe of this width: from where the distribution of normals has fallen to half.
+    pub fn roughness(&self) -> f64 {
+        let at = |theta: f64| self.ndf.eval(0.0, [theta_to_unit(theta), 0.5]);
+        let peak = at(0.0);
+        let half = (1..900).map(|i| f64::from(i) * FRAC_PI_2 / 900.0).find(|&theta| at(theta) < 0.5 * peak);
+        half.unwrap_or(FRAC_PI_2) / 0.64
     }
 
     /// BRDF x cosine of `wo`; 0 unless both directions are above the surface.

@@ -30,7 +30,7 @@ struct Options {
     /// An OBJ or PLY mesh, y up; may be repeated
     #[arg(long)]
     mesh: Vec<PathBuf>,
-    /// A material by its name: Lambert, "GGX 0.5", ...; may be repeated
+    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf file; may be repeated
     #[arg(long)]
     material: Vec<String>,
     /// A peer by its name: "MIS balance", RIS8, "P(4)", ...; may be repeated
@@ -82,7 +82,7 @@ fn main() -> Result<()> {
             cells.push(bench.cell(scene, &Setting::new(&lit, material))?);
             progress.inc(1);
         }
-        if let Some(material) = materials.last().filter(|_| !options.quick) {
+        if let Some(material) = materials.last().filter(|m| !options.quick && m.measured.is_none()) {
             progress.set_message(format!("picture under {}", light.name));
             pictures.push(bench.picture(&picture_scene(&options)?, &Setting::new(&lit, material), &options.out)?);
         }
@@ -105,6 +105,11 @@ fn main() -> Result<()> {
 }
 
 fn scenes(options: &Options, points: usize) -> Result<Vec<Scene>> {
+    // A measured material cannot be widened for other hits by the library.
+    let measured = options.material.iter().any(|name| name.ends_with(".bsdf"));
+    if measured && options.mesh.is_empty() {
+        return Ok(vec![picture_mesh(options, View::Points(points))?]);
+    }
     if !options.mesh.is_empty() {
         return options.mesh.iter().map(|path| Scene::from_file(path, View::Points(points))).collect();
     }
@@ -119,8 +124,11 @@ fn scenes(options: &Options, points: usize) -> Result<Vec<Scene>> {
 
 /// What pictures show: the first mesh.
 fn picture_scene(options: &Options) -> Result<Scene> {
+    picture_mesh(options, View::Image(images::STEP))
+}
+
+fn picture_mesh(options: &Options, view: View) -> Result<Scene> {
     let mesh = options.mesh.first().cloned().unwrap_or_else(|| Path::new(DATA).join("meshes").join(MESH));
-    let view = View::Image(images::STEP);
     if mesh.exists() { Scene::from_file(&mesh, view) } else { Scene::procedural(view) }
 }
 
@@ -143,6 +151,9 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
 fn materials(options: &Options) -> Result<Vec<Material>> {
     let all = Material::all();
     let by_name = |name: &String| {
+        if name.ends_with(".bsdf") {
+            return Material::measured(Path::new(name));
+        }
         let found = all.iter().find(|m| m.name.eq_ignore_ascii_case(name)).cloned();
         found.with_context(|| format!("no material {name}; there are {}", join(all.iter().map(|m| m.name.clone()))))
     };
@@ -190,14 +201,17 @@ struct Bench {
 
 impl Bench {
     fn cell(&self, scene: &Scene, setting: &Setting) -> Result<Cell> {
-        let inputs = inputs(scene, setting, self.most);
+        // Measured materials are evaluated one by one, and slowly: no limit, and references of fewer samples.
+        let measured = setting.material.measured.is_some();
+        let most = if measured { self.most / 8 } else { self.most };
+        let inputs = inputs(scene, setting, most);
         let file =
             self.cache.join(format!("cell-{:016x}.json", hash(&(inputs, format!("{:?}", self.effort), programs()?))));
         if let Some(stored) = std::fs::read(&file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
             return Ok(stored);
         }
         let kept = self.cache.join(format!("reference-{inputs:016x}.json"));
-        let reference = Reference::cached(&kept, scene, setting, self.most)?;
+        let reference = Reference::cached(&kept, scene, setting, most)?;
         // Where a pixel has many hits, each has one sample.
         let mut effort = self.effort.clone();
         if scene.hits > 1 {
@@ -205,6 +219,10 @@ impl Bench {
         } else {
             let sharing: Vec<String> = Method::ALL.into_iter().filter(|m| m.shares()).map(Method::name).collect();
             effort.methods.retain(|name| !sharing.contains(name));
+        }
+        if measured {
+            let limits: Vec<String> = Method::ALL.into_iter().filter(|m| m.is_limit()).map(Method::name).collect();
+            effort.methods.retain(|name| !limits.contains(name));
         }
         let cell = measure(scene, setting, &reference, &effort)?;
         std::fs::write(file, serde_json::to_vec(&cell)?)?;

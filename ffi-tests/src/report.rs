@@ -92,7 +92,10 @@ fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
         for method in &methods {
             write!(out, "| {:.3} ", variance(cell, method, count).unwrap_or(f64::NAN).sqrt())?;
         }
-        write!(out, "| {:.3} ", limit(cell, count).unwrap_or(f64::NAN).sqrt())?;
+        match limit(cell, count) {
+            Some(limit) => write!(out, "| {:.3} ", limit.sqrt())?,
+            None => write!(out, "| - ")?,
+        }
         let best = METRICS.map(|(_, error)| best_peer(cell, count, 0, error));
         write!(out, "| {} ", best[0].as_ref().map_or("-", |b| b.0.as_str()))?;
         for best in best {
@@ -196,6 +199,9 @@ fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
 fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
     let Some(first) = cells.first() else { return Ok(()) };
     let counts = counts(first);
+    if counts.iter().all(|&count| limit(first, count).is_none()) {
+        return Ok(());
+    }
     let mut materials: Vec<&str> = cells.iter().map(|cell| cell.material.as_str()).collect();
     materials.sort_unstable();
     materials.dedup();

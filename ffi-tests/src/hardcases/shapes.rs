@@ -66,7 +66,8 @@ fn layouts(table: &mut Table) {
 fn integrates(environment: &Environment) -> Verdict {
     let light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, None);
     laws::legal(&light)?;
-    let mass = laws::mass(&light, environment.info.resolution.max(64))?;
+    // Finer than the cells: those in which light varies are divided further.
+    let mass = laws::mass(&light, environment.info.resolution.max(2048))?;
     ensure((mass - 1.0).abs() < 1e-5, || format!("it integrates to {mass}"))?;
     Ok(format!("legal; integral {mass:.5}"))
 }

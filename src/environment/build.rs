@@ -3,7 +3,7 @@
 
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
 use super::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
-use super::refine::{Refined, variation};
+use super::refine::{Refined, relative_variation};
 use super::{Header, Storage};
 use crate::morton;
 use crate::numeric::{exp2i, exponent};
@@ -180,7 +180,7 @@ impl Texels<4> for Dilated<'_> {
 pub struct Row<'a> {
     /// Average luminance.
     pub luminance: &'a mut [f64],
-    /// What varies within cells.
+    /// How much light varies within cells, relative to their mean.
     pub variation: &'a mut [f32],
     /// Average RGB.
     pub rgb: &'a mut [[f32; 3]],
@@ -190,13 +190,12 @@ pub struct Row<'a> {
 pub fn integrate(config: &Config, decoded: Decoded, i: u32, row: Row) {
     let texels = Dilated { config, decoded };
     let (pixels, cells) = (&config.pixels, config.cells());
-    let area = 1.0 / (f64::from(cells) * f64::from(cells));
     let exact = !matches!(pixels.layout, Layout::Cube);
     let (mut variations, mut colours) = (row.variation.iter_mut(), row.rgb.iter_mut());
     for (j, out) in (0..cells).zip(row.luminance) {
         let moments = variations.next().map(|slot| {
             let moments = cell_moments(pixels, &texels, cells, i, j);
-            *slot = variation(moments, area);
+            *slot = relative_variation(moments);
             moments
         });
         *out = match (colours.next(), moments) {
@@ -219,7 +218,7 @@ pub fn integrate(config: &Config, decoded: Decoded, i: u32, row: Row) {
 pub struct Grid<'a> {
     /// Average luminance.
     pub luminance: &'a [f64],
-    /// What varies within cells; empty if none is to be refined.
+    /// How much light varies within cells, relative to their mean; empty if none is to be refined.
     pub variation: &'a [f32],
     /// Average RGB; empty if not kept.
     pub rgb: &'a [[f32; 3]],

@@ -23,7 +23,7 @@ pub struct Refined {
     /// Average RGB of the children, if it is kept.
     pub rgb: [[f32; 3]; 4],
     /// What varies within the children: see [`variation`].
-    variation: [f32; 4],
+    variation: [f64; 4],
     /// The place of the square among those of its level along each axis.
     index: [u32; 2],
 }
@@ -41,9 +41,14 @@ pub struct Refinement<'a> {
 /// Variation, summed over a level, that is not worth squares.
 const NEGLIGIBLE: f64 = 1.0 / 1024.0;
 
+/// How much the light varies in a region, relative to its mean: mean(L^2) / mean(L)^2 - 1. Scaling changes no bit.
+pub(super) fn relative_variation([first, second]: [f64; 2]) -> f32 {
+    if first > 0.0 { (second / (first * first) - 1.0).max(0.0) as f32 } else { 0.0 }
+}
+
 /// What sampling a region of a share of the sphere uniformly adds to the variance, times the mean over the sphere.
-pub(super) fn variation([first, second]: [f64; 2], area: f64) -> f32 {
-    if first > 0.0 { (area * (second / first - first)).max(0.0) as f32 } else { 0.0 }
+fn variation(relative: f32, mean: f64, area: f64) -> f64 {
+    f64::from(relative) * mean * area
 }
 
 /// Chooses and integrates the squares below cells. Returns how many there are; without any, marks mean nothing.
@@ -62,15 +67,20 @@ pub fn refine(config: &Config, decoded: Decoded, grid: &Grid, out: &mut Refineme
     }
     let negligible = NEGLIGIBLE * mean;
     let texels = Dilated { config, decoded };
-    let of_cell = |[i, j]: [u32; 2]| grid.variation.get(i as usize * cells as usize + j as usize).copied();
-    let total: f64 = grid.variation.iter().map(|&v| f64::from(v)).sum();
+    let area = 1.0 / (f64::from(cells) * f64::from(cells));
+    let of_cell = |index: usize| match (grid.variation.get(index), grid.luminance.get(index)) {
+        (Some(&relative), Some(&luminance)) => variation(relative, luminance, area),
+        _ => 0.0,
+    };
+    let total: f64 = (0..grid.variation.len()).map(of_cell).sum();
     let least = threshold(total, negligible, out.squares.len());
     let mut used = 0;
     for (first, mark) in (0u64..).step_by(32).zip(out.marks.iter_mut()) {
         *mark = Mark { bits: 0, before: used as u32 };
         for bit in 0..32.min(count.saturating_sub(first)) {
             let index = morton::decode::<2>(first + bit, depth);
-            if of_cell(index).is_none_or(|variation| f64::from(variation) <= least) {
+            let [i, j] = index.map(|i| i as usize);
+            if of_cell(i * cells as usize + j) <= least {
                 continue;
             }
             *out.squares.get_mut(used).ok_or(Status::InvalidArgument)? = square(&texels, index, depth);
@@ -82,13 +92,13 @@ pub fn refine(config: &Config, decoded: Decoded, grid: &Grid, out: &mut Refineme
     for level in depth + 1..MAX_REFINED {
         let end = used;
         let parents = out.squares.get(done..end).unwrap_or(&[]);
-        let total: f64 = parents.iter().flat_map(|square| square.variation).map(f64::from).sum();
+        let total: f64 = parents.iter().flat_map(|square| square.variation).sum();
         let least = threshold(total, negligible, out.squares.len() - end);
         for parent in done..end {
             let Some(&Refined { variation, index: [i, j], .. }) = out.squares.get(parent) else { break };
             let mut link = Link { first: used as u32, mask: 0 };
             for (c, variation) in (0..4u32).zip(variation) {
-                if f64::from(variation) <= least {
+                if variation <= least {
                     continue;
                 }
                 let index = [2 * i + (c >> 1), 2 * j + (c & 1)];
@@ -134,7 +144,7 @@ fn square(texels: &Dilated, index: [u32; 2], level: u32) -> Refined {
         let moments = cell_average::<2>(pixels, texels, cells, i, j);
         let child = c as usize & 3;
         square.luminance[child] = libm::sqrt(moments[1]);
-        square.variation[child] = variation(moments, area);
+        square.variation[child] = variation(relative_variation(moments), moments[0], area);
         if texels.config.rgb {
             let [_, r, g, b] = cell_average::<4>(pixels, texels, cells, i, j);
             square.rgb[child] = [r as f32, g as f32, b as f32];

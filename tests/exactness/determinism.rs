@@ -22,12 +22,13 @@ pub fn colourful() -> Map {
 fn scaling_the_light_scales_only_the_integrals() {
     let map = colourful();
     let flags = WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED;
-    let environment = map.build(64, flags);
-    for k in [-100, -33, -1, 1, 7, 100] {
+    // Cells of 64, and those that are divided further where light varies.
+    for (resolution, k) in [64, 0].into_iter().flat_map(|r| [-100, -33, -1, 1, 7, 100].map(|k| (r, k))) {
+        let environment = map.build(resolution, flags);
         let factor = 2f64.powi(k);
         let mut scaled = map.clone();
         scaled.pixels.iter_mut().for_each(|p| *p *= factor as f32);
-        let scaled = scaled.build(64, flags);
+        let scaled = scaled.build(resolution, flags);
         assert!(DISTRIBUTIONS.iter().all(|&d| scaled.power(d) == environment.power(d) * factor));
         let mut random = Random(79);
         for point in grid(&map) {

@@ -116,13 +116,12 @@ pub fn refine(config: &Config, decoded: Decoded, grid: &Grid, out: &mut Refineme
     // Children stand behind their parents.
     for parent in (0..used).rev() {
         let Some(&Link { first, mask }) = out.links.get(parent) else { break };
-        let mut child = first as usize;
-        for c in (0..4usize).filter(|c| mask >> c & 1 == 1) {
+        let refined = (0..4usize).filter(|c| mask >> c & 1 == 1);
+        for (child, c) in (first as usize..).zip(refined) {
             let below = out.squares.get(child).map_or(0.0, |square| 0.25 * square.luminance.iter().sum::<f64>());
             if let Some(slot) = out.squares.get_mut(parent).and_then(|square| square.luminance.get_mut(c)) {
                 *slot = below;
             }
-            child += 1;
         }
     }
     Ok(used as u32)

@@ -53,8 +53,9 @@ fn draw(cell: &Cell, root: &Panel) -> Result<(), Box<dyn std::error::Error>> {
     root.fill(&WHITE)?;
     let title = format!("{}, {}, {}: root mean squared error", cell.scene, cell.light, cell.material);
     let root = root.titled(&title, ("sans-serif", 24))?;
-    let (key, grid) = root.split_vertically(56);
-    draw_key(&key, &methods(cell))?;
+    let names = methods(cell);
+    let (key, grid) = root.split_vertically(12 + 22 * names.len().div_ceil(IN_A_ROW) as i32);
+    draw_key(&key, &names)?;
     let panels = grid.split_evenly((REGIONS.len(), COLUMNS.len()));
     for (i, panel) in panels.iter().enumerate() {
         let (region, column) = (i / COLUMNS.len(), i % COLUMNS.len());

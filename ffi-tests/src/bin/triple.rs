@@ -49,6 +49,10 @@ Written by `make triple`. Ng et al. 2004, \"Triple Product Wavelet Integrals for
 integrals, their coefficients and the sublinear algorithm (`wis_triple_*`, `wis_tripling_coefficient`). Open: compact
 storage of visibility and of material fields, relighting of vertex sets, sampling with visibility, and with them the
 paper's tables of sizes and seconds a frame.
+
+What does not hold: 10 to 30 times faster than a sum over pixels at 1 % of error. A term costs about 40 ns, a pixel 0.3 ns
+in eight lanes (without decompression, which a renderer that stores wavelets would add), and 1 % of error takes 3 to 10 %
+of the terms of these inputs; wavelets are ahead below .5 % of the terms, where the error is 20 % and more.
 ";
 
 fn scene() -> Result<Scene> {

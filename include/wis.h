@@ -71,8 +71,8 @@
 #define WIS_FORMAT_F16 2
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
-/// to the library, cells in which light varies much (a sun, the edge of a lamp) are divided further, down to 16384
-/// along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
+/// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
+/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
 #define WIS_STORAGE_PYRAMID 1
 
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
@@ -212,7 +212,7 @@ typedef struct wis_environment_config {
   /// WIS_STORAGE_*.
   uint32_t storage;
   /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
-  /// as texels, and of a pyramid finer ones where light varies within them.
+  /// as texels, and of a pyramid for clients without filter finer ones where light varies within them.
   uint32_t resolution;
   /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
   /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.

@@ -6,6 +6,7 @@ mod support;
 use support::{Map, ggx, lambert, product_config, query};
 use wis::descent::{self, Sample};
 use wis::environment::Light;
+use wis::ffi::environment::WIS_ENVIRONMENT_NEAREST;
 use wis::ffi::product::ProductConfig;
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
@@ -129,7 +130,7 @@ fn wide_walks_are_scalar_walks() {
 /// The bytes of products of several BRDFs under a map of a few bright texels, prepared at a level.
 fn products(cpu_level: u32) -> Vec<Vec<u8>> {
     let map = Map::latlong(64, 32, |x, y| if (x + 64 * y) % 131 == 0 { 900.0 } else { 0.2 + ((x + y) % 7) as f32 });
-    let environment = map.build(0, 0);
+    let environment = map.build(0, WIS_ENVIRONMENT_NEAREST);
     let config = ProductConfig { cpu_level, ..product_config() };
     let narrow = Lobe { b: 0.05, ..ggx(0.2) };
     let phong = Lobe { kind: WIS_LOBE_PHONG, a: 300.0, ..lambert(0.9) };

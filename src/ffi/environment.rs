@@ -33,8 +33,8 @@ pub const WIS_FORMAT_F32: u32 = 1;
 pub const WIS_FORMAT_F16: u32 = 2;
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
-/// to the library, cells in which light varies much (a sun, the edge of a lamp) are divided further, down to 16384
-/// along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
+/// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
+/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
 pub const WIS_STORAGE_PYRAMID: u32 = 1;
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
 pub const WIS_STORAGE_SPARSE: u32 = 2;
@@ -94,7 +94,7 @@ pub struct EnvironmentConfig {
     /// WIS_STORAGE_*.
     pub storage: u32,
     /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
-    /// as texels, and of a pyramid finer ones where light varies within them.
+    /// as texels, and of a pyramid for clients without filter finer ones where light varies within them.
     pub resolution: u32,
     /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
     /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.

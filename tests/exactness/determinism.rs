@@ -4,7 +4,9 @@ use crate::support::scenes::grid;
 use crate::support::vector::single;
 use crate::support::{Environment, Map, Memory, Product, Random, build, build_over, build_shared, product_config};
 use crate::{DISTRIBUTIONS, bits};
-use wis::ffi::environment::{EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_SPARSE};
+use wis::ffi::environment::{
+    EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_RGB, WIS_STORAGE_SPARSE,
+};
 use wis::ffi::product::ProductConfig;
 
 /// A map in colour whose texels all stay normal when it is scaled by 2^-100 to 2^100.
@@ -21,7 +23,7 @@ pub fn colourful() -> Map {
 #[test]
 fn scaling_the_light_scales_only_the_integrals() {
     let map = colourful();
-    let flags = WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED;
+    let flags = WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST;
     // Cells of 64, and those that are divided further where light varies.
     for (resolution, k) in [64, 0].into_iter().flat_map(|r| [-100, -33, -1, 1, 7, 100].map(|k| (r, k))) {
         let environment = map.build(resolution, flags);

@@ -89,17 +89,20 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
         return Err(Failure::new(Status::NullPointer, 1));
     }
     let depth = if c.resolution == 0 { Config::natural_depth(&pixels) } else { c.resolution.ilog2() };
+    // What a client with a bilinear filter sees varies inside texels, too: edges of texels, which squares below cells
+    // would draw sharply, are not edges to it.
+    let nearest = c.flags & WIS_ENVIRONMENT_NEAREST != 0;
     let config = Config {
         pixels,
         depth,
         storage,
         error_budget: c.error_budget.into(),
-        nearest: c.flags & WIS_ENVIRONMENT_NEAREST != 0,
+        nearest,
         exact_zero: c.flags & WIS_ENVIRONMENT_EXACT_ZERO != 0,
         compensated: c.flags & WIS_ENVIRONMENT_COMPENSATED != 0,
         rgb: c.flags & WIS_ENVIRONMENT_RGB != 0,
         sanitise: c.flags & WIS_ENVIRONMENT_SANITISE != 0,
-        refined: c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
+        refined: nearest && c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
     };
     let rows = PixelRows { pixels: c.pixels, stride, row_bytes, row: c.row, user: c.row_user };
     Ok((Request { config, flags: c.flags }, rows))

@@ -56,6 +56,8 @@ pub struct Costs {
     pub product_bytes: usize,
     /// The largest f L / (p I) on a grid of directions, over some points.
     pub max_weight: f64,
+    /// What that must not exceed: lobes of a half-angle below .1 and measured ones have no bound (rule 33).
+    pub weight_bound: Option<f64>,
 }
 
 /// A method at a number of samples.
@@ -314,12 +316,16 @@ fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
         pdf: median(&pdf_ns),
         product_bytes: median(&bytes) as usize,
         max_weight: max_weight(scene, setting, &mut memory)?,
+        weight_bound: setting.material.half_angle().filter(|&angle| angle >= 0.1).map(|_| 50.0),
     })
 }
 
 /// The largest f L / (p I) on the centres of a grid of cells, over up to 16 points (rule 33).
+///
+/// The side is a prime: no centre but the pole's lies on a corner of the library's cells, where rounding tells between
+/// texels.
 fn max_weight(scene: &Scene, setting: &Setting, memory: &mut Block) -> client::Result<f64> {
-    const SIDE: usize = 256;
+    const SIDE: usize = 383;
     let at = |c: usize| (c as f32 + 0.5) / SIDE as f32;
     let grid: Vec<Vec3> = (0..SIDE * SIDE).map(|i| octahedral_direction(at(i % SIDE), at(i / SIDE))).collect();
     let mut largest = 0.0_f64;

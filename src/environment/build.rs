@@ -3,7 +3,7 @@
 
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
 use super::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
-use super::refine::{Refined, relative_variation};
+use super::refine::{Refined, Spread};
 use super::{Header, Storage};
 use crate::morton;
 use crate::numeric::{exp2i, exponent};
@@ -180,8 +180,8 @@ impl Texels<4> for Dilated<'_> {
 pub struct Row<'a> {
     /// Average luminance.
     pub luminance: &'a mut [f64],
-    /// How much light varies within cells, relative to their mean.
-    pub variation: &'a mut [f32],
+    /// How light is spread within cells.
+    pub spread: &'a mut [Spread],
     /// Average RGB.
     pub rgb: &'a mut [[f32; 3]],
 }
@@ -191,12 +191,12 @@ pub fn integrate(config: &Config, decoded: Decoded, i: u32, row: Row) {
     let texels = Dilated { config, decoded };
     let (pixels, cells) = (&config.pixels, config.cells());
     let exact = !matches!(pixels.layout, Layout::Cube);
-    let (mut variations, mut colours) = (row.variation.iter_mut(), row.rgb.iter_mut());
+    let (mut spreads, mut colours) = (row.spread.iter_mut(), row.rgb.iter_mut());
     for (j, out) in (0..cells).zip(row.luminance) {
-        let moments = variations.next().map(|slot| {
+        let moments = spreads.next().map(|slot| {
             let moments = cell_moments(pixels, &texels, cells, i, j);
-            *slot = relative_variation(moments);
-            moments
+            *slot = Spread::of(moments);
+            moments.average
         });
         *out = match (colours.next(), moments) {
             (Some(colour), _) => {
@@ -218,8 +218,8 @@ pub fn integrate(config: &Config, decoded: Decoded, i: u32, row: Row) {
 pub struct Grid<'a> {
     /// Average luminance.
     pub luminance: &'a [f64],
-    /// How much light varies within cells, relative to their mean; empty if none is to be refined.
-    pub variation: &'a [f32],
+    /// How light is spread within cells; empty if none is to be refined.
+    pub spread: &'a [Spread],
     /// Average RGB; empty if not kept.
     pub rgb: &'a [[f32; 3]],
 }
@@ -266,7 +266,10 @@ pub fn complete(
         if above > e * COMPENSATED { above } else { e * COMPENSATED }
     };
     let colour = |c: [f32; 3]| c.map(|c| normal.apply(c.into()));
-    let light = |t: [u32; 2]| at(grid.luminance, t, cells);
+    let light = |t: [u32; 2]| {
+        let mean = at(grid.luminance, t, cells);
+        at(grid.spread, t, cells).least(mean, mean)
+    };
     let (heap, below) = halves(trees.plain, refined)?;
     header.average = fill(config.depth, heap, |t| value(light(t)))?;
     for (square, from) in below.iter_mut().zip(refined) {

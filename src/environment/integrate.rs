@@ -19,53 +19,76 @@ pub trait Texels<const N: usize> {
 
 /// The average of the map over cell `(i, j)` of `cells` x `cells` (a power of two, at least 2).
 pub fn cell_average<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, cells: u32, i: u32, j: u32) -> [f64; N] {
-    let width = 1.0 / f64::from(cells);
-    let x = [f64::from(i) * width, f64::from(i + 1) * width];
-    let y = [f64::from(j) * width, f64::from(j + 1) * width];
+    let [x, y] = [i, j].map(|i| range(i, cells));
     let sum = match pixels.layout {
-        Layout::LatLong => latlong_cell(pixels, texels, x, y),
-        Layout::Octahedral => {
-            let mut sum = Sum::new();
-            octahedral_cell(pixels, texels, x, y, &mut sum);
-            sum.value
-        }
         Layout::Cube => cube_cell(pixels, texels, x, y, 0),
+        _ => rectangle(pixels, texels, x, y).value,
     };
-    sum.map(|s| s / (width * width))
+    average(sum, cells)
 }
 
-/// The averages over a cell of two channels, to tell how much the map varies there: of a cube map only roughly.
-pub fn cell_moments(pixels: &Pixels, texels: &impl Texels<2>, cells: u32, i: u32, j: u32) -> [f64; 2] {
-    if !matches!(pixels.layout, Layout::Cube) {
-        return cell_average(pixels, texels, cells, i, j);
-    }
+/// What is known of a cell: of a cube map only roughly, to tell how much the map varies there.
+#[derive(Clone, Copy)]
+pub struct Moments {
+    /// The averages of the two channels.
+    pub average: [f64; 2],
+    /// The largest value of the first channel.
+    pub largest: f64,
+}
+
+/// The averages over a cell of two channels, and the largest value.
+pub fn cell_moments(pixels: &Pixels, texels: &impl Texels<2>, cells: u32, i: u32, j: u32) -> Moments {
+    let sum = rectangle(pixels, texels, range(i, cells), range(j, cells));
+    Moments { average: average(sum.value, cells), largest: sum.largest }
+}
+
+/// The bounds of a cell along an axis.
+fn range(i: u32, cells: u32) -> [f64; 2] {
+    [i, i + 1].map(|i| f64::from(i) / f64::from(cells))
+}
+
+/// An integral over a cell as an average.
+fn average<const N: usize>(sum: [f64; N], cells: u32) -> [f64; N] {
     let width = 1.0 / f64::from(cells);
-    let range = |i: u32| [f64::from(i) * width, f64::from(i + 1) * width];
-    cube_rectangle(pixels, texels, range(i), range(j)).map(|s| s / (width * width))
+    sum.map(|s| s / (width * width))
 }
 
 /// A running integral: area times value, channel by channel.
 struct Sum<const N: usize> {
     value: [f64; N],
+    /// The largest value of the first channel.
+    largest: f64,
 }
 
 impl<const N: usize> Sum<N> {
     fn new() -> Self {
-        Sum { value: [0.0; N] }
+        Sum { value: [0.0; N], largest: 0.0 }
     }
 
     /// Adds a piece; a piece that is there never has area 0, so that no lit texel is lost to rounding.
     fn add(&mut self, piece: &Polygon, texel: [f64; N]) {
         const LEAST_AREA: f64 = 1e-24;
         let area = piece.area().max(LEAST_AREA);
+        self.largest = texel.first().map_or(self.largest, |&value| value.max(self.largest));
         for (sum, value) in self.value.iter_mut().zip(texel) {
             *sum += area * value;
         }
     }
 }
 
+/// The integral over a rectangle; of a cube map, with edges of texels as chords.
+fn rectangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2]) -> Sum<N> {
+    let mut sum = Sum::new();
+    match pixels.layout {
+        Layout::LatLong => latlong_cell(pixels, texels, x, y, &mut sum),
+        Layout::Octahedral => octahedral_cell(pixels, texels, x, y, &mut sum),
+        Layout::Cube => cube_rectangle(pixels, texels, x, y, &mut sum),
+    }
+    sum
+}
+
 /// The integral over a cell that lies in one quadrant: its part north and its part south of the equator.
-fn latlong_cell<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2]) -> [f64; N] {
+fn latlong_cell<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2], sum: &mut Sum<N>) {
     // Distances from the centre lines, in [0, 1].
     let fold = |s: [f64; 2]| if s[0] >= 0.5 { s.map(|s| 2.0 * s - 1.0) } else { [1.0 - 2.0 * s[1], 1.0 - 2.0 * s[0]] };
     let (a, b) = (fold(x), fold(y));
@@ -73,10 +96,9 @@ fn latlong_cell<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f6
     let (north, _) = Polygon::rectangle(a, b).split([-1.0, 1.0, 1.0]);
     let mirror = |s: [f64; 2]| [1.0 - s[1], 1.0 - s[0]];
     let (south, _) = Polygon::rectangle(mirror(b), mirror(a)).split([-1.0, 1.0, 1.0]);
-    let mut sum = Sum::new();
-    octant(false).integrate(texels, &north, &mut sum);
-    octant(true).integrate(texels, &south, &mut sum);
-    sum.value.map(|v| 0.25 * v)
+    octant(false).integrate(texels, &north, sum);
+    octant(true).integrate(texels, &south, sum);
+    sum.value = sum.value.map(|v| 0.25 * v);
 }
 
 /// One octant of a lat-long map, in the coordinates (a, b): radius r = a + b <= 1 from the pole, azimuth
@@ -192,13 +214,13 @@ fn cube_cell<const N: usize>(
     y: [f64; 2],
     subdivisions: u32,
 ) -> [f64; N] {
-    let coarse = cube_rectangle(pixels, texels, x, y);
+    let coarse = rectangle(pixels, texels, x, y).value;
     let (mx, my) = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
     let quarters =
         [([x[0], mx], [y[0], my]), ([x[0], mx], [my, y[1]]), ([mx, x[1]], [y[0], my]), ([mx, x[1]], [my, y[1]])];
     let mut fine = [0.0; N];
     for (qx, qy) in quarters {
-        fine = add(fine, cube_rectangle(pixels, texels, qx, qy));
+        fine = add(fine, rectangle(pixels, texels, qx, qy).value);
     }
     let close = |(coarse, fine): (&f64, &f64)| (fine - coarse).abs() <= 1.5e-4 * fine;
     if coarse.iter().zip(&fine).all(close) {
@@ -227,19 +249,23 @@ fn add<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
 }
 
 /// The integral over a rectangle as that over two triangles, in each of which the direction is taken as linear.
-fn cube_rectangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2]) -> [f64; N] {
+fn cube_rectangle<const N: usize>(
+    pixels: &Pixels,
+    texels: &impl Texels<N>,
+    x: [f64; 2],
+    y: [f64; 2],
+    sum: &mut Sum<N>,
+) {
     // The diagonal of the square through the quadrant is where its derivative jumps (the equator).
     let rising = (x[0] < 0.5) == (y[0] < 0.5);
     let [p00, p01, p10, p11] = [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]];
-    let mut sum = Sum::new();
     if rising {
-        cube_triangle(pixels, texels, [p00, p10, p01], &mut sum);
-        cube_triangle(pixels, texels, [p11, p01, p10], &mut sum);
+        cube_triangle(pixels, texels, [p00, p10, p01], sum);
+        cube_triangle(pixels, texels, [p11, p01, p10], sum);
     } else {
-        cube_triangle(pixels, texels, [p01, p00, p11], &mut sum);
-        cube_triangle(pixels, texels, [p10, p11, p00], &mut sum);
+        cube_triangle(pixels, texels, [p01, p00, p11], sum);
+        cube_triangle(pixels, texels, [p10, p11, p00], sum);
     }
-    sum.value
 }
 
 /// Adds a triangle of the square, face by face, row by row, column by column.

@@ -15,7 +15,7 @@ pub use build::{
 };
 pub use integrate::Texels;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
-pub use refine::{Refined, Refinement, refine};
+pub use refine::{Refined, Refinement, Spread, refine};
 
 use crate::descent::Density;
 use crate::numeric::{ContentHash, exp2i};

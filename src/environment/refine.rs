@@ -9,7 +9,7 @@
 //! weight of 10 instead of 100.
 
 use super::build::{Config, Decoded, Dilated, Grid, mean};
-use super::integrate::cell_average;
+use super::integrate::{Moments, cell_average, cell_moments};
 use crate::morton;
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_REFINED, Mark};
@@ -22,7 +22,7 @@ pub struct Refined {
     pub luminance: [f64; 4],
     /// Average RGB of the children, if it is kept.
     pub rgb: [[f32; 3]; 4],
-    /// What varies within the children: see [`variation`].
+    /// What varies within the children: see [`Spread::variation`].
     variation: [f64; 4],
     /// The place of the square among those of its level along each axis.
     index: [u32; 2],
@@ -41,14 +41,39 @@ pub struct Refinement<'a> {
 /// Variation, summed over a level, that is not worth squares.
 const NEGLIGIBLE: f64 = 1.0 / 1024.0;
 
-/// How much the light varies in a region, relative to its mean: mean(L^2) / mean(L)^2 - 1. Scaling changes no bit.
-pub(super) fn relative_variation([first, second]: [f64; 2]) -> f32 {
-    if first > 0.0 { (second / (first * first) - 1.0).max(0.0) as f32 } else { 0.0 }
+/// The share of the brightest light in a region that is the least to store for it: a corner of a lamp that reaches into
+/// a dark cell then gives a weight of 32, however small it is (rule 33).
+const LEAST_OF_BRIGHTEST: f64 = 1.0 / 32.0;
+
+/// How light is spread within a region, relative to its mean. Scaling changes no bit.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spread {
+    /// mean(L^2) / mean(L)^2 - 1
+    variance: f32,
+    brightest: f32,
 }
 
-/// What sampling a region of a share of the sphere uniformly adds to the variance, times the mean over the sphere.
-fn variation(relative: f32, mean: f64, area: f64) -> f64 {
-    f64::from(relative) * mean * area
+impl Spread {
+    pub(super) fn of(moments: Moments) -> Spread {
+        let [first, second] = moments.average;
+        if first > 0.0 {
+            let variance = (second / (first * first) - 1.0).max(0.0) as f32;
+            Spread { variance, brightest: (moments.largest / first) as f32 }
+        } else {
+            Spread::default()
+        }
+    }
+
+    /// A value for a region of a mean, or more if that is little beside its brightest light.
+    pub(super) fn least(&self, value: f64, mean: f64) -> f64 {
+        value.max(mean * f64::from(self.brightest) * LEAST_OF_BRIGHTEST)
+    }
+
+    /// What sampling a region of a share of the sphere uniformly adds to the variance, times the mean over the sphere.
+    fn variation(&self, mean: f64, area: f64) -> f64 {
+        f64::from(self.variance) * mean * area
+    }
 }
 
 /// Chooses and integrates the squares below cells. Returns how many there are; without any, marks mean nothing.
@@ -59,7 +84,7 @@ pub fn refine(config: &Config, decoded: Decoded, grid: &Grid, out: &mut Refineme
     let (depth, cells) = (config.depth, config.cells());
     let mean = mean(grid, cells);
     let count = u64::from(cells) * u64::from(cells);
-    if depth == 0 || depth >= MAX_REFINED || grid.variation.is_empty() || mean <= 0.0 {
+    if depth == 0 || depth >= MAX_REFINED || grid.spread.is_empty() || mean <= 0.0 {
         return Ok(0);
     }
     if out.links.len() != out.squares.len() || out.marks.len() as u64 != count.div_ceil(32) {
@@ -68,11 +93,11 @@ pub fn refine(config: &Config, decoded: Decoded, grid: &Grid, out: &mut Refineme
     let negligible = NEGLIGIBLE * mean;
     let texels = Dilated { config, decoded };
     let area = 1.0 / (f64::from(cells) * f64::from(cells));
-    let of_cell = |index: usize| match (grid.variation.get(index), grid.luminance.get(index)) {
-        (Some(&relative), Some(&luminance)) => variation(relative, luminance, area),
+    let of_cell = |index: usize| match (grid.spread.get(index), grid.luminance.get(index)) {
+        (Some(spread), Some(&luminance)) => spread.variation(luminance, area),
         _ => 0.0,
     };
-    let total: f64 = (0..grid.variation.len()).map(of_cell).sum();
+    let total: f64 = (0..grid.spread.len()).map(of_cell).sum();
     let least = threshold(total, negligible, out.squares.len());
     let mut used = 0;
     for (first, mark) in (0u64..).step_by(32).zip(out.marks.iter_mut()) {
@@ -140,10 +165,11 @@ fn square(texels: &Dilated, index: [u32; 2], level: u32) -> Refined {
     let mut square = Refined { index, ..Refined::default() };
     for c in 0..4u32 {
         let (i, j) = (2 * index[0] + (c >> 1), 2 * index[1] + (c & 1));
-        let moments = cell_average::<2>(pixels, texels, cells, i, j);
+        let [mean, square_mean] = cell_average::<2>(pixels, texels, cells, i, j);
+        let spread = Spread::of(cell_moments(pixels, texels, cells, i, j));
         let child = c as usize & 3;
-        square.luminance[child] = libm::sqrt(moments[1]);
-        square.variation[child] = variation(relative_variation(moments), moments[0], area);
+        square.luminance[child] = spread.least(libm::sqrt(square_mean), mean);
+        square.variation[child] = spread.variation(mean, area);
         if texels.config.rgb {
             let [_, r, g, b] = cell_average::<4>(pixels, texels, cells, i, j);
             square.rgb[child] = [r as f32, g as f32, b as f32];

@@ -332,6 +332,9 @@ fn check(cells: &[Cell]) -> Result<()> {
         if unshadowed.len() > 1 && unshadowed.first() <= unshadowed.last() {
             bail!("{name}: the error of wis does not fall: {unshadowed:?}");
         }
+        if let Some(bound) = cell.costs.weight_bound.filter(|&bound| cell.costs.max_weight > bound) {
+            bail!("{name}: f L / (p I) reaches {:.1}, more than {bound}", cell.costs.max_weight);
+        }
     }
     Ok(())
 }

@@ -5,7 +5,8 @@ use super::request::{PixelRows, Request};
 use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
 use crate::environment::{
-    self as kernel, Decoded, Grid, Header, MAGIC, Refined, Refinement, Row, RowError, RowSummary, Storage, Trees,
+    self as kernel, Decoded, Grid, Header, MAGIC, Refined, Refinement, Row, RowError, RowSummary, Spread, Storage,
+    Trees,
 };
 use crate::status::Status;
 use crate::tree::{Link, Mark};
@@ -30,7 +31,7 @@ pub(super) struct Scratch {
     texels: usize,
     texels_rgb: usize,
     cells: usize,
-    variation: usize,
+    spread: usize,
     cells_rgb: usize,
     refined: usize,
     marks: usize,
@@ -61,7 +62,7 @@ impl Scratch {
             texels: part(texels, size_of::<f64>())?,
             texels_rgb: part(when(config.rgb, texels), size_of::<[f32; 3]>())?,
             cells: part(cells, size_of::<f64>())?,
-            variation: part(when(config.refined, cells), size_of::<f32>())?,
+            spread: part(when(config.refined, cells), size_of::<Spread>())?,
             cells_rgb: part(when(config.rgb, cells), size_of::<[f32; 3]>())?,
             refined: part(config.room(), size_of::<Refined>())?,
             marks: part(config.marks(), size_of::<Mark>())?,
@@ -202,7 +203,7 @@ impl Build {
         unsafe {
             let row = Row {
                 luminance: self.block.slice(self.scratch.cells, start, cells),
-                variation: self.block.slice(self.scratch.variation, start, when(config.refined)),
+                spread: self.block.slice(self.scratch.spread, start, when(config.refined)),
                 rgb: self.block.slice(self.scratch.cells_rgb, start, when(config.rgb)),
             };
             kernel::integrate(config, self.decoded(), i, row);
@@ -293,7 +294,7 @@ impl Build {
         unsafe {
             Grid {
                 luminance: self.block.slice(self.scratch.cells, 0, cells),
-                variation: self.block.slice(self.scratch.variation, 0, when(self.request.config.refined)),
+                spread: self.block.slice(self.scratch.spread, 0, when(self.request.config.refined)),
                 rgb: self.block.slice(self.scratch.cells_rgb, 0, when(self.request.config.rgb)),
             }
         }

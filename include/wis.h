@@ -406,6 +406,9 @@ typedef struct wis_strata_config {
   float angle_limit;
   /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity.
   const float *world_from_map;
+  /// Two exponents, at least 0 and at most 8, of radiance and of solid angle: how much a region counts. (1, 0) is
+  /// importance sampling of the light, (0, 1) with an `angle_limit` of 4 pi stratifies the sphere; null: 1 and 1/4.
+  const float *exponents;
 } wis_strata_config;
 
 /// A stratum as a directional light.
@@ -641,10 +644,11 @@ enum wis_status wis_jitter_sample(const struct wis_jitter *jitter,
 /// the stratum.
 enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, const float wi[3], float *pdf);
 
-/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): sorts the numbers of `count` lights
-/// by `contribution` (radiance x BRDF x cosine, at least 0 and finite), the largest first, into `index`, and tells how
-/// many to trace in `traced`: what the others could add is at most `threshold` (0 to 1) of the whole. Estimate those by
-/// their sum x the share of a random few of them that is visible.
+/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
+/// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
+/// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
+/// whole; they follow in an order of no meaning. Estimate those by their sum x the share of a random few of them that is
+/// visible. The time is that of a pass over all lights and of sorting those that are traced.
 enum wis_status wis_strata_order(size_t count,
                                  const float *contribution,
                                  float threshold,

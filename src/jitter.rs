@@ -180,48 +180,45 @@ fn before(sums: &[f64], index: usize) -> f64 {
     index.checked_sub(1).and_then(|index| sums.get(index)).copied().unwrap_or(0.0)
 }
 
-/// Sorts the numbers of lights by their potential contribution, the largest first, equal ones by number; answers how many
-/// of them are worth a shadow ray: what the others could add is at most `threshold` of the whole. Contributions are
-/// finite and not negative.
+/// Brings the numbers of the lights that are worth a shadow ray to the front, by their potential contribution, the largest
+/// first, equal ones by number, and answers how many they are: what the others could add is at most `threshold` of the
+/// whole. Contributions are finite and not negative.
 pub fn order(contribution: &[f32], threshold: f64, index: &mut [u32]) -> usize {
     index.iter_mut().enumerate().for_each(|(i, slot)| *slot = i as u32);
     let value = |i: u32| contribution.get(i as usize).copied().unwrap_or(0.0);
-    // Whether `a` comes after `b`.
-    let after = |a: u32, b: u32| (value(a), core::cmp::Reverse(a)) < (value(b), core::cmp::Reverse(b));
-    heap_sort(index, after);
-    let total: f64 = index.iter().map(|&i| f64::from(value(i))).sum();
-    let mut rest = 0.0;
-    for (kept, &i) in index.iter().enumerate().rev() {
-        rest += f64::from(value(i));
-        if rest > threshold * total {
-            return kept + 1;
-        }
+    // A heap needs as many steps as lights are kept; sorting all of them would cost more than the rays that are saved.
+    let before = |a: u32, b: u32| (value(a), core::cmp::Reverse(a)) > (value(b), core::cmp::Reverse(b));
+    for root in (0..index.len() / 2).rev() {
+        sift(index, root, before);
     }
-    0
+    let total: f64 = contribution.iter().map(|&value| f64::from(value)).sum();
+    let (mut rest, mut left) = (total, index.len());
+    // With a threshold of 0 every light counts, also beside one that swallows it in the sum.
+    let worth = |rest: f64, next: f32| next > 0.0 && (rest > threshold * total || threshold == 0.0);
+    while let Some(&next) = index.first().filter(|&&next| left > 0 && worth(rest, value(next))) {
+        rest -= f64::from(value(next));
+        left -= 1;
+        exchange(index, 0, left);
+        sift(index.get_mut(..left).unwrap_or(&mut []), 0, before);
+    }
+    // What was taken off the heap stands at the end, the largest last.
+    index.reverse();
+    index.len() - left
 }
 
-/// Sorts in place and without recursion, so that no item comes after the next one.
-fn heap_sort(items: &mut [u32], after: impl Fn(u32, u32) -> bool) {
-    let sift = |items: &mut [u32], mut root: usize| {
-        loop {
-            let mut child = 2 * root + 1;
-            let Some(&(mut last)) = items.get(child) else { return };
-            if let Some(&other) = items.get(child + 1).filter(|other| after(**other, last)) {
-                (child, last) = (child + 1, other);
-            }
-            match items.get(root) {
-                Some(&own) if after(last, own) => exchange(items, root, child),
-                _ => return,
-            }
-            root = child;
+/// Restores a heap, the first item of all at its root, below an item that may come too early.
+fn sift(items: &mut [u32], mut root: usize, before: impl Fn(u32, u32) -> bool) {
+    loop {
+        let mut child = 2 * root + 1;
+        let Some(&(mut first)) = items.get(child) else { return };
+        if let Some(&other) = items.get(child + 1).filter(|other| before(**other, first)) {
+            (child, first) = (child + 1, other);
         }
-    };
-    for root in (0..items.len() / 2).rev() {
-        sift(items, root);
-    }
-    for end in (1..items.len()).rev() {
-        exchange(items, 0, end);
-        sift(items.get_mut(..end).unwrap_or(&mut []), 0);
+        match items.get(root) {
+            Some(&own) if before(first, own) => exchange(items, root, child),
+            _ => return,
+        }
+        root = child;
     }
 }
 

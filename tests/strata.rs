@@ -200,7 +200,14 @@ fn lights(map: &EnvironmentConfig, config: &StrataConfig) -> Result<(Vec<Light>,
 }
 
 fn strata_config(count: u32) -> StrataConfig {
-    StrataConfig { size: size_of::<StrataConfig>() as u32, count, levels: 0, angle_limit: 0.0, world_from_map: null() }
+    StrataConfig {
+        size: size_of::<StrataConfig>() as u32,
+        count,
+        levels: 0,
+        angle_limit: 0.0,
+        world_from_map: null(),
+        exponents: null(),
+    }
 }
 
 #[test]
@@ -369,7 +376,10 @@ fn lights_are_ordered_by_what_they_may_add() {
             assert_eq!(status, Status::Ok);
             let mut expected: Vec<u32> = (0..count as u32).collect();
             expected.sort_by(|&a, &b| contribution[b as usize].total_cmp(&contribution[a as usize]).then(a.cmp(&b)));
-            assert_eq!(index, expected);
+            assert_eq!(index[..traced as usize], expected[..traced as usize]);
+            let mut all = index.clone();
+            all.sort_unstable();
+            assert!(all.iter().copied().eq(0..count as u32));
             let sum = |lights: &[u32]| lights.iter().map(|&i| f64::from(contribution[i as usize])).sum::<f64>();
             let (kept, rest) = index.split_at(traced as usize);
             assert!(sum(rest) <= f64::from(threshold) * sum(&index));
@@ -379,6 +389,35 @@ fn lights_are_ordered_by_what_they_may_add() {
     }
 }
 
+/// A small bright square in a wider one on a dark sphere: the paper's Figure 3.
+#[test]
+fn small_bright_regions_get_fewer_lights_by_the_metric_than_by_light_alone() {
+    let inside = |x: u32, y: u32, half: u32| x.abs_diff(128) < half && y.abs_diff(64) < half;
+    let map = Map::latlong(256, 128, |x, y| match (x, y) {
+        _ if inside(x, y, 6) => 400.0,
+        _ if inside(x, y, 30) => 8.0,
+        _ => 1.0,
+    });
+    let in_the_middle = |exponents: [f32; 2], angle_limit: f32| {
+        let config = StrataConfig { angle_limit, exponents: exponents.as_ptr(), ..strata_config(200) };
+        let (lights, _) = lights(&map.config(0, 0), &config).unwrap();
+        let azimuth = |l: &Light| l.direction[1].atan2(l.direction[0]).abs();
+        let within = |l: &&Light| std::f32::consts::PI - azimuth(l) < 0.15 && l.direction[2].abs() < 0.15;
+        lights.iter().filter(within).count()
+    };
+    let (light, metric, area) =
+        (in_the_middle([1.0, 0.0], 0.0), in_the_middle([1.0, 0.25], 0.2), in_the_middle([0.0, 1.0], 12.566));
+    assert!(area < metric && metric < light, "{area} {metric} {light}");
+    assert!(area <= 3 && light > 100, "{area} {light}");
+    let config = strata_config(200);
+    let written_out = StrataConfig { exponents: PAPERS.as_ptr(), angle_limit: 0.01, levels: 6, ..config };
+    assert_eq!(lights(&map.config(0, 0), &written_out).unwrap(), lights(&map.config(0, 0), &config).unwrap());
+}
+
+static PAPERS: [f32; 2] = [1.0, 0.25];
+static NEGATIVE: [f32; 2] = [-0.5, 0.25];
+static NOT_A_NUMBER: [f32; 2] = [1.0, f32::NAN];
+
 #[test]
 fn bad_maps_and_configs_are_refused() {
     let map = Map::latlong(16, 8, |x, _| x as f32);
@@ -387,6 +426,8 @@ fn bad_maps_and_configs_are_refused() {
         StrataConfig { levels: 65, ..good },
         StrataConfig { angle_limit: -1.0, ..good },
         StrataConfig { angle_limit: f32::NAN, ..good },
+        StrataConfig { exponents: NEGATIVE.as_ptr(), ..good },
+        StrataConfig { exponents: NOT_A_NUMBER.as_ptr(), ..good },
     ] {
         assert_eq!(lights(&map.config(0, 0), &bad).err(), Some(Status::InvalidArgument));
     }

@@ -116,6 +116,20 @@ impl Batch {
         Ok(())
     }
 
+    /// Adds a sample of each of `count` densities, which answer a direction with its pdf.
+    pub fn from_each(
+        &mut self,
+        count: usize,
+        sample: impl Fn(usize, [f32; 2]) -> client::Result<([f32; 3], f32)>,
+    ) -> client::Result<()> {
+        self.points(Stream::Light, count);
+        for i in 0..count {
+            let (wi, pdf) = sample(i, self.u[i])?;
+            self.push_drawn(wi, pdf);
+        }
+        Ok(())
+    }
+
     /// The samples of `from_density` with their pdfs.
     pub fn drawn(&self) -> impl Iterator<Item = ([f32; 3], f32)> + '_ {
         self.drawn.iter().copied().zip(self.pdf_drawn.iter().copied())

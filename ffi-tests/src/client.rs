@@ -883,3 +883,100 @@ pub fn pixel_seed(pixel: [u32; 2], pass: u32) -> u32 {
     // SAFETY: a pure function of numbers.
     unsafe { raw::wis_pixel_seed(pixel[0], pixel[1], pass) }
 }
+
+/// A lat-long map as directional lights, and the number of the light of each texel.
+pub struct Strata {
+    /// In the order in which they were placed.
+    pub lights: Vec<raw::wis_light>,
+    /// Row by row.
+    pub label: Vec<u32>,
+    /// Bytes of the lights and of the scratch memory.
+    pub size: raw::wis_memory_size,
+}
+
+impl Strata {
+    /// Cuts a map; the config's matrix is `world_from_map`, and its size is filled in.
+    pub fn new(map: &Map, world_from_map: &[f32; 9], config: &raw::wis_strata_config) -> Result<Strata> {
+        let config = raw::wis_strata_config {
+            size: size_of::<raw::wis_strata_config>() as u32,
+            world_from_map: world_from_map.as_ptr(),
+            ..*config
+        };
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        let status = unsafe { raw::wis_strata_size(&map.config(), &config, &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        let mut lights = vec![raw::wis_light::default(); size.bytes / size_of::<raw::wis_light>()];
+        let mut label = vec![0; map.width as usize * map.height as usize];
+        let (mut scratch, mut count) = (Block::new(size.scratch_bytes), 0);
+        // SAFETY: the lights and the scratch memory are as large as was asked for, the labels as the map.
+        let status = unsafe {
+            raw::wis_strata_lights(
+                &map.config(),
+                &config,
+                scratch.start_mut(),
+                scratch.bytes(),
+                lights.as_mut_ptr(),
+                &mut count,
+                label.as_mut_ptr(),
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        lights.truncate(count as usize);
+        Ok(Strata { lights, label, size })
+    }
+
+    /// The texels of each stratum, to place samples inside: `WIS_JITTER_*`.
+    pub fn jitter(&self, map: &Map, world_from_map: &[f32; 9], distribution: u32) -> Result<Jitter> {
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        let count = self.lights.len() as u32;
+        // SAFETY: every pointer is to a live local.
+        let status = unsafe { raw::wis_jitter_size(&map.config(), count, &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
+        let mut handle = null();
+        // SAFETY: the blocks are as large as was asked for, the labels as the map.
+        let status = unsafe {
+            raw::wis_jitter_init(
+                &map.config(),
+                world_from_map.as_ptr(),
+                count,
+                self.label.as_ptr(),
+                distribution,
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Jitter(memory))
+    }
+}
+
+/// Places inside strata.
+pub struct Jitter(Block);
+
+impl Jitter {
+    /// A direction inside the stratum of a light, and its pdf there.
+    pub fn sample(&self, light: u32, u: [f32; 2]) -> Result<([f32; 3], f32)> {
+        let mut sample = raw::wis_sample::default();
+        // SAFETY: the memory holds a jitter, and the locals live.
+        check(unsafe { raw::wis_jitter_sample(self.0.start().cast(), light, u.as_ptr(), &mut sample) })?;
+        Ok((sample.wi, sample.pdf))
+    }
+}
+
+/// The lights by contribution, the largest first, and how many are worth a ray.
+pub fn order(contribution: &[f32], threshold: f32, index: &mut [u32]) -> Result<usize> {
+    assert_eq!(contribution.len(), index.len());
+    let mut traced = 0;
+    // SAFETY: both slices have as many elements.
+    check(unsafe {
+        raw::wis_strata_order(contribution.len(), contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced)
+    })?;
+    Ok(traced as usize)
+}

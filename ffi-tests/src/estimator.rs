@@ -9,6 +9,7 @@ use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::pool::Candidates;
 use crate::scene::ShadingPoint;
+use crate::structured::Stratified;
 use crate::texels::Texels;
 use glam::Vec3;
 
@@ -29,6 +30,8 @@ pub enum Method {
     Ris(usize),
     /// All samples resampled from a pool of so many candidates for each.
     Pool(usize),
+    /// One sample by the light in each stratum of the map (Agarwal et al. 2003).
+    Structured,
     /// The library's product alone.
     Wis,
     /// The library's product and the BRDF, by the balance heuristic.
@@ -57,7 +60,7 @@ pub enum Method {
 
 impl Method {
     /// Every peer, then the library.
-    pub const ALL: [Method; 21] = [
+    pub const ALL: [Method; 22] = [
         Method::Environment,
         Method::Brdf,
         Method::MisBalance,
@@ -67,6 +70,7 @@ impl Method {
         Method::Ris(32),
         Method::Pool(4),
         Method::Pool(8),
+        Method::Structured,
         Method::Wis,
         Method::WisMis,
         Method::WisBiased,
@@ -90,6 +94,7 @@ impl Method {
             Method::MisCompensated => "MIS compensated".into(),
             Method::Ris(m) => format!("RIS{m}"),
             Method::Pool(k) => format!("P({k})"),
+            Method::Structured => "structured".into(),
             Method::Wis => "wis".into(),
             Method::WisMis => "wis + MIS".into(),
             Method::WisBiased => "wis biased".into(),
@@ -155,13 +160,17 @@ pub struct Lit<'a> {
     pub environment: &'a Environment,
     pub plain: Texels,
     pub compensated: Texels,
+    pub strata: Stratified,
     pub grid: Grid,
 }
 
 impl<'a> Lit<'a> {
-    pub fn new(light: &'a Light, environment: &'a Environment) -> Lit<'a> {
+    /// # Errors
+    /// Those of the library.
+    pub fn new(light: &'a Light, environment: &'a Environment) -> client::Result<Lit<'a>> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
-        Lit { light, environment, plain, compensated, grid: Grid::new(light) }
+        let strata = Stratified::new(light)?;
+        Ok(Lit { light, environment, plain, compensated, strata, grid: Grid::new(light) })
     }
 }
 
@@ -172,15 +181,16 @@ pub struct Setting<'a> {
     pub material: &'a Material,
     pub plain: &'a Texels,
     compensated: &'a Texels,
+    strata: &'a Stratified,
     grid: &'a Grid,
     pub preparation: Preparation,
 }
 
 impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
-        let &Lit { light, environment, ref plain, ref compensated, ref grid } = lit;
+        let &Lit { light, environment, ref plain, ref compensated, ref strata, ref grid } = lit;
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-        Setting { light, environment, material, plain, compensated, grid, preparation }
+        Setting { light, environment, material, plain, compensated, strata, grid, preparation }
     }
 }
 
@@ -284,6 +294,7 @@ impl Estimator {
                 let Sampler { batch, candidates, picks, .. } = sampler;
                 candidates.pick_pooled(batch, (setting, &bsdf), n, k, picks)?;
             }
+            Method::Structured => sampler.structured(setting, &bsdf, n)?,
             Method::Wis => sampler.product(&prepare(setting, point, product)?, setting, &bsdf, n)?,
             Method::WisMis => sampler.product_mis(&prepare(setting, point, product)?, setting, &bsdf, n)?,
             Method::WisBiased => {
@@ -378,6 +389,16 @@ impl Sampler {
             let of_light = wide::CmpGt::cmp_gt(own, F8::ZERO);
             of_light.blend(heuristic(light, bsdf), heuristic(bsdf, light))
         });
+        self.take_all();
+        Ok(())
+    }
+
+    /// A sample in each stratum; their sum is the estimate.
+    fn structured(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+        let strata = setting.strata.of(n);
+        self.batch.from_each(strata.count(), |i, u| strata.sample(i, u))?;
+        self.batch.evaluate(bsdf, setting.light, setting.plain);
+        self.batch.weigh_by_drawn(|pdf, _| pdf);
         self.take_all();
         Ok(())
     }

@@ -25,10 +25,24 @@ pub fn sheet(
     count: usize,
 ) -> Result<GrayImage> {
     let truth: Vec<f64> = reference.values().iter().map(|v| v[0]).collect();
+    let mut pictures = Vec::with_capacity(methods.len());
+    for &method in methods {
+        let mut estimator = Estimator::new(setting, scene.hits)?;
+        let mut values = Vec::with_capacity(truth.len());
+        for point in &scene.points {
+            values.push(shadowed_and_not(scene, point, estimator.picks(method, setting, point, 0, count)?)[0]);
+        }
+        pictures.push(values);
+    }
+    Ok(side_by_side(scene, &truth, &pictures, 1.0))
+}
+
+/// The truth and pictures of it, laid out and scaled as in [`sheet`], but errors `gain` times as bright.
+pub fn side_by_side(scene: &Scene, truth: &[f64], pictures: &[Vec<f64>], gain: f64) -> GrayImage {
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
     let tone = |value: f64| (0.4 * value / mean).min(1.0).powf(1.0 / 2.2);
     let panel = [WIDTH / STEP, HEIGHT / STEP];
-    let columns = methods.len() as u32 + 1;
+    let columns = pictures.len() as u32 + 1;
     let size = [columns * (panel[0] + GAP) - GAP, 2 * panel[1] + GAP];
     let mut sheet = GrayImage::from_pixel(size[0], size[1], Luma([255]));
     let mut draw = |column: u32, row: u32, values: &[f64]| {
@@ -41,15 +55,10 @@ pub fn sheet(
         }
     };
     draw(0, 0, &truth.iter().map(|&v| tone(v)).collect::<Vec<_>>());
-    for (column, &method) in (1..).zip(methods) {
-        let mut estimator = Estimator::new(setting, scene.hits)?;
-        let mut values = Vec::with_capacity(truth.len());
-        for point in &scene.points {
-            values.push(shadowed_and_not(scene, point, estimator.picks(method, setting, point, 0, count)?)[0]);
-        }
+    for (column, values) in (1..).zip(pictures) {
         draw(column, 0, &values.iter().map(|&v| tone(v)).collect::<Vec<_>>());
-        let errors = values.iter().zip(&truth).map(|(v, t)| ((v - t).abs() / mean).min(1.0));
+        let errors = values.iter().zip(truth).map(|(v, t)| (gain * (v - t).abs() / mean).min(1.0));
         draw(column, 1, &errors.collect::<Vec<_>>());
     }
-    Ok(sheet)
+    sheet
 }

@@ -21,4 +21,6 @@ pub mod report;
 pub mod rgl;
 pub mod scene;
 pub mod statistics;
+pub mod structured;
 pub mod texels;
+pub mod visibility;

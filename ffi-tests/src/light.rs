@@ -99,6 +99,26 @@ impl Light {
         Light::latlong(name, width, height, (0..width * height).map(texel).collect())
     }
 
+    /// The same light as a lat-long map of `height` rows, looked up four by four times in a texel; a lat-long map as it
+    /// is.
+    pub fn to_latlong(&self, height: usize) -> Light {
+        const FINE: usize = 4;
+        if self.layout == Layout::LatLong {
+            return self.clone();
+        }
+        let width = 2 * height;
+        let texel = |i: usize| {
+            let at = |j: usize| {
+                let x = (i % width) as f32 + ((j % FINE) as f32 + 0.5) / FINE as f32;
+                let y = (i / width) as f32 + ((j / FINE) as f32 + 0.5) / FINE as f32;
+                let d = direction(y / height as f32 * PI, x / width as f32 * TAU);
+                self.radiance(Vec3::new(d.x, -d.y, d.z))
+            };
+            (0..FINE * FINE).map(at).sum::<f32>() / (FINE * FINE) as f32
+        };
+        Light::latlong(&self.name, width, height, (0..width * height).map(texel).collect())
+    }
+
     /// Luminance from a world direction.
     pub fn radiance(&self, wi: Vec3) -> f32 {
         self.luminance[self.texels(V8::splat(wi)).0[0]]

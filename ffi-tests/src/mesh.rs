@@ -1,7 +1,7 @@
 //! Triangle meshes: read from OBJ and PLY files, or made of spheres, blocks and a ground plane.
 
 use anyhow::{Context, Result, bail};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
 use std::path::Path;
@@ -71,6 +71,12 @@ impl Mesh {
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         self.vertices.iter().fold(start, |(low, high), &v| (low.min(v), high.max(v)))
+    }
+
+    /// Turned about the z axis by an angle in radians.
+    pub fn turned(&self, angle: f32) -> Mesh {
+        let turn = Mat3::from_rotation_z(angle);
+        Mesh { vertices: self.vertices.iter().map(|&v| turn * v).collect(), triangles: self.triangles.clone() }
     }
 
     fn stood_up(mut self) -> Mesh {

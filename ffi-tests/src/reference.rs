@@ -33,10 +33,18 @@ impl Reference {
     /// # Errors
     /// Those of the library, and of writing the file.
     pub fn cached(file: &Path, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
+        Reference::to(BOUND, file, scene, setting, most)
+    }
+
+    /// The same with another bound.
+    ///
+    /// # Errors
+    /// Those of the library, and of writing the file.
+    pub fn to(bound: f64, file: &Path, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
         if let Some(stored) = std::fs::read(file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
             return Ok(stored);
         }
-        let reference = Reference::converge(scene, setting, most)?;
+        let reference = Reference::converge(bound, scene, setting, most)?;
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder)?;
         }
@@ -59,7 +67,7 @@ impl Reference {
         (squares / values.len() as f64).sqrt() / mean
     }
 
-    fn converge(scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
+    fn converge(bound: f64, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
         let zeros = vec![[0.0; 2]; scene.points.len()];
         let mut sums = Reference { halves: [zeros.clone(), zeros], samples: 0 };
         let mut batch = Batch::default();
@@ -76,7 +84,7 @@ impl Reference {
                 }
             }
             sums.samples = target;
-            if target >= most || sums.scaled().disagreement() <= BOUND {
+            if target >= most || sums.scaled().disagreement() <= bound {
                 return Ok(sums.scaled());
             }
         }

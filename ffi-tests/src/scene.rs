@@ -63,6 +63,14 @@ impl Scene {
         Scene::new(name, &[Mesh::ground(4.0), Mesh::load(path)?], view)
     }
 
+    /// Meshes on a ground plane, turned about the axis that points up.
+    ///
+    /// # Errors
+    /// Nothing is seen.
+    pub fn turned(name: &str, mesh: &Mesh, angle: f32, view: View) -> Result<Scene> {
+        Scene::new(name, &[Mesh::ground(4.0), mesh.turned(angle)], view)
+    }
+
     /// Spheres and blocks on a ground plane.
     ///
     /// # Errors

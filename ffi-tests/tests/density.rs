@@ -85,7 +85,7 @@ fn inversion(density: &impl Density, axis: usize) -> f64 {
 fn samples_follow_their_pdfs() {
     let light = Light::windows(64);
     let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment);
+    let lit = Lit::new(&light, &environment).unwrap();
     let mut memory = Block::default();
     let (mut names, mut p_values) = (Vec::new(), Vec::new());
     let mut add = |name: &str, (found, integral): ([f64; 3], f64)| {

@@ -77,7 +77,7 @@ fn a_prior_must_come_from_other_random_numbers() {
     const SAMPLES: usize = 8;
     let light = light();
     let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment);
+    let lit = Lit::new(&light, &environment).unwrap();
     let material = Material::lambert();
     let setting = Setting::new(&lit, &material);
     let expected = integrals(&light, &Bsdf::new(&material, &point()))[1];
@@ -103,7 +103,7 @@ fn a_prior_must_come_from_other_random_numbers() {
 fn every_method_meets_quadrature_and_a_density_two_percent_off_does_not() {
     let light = light();
     let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment);
+    let lit = Lit::new(&light, &environment).unwrap();
     let (mut names, mut sound, mut faulty, mut faults) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for material in [Material::lambert(), Material::mix(0.4)] {
         let setting = Setting::new(&lit, &material);

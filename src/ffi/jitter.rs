@@ -211,10 +211,11 @@ pub unsafe extern "C" fn wis_jitter_pdf(
     })
 }
 
-/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): sorts the numbers of `count` lights
-/// by `contribution` (radiance x BRDF x cosine, at least 0 and finite), the largest first, into `index`, and tells how
-/// many to trace in `traced`: what the others could add is at most `threshold` (0 to 1) of the whole. Estimate those by
-/// their sum x the share of a random few of them that is visible.
+/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
+/// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
+/// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
+/// whole; they follow in an order of no meaning. Estimate those by their sum x the share of a random few of them that is
+/// visible. The time is that of a pass over all lights and of sorting those that are traced.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

@@ -2,7 +2,9 @@
 
 use super::environment::EnvironmentConfig;
 use super::environment::request::{PixelRows, read_config};
-use super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized, slice_mut};
+use super::{
+    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized, slice, slice_mut,
+};
 use crate::environment::{self as kernel, Layout, RowError};
 use crate::sphere::Frame;
 use crate::status::Status;
@@ -24,6 +26,9 @@ pub struct StrataConfig {
     pub angle_limit: f32,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity.
     pub world_from_map: *const f32,
+    /// Two exponents, at least 0 and at most 8, of radiance and of solid angle: how much a region counts. (1, 0) is
+    /// importance sampling of the light, (0, 1) with an `angle_limit` of 4 pi stratifies the sphere; null: 1 and 1/4.
+    pub exponents: *const f32,
 }
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
@@ -196,17 +201,23 @@ impl Request {
     /// The pointers are null or point to what the header says.
     unsafe fn read(map: *const EnvironmentConfig, config: *const StrataConfig) -> Checked<Request> {
         // SAFETY: the caller's contract.
-        let (map, rows, given) = unsafe {
+        let (map, rows, given, exponents) = unsafe {
             let (map, rows) = read_map(map)?;
-            (map, rows, sized(config, 2)?)
+            let given = sized(config, 2)?;
+            let exponents = if given.exponents.is_null() { &[1.0, 0.25] } else { slice(given.exponents, 2, 2)? };
+            (map, rows, given, exponents)
         };
         let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
-        if given.levels > 64 || !(limit > 0.0 && limit <= f32::MAX) {
+        let allowed = exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent));
+        if given.levels > 64 || !(limit > 0.0 && limit <= f32::MAX) || !allowed {
             return Err(Failure::new(Status::InvalidArgument, 2));
         }
+        let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
         let (width, height) = (map.pixels.width, map.pixels.height);
         let config = Config {
             levels: if given.levels == 0 { 6 } else { given.levels },
+            radiance_exponent: exponent(0),
+            angle_exponent: exponent(1),
             angle_limit: if given.angle_limit == 0.0 { 0.01 } else { f64::from(limit) },
             ..Config::new(width, height, given.count)
         };

@@ -76,7 +76,7 @@ fn main() -> Result<()> {
     for light in &lights {
         let (environment, description) = build(light)?;
         built.push(description);
-        let lit = Lit::new(light, &environment);
+        let lit = Lit::new(light, &environment)?;
         for (scene, material) in scenes.iter().flat_map(|s| materials.iter().map(move |m| (s, m))) {
             progress.set_message(format!("{}, {}, {}", scene.name, light.name, material.name));
             cells.push(bench.cell(scene, &Setting::new(&lit, material))?);

@@ -191,7 +191,7 @@ fn budgets(out: &mut String, lights: &[Light]) -> Result<()> {
     let points = points(POINTS);
     for light in lights {
         let environment = light.environment()?;
-        let lit = Lit::new(light, &environment);
+        let lit = Lit::new(light, &environment)?;
         let mut results = BUDGETS.map(|_| Vec::new());
         for material in materials() {
             let mut setting = Setting::new(&lit, &material);
@@ -240,6 +240,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
         let coarse = environment(light, FLAGS, 1 << natural)?;
         let spread = environment(light, FLAGS & !raw::WIS_ENVIRONMENT_NEAREST, 0)?;
         let [whole, coarse, spread] = [&whole, &coarse, &spread].map(|environment| Lit::new(light, environment));
+        let (whole, coarse, spread) = (whole?, coarse?, spread?);
         let mut results = names.map(|_| Vec::new());
         for material in materials() {
             let mut base = Setting::new(&whole, &material);
@@ -285,7 +286,7 @@ fn sizes(out: &mut String) -> Result<()> {
         let start = Instant::now();
         let environment = light.environment()?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        let lit = Lit::new(&light, &environment);
+        let lit = Lit::new(&light, &environment)?;
         let setting = Setting::new(&lit, &material);
         let [error, ns] = error(Method::Wis, &setting, &points, &truth(&setting, &points)?)?;
         let (bytes, texels) = (environment.info.bytes, light.luminance().len());

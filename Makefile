@@ -18,7 +18,7 @@ CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo hardcases report sampler triple test clean
+.PHONY: help lib header install demo hardcases report sampler structured triple test clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -68,6 +68,10 @@ report: lib ## measure speed against error into report/: QUICK=1 for a check, AR
 sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and write docs/sampler.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md
+
+structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin structured -- docs/sis-2003.md
 
 triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test

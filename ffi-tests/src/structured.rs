@@ -384,11 +384,19 @@ impl Shader {
         if few == 0 {
             return Ok(sum);
         }
+        // Chosen by contribution, the share that is seen estimates the rest without bias.
+        let whole: f64 = rest.iter().map(value).sum();
+        let choice = |u: f32| {
+            let mut left = f64::from(u) * whole;
+            rest.iter().copied().find(|i| {
+                left -= value(i);
+                left < 0.0
+            })
+        };
         self.u.resize(few, [0.0; 2]);
         points::sobol(seed, 0, &mut self.u);
-        let chosen = self.u.iter().map(|u| rest[(u[0] * rest.len() as f32) as usize]);
-        let share = chosen.filter(|&i| seen(i)).count() as f64 / few as f64;
-        Ok(sum + share * rest.iter().map(value).sum::<f64>())
+        let share = self.u.iter().filter_map(|u| choice(u[0])).filter(|&i| seen(i)).count() as f64 / few as f64;
+        Ok(sum + share * whole)
     }
 
     /// The mean of samples over their density.

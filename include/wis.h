@@ -647,8 +647,9 @@ enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, 
 /// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
 /// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
 /// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
-/// whole; they follow in an order of no meaning. Estimate those by their sum x the share of a random few of them that is
-/// visible. The time is that of a pass over all lights and of sorting those that are traced.
+/// whole; they follow in an order of no meaning. Estimate those by their sum x the share that is visible of a few of them
+/// drawn in proportion to `contribution`: without bias. The time is that of a pass over all lights and of sorting those
+/// that are traced.
 enum wis_status wis_strata_order(size_t count,
                                  const float *contribution,
                                  float threshold,
@@ -905,6 +906,31 @@ enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point,
 /// the bit.
 /// WIS_ZERO_DENSITY if the tree is 0 everywhere.
 enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, uint32_t *index, size_t count);
+
+/// The memory that wis_tree_multiply needs for these trees, `g` may be null. Costs one visit of each square of the product.
+enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
+                                       const struct wis_tree *f,
+                                       const struct wis_tree *g,
+                                       struct wis_memory_size *size,
+                                       struct wis_diagnostic *diagnostic);
+
+/// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
+/// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
+/// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
+/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted.
+///
+/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products; one that is too short fails with
+/// WIS_MEMORY_TOO_SMALL. The bytes in use stand in `info`.
+enum wis_status wis_tree_multiply(const struct wis_tree *e,
+                                  const struct wis_tree *f,
+                                  const struct wis_tree *g,
+                                  void *memory,
+                                  size_t bytes,
+                                  void *scratch,
+                                  size_t scratch_bytes,
+                                  const struct wis_tree **tree,
+                                  struct wis_tree_info *info,
+                                  struct wis_diagnostic *diagnostic);
 
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant

@@ -18,6 +18,7 @@ pub mod inner;
 pub mod jitter;
 pub mod lobe;
 pub mod morton;
+pub mod multiply;
 pub mod numeric;
 pub mod points;
 pub mod pool;

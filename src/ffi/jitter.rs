@@ -214,8 +214,9 @@ pub unsafe extern "C" fn wis_jitter_pdf(
 /// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
 /// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
 /// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
-/// whole; they follow in an order of no meaning. Estimate those by their sum x the share of a random few of them that is
-/// visible. The time is that of a pass over all lights and of sorting those that are traced.
+/// whole; they follow in an order of no meaning. Estimate those by their sum x the share that is visible of a few of them
+/// drawn in proportion to `contribution`: without bias. The time is that of a pass over all lights and of sorting those
+/// that are traced.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

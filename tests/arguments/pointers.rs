@@ -31,7 +31,7 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 /// The pointers of which the header says that they may be null.
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
-        "diagnostic" | "world_from_map" => true,
+        "diagnostic" | "world_from_map" | "g" => true,
         "label" => function.name == "wis_strata_lights",
         "info" => function.name != "wis_product_describe",
         _ => false,

@@ -10,6 +10,7 @@ use wis::ffi::jitter::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
+use wis::ffi::tree::multiply::*;
 use wis::ffi::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
@@ -54,6 +55,7 @@ pub struct Scene {
     jitter: Vec<u8>,
     product: Vec<u8>,
     tree_size: MemorySize,
+    multiply_size: MemorySize,
     tree: Vec<u8>,
 }
 
@@ -73,6 +75,7 @@ impl Scene {
             jitter: Vec::new(),
             product: Vec::new(),
             tree_size: MemorySize::default(),
+            multiply_size: MemorySize::default(),
             tree: Vec::new(),
         };
         scene.build_environment();
@@ -171,6 +174,7 @@ impl Scene {
             let none = null_mut();
             expect_ok(wis_tree_init(config, place, bytes, work, scratch_bytes, &mut handle, &mut info, none));
             self.tree = memory[..info.bytes as usize].to_vec();
+            expect_ok(wis_tree_multiply_size(handle, handle, handle, &mut self.multiply_size, none));
         }
     }
 
@@ -287,6 +291,7 @@ impl Scene {
     /// The memory that a function builds in.
     fn size(&self, function: &str) -> MemorySize {
         match function {
+            "wis_tree_multiply" => self.multiply_size,
             name if name.starts_with("wis_tree") => self.tree_size,
             name if name.starts_with("wis_product") => self.product_size,
             name if name.starts_with("wis_pool") => self.pool_size,

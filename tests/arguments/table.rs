@@ -8,6 +8,7 @@ use wis::ffi::pool::*;
 use wis::ffi::prior::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
+use wis::ffi::tree::multiply::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
 use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
@@ -95,6 +96,8 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_open(memory, bytes, tree, info, diagnostic);
     wis_tree_average(tree, average);
     wis_tree_product_integral(e, f, integral);
+    wis_tree_multiply_size(e, f, g, size, diagnostic);
+    wis_tree_multiply(e, f, g, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_sample(tree, u, point, pdf);
     wis_tree_pdf(tree, point, pdf);
     wis_tree_invert(tree, point, u);

@@ -1,0 +1,222 @@
+//! The product of up to three trees as a tree: built once, then sampled, saved and multiplied like any other.
+//!
+//! Where [`crate::inner`] descends two trees side by side, here the averages are written out. A square is kept where a
+//! factor still varies and none is 0; squares stand in breadth-first order. Values are products of what the factors
+//! store, and averages are sums from the bottom up in f64: exact, where the product of averages is not (Clarberg et al.
+//! 2005, Section 4.3). With the visibility of a point as the third factor this is the triple product of Ng et al. 2004
+//! as something to sample.
+
+use crate::numeric::{exp2i, exponent};
+use crate::tree::{Link, MAX_DEPTH, Tree};
+
+/// The most factors.
+pub const MAX_FACTORS: usize = 3;
+
+/// A tree of one to four axes.
+#[derive(Clone, Copy, Debug)]
+pub enum Factor<'a> {
+    /// One axis.
+    Line(Tree<'a, 2>),
+    /// Two axes.
+    Square(Tree<'a, 4>),
+    /// Three axes.
+    Cube(Tree<'a, 8>),
+    /// Four axes.
+    Tesseract(Tree<'a, 16>),
+}
+
+impl Factor<'_> {
+    /// The number of axes.
+    pub fn axes(&self) -> u32 {
+        match self {
+            Factor::Line(_) => 1,
+            Factor::Square(_) => 2,
+            Factor::Cube(_) => 3,
+            Factor::Tesseract(_) => 4,
+        }
+    }
+
+    /// The depth of the grid.
+    pub fn depth(&self) -> u32 {
+        match self {
+            Factor::Line(tree) => tree.depth(),
+            Factor::Square(tree) => tree.depth(),
+            Factor::Cube(tree) => tree.depth(),
+            Factor::Tesseract(tree) => tree.depth(),
+        }
+    }
+
+    fn root(&self) -> Spot {
+        match self {
+            Factor::Line(tree) => root(tree),
+            Factor::Square(tree) => root(tree),
+            Factor::Cube(tree) => root(tree),
+            Factor::Tesseract(tree) => root(tree),
+        }
+    }
+
+    /// The child of a spot of the product, whose axes are `beyond` more than this tree's: it is constant along those.
+    fn child(&self, spot: Spot, c: u32, beyond: u32) -> Spot {
+        let c = c.wrapping_shr(beyond);
+        match (self, spot.square) {
+            (_, None) => spot,
+            (Factor::Line(tree), Some(square)) => child(tree, square, c),
+            (Factor::Square(tree), Some(square)) => child(tree, square, c),
+            (Factor::Cube(tree), Some(square)) => child(tree, square, c),
+            (Factor::Tesseract(tree), Some(square)) => child(tree, square, c),
+        }
+    }
+}
+
+/// A tree's average on a square, and its own square there if it varies.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    square: Option<u32>,
+    average: f32,
+}
+
+/// A function that is 1: what stands for a factor that is not there.
+const ONE: Spot = Spot { square: None, average: 1.0 };
+
+fn root<const C: usize>(tree: &Tree<C>) -> Spot {
+    Spot { square: tree.root_square(), average: tree.average() }
+}
+
+fn child<const C: usize>(tree: &Tree<C>, square: u32, c: u32) -> Spot {
+    let average = tree.children(square).get(c as usize).copied().unwrap_or(0.0);
+    Spot { square: tree.child_square(square, c), average }
+}
+
+/// A square of the product: where each factor is.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    spots: [Spot; MAX_FACTORS],
+}
+
+impl Place {
+    const NOWHERE: Place = Place { spots: [ONE; MAX_FACTORS] };
+
+    fn root(factors: &[Factor]) -> Place {
+        let mut place = Place::NOWHERE;
+        for (spot, factor) in place.spots.iter_mut().zip(factors) {
+            *spot = factor.root();
+        }
+        place
+    }
+
+    fn child<const C: usize>(&self, factors: &[Factor], c: u32) -> Place {
+        let mut place = *self;
+        for (spot, factor) in place.spots.iter_mut().zip(factors) {
+            *spot = factor.child(*spot, c, C.trailing_zeros().saturating_sub(factor.axes()));
+        }
+        place
+    }
+
+    fn value(&self) -> f64 {
+        self.spots.iter().map(|spot| f64::from(spot.average)).product()
+    }
+
+    /// Whether the product varies here.
+    fn is_kept(&self) -> bool {
+        self.spots.iter().any(|spot| spot.square.is_some()) && self.spots.iter().all(|spot| spot.average > 0.0)
+    }
+}
+
+/// The number of squares of the product of trees with at most log2(C) axes; `None` if they are more than 2^32 - 2.
+pub fn count<const C: usize>(factors: &[Factor]) -> Option<u32> {
+    // Depth first: of each level at most C - 1 squares wait.
+    const WAITING: usize = 15 * MAX_DEPTH as usize + 2;
+    let mut waiting = [Place::NOWHERE; WAITING];
+    let (mut top, mut squares) = (0usize, 0u32);
+    let mut next = Some(Place::root(factors)).filter(Place::is_kept);
+    while let Some(place) = next {
+        squares = squares.checked_add(1).filter(|&squares| squares < u32::MAX)?;
+        for c in 0..C as u32 {
+            let child = place.child::<C>(factors, c);
+            if let Some(slot) = waiting.get_mut(top).filter(|_| child.is_kept()) {
+                *slot = child;
+                top += 1;
+            }
+        }
+        top = top.wrapping_sub(1);
+        next = waiting.get(top).copied();
+    }
+    Some(squares)
+}
+
+/// Memory of a product: all three as long as it has squares, or longer.
+pub struct Scratch<'a, const C: usize> {
+    /// Where the factors are.
+    pub places: &'a mut [Place],
+    /// The averages of the children.
+    pub values: &'a mut [[f64; C]],
+    /// The product's links.
+    pub links: &'a mut [Link],
+}
+
+/// A product in its scratch memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Product {
+    /// The number of squares.
+    pub squares: u32,
+    /// The average over the unit cube, of what the factors store.
+    pub mean: f64,
+}
+
+/// Multiplies trees; `None` if the scratch memory is too short.
+pub fn multiply<const C: usize>(factors: &[Factor], scratch: &mut Scratch<C>) -> Option<Product> {
+    let root = Place::root(factors);
+    if !root.is_kept() {
+        return Some(Product { squares: 0, mean: root.value() });
+    }
+    *scratch.places.first_mut()? = root;
+    let (mut done, mut used) = (0usize, 1usize);
+    while done < used {
+        let place = *scratch.places.get(done)?;
+        let (values, link) = (scratch.values.get_mut(done)?, scratch.links.get_mut(done)?);
+        *link = Link { first: u32::try_from(used).ok()?, mask: 0 };
+        for (c, value) in (0..C as u32).zip(values.iter_mut()) {
+            let child = place.child::<C>(factors, c);
+            *value = child.value();
+            if child.is_kept() {
+                *scratch.places.get_mut(used)? = child;
+                link.mask |= 1 << c;
+                used += 1;
+            }
+        }
+        done += 1;
+    }
+    // Children stand behind their parents.
+    for parent in (0..used).rev() {
+        let Link { first, mask } = *scratch.links.get(parent)?;
+        let kept = (0..C).filter(|c| mask >> c & 1 == 1);
+        for (child, c) in (first as usize..).zip(kept) {
+            let average = mean(scratch.values.get(child)?);
+            *scratch.values.get_mut(parent)?.get_mut(c)? = average;
+        }
+        if mask == 0 {
+            scratch.links.get_mut(parent)?.first = 0;
+        }
+    }
+    Some(Product { squares: u32::try_from(used).ok()?, mean: mean(scratch.values.first()?) })
+}
+
+fn mean<const C: usize>(values: &[f64; C]) -> f64 {
+    values.iter().sum::<f64>() / C as f64
+}
+
+/// Writes averages as trees store them, scaled to a mean in [1, 2) (see [`crate::tree::normalise`]); returns the power of
+/// two that was taken out, and the stored average.
+pub fn store<const C: usize>(values: &[[f64; C]], mean: f64, squares: &mut [[f32; C]]) -> (i32, f32) {
+    let power = if mean > 0.0 { exponent(mean) } else { 0 };
+    let scale = exp2i(-power);
+    let smallest = mean * scale * exp2i(-64);
+    for (square, values) in squares.iter_mut().zip(values) {
+        *square = values.map(|value| {
+            let scaled = value * scale;
+            let raised = if scaled < smallest { smallest } else { scaled };
+            if value > 0.0 { raised as f32 } else { 0.0 }
+        });
+    }
+    (power, (mean * scale) as f32)
+}

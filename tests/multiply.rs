@@ -1,0 +1,241 @@
+//! Products of two or three trees as trees: against the naive product of pixels, vectors, and through C.
+
+mod stored;
+
+use std::ffi::c_void;
+use std::ptr::{null, null_mut};
+use stored::{EPS, Random, Stored, cases, doubles, floats, integer};
+use wis::ffi::tree::multiply::*;
+use wis::ffi::tree::*;
+use wis::ffi::{Diagnostic, MemorySize};
+use wis::status::Status;
+
+/// A tree in memory as a client holds it.
+struct Client {
+    memory: Vec<u128>,
+    info: TreeInfo,
+}
+
+fn memory(bytes: usize) -> Vec<u128> {
+    vec![u128::from_ne_bytes([0xa5; 16]); bytes.div_ceil(16).max(1)]
+}
+
+fn start(memory: &mut [u128]) -> *mut c_void {
+    memory.as_mut_ptr().cast()
+}
+
+impl Client {
+    fn new(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> Client {
+        let size = size_of::<TreeConfig>() as u32;
+        let config = TreeConfig { size, dimensions, depth, error_budget, pixels: pixels.as_ptr() };
+        let mut size = MemorySize::default();
+        // SAFETY: the configuration describes the pixels, and the blocks are as large as was asked for.
+        unsafe {
+            assert_eq!(wis_tree_size(&config, &mut size, null_mut()), Status::Ok);
+            Client::build(size, |block, work, tree, info| {
+                wis_tree_init(&config, block, size.bytes, work, size.scratch_bytes, tree, info, null_mut())
+            })
+        }
+    }
+
+    fn product(e: &Client, f: &Client, g: Option<&Client>) -> Client {
+        let g = g.map_or(null(), Client::tree);
+        let mut size = MemorySize::default();
+        // SAFETY: the handles are trees, and the blocks are as large as was asked for.
+        unsafe {
+            assert_eq!(wis_tree_multiply_size(e.tree(), f.tree(), g, &mut size, null_mut()), Status::Ok);
+            let product = Client::build(size, |block, work, tree, info| {
+                let (e, f) = (e.tree(), f.tree());
+                wis_tree_multiply(e, f, g, block, size.bytes, work, size.scratch_bytes, tree, info, null_mut())
+            });
+            assert_eq!(product.info.bytes as usize, size.bytes);
+            product
+        }
+    }
+
+    fn build(
+        size: MemorySize,
+        build: impl FnOnce(*mut c_void, *mut c_void, *mut *const Tree, *mut TreeInfo) -> Status,
+    ) -> Client {
+        let (mut block, mut scratch) = (memory(size.bytes), memory(size.scratch_bytes));
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        let mut tree = null();
+        assert_eq!(build(start(&mut block), start(&mut scratch), &mut tree, &mut info), Status::Ok);
+        Client { memory: block, info }
+    }
+
+    fn tree(&self) -> *const Tree {
+        self.memory.as_ptr().cast()
+    }
+
+    fn open(&self) -> Status {
+        let mut tree = null();
+        let bytes = self.info.bytes as usize;
+        // SAFETY: the block is as long as its info says.
+        unsafe { wis_tree_open(self.memory.as_ptr().cast(), bytes, &mut tree, null_mut(), null_mut()) }
+    }
+
+    fn pdf<const N: usize>(&self, point: [f32; N]) -> f32 {
+        let mut pdf = f32::NAN;
+        // SAFETY: the point has as many numbers as the tree has axes.
+        assert_eq!(unsafe { wis_tree_pdf(self.tree(), point.as_ptr(), &mut pdf) }, Status::Ok);
+        pdf
+    }
+
+    fn sample<const N: usize>(&self, u: [f32; N]) -> ([f32; N], f32) {
+        let (mut point, mut pdf) = ([f32::NAN; N], f32::NAN);
+        // SAFETY: as above.
+        let status = unsafe { wis_tree_sample(self.tree(), u.as_ptr(), point.as_mut_ptr(), &mut pdf) };
+        assert_eq!(status, Status::Ok);
+        (point, pdf)
+    }
+}
+
+/// What a pruned tree stands for, pixel by pixel.
+fn pixels_of<const N: usize, const C: usize>(depth: u32, budget: f64, pixels: &[f32]) -> Vec<f64> {
+    Stored::<C>::complete::<N>(depth, pixels).pruned(budget).0.pixels::<N>()
+}
+
+/// `e` of N axes times `f` of K and `g` of one, and the naive product of their pixels.
+fn check<const N: usize, const C: usize, const K: usize, const M: usize>(depth: u32, seed: u64, budget: f32) {
+    let mut random = Random(seed);
+    let e = random.blocky::<N>(depth);
+    let f = random.blocky::<K>(depth);
+    let g: Vec<f32> = random.blocky::<1>(depth);
+    let clients = [
+        Client::new(N as u32, depth, budget, &e),
+        Client::new(K as u32, depth, budget, &f),
+        Client::new(1, depth, budget, &g),
+    ];
+    let budget = f64::from(budget);
+    let (e, f, g) = (
+        pixels_of::<N, C>(depth, budget, &e),
+        pixels_of::<K, M>(depth, budget, &f),
+        pixels_of::<1, 2>(depth, budget, &g),
+    );
+    for triple in [false, true] {
+        let product = Client::product(&clients[0], &clients[1], Some(&clients[2]).filter(|_| triple));
+        assert_eq!(product.open(), Status::Ok);
+        let pixel = |i: usize| {
+            let third = if triple { g[i >> (depth as usize * (N - 1))] } else { 1.0 };
+            e[i] * f[i >> (depth as usize * (N - K))] * third
+        };
+        let mean = (0..e.len()).map(pixel).sum::<f64>() / e.len() as f64;
+        assert!((product.info.average - mean).abs() <= 8.0 * EPS * mean, "{} for {mean}", product.info.average);
+        if mean == 0.0 {
+            assert_eq!(product.sample([0.5; N]).1, 0.0);
+            continue;
+        }
+        for point in stored::centres::<N>(depth) {
+            let value = pixel(stored::pixel_index(stored::pixel_of(point, depth), depth)) / mean;
+            let pdf = f64::from(product.pdf(point));
+            assert_eq!(pdf > 0.0, value > 0.0);
+            // Averages are rounded once; the splits of a level are rounded beside 1, and so may be cells of little mass.
+            let splits = (1u64 << (N as u32 * depth)) as f64 * EPS;
+            let bound = 16.0 * f64::from(depth) * EPS * value + splits;
+            assert!((pdf - value).abs() <= bound, "{pdf} for {value}");
+        }
+        for _ in 0..200 {
+            let (point, pdf) = product.sample(random.point::<N>());
+            assert!(pdf > 0.0);
+            assert_eq!(product.pdf(point).to_bits(), pdf.to_bits());
+        }
+    }
+}
+
+#[test]
+fn products_are_those_of_the_pixels() {
+    for (seed, budget) in (0..).zip([0.0, 0.0, 0.05, 1e9]) {
+        check::<1, 2, 1, 2>(7, seed, budget);
+        check::<2, 4, 2, 4>(4, seed, budget);
+        check::<2, 4, 1, 2>(4, seed, budget);
+        check::<3, 8, 2, 4>(3, seed, budget);
+        check::<4, 16, 2, 4>(2, seed, budget);
+        check::<4, 16, 4, 16>(2, seed, budget);
+    }
+}
+
+/// Trees hold no negative values, so images that have some are split into two; products are bilinear.
+#[test]
+fn averages_are_those_of_the_vectors() {
+    for case in cases("product.json") {
+        let (n, m, depth) = (integer(&case["n"]), integer(&case["m"]), integer(&case["L"]));
+        let part =
+            |image: &str, sign: f32| floats(&case[image]).iter().map(|x| (sign * x).max(0.0)).collect::<Vec<_>>();
+        let (mut signed, mut absolute) = (0.0, 0.0);
+        for (e_sign, f_sign) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let (e, f) = (part("E", e_sign), part("F", f_sign));
+            let product = Client::product(&Client::new(n, depth, 0.0, &e), &Client::new(m, depth, 0.0, &f), None);
+            signed += f64::from(e_sign * f_sign) * product.info.average;
+            absolute += product.info.average;
+        }
+        let expected = doubles(&case["averages"][0])[0];
+        assert!((signed - expected).abs() <= 3.0 * EPS * absolute, "{signed} for {expected}");
+    }
+}
+
+#[test]
+fn a_product_is_a_factor_like_any_other() {
+    let mut random = Random(4);
+    let images: Vec<Vec<f32>> = (0..3).map(|_| random.image(1 << 10)).collect();
+    let [e, f, g] = [0, 1, 2].map(|i| Client::new(2, 5, 0.0, &images[i]));
+    let at_once = Client::product(&e, &f, Some(&g));
+    let one_by_one = Client::product(&Client::product(&e, &f, None), &g, None);
+    assert!((at_once.info.average / one_by_one.info.average - 1.0).abs() < 4.0 * EPS);
+    let mut integral = 0.0;
+    // SAFETY: the handles are trees.
+    let status = unsafe { wis::ffi::triple::wis_triple_integral(e.tree(), f.tree(), g.tree(), &mut integral) };
+    assert_eq!(status, Status::Ok);
+    assert!((at_once.info.average / integral - 1.0).abs() < 4.0 * EPS);
+    let (point, _) = at_once.sample([0.3, 0.8]);
+    assert!((f64::from(at_once.pdf(point)) / f64::from(one_by_one.pdf(point)) - 1.0).abs() < 80.0 * EPS);
+}
+
+#[test]
+fn extremes_have_defined_products() {
+    let huge = Client::new(2, 1, 0.0, &[3e38, 1e38, 0.0, 2e38]);
+    let cube = Client::product(&huge, &huge, Some(&huge));
+    assert!((cube.info.average / ((2.7e115 + 1e114 + 8e114) / 4.0) - 1.0).abs() < 1e-5);
+    let tiny = Client::new(2, 1, 0.0, &[1e-45, 0.0, 0.0, 1e-40]);
+    let product = Client::product(&tiny, &tiny, Some(&tiny));
+    assert!(product.info.average > 0.0 && product.pdf([0.1, 0.1]) > 0.0);
+    assert_eq!(product.pdf([0.1, 0.9]), 0.0);
+    let board = |parity: usize| (0..64).map(|i| ((i / 8 + i % 8 + parity) % 2) as f32).collect::<Vec<_>>();
+    let nothing = Client::product(&Client::new(2, 3, 0.0, &board(0)), &Client::new(2, 3, 0.0, &board(1)), None);
+    assert_eq!((nothing.info.average, nothing.sample([0.5; 2]).1, nothing.open()), (0.0, 0.0, Status::Ok));
+    let black = Client::new(2, 3, 0.0, &[0.0; 64]);
+    assert_eq!(Client::product(&black, &huge, None).info.squares, 0);
+    let constant = Client::new(2, 0, 0.0, &[0.25]);
+    let product = Client::product(&constant, &constant, None);
+    assert_eq!((product.info.average, product.info.squares, product.pdf([0.2, 0.7])), (0.0625, 0, 1.0));
+}
+
+#[test]
+fn wrong_trees_and_short_blocks_are_refused() {
+    let line = Client::new(1, 3, 0.0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    let square = Client::new(2, 2, 0.0, &Random(1).image(16));
+    let mut size = MemorySize::default();
+    let mut diagnostic = Diagnostic::default();
+    // SAFETY: the handles are trees.
+    let status = unsafe { wis_tree_multiply_size(line.tree(), square.tree(), null(), &mut size, &mut diagnostic) };
+    assert_eq!((status, diagnostic.argument), (Status::InvalidArgument, 2));
+    // SAFETY: as above.
+    let status = unsafe { wis_tree_multiply_size(square.tree(), line.tree(), null(), &mut size, null_mut()) };
+    assert_eq!(status, Status::Ok);
+    let mut call = |bytes: usize, scratch_bytes: usize| {
+        let (mut block, mut scratch) = (memory(size.bytes), memory(size.scratch_bytes));
+        let (block, scratch) = (start(&mut block), start(&mut scratch));
+        let mut tree = null();
+        // SAFETY: the blocks are at least as long as stated.
+        let status = unsafe {
+            let (e, f, none) = (square.tree(), line.tree(), null());
+            wis_tree_multiply(e, f, none, block, bytes, scratch, scratch_bytes, &mut tree, null_mut(), &mut diagnostic)
+        };
+        (status, diagnostic.argument, diagnostic.bytes_needed)
+    };
+    assert_eq!(call(size.bytes, size.scratch_bytes).0, Status::Ok);
+    let (bytes, scratch_bytes) = (size.bytes, size.scratch_bytes);
+    assert_eq!(call(bytes - 1, scratch_bytes), (Status::MemoryTooSmall, 4, bytes as u64));
+    assert_eq!(call(bytes, scratch_bytes - 1), (Status::MemoryTooSmall, 6, scratch_bytes as u64));
+    assert_eq!(call(bytes, 0), (Status::MemoryTooSmall, 6, scratch_bytes as u64));
+}

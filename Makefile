@@ -13,12 +13,13 @@ ROOT    := $(DESTDIR)$(PREFIX)
 
 LIB      := $(BUILD)/lib
 DEMO     := $(wildcard c-examples/render/*.c)
+RELIGHT  := $(addprefix c-examples/render/,image.c light.c material.c parallel.c progress.c scene.c sky.c stb.c view.c)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo hardcases report sampler structured triple test clean
+.PHONY: help lib header install demo relight hardcases report sampler structured triple test clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -56,6 +57,14 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 	$(MAKE) $(BUILD)/render
 	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
 	@echo "The picture is $(BUILD)/demo.png"
+
+$(BUILD)/relight: lib
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude c-examples/relight.c $(RELIGHT) $(LIB)/libwis.a -lm -lpthread -o $@
+
+relight: ## relight a scene while the light turns, into build/relight-*.png: ENV=map.hdr for a light of your own
+	scripts/setup.sh demo
+	$(MAKE) $(BUILD)/relight
+	$(BUILD)/relight $(BUILD) 8 $(ENV)
 
 hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
 	scripts/setup.sh test

@@ -57,7 +57,9 @@ minimal_valgrind() {
 
 demo() {
     make --no-print-directory "$build/render" BUILD="$build" &&
-        ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ]
+        ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ] &&
+        make --no-print-directory "$build/relight" BUILD="$build" &&
+        "$build/relight" "$logs" 2 && [ -s "$logs/relight-01.png" ]
 }
 
 # In the installed library, as a client has it.

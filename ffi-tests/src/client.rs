@@ -71,6 +71,12 @@ impl Block {
         self.0.len() * size_of::<Unit>()
     }
 
+    /// Gives back what lies behind the first `bytes`.
+    fn shorten(&mut self, bytes: usize) {
+        self.0.truncate(bytes.div_ceil(size_of::<Unit>()));
+        self.0.shrink_to_fit();
+    }
+
     fn start(&self) -> *const c_void {
         self.0.as_ptr().cast()
     }
@@ -732,6 +738,39 @@ impl Tree {
         let status = unsafe {
             raw::wis_tree_init(
                 &config,
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        memory.shorten(info.bytes as usize);
+        Ok(Tree { memory, info })
+    }
+
+    /// The product of this tree with one or two others, in `scratch`, which grows as it must.
+    pub fn multiply(&self, f: &Tree, g: Option<&Tree>, scratch: &mut Block) -> Result<Tree> {
+        let g = g.map_or(null(), Tree::handle);
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: the handles are alive.
+        let status = unsafe { raw::wis_tree_multiply_size(self.handle(), f.handle(), g, &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        if scratch.bytes() < size.scratch_bytes {
+            *scratch = Block::new(size.scratch_bytes);
+        }
+        let mut memory = Block::new(size.bytes);
+        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
+        let mut handle = null();
+        // SAFETY: the blocks are as long as they say.
+        let status = unsafe {
+            raw::wis_tree_multiply(
+                self.handle(),
+                f.handle(),
+                g,
                 memory.start_mut(),
                 memory.bytes(),
                 scratch.start_mut(),

@@ -89,7 +89,7 @@ impl Table {
         let reflected: Vec<f64> = brdf.iter().zip(pixels).map(|(&b, &l)| f64::from(b) * f64::from(l)).collect();
         let seen: Vec<f64> = reflected.iter().zip(&visible[index]).map(|(r, &v)| r * f64::from(v)).collect();
         let [unshadowed, shadowed] = [&reflected, &seen].map(|values| values.iter().sum::<f64>());
-        if !(shadowed > 0.0) {
+        if shadowed <= 0.0 {
             return Ok(());
         }
         let region = match shadowed / unshadowed {

@@ -320,13 +320,13 @@ fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
     })
 }
 
-/// The largest f L / (p I) on the centres of a grid of cells, over up to 16 points (rule 33).
+/// The largest f L / (p I) on a grid of directions, one in each of its cells, over up to 16 points (rule 33).
 ///
-/// The side is a prime: no centre but the pole's lies on a corner of the library's cells, where rounding tells between
-/// texels.
+/// Neither centres of cells nor their corners, and none of a power of two: a direction on the border of two texels belongs
+/// to either, as rounding has it, and may belong to one for the light and to the other for the library.
 fn max_weight(scene: &Scene, setting: &Setting, memory: &mut Block) -> client::Result<f64> {
     const SIDE: usize = 383;
-    let at = |c: usize| (c as f32 + 0.5) / SIDE as f32;
+    let at = |c: usize| (c as f32 + 0.382) / SIDE as f32;
     let grid: Vec<Vec3> = (0..SIDE * SIDE).map(|i| octahedral_direction(at(i % SIDE), at(i / SIDE))).collect();
     let mut largest = 0.0_f64;
     for point in scene.points.iter().step_by(scene.points.len().div_ceil(16)) {

@@ -82,7 +82,7 @@ fn rectangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 
     match pixels.layout {
         Layout::LatLong => latlong_cell(pixels, texels, x, y, &mut sum),
         Layout::Octahedral => octahedral_cell(pixels, texels, x, y, &mut sum),
-        Layout::Cube => cube_rectangle(pixels, texels, x, y, &mut sum),
+        Layout::Cube => cube_rectangle(pixels, texels, Corner::of(x, y), &mut sum),
     }
     sum
 }
@@ -214,13 +214,22 @@ fn cube_cell<const N: usize>(
     y: [f64; 2],
     subdivisions: u32,
 ) -> [f64; N] {
-    let coarse = rectangle(pixels, texels, x, y).value;
     let (mx, my) = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
     let quarters =
         [([x[0], mx], [y[0], my]), ([x[0], mx], [my, y[1]]), ([mx, x[1]], [y[0], my]), ([mx, x[1]], [my, y[1]])];
+    // Directions cost most, and corners are shared.
+    let [a, b, c] = [x[0], mx, x[1]].map(|x| [y[0], my, y[1]].map(|y| Corner::at([x, y])));
+    let over = |corners: [Corner; 4]| {
+        let mut sum = Sum::new();
+        cube_rectangle(pixels, texels, corners, &mut sum);
+        sum.value
+    };
+    let coarse = over([a[0], a[2], c[0], c[2]]);
     let mut fine = [0.0; N];
-    for (qx, qy) in quarters {
-        fine = add(fine, rectangle(pixels, texels, qx, qy).value);
+    for corners in
+        [[a[0], a[1], b[0], b[1]], [a[1], a[2], b[1], b[2]], [b[0], b[1], c[0], c[1]], [b[1], b[2], c[1], c[2]]]
+    {
+        fine = add(fine, over(corners));
     }
     let close = |(coarse, fine): (&f64, &f64)| (fine - coarse).abs() <= 1.5e-4 * fine;
     if coarse.iter().zip(&fine).all(close) {
@@ -252,14 +261,12 @@ fn add<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
 fn cube_rectangle<const N: usize>(
     pixels: &Pixels,
     texels: &impl Texels<N>,
-    x: [f64; 2],
-    y: [f64; 2],
+    [p00, p01, p10, p11]: [Corner; 4],
     sum: &mut Sum<N>,
 ) {
     // The diagonal of the square through the quadrant is where its derivative jumps (the equator).
-    let rising = (x[0] < 0.5) == (y[0] < 0.5);
-    let [p00, p01, p10, p11] = [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]];
-    if rising {
+    let [x, y] = p00.place;
+    if (x < 0.5) == (y < 0.5) {
         cube_triangle(pixels, texels, [p00, p10, p01], sum);
         cube_triangle(pixels, texels, [p11, p01, p10], sum);
     } else {
@@ -268,10 +275,33 @@ fn cube_rectangle<const N: usize>(
     }
 }
 
+/// A corner of a rectangle, and the direction there.
+#[derive(Clone, Copy)]
+struct Corner {
+    place: [f64; 2],
+    direction: [f64; 3],
+}
+
+impl Corner {
+    fn at(place: [f64; 2]) -> Corner {
+        Corner { place, direction: direction_f64(place) }
+    }
+
+    /// The corners of a rectangle, along y first.
+    fn of(x: [f64; 2], y: [f64; 2]) -> [Corner; 4] {
+        [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]].map(Corner::at)
+    }
+}
+
 /// Adds a triangle of the square, face by face, row by row, column by column.
-fn cube_triangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, corners: [[f64; 2]; 3], sum: &mut Sum<N>) {
+fn cube_triangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, corners: [Corner; 3], sum: &mut Sum<N>) {
     let plane = Linear::new(corners);
-    let triangle = Polygon::new(&corners);
+    let triangle = Polygon::new(&corners.map(|corner| corner.place));
+    // Faces are convex: most triangles lie on one.
+    let [first, others @ ..] = corners.map(|corner| cube(corner.direction).0);
+    if others == [first; 2] {
+        return cube_face(pixels, texels, first, &triangle, plane.face(first), sum);
+    }
     for face in 0..6 {
         let (s, t, major) = plane.face(face);
         let outside = [minus(major, s), plus(major, s), minus(major, t), plus(major, t)];
@@ -299,16 +329,21 @@ fn cube_face<const N: usize>(
 ) {
     let n = pixels.width;
     let border = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
-    let index = |line: Line, part: &Polygon| {
-        let [low, _] = part.range(|v| at(line, v) / at(major, v));
-        (libm::floor((low + 1.0) * 0.5 * f64::from(n) - 1e-9).max(0.0) as u32).min(n - 1)
+    // The first and the last texel along an axis that a polygon may touch.
+    let touched = |line: Line, part: &Polygon| {
+        let [low, high] = part.range(|v| at(line, v) / at(major, v)).map(|c| (c + 1.0) * 0.5 * f64::from(n));
+        [low - 1e-9, high + 1e-9].map(|c| (libm::floor(c).max(0.0) as u32).min(n - 1))
     };
+    let (rows, columns) = (touched(t, polygon), touched(s, polygon));
+    if rows[0] == rows[1] && columns[0] == columns[1] {
+        return sum.add(polygon, texels.texel(columns[0], face * n + rows[0]));
+    }
     let mut below = *polygon;
-    for row in index(t, polygon)..n {
+    for row in rows[0]..n {
         let (strip, next) = below.split(minus(t, scaled(major, border(row + 1))));
         let (mut right, strip_is_there) = (strip, !strip.is_empty());
         if strip_is_there {
-            for column in index(s, &strip)..n {
+            for column in touched(s, &strip)[0]..n {
                 let (piece, beyond) = right.split(minus(s, scaled(major, border(column + 1))));
                 if !piece.is_empty() {
                     sum.add(&piece, texels.texel(column, face * n + row));
@@ -346,8 +381,9 @@ fn scaled(a: Line, by: f64) -> Line {
 struct Linear([Line; 3]);
 
 impl Linear {
-    fn new([p, q, r]: [[f64; 2]; 3]) -> Linear {
-        let [dp, dq, dr] = [direction_f64(p), direction_f64(q), direction_f64(r)];
+    fn new(corners: [Corner; 3]) -> Linear {
+        let [dp, dq, dr] = corners.map(|corner| corner.direction);
+        let [p, q, r] = corners.map(|corner| corner.place);
         let (e, f) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
         let determinant = e[0] * f[1] - e[1] * f[0];
         let line = |dp: f64, dq: f64, dr: f64| {

@@ -19,7 +19,7 @@ CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo relight hardcases report sampler structured triple test clean
+.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -81,6 +81,10 @@ sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and w
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin structured -- docs/sis-2003.md
+
+wavelets: lib ## go through the claims of wavelet importance sampling and write docs/wis-2005.md
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin wavelets -- docs/wis-2005.md
 
 triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test

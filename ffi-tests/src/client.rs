@@ -917,6 +917,13 @@ pub fn sobol(seed: u32, first: u32, points: &mut [[f32; 2]]) -> Result<()> {
     check(unsafe { raw::wis_points_sobol(seed, first, points.len(), points.as_mut_ptr().cast(), 0) })
 }
 
+/// The Hammersley set of as many points as there is room for.
+pub fn hammersley(points: &mut [[f32; 2]]) -> Result<()> {
+    let count = points.len() as u32;
+    // SAFETY: the slice holds that many points.
+    check(unsafe { raw::wis_points_hammersley(0, count, count, points.as_mut_ptr().cast(), 0) })
+}
+
 /// The seed of a pixel in a pass.
 pub fn pixel_seed(pixel: [u32; 2], pass: u32) -> u32 {
     // SAFETY: a pure function of numbers.

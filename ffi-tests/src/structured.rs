@@ -2,15 +2,20 @@
 //! plain sampling of the map (Agarwal et al. 2003, Sections 4 and 5).
 
 use crate::client::{self, Jitter, Map, Strata, raw};
+use crate::estimator::{Lit, Setting};
 use crate::lanes::{F8, LANES, V8};
 use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::measure::BATCHES;
 use crate::points;
+use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use crate::visibility;
+use anyhow::Result;
 use glam::Vec3;
 use std::f32::consts::TAU;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
 use std::time::Instant;
 
 /// A lat-long light for the library, which takes its texels and matrix from here.
@@ -233,6 +238,29 @@ impl<'a> Raster<'a> {
         let across = (1.0 - z * z).max(0.0).sqrt();
         Vec3::new(across * cos, -across * sin, z)
     }
+}
+
+/// Where references are kept.
+const CACHE: &str = "build/report";
+/// Samples of each technique in half of a reference.
+const MOST: usize = 2048;
+/// The disagreement of the halves, over the mean, that is good enough.
+const BOUND: f64 = 0.004;
+
+/// The picture without noise, by the report's references but to a bound of their own; kept in a file.
+///
+/// # Errors
+/// Those of the library, and of writing the file.
+pub fn truth(scene: &Scene, light: &Light, material: &Material) -> Result<Vec<f64>> {
+    let environment = light.environment()?;
+    let lit = Lit::new(light, &environment)?;
+    let setting = Setting::new(&lit, material);
+    let mut hasher = DefaultHasher::new();
+    (scene.fingerprint(), light.fingerprint(), format!("{material:?}"), MOST, BOUND.to_bits()).hash(&mut hasher);
+    let file = Path::new(CACHE).join(format!("structured-{:016x}.json", hasher.finish()));
+    let reference = Reference::to(BOUND, &file, scene, &setting, MOST)?;
+    eprintln!("reference of {}, {}: halves differ by {:.4}", scene.name, light.name, reference.disagreement());
+    Ok(reference.values().iter().map(|v| v[0]).collect())
 }
 
 /// How a picture is lit.

@@ -6,31 +6,23 @@ use image::GrayImage;
 use plotters::prelude::*;
 use std::collections::HashMap;
 use std::fmt::Write;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use wis_ffi_tests::client::raw;
-use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::images::side_by_side;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::points;
-use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
-use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Shader, Source, clustered, picture};
+use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Shader, Source, clustered, picture, truth};
 use wis_ffi_tests::visibility::{self, Model};
 
 const DATA: &str = "../shared/data";
-const CACHE: &str = "build/report";
 /// Rows of the maps that are not lat-long to begin with: twice as many texels as Galileo's 1024 x 1024 probe.
 const ROWS: usize = 1024;
 /// Columns and rows of pixels that are left out of a picture.
 const STEP: u32 = 2;
-/// Samples of each technique in half of a reference.
-const MOST: usize = 2048;
-/// The disagreement of the halves, over the mean, that is good enough.
-const BOUND: f64 = 0.004;
 
 fn main() -> Result<()> {
     let page = PathBuf::from(std::env::args().nth(1).context("usage: structured <page>")?);
@@ -529,19 +521,6 @@ fn three_regions() -> Light {
         }
     };
     Light::latlong("three regions", width, height, (0..width * height).map(texel).collect())
-}
-
-/// The picture without noise, to the bound of the report's references.
-fn truth(scene: &Scene, light: &Light, material: &Material) -> Result<Vec<f64>> {
-    let environment = light.environment()?;
-    let lit = Lit::new(light, &environment)?;
-    let setting = Setting::new(&lit, material);
-    let mut hasher = DefaultHasher::new();
-    (scene.fingerprint(), light.fingerprint(), format!("{material:?}"), MOST, BOUND.to_bits()).hash(&mut hasher);
-    let file = Path::new(CACHE).join(format!("structured-{:016x}.json", hasher.finish()));
-    let reference = Reference::to(BOUND, &file, scene, &setting, MOST)?;
-    eprintln!("reference of {}, {}: halves differ by {:.4}", scene.name, light.name, reference.disagreement());
-    Ok(reference.values().iter().map(|v| v[0]).collect())
 }
 
 /// Direct light and that of one bounce.

@@ -442,5 +442,8 @@ fn bad_maps_and_configs_are_refused() {
     assert!(!sound.is_empty() && sound.iter().all(|l| l.luminance.is_finite()));
     let black = Map::latlong(16, 8, |_, _| 0.0);
     assert_eq!(lights(&black.config(0, 0), &good).unwrap(), (vec![], vec![0; 128]));
+    let nothing = Map::latlong(16, 8, |_, _| f32::NAN);
+    assert_eq!(lights(&nothing.config(0, 0), &good).err(), Some(Status::InvalidTexel));
+    assert_eq!(lights(&nothing.config(0, WIS_ENVIRONMENT_SANITISE), &good).unwrap(), (vec![], vec![0; 128]));
     assert_eq!(lights(&map.config(0, 0), &strata_config(0)).unwrap().0, vec![]);
 }

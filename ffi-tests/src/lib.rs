@@ -2,6 +2,7 @@
 
 pub mod batch;
 pub mod client;
+pub mod data;
 pub mod dense;
 pub mod embree;
 pub mod estimator;

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 use wis_ffi_tests::client::Environment;
+use wis_ffi_tests::data;
 use wis_ffi_tests::estimator::{Lit, Method, Setting};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
@@ -52,7 +53,6 @@ struct Options {
 }
 
 /// Maps and meshes that are measured if nothing else is asked for and they are there.
-const DATA: &str = "../shared/data";
 const MAPS: [&str; 7] = [
     "rooitou_park_1k.hdr",
     "studio_small_03_1k.hdr",
@@ -113,7 +113,7 @@ fn scenes(options: &Options, points: usize) -> Result<Vec<Scene>> {
     if !options.mesh.is_empty() {
         return options.mesh.iter().map(|path| Scene::from_file(path, View::Points(points))).collect();
     }
-    let mesh = Path::new(DATA).join("meshes").join(MESH);
+    let mesh = Path::new(data::FOLDER).join("meshes").join(MESH);
     if options.quick || !mesh.exists() {
         return Ok(vec![Scene::procedural(View::Points(points))?]);
     }
@@ -128,7 +128,7 @@ fn picture_scene(options: &Options) -> Result<Scene> {
 }
 
 fn picture_mesh(options: &Options, view: View) -> Result<Scene> {
-    let mesh = options.mesh.first().cloned().unwrap_or_else(|| Path::new(DATA).join("meshes").join(MESH));
+    let mesh = options.mesh.first().cloned().unwrap_or_else(|| Path::new(data::FOLDER).join("meshes").join(MESH));
     if mesh.exists() { Scene::from_file(&mesh, view) } else { Scene::procedural(view) }
 }
 
@@ -140,7 +140,7 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
     if options.quick {
         lights.push(Light::windows(512));
     } else {
-        let maps = MAPS.map(|name| Path::new(DATA).join("envmaps").join(name));
+        let maps = MAPS.map(|name| Path::new(data::FOLDER).join("envmaps").join(name));
         for map in maps.iter().filter(|map| map.exists()) {
             lights.push(Light::load(map)?);
         }

@@ -8,13 +8,13 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 use wis_ffi_tests::client::{self, Density, Environment, Map, Preparation, Product, raw};
+use wis_ffi_tests::data;
 use wis_ffi_tests::estimator::{Estimator, Lit, Method, Setting};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::scene::ShadingPoint;
 use wis_ffi_tests::statistics::median;
 
-const DATA: &str = "../shared/data/envmaps";
 const MAPS: [&str; 5] = [
     "studio_small_03_1k.hdr",
     "st_fagans_interior_1k.hdr",
@@ -51,7 +51,7 @@ fn main() -> Result<()> {
 
 /// The real maps that are there, the windows and the sun.
 fn lights() -> Result<Vec<Light>> {
-    let maps = MAPS.map(|name| Path::new(DATA).join(name));
+    let maps = MAPS.map(|name| Path::new(data::FOLDER).join("envmaps").join(name));
     let real = maps.iter().filter(|map| map.exists()).map(|map| Light::load(map)).collect::<Result<Vec<_>>>()?;
     Ok([vec![Light::windows(512), Light::sun(512)], real].concat())
 }

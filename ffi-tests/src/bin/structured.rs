@@ -9,16 +9,15 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use wis_ffi_tests::client::raw;
+use wis_ffi_tests::data;
 use wis_ffi_tests::images::side_by_side;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
-use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::points;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Shader, Source, clustered, picture, truth};
 use wis_ffi_tests::visibility::{self, Model};
 
-const DATA: &str = "../shared/data";
 /// Rows of the maps that are not lat-long to begin with: twice as many texels as Galileo's 1024 x 1024 probe.
 const ROWS: usize = 1024;
 /// Columns and rows of pixels that are left out of a picture.
@@ -29,14 +28,14 @@ fn main() -> Result<()> {
     let pictures = page.with_extension("");
     std::fs::create_dir_all(&pictures)?;
     let mut page_text = Page { text: String::from(INTRODUCTION), pictures };
-    let galileo = light("galileo_probe.hdr")?.to_latlong(ROWS);
-    let grace = light("grace_latlong.exr")?;
+    let galileo = data::light("galileo_probe.hdr")?.to_latlong(ROWS);
+    let grace = data::light("grace_latlong.exr")?;
     page_text.visibility()?;
     page_text.allocation()?;
     page_text.speed(&[&galileo, &grace])?;
     page_text.teapot(&galileo)?;
     page_text.buddha(&grace)?;
-    page_text.indirect(&light("venice_sunset_1k.hdr")?)?;
+    page_text.indirect(&data::light("venice_sunset_1k.hdr")?)?;
     page_text.flicker(&galileo)?;
     print!("{}", page_text.text);
     Ok(std::fs::write(page, page_text.text)?)
@@ -86,29 +85,6 @@ the lobe, make most of the error. On the mesh it is .165.
 Not reproduced: the mountain of two million triangles of Fig. 8 (a mesh of 100000 stands in), and LightGen.
 "#;
 
-/// A map of the data folder, or in its place windows of a room.
-fn light(file: &str) -> Result<Light> {
-    let map = Path::new(DATA).join("envmaps").join(file);
-    if map.exists() { Light::load(&map) } else { Ok(Light::windows(512)) }
-}
-
-/// A mesh of the data folder, or in its place a block.
-fn mesh(file: &str) -> Result<(String, Mesh)> {
-    let path = Path::new(DATA).join("meshes").join(file);
-    let name = path.file_stem().and_then(|n| n.to_str()).unwrap_or("mesh").to_string();
-    if path.exists() {
-        Ok((name, Mesh::load(&path)?))
-    } else {
-        let block = Mesh::block(glam::Vec3::new(-0.4, -0.3, 0.0), glam::Vec3::new(0.4, 0.3, 0.9));
-        Ok(("block".into(), block))
-    }
-}
-
-fn scene(file: &str, view: View) -> Result<Scene> {
-    let (name, mesh) = mesh(file)?;
-    Scene::turned(&name, &mesh, 0.0, view)
-}
-
 /// What is written.
 struct Page {
     text: String,
@@ -120,7 +96,7 @@ impl Page {
     fn visibility(&mut self) -> Result<()> {
         let mut models = Vec::new();
         for file in ["teapot.obj", "stanford-bunny.obj", "spot.obj", "dragon_vrip_res3.ply", "buddha.obj"] {
-            let scene = scene(file, View::Points(1500))?;
+            let scene = data::scene(file, View::Points(1500))?;
             for point in half_hidden(&scene) {
                 models.push((scene.name.clone(), visibility::measure(&scene, &point)));
             }
@@ -210,7 +186,7 @@ impl Page {
 
     /// Figs. 5 and 7.
     fn teapot(&mut self, light: &Light) -> Result<()> {
-        let scene = scene("teapot.obj", View::Image(STEP))?;
+        let scene = data::scene("teapot.obj", View::Image(STEP))?;
         let material = Material::lambert();
         let truth = truth(&scene, light, &material)?;
         let (source, raster) = (Source::new(light), Raster::new(light));
@@ -253,7 +229,7 @@ impl Page {
 
     /// Figs. 1 and 6.
     fn buddha(&mut self, light: &Light) -> Result<()> {
-        let scene = scene("buddha.obj", View::Image(STEP))?;
+        let scene = data::scene("buddha.obj", View::Image(STEP))?;
         let material = Material::ggx(0.2);
         let truth = truth(&scene, light, &material)?;
         let (source, raster) = (Source::new(light), Raster::new(light));
@@ -289,13 +265,13 @@ impl Page {
 
     /// In place of Fig. 8.
     fn indirect(&mut self, light: &Light) -> Result<()> {
-        let (name, mesh) = mesh("buddha.obj")?;
-        let scene = Scene::turned(&name, &mesh, 0.0, View::Image(STEP))?;
+        let (mesh, scene) = (data::mesh("buddha.obj")?, data::scene("buddha.obj", View::Image(STEP))?);
         let material = Material::lambert();
         let lights = Lights::of(&Source::new(light).strata(300)?);
         writeln!(
             self.text,
-            "\n## Indirect light (in place of Fig. 8)\n\n{INDIRECT}\nMesh: {name}, {} triangles. Light: {}.\n",
+            "\n## Indirect light (in place of Fig. 8)\n\n{INDIRECT}\nMesh: {}, {} triangles. Light: {}.\n",
+            scene.name,
             mesh.triangles.len(),
             light.name
         )?;
@@ -324,8 +300,8 @@ impl Page {
     /// Section 4: an object that turns.
     fn flicker(&mut self, light: &Light) -> Result<()> {
         const FRAMES: usize = 8;
-        let (name, mesh) = mesh("teapot.obj")?;
-        let turned = |frame: usize| Scene::turned(&name, &mesh, 0.02 * frame as f32, View::Image(3));
+        let mesh = data::mesh("teapot.obj")?;
+        let turned = |frame: usize| Scene::turned("teapot", &mesh, 0.02 * frame as f32, View::Image(3));
         let scenes = (0..FRAMES).map(turned).collect::<Result<Vec<_>>>()?;
         let material = Material::lambert();
         let (source, raster) = (Source::new(light), Raster::new(light));

@@ -6,9 +6,10 @@ use glam::Vec3;
 use image::{GrayImage, Luma};
 use std::f32::consts::PI;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 use wis_ffi_tests::client::{self, Block, Density, Environment, Preparation, Tree, raw};
+use wis_ffi_tests::data;
 use wis_ffi_tests::images::side_by_side;
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::material::{Bsdf, Material};
@@ -16,7 +17,6 @@ use wis_ffi_tests::points;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Source, picture, truth};
 
-const DATA: &str = "../shared/data";
 const DEPTH: u32 = 7;
 const SIDE: usize = 1 << DEPTH;
 const STEP: u32 = 2;
@@ -25,7 +25,7 @@ fn main() -> Result<()> {
     let page = PathBuf::from(std::env::args().nth(1).context("usage: wavelets <page>")?);
     let pictures = page.with_extension("");
     std::fs::create_dir_all(&pictures)?;
-    let light = light("grace_latlong.exr")?;
+    let light = data::light("grace_latlong.exr")?;
     let environment = light.environment()?;
     let mut page_text = Page { text: String::from(INTRODUCTION), pictures, light, environment };
     page_text.one_point()?;
@@ -63,24 +63,6 @@ Open: reparameterised tables, pre-rotated maps and their sizes and build times, 
 decompression, 4D x 2D (Fig. 11), the pictures of Figs. 8 and 12.
 "#;
 
-/// A map of the data folder, or in its place windows of a room.
-fn light(file: &str) -> Result<Light> {
-    let map = Path::new(DATA).join("envmaps").join(file);
-    if map.exists() { Light::load(&map) } else { Ok(Light::windows(512)) }
-}
-
-/// A scene with a mesh of the data folder, or with what stands in for it.
-fn scene(file: &str, view: View) -> Result<Scene> {
-    let mesh = Path::new(DATA).join("meshes").join(file);
-    if mesh.exists() { Scene::from_file(&mesh, view) } else { Scene::procedural(view) }
-}
-
-/// A measured material of the data folder, or a rough one.
-fn measured(file: &str) -> Result<Material> {
-    let path = Path::new(DATA).join("brdfs").join(file);
-    if path.exists() { Material::measured(&path) } else { Ok(Material::ggx(0.3)) }
-}
-
 /// What is written, and the light of all figures.
 struct Page {
     text: String,
@@ -102,9 +84,11 @@ impl Page {
         writeln!(self.text, "\n## One point, 100 samples (Fig. 1)\n\n{ONE_POINT}")?;
         writeln!(self.text, "| material | BRDF | environment | product | prepare us | 100 samples us |")?;
         writeln!(self.text, "|---|---:|---:|---:|---:|---:|")?;
-        for material in
-            [measured("cc_iris_purple_gem_rgb.bsdf")?, measured("satin_rosaline_rgb.bsdf")?, Material::ggx(0.2)]
-        {
+        for material in [
+            data::measured("cc_iris_purple_gem_rgb.bsdf")?,
+            data::measured("satin_rosaline_rgb.bsdf")?,
+            Material::ggx(0.2),
+        ] {
             let (point, bsdf) = (tilted(), Bsdf::new(&material, &tilted()));
             let (wi, values) = reflected(&self.light, &bsdf, 512);
             let of_bsdf = relative_variance(&wi, &values, |wi| Ok(f64::from(bsdf.eval_one(wi).1)))?;
@@ -174,7 +158,7 @@ impl Page {
     /// Fig. 6.
     fn convergence(&mut self) -> Result<()> {
         const COUNTS: [usize; 10] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512];
-        let scene = scene("spot.obj", View::Points(300))?;
+        let scene = data::scene("spot.obj", View::Points(300))?;
         let material = Material::lambert();
         writeln!(self.text, "\n## Variance against samples (Fig. 6)\n\n{CONVERGENCE}")?;
         writeln!(
@@ -230,7 +214,7 @@ impl Page {
     /// Figs. 7 and 9.
     fn buddha(&mut self) -> Result<()> {
         const COUNTS: [usize; 6] = [1, 3, 10, 30, 60, 100];
-        let scene = scene("buddha.obj", View::Image(STEP))?;
+        let scene = data::scene("buddha.obj", View::Image(STEP))?;
         let material = Material::ggx(0.2);
         let truth = truth(&scene, &self.light, &material)?;
         writeln!(self.text, "\n## A glossy buddha in Grace cathedral (Figs. 7 and 9)\n\n{BUDDHA}")?;
@@ -316,7 +300,7 @@ impl Page {
         writeln!(self.text, "|---|---:|---:|---:|---:|---:|---:|")?;
         let files = ["cc_ibiza_sunset", "cc_iris_purple_gem", "colodur_napoli_4f", "paper_white", "satin_rosaline"];
         for file in files {
-            let material = measured(&format!("{file}_rgb.bsdf"))?;
+            let material = data::measured(&format!("{file}_rgb.bsdf"))?;
             let (mut dropped, mut whole) = ([0.0; SHARES.len()], 0.0);
             let (mut bytes, mut all_bytes) = (0, 0);
             for view in 0..VIEWS {

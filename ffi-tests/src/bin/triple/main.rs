@@ -6,15 +6,14 @@ mod sampling;
 use anyhow::{Context, Result};
 use glam::Vec3;
 use std::fmt::Write;
-use std::path::Path;
 use std::time::Instant;
 use wide::f32x8;
 use wis_ffi_tests::client::{Tree, raw};
-use wis_ffi_tests::light::{Light, octahedral_direction};
+use wis_ffi_tests::data;
+use wis_ffi_tests::light::octahedral_direction;
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 
-const DATA: &str = "../shared/data";
 const DEPTH: u32 = 7;
 const SIDE: usize = 1 << DEPTH;
 const POINTS: usize = 40;
@@ -24,8 +23,8 @@ const ROUNDS: usize = 9;
 
 fn main() -> Result<()> {
     let page = std::env::args().nth(1).context("usage: triple <page>")?;
-    let scene = scene()?;
-    let light = light()?;
+    let scene = data::scene("spot.obj", View::Points(POINTS))?;
+    let light = data::light("grace_latlong.exr")?;
     let mut out = String::from(INTRODUCTION);
     counts(&mut out)?;
     let pixels = light.on_octahedron(SIDE, 4, |world| world);
@@ -67,17 +66,6 @@ times in the penumbra and 5 to 9 times in the umbra, and loses where everything 
 
 ![A frame of make relight](triple-2004/relight.png)
 ";
-
-fn scene() -> Result<Scene> {
-    let mesh = Path::new(DATA).join("meshes/spot.obj");
-    let view = View::Points(POINTS);
-    if mesh.exists() { Scene::from_file(&mesh, view) } else { Scene::procedural(view) }
-}
-
-fn light() -> Result<Light> {
-    let map = Path::new(DATA).join("envmaps/grace_latlong.exr");
-    if map.exists() { Light::load(&map) } else { Ok(Light::windows(256)) }
-}
 
 /// The counts of non-zero coefficients, beside the paper's.
 fn counts(out: &mut String) -> Result<()> {

@@ -1,13 +1,13 @@
 //! Relights all vertices of a mesh: visibility by Embree at every vertex, BRDFs by their normals, a light that turns.
 
-use crate::{DATA, DEPTH, SIDE, by_pixels_of};
+use crate::{DEPTH, SIDE, by_pixels_of};
 use anyhow::Result;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
-use std::path::Path;
 use std::time::Instant;
 use wis_ffi_tests::client::Tree;
+use wis_ffi_tests::data;
 use wis_ffi_tests::embree::Tracer;
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::mesh::Mesh;
@@ -36,8 +36,7 @@ struct Cell {
 
 /// Writes the section.
 pub fn write(out: &mut String, light: &Light) -> Result<()> {
-    let file = Path::new(DATA).join("meshes/stanford-bunny.obj");
-    let mesh = if file.exists() { Mesh::load(&file)? } else { Mesh::sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, 64) };
+    let mesh = data::mesh("stanford-bunny.obj")?;
     let normals = normals(&mesh);
     let start = Instant::now();
     let vertices = all_vertices(&mesh, &normals)?;

@@ -1,12 +1,12 @@
 //! What a density gains that knows visibility: the product of light, BRDF x cosine and an estimate of visibility as a tree,
 //! against the product of the first two.
 
-use crate::{DATA, DEPTH, SIDE, is_seen, mean_on_pixel};
+use crate::{DEPTH, SIDE, is_seen, mean_on_pixel};
 use anyhow::Result;
 use std::fmt::Write;
-use std::path::Path;
 use std::time::Instant;
 use wis_ffi_tests::client::{Block, Tree};
+use wis_ffi_tests::data;
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
@@ -34,9 +34,7 @@ enum Source {
 
 /// Writes the section.
 pub fn write(out: &mut String, light: &Light) -> Result<()> {
-    let mesh = Path::new(DATA).join("meshes/spot.obj");
-    let view = View::Points(POINTS);
-    let scene = if mesh.exists() { Scene::from_file(&mesh, view)? } else { Scene::procedural(view)? };
+    let scene = data::scene("spot.obj", View::Points(POINTS))?;
     let pixels = light.on_octahedron(SIDE, 4, |world| world);
     let light_tree = Tree::new(DEPTH, 0.0, &pixels)?;
     let visible: Vec<Vec<f32>> = scene.points.iter().map(|point| visibility(&scene, point)).collect();

@@ -1,4 +1,4 @@
-// wis for C++11: wis.h with classes that own the memory of an environment and of a product.
+// wis for C++11: wis.h with classes that own the memory of an environment, a product, a tree and a list of lights.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
 // Every call passes the status of the C call through; wis.h documents them, and get() gives its handles for the calls
@@ -149,6 +149,75 @@ private:
     memory memory_;
     wis_product_config config_ = wis_product_config();
     const wis_product *handle_ = nullptr;
+};
+
+/// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
+class tree {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_tree_config &config, wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(), &handle_,
+                                  info, diagnostic));
+    }
+    /// The product of two or three trees, none of them this one.
+    status multiply(const tree &e, const tree &f, const tree *g = nullptr, wis_tree_info *info = nullptr,
+                    wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        const wis_tree *third = g ? g->get() : nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_multiply_size(e.get(), f.get(), third, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_multiply(e.get(), f.get(), third, memory_.data(), memory_.bytes(), scratch.data(),
+                                      scratch.bytes(), &handle_, info, diagnostic));
+    }
+    const wis_tree *get() const noexcept { return handle_; }
+
+    status average(double &out) const { return pass(wis_tree_average(handle_, &out)); }
+    /// As many numbers in `u` and `point` as the tree has axes.
+    status sample(const float *u, float *point, float &pdf) const {
+        return pass(wis_tree_sample(handle_, u, point, &pdf));
+    }
+    status pdf(const float *point, float &out) const { return pass(wis_tree_pdf(handle_, point, &out)); }
+
+private:
+    bool reserve(const wis_memory_size &need, memory &scratch) noexcept {
+        return memory_.reserve(need.bytes, need.align) && scratch.reserve(need.scratch_bytes, need.align);
+    }
+    memory memory_;
+    const wis_tree *handle_ = nullptr;
+};
+
+/// A lat-long map as directional lights (structured importance sampling).
+class lights {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_environment_config &map, const wis_strata_config &config,
+                wis_diagnostic *diagnostic = nullptr) {
+        count_ = 0;
+        wis_memory_size need;
+        const status measured = wis_strata_size(&map, &config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
+            return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_strata_lights(&map, &config, scratch.data(), need.scratch_bytes,
+                                      static_cast<wis_light *>(memory_.data()), &count_, nullptr, diagnostic));
+    }
+    std::uint32_t size() const noexcept { return count_; }
+    const wis_light *begin() const noexcept { return static_cast<const wis_light *>(memory_.data()); }
+    const wis_light *end() const noexcept { return begin() + count_; }
+
+private:
+    memory memory_;
+    std::uint32_t count_ = 0;
 };
 
 } // namespace wis

@@ -257,15 +257,23 @@ pub fn sublinear(average: f64, brdf: &[Wavelets], kept_light: Scaled, light: &Tr
     let mut sum = average * f64::from(light.average()) * f64::from(visible.average());
     let (mut of_light, mut of_visible) = (Cursor::new(light), Cursor::new(visible));
     for wavelets in brdf {
-        let (l, v) = (of_light.look_up(wavelets), of_visible.look_up(wavelets));
+        let v = of_visible.look_up(wavelets);
+        // Half of all squares lie below the horizon.
+        if v == [0.0; 4] {
+            continue;
+        }
+        let l = of_light.look_up(wavelets);
         let [a, b, c] = wavelets.details();
         sum += area(wavelets.level) * meet([0.0, a, b, c], l, v);
     }
     let mut above = Ancestors::new(average, brdf);
     let mut of_visible = Cursor::new(visible);
     for wavelets in kept_light.wavelets {
-        let parents = above.average_on(wavelets) * kept_light.scale;
         let [_, a, b, c] = of_visible.look_up(wavelets);
+        if [a, b, c] == [0.0; 3] {
+            continue;
+        }
+        let parents = above.average_on(wavelets) * kept_light.scale;
         let [l1, l2, l3] = wavelets.details();
         sum += area(wavelets.level) * parents * (l1 * a + l2 * b + l3 * c);
     }

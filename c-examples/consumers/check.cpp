@@ -8,7 +8,7 @@ namespace {
 
 const unsigned width = 16, height = 8, samples = 64;
 
-wis::status build_environment(const std::vector<float> &pixels, wis::environment &environment) {
+wis_environment_config map_config(const std::vector<float> &pixels) {
     auto config = wis::sized<wis_environment_config>();
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = width;
@@ -16,8 +16,9 @@ wis::status build_environment(const std::vector<float> &pixels, wis::environment
     config.channels = 3;
     config.format = WIS_FORMAT_F32;
     config.storage = WIS_STORAGE_PYRAMID;
+    config.flags = WIS_ENVIRONMENT_NEAREST;
     config.pixels = pixels.data();
-    return environment.init(config);
+    return config;
 }
 
 wis_query lambert() {
@@ -44,6 +45,31 @@ bool densities_agree(const wis::environment &environment, const wis::product &pr
     return true;
 }
 
+bool lights_carry_the_power(const std::vector<float> &pixels, const wis::environment &environment) {
+    auto config = wis::sized<wis_strata_config>();
+    config.count = 20;
+    wis::lights lights;
+    double power = 0.0, sum = 0.0;
+    if (lights.init(map_config(pixels), config) != WIS_OK) return false;
+    if (wis_environment_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
+    for (const wis_light &light : lights) sum += light.luminance;
+    return lights.size() > 0 && sum > 0.999 * power && sum < 1.001 * power;
+}
+
+bool product_is_that_of_averages() {
+    const float values[4] = {1.0f, 2.0f, 3.0f, 4.0f}, halves[2] = {1.0f, 3.0f};
+    auto plane = wis::sized<wis_tree_config>(), line = wis::sized<wis_tree_config>();
+    plane.dimensions = 2;
+    line.dimensions = 1;
+    plane.depth = line.depth = 1;
+    plane.pixels = values;
+    line.pixels = halves;
+    wis::tree e, f, product;
+    double average = 0.0;
+    return e.init(plane) == WIS_OK && f.init(line) == WIS_OK && product.multiply(e, f) == WIS_OK &&
+           product.average(average) == WIS_OK && average == (1.0 + 2.0 + 3.0 * 3.0 + 3.0 * 4.0) / 4.0;
+}
+
 } // namespace
 
 int main() {
@@ -53,8 +79,9 @@ int main() {
     wis::environment environment;
     wis::product product;
     const auto config = wis::sized<wis_product_config>();
-    const bool passed = build_environment(pixels, environment) == WIS_OK && product.init(config) == WIS_OK &&
-                        product.prepare(environment, lambert()) == WIS_OK && densities_agree(environment, product);
+    const bool passed = environment.init(map_config(pixels)) == WIS_OK && product.init(config) == WIS_OK &&
+                        product.prepare(environment, lambert()) == WIS_OK && densities_agree(environment, product) &&
+                        lights_carry_the_power(pixels, environment) && product_is_that_of_averages();
     std::puts(passed ? "sample and pdf agree" : "FAILED");
     return passed ? 0 : 1;
 }

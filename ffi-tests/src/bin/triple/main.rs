@@ -56,7 +56,7 @@ something to sample (`wis_tree_multiply`). `make relight` turns a light about a 
 Open: visibility quantised to 8 bits, material fields with interpolation (BRDFs go by the nearest of 4096 normals here), the
 paper's tables of sizes and its comparison with spherical harmonics.
 
-What does not hold: 10 to 30 times faster than a sum over pixels at 1 % of error. A term costs about 40 ns, a pixel 0.3 ns
+What does not hold: 10 to 30 times faster than a sum over pixels at 1 % of error. A term costs about 30 ns, a pixel 0.3 ns
 in eight lanes (without decompression, which a renderer that stores wavelets would add), and 1 % of error takes 3 to 10 %
 of the terms of these inputs; wavelets are ahead below .5 % of the terms, where the error is 20 % and more. What they save
 is memory: 6 kB a vertex in place of 64.

@@ -27,7 +27,7 @@
 #define BLOCK 64u /* vertices of a job */
 #define EXPOSURE 1.0f
 
-/* The view and what was made for its vertices. */
+/* What is made once for a vertex. */
 typedef struct Vertex {
     void *visibility; /* a wis_tree, from malloc */
     float colour[3];  /* the BRDF's, where its luminance is 1 */
@@ -37,7 +37,7 @@ typedef struct Vertex {
 } Vertex;
 
 typedef struct LightTree {
-    void *tree, *scratch;
+    void *tree; /* from malloc */
     uint32_t count;
     wis_wavelets kept[KEPT];
 } LightTree;
@@ -68,13 +68,16 @@ static wis_status build_tree(const float *pixels, void **tree) {
     wis_tree_info info = {sizeof info, 0, 0, 0, 0, 0, 0, 0};
     wis_memory_size size;
     const wis_tree *handle;
+    void *scratch;
     wis_status status = wis_tree_size(&config, &size, NULL);
-    void *scratch = malloc(size.scratch_bytes);
-    *tree = malloc(size.bytes);
-    if (status == WIS_OK && (*tree == NULL || scratch == NULL)) {
-        status = WIS_MEMORY_TOO_SMALL;
+    *tree = NULL;
+    if (status != WIS_OK) {
+        return status;
     }
-    if (status == WIS_OK) {
+    *tree = malloc(size.bytes);
+    scratch = malloc(size.scratch_bytes);
+    status = WIS_MEMORY_TOO_SMALL;
+    if (*tree != NULL && scratch != NULL) {
         status = wis_tree_init(&config, *tree, size.bytes, scratch, size.scratch_bytes, &handle, &info, NULL);
     }
     free(scratch);

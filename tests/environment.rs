@@ -437,6 +437,32 @@ fn cells_are_refined_where_light_varies() {
     assert_eq!(flat.build(0, 0).bytes(), flat.build(64, 0).bytes());
 }
 
+/// Corners of lamps that reach into dark cells are worth no more than 32 times the mean, but for what is stored above it.
+#[test]
+fn slivers_of_lamps_give_no_fireflies() {
+    let (width, height) = (72, 36);
+    let lamp = |x: u32, y: u32| (x * 7 + y * 11) % 97 == 0;
+    let map = Map::latlong(width, height, |x, y| if lamp(x, y) { 500.0 } else { 0.1 });
+    let environment = map.build(0, WIS_ENVIRONMENT_NEAREST);
+    let mut largest = 0.0f64;
+    let lamps = pairs(width.max(height)).filter(|&(x, y)| y < height && lamp(x, y));
+    for (x, y) in lamps {
+        // Just inside of the borders, and at places between them.
+        let places = [1e-4, 1e-3, 0.02, 0.1, 0.5, 0.9, 0.98, 0.999, 0.9999];
+        for (dx, dy) in places.iter().flat_map(|dx| places.map(|dy| (dx, dy))) {
+            let phi = std::f64::consts::TAU * (f64::from(x) + dx) / f64::from(width);
+            let theta = std::f64::consts::PI * (f64::from(y) + dy) / f64::from(height);
+            let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+            let radiance = map.radiance(Filter::Nearest, wi)[0];
+            assert!(radiance > 400.0);
+            let pdf = f64::from(environment.pdf(WIS_DISTRIBUTION_PLAIN, None, wi.map(|c| c as f32)));
+            largest = largest.max(radiance / (pdf * environment.info.power));
+        }
+    }
+    println!("the largest weight is {largest:.1}");
+    assert!(largest < 40.0, "{largest}");
+}
+
 fn sparse(map: &Map, resolution: u32, error_budget: f32, flags: u32) -> Environment {
     build(&EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget, ..map.config(resolution, flags) }).unwrap()
 }

@@ -123,9 +123,15 @@ static wis_status make_brdf(Vertex *vertex, const ShadingPoint *point, const flo
     return status;
 }
 
-static wis_status make_vertex(void *shared, unsigned worker, size_t job) {
+/* The vertex behind the last one of a job. */
+static size_t job_end(const Scene *scene, size_t job) {
+    size_t end = (job + 1) * BLOCK;
+    return end < scene->view.count ? end : scene->view.count;
+}
+
+static wis_status make_vertices(void *shared, unsigned worker, size_t job) {
     Scene *scene = shared;
-    size_t end = (job + 1) * BLOCK < scene->view.count ? (job + 1) * BLOCK : scene->view.count;
+    size_t end = job_end(scene, job);
     (void)worker;
     for (size_t i = job * BLOCK; i < end; i++) {
         float seen[PIXELS];
@@ -182,7 +188,7 @@ static wis_status turn_light(Scene *scene, float angle) {
 
 static wis_status light_vertices(void *shared, unsigned worker, size_t job) {
     Scene *scene = shared;
-    size_t end = (job + 1) * BLOCK < scene->view.count ? (job + 1) * BLOCK : scene->view.count;
+    size_t end = job_end(scene, job);
     (void)worker;
     for (size_t i = job * BLOCK; i < end; i++) {
         const Vertex *vertex = &scene->vertices[i];
@@ -246,7 +252,7 @@ static wis_status run(Scene *scene, const char *folder, unsigned frames) {
         vec3_store(octahedral(u, v), scene->directions[i]);
     }
     if (status == WIS_OK) {
-        status = on_all_vertices(scene, "vertices", make_vertex);
+        status = on_all_vertices(scene, "vertices", make_vertices);
     }
     if (status == WIS_OK) {
         printf("%zu vertices in %.1f s\n", scene->view.count, wall_seconds() - start);

@@ -4,6 +4,7 @@ pub mod batch;
 pub mod client;
 pub mod data;
 pub mod dense;
+pub mod directions;
 pub mod embree;
 pub mod estimator;
 pub mod hardcases;

@@ -2,6 +2,7 @@
 //! plain sampling of the map (Agarwal et al. 2003, Sections 4 and 5).
 
 use crate::client::{self, Jitter, Map, Strata, raw};
+use crate::directions;
 use crate::estimator::{Lit, Setting};
 use crate::lanes::{F8, LANES, V8};
 use crate::light::Light;
@@ -10,7 +11,6 @@ use crate::measure::BATCHES;
 use crate::points;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
-use crate::visibility;
 use anyhow::Result;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -339,7 +339,7 @@ impl Shader {
         match *how {
             How::Lights(lights) => {
                 lights.contributions(bsdf, &mut self.contributions);
-                Ok(self.traced(scene, point, |i| Ok(lights.each[i]))?)
+                self.traced(scene, point, |i| Ok(lights.each[i]))
             }
             How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed),
             How::Jittered(lights, jitter) => {
@@ -358,7 +358,7 @@ impl Shader {
                 Ok(self.sampled(scene, point, bsdf, (raster.light, count, seed), sample, pdf))
             }
             How::Uniform(light, count) => {
-                let sample = |_: usize, u: [f32; 2], _: [f32; 2]| visibility::hemisphere(point.normal, u);
+                let sample = |_: usize, u: [f32; 2], _: [f32; 2]| directions::hemisphere(point.normal, u);
                 Ok(self.sampled(scene, point, bsdf, (light, count, seed), sample, |_| 1.0 / f64::from(TAU)))
             }
             How::Brdf(light, count) => {

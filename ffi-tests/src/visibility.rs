@@ -1,10 +1,11 @@
 //! The model of visibility behind structured importance sampling (Agarwal et al. 2003, Section 2.1), measured: how fast
 //! visibility forgets with the angle, and how much it varies in a cone.
 
+use crate::directions::{beside, hemisphere};
 use crate::points;
 use crate::scene::{Scene, ShadingPoint};
 use glam::Vec3;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::TAU;
 
 /// Angles are measured in so many steps up to `WIDEST`.
 pub const STEPS: usize = 24;
@@ -103,26 +104,4 @@ fn fit(correlation: &[(f64, f64)]) -> (f64, f64) {
     let left: f64 = logs.iter().map(|(x, y)| (y - slope * x).powi(2)).sum();
     let whole: f64 = logs.iter().map(|(_, y)| (y - mean).powi(2)).sum();
     (-1.0 / slope, 1.0 - left / whole)
-}
-
-/// A direction uniform over the hemisphere.
-pub fn hemisphere(normal: Vec3, u: [f32; 2]) -> Vec3 {
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
-    let across = (1.0 - u[0] * u[0]).max(0.0).sqrt();
-    tangent * (across * cos) + bitangent * (across * sin) + normal * u[0]
-}
-
-/// The direction at an angle from another, on one of its sides.
-fn beside(direction: Vec3, angle: f32, turn: f32) -> Vec3 {
-    let (a, b) = direction.any_orthonormal_pair();
-    let side = a * turn.cos() + b * turn.sin();
-    (direction * angle.cos() + side * angle.sin()).normalize()
-}
-
-/// A direction proportional to the cosine.
-pub fn cosine(normal: Vec3, u: [f32; 2]) -> Vec3 {
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    let (radius, turn) = (u[0].sqrt(), 2.0 * PI * u[1]);
-    tangent * (radius * turn.cos()) + bitangent * (radius * turn.sin()) + normal * (1.0 - u[0]).max(0.0).sqrt()
 }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use wis_ffi_tests::client::raw;
 use wis_ffi_tests::data;
+use wis_ffi_tests::directions;
 use wis_ffi_tests::images::side_by_side;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
@@ -509,7 +510,7 @@ fn with_bounce(scene: &Scene, material: &Material, direct: &How, far: &How) -> R
         let mut value = shader.estimate(scene, point, &Bsdf::new(material, point), direct, 0)?;
         points::sobol(wis_ffi_tests::client::pixel_seed(point.pixel, 1), 0, &mut u);
         for u in u {
-            let wi = visibility::cosine(point.normal, u);
+            let wi = directions::cosine(point.normal, u);
             let Some(hit) = scene.tracer.intersect(point.origin, wi) else { continue };
             let normal = if hit.normal.dot(wi) < 0.0 { hit.normal } else { -hit.normal };
             let origin = point.origin + wi * hit.distance + normal * 1e-4;

@@ -123,6 +123,9 @@
 /// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
 #define WIS_LOBE_PHONG 3
 
+/// A lobe `weight` times the table that is given with the query (wis_product_prepare_table, wis_table_eval).
+#define WIS_LOBE_TABLE 4
+
 /// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
 #define WIS_QUERY_WHOLE_SPHERE 1
 
@@ -131,6 +134,9 @@
 
 /// Lobes in a query.
 #define WIS_MAX_LOBES 4
+
+/// The most slices of a table.
+#define WIS_MAX_SLICES 256
 
 /// Cells of a prior.
 #define WIS_PRIOR_CELLS 64
@@ -243,7 +249,7 @@ typedef struct wis_diagnostic {
   uint32_t argument;
   /// WIS_INVALID_TEXEL: the column of the texel.
   uint32_t x;
-  /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row.
+  /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_products_prepare: the number of the query, 0 = first.
   uint32_t y;
   /// Always 0.
   uint32_t reserved;
@@ -305,13 +311,13 @@ typedef struct wis_prior {
 
 /// One lobe of a BRDF.
 typedef struct wis_lobe {
-  /// WIS_LOBE_LAMBERT, WIS_LOBE_GGX or WIS_LOBE_PHONG.
+  /// WIS_LOBE_LAMBERT, WIS_LOBE_GGX, WIS_LOBE_PHONG or WIS_LOBE_TABLE.
   uint32_t kind;
   /// Linear RGB factor, finite and not negative.
   float weight[3];
   /// GGX: reflectance at normal incidence, RGB in [0, 1]. Others: not read.
   float f0[3];
-  /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Lambert: not read.
+  /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
   float a;
   /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
   float b;
@@ -424,6 +430,19 @@ typedef struct wis_light {
   /// The largest angle from the centre to a texel's centre in the stratum, in radians.
   float extent;
 } wis_light;
+
+/// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
+/// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
+/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5). Three
+/// tables hold a colour.
+typedef struct wis_table {
+  /// sizeof(wis_table).
+  uint32_t size;
+  /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
+  uint32_t slice_count;
+  /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
+  const struct wis_tree *const *slice;
+} wis_table;
 
 /// What to build.
 typedef struct wis_tree_config {
@@ -770,7 +789,8 @@ enum wis_status wis_product_prepare_callback(const struct wis_environment *envir
                                              struct wis_diagnostic *diagnostic);
 
 /// Whether a product may serve a hit: 1 if the hit has the lobes and flags of the query that was prepared, bit for bit,
-/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. The view (wo) may
+/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. That a tabulated
+/// lobe means the same table is yours to know. The view (wo) may
 /// differ: it changes the quality of the samples, not that the pdf is above 0 wherever the hit reflects light.
 enum wis_status wis_product_covers(const struct wis_environment *environment,
                                    const struct wis_product *product,
@@ -789,7 +809,7 @@ enum wis_status wis_product_estimate(const struct wis_environment *environment,
                                      double *luminance);
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query. Costs a BRDF evaluation for each leaf.
+/// with WIS_ENVIRONMENT_RGB and the product from a query without a table. Costs a BRDF evaluation for each leaf.
 enum wis_status wis_product_estimate_rgb(const struct wis_environment *environment,
                                          const struct wis_product *product,
                                          double rgb[3]);
@@ -835,6 +855,40 @@ enum wis_status wis_product_invert(const struct wis_environment *environment,
                                    const float wi[3],
                                    float u[2]);
 
+/// Prepares `count` products in one block of `count` times the bytes that wis_product_size gives; `product` receives
+/// their handles. Each has the bytes of wis_product_prepare. On failure, products before the query at fault, whose number
+/// stands in the diagnostic's `y`, are whole.
+enum wis_status wis_products_prepare(const struct wis_environment *environment,
+                                     size_t count,
+                                     const struct wis_query *query,
+                                     const struct wis_product_config *config,
+                                     void *memory,
+                                     size_t bytes,
+                                     const struct wis_product **product,
+                                     struct wis_diagnostic *diagnostic);
+
+/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a third of the time.
+/// Strides are in bytes from one element to the next; 0: packed.
+enum wis_status wis_products_sample(const struct wis_environment *environment,
+                                    size_t count,
+                                    const struct wis_product *const *product,
+                                    const float *u,
+                                    size_t u_stride,
+                                    float *wi,
+                                    size_t wi_stride,
+                                    float *pdf,
+                                    size_t pdf_stride);
+
+/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
+/// that is not of unit length. Strides as above.
+enum wis_status wis_products_pdf(const struct wis_environment *environment,
+                                 size_t count,
+                                 const struct wis_product *const *product,
+                                 const float *wi,
+                                 size_t wi_stride,
+                                 float *pdf,
+                                 size_t pdf_stride);
+
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
 /// storage, resolution and error budget do not matter.
 enum wis_status wis_strata_size(const struct wis_environment_config *map,
@@ -857,6 +911,39 @@ enum wis_status wis_strata_lights(const struct wis_environment_config *map,
                                   uint32_t *light_count,
                                   uint32_t *label,
                                   struct wis_diagnostic *diagnostic);
+
+/// The directions at which a slice is to be evaluated: `wo`, three numbers, and 4^depth `wi`, in the order of the pixels
+/// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
+/// pixel, 1/2 for its centre; average several places for a BRDF that is narrower than a pixel. wi below the surface are
+/// given too. The stride is in bytes; 0: packed.
+enum wis_status wis_table_directions(uint32_t slice,
+                                     uint32_t slice_count,
+                                     uint32_t depth,
+                                     const float offset[2],
+                                     float wo[3],
+                                     float *wi,
+                                     size_t wi_stride);
+
+/// As wis_query_eval, for a query with tabulated lobes: what the table means.
+enum wis_status wis_table_eval(const struct wis_table *table,
+                               const struct wis_query *query,
+                               size_t count,
+                               const float *wi,
+                               size_t wi_stride,
+                               float *f_cos,
+                               size_t f_cos_stride);
+
+/// As wis_product_prepare, for a query with tabulated lobes (WIS_LOBE_TABLE, weighted, beside others if there are). The
+/// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
+/// above 0 wherever the true BRDF may be, however coarse the table is.
+enum wis_status wis_product_prepare_table(const struct wis_environment *environment,
+                                          const struct wis_table *table,
+                                          const struct wis_query *query,
+                                          const struct wis_product_config *config,
+                                          void *memory,
+                                          size_t bytes,
+                                          const struct wis_product **product,
+                                          struct wis_diagnostic *diagnostic);
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
 /// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.

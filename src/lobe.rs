@@ -1,14 +1,15 @@
-//! Materials: sums of Lambert, GGX and Phong lobes as a plain copyable query, and what a product asks of any BRDF.
+//! Materials: sums of Lambert, GGX, Phong and tabulated lobes as a plain copyable query, and what a product asks of any BRDF.
 
 use crate::numeric::{LUMINANCE, max, min, sqrt};
 use crate::query::{
-    Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_LOBE_PHONG, WIS_MAX_LOBES, WIS_QUERY_COSINE_INCLUDED,
-    WIS_QUERY_WHOLE_SPHERE,
+    Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_LOBE_PHONG, WIS_LOBE_TABLE, WIS_MAX_LOBES,
+    WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE,
 };
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
 use crate::status::{Result, Status};
+use crate::table::Table;
 use crate::wide::vector::{V3, add, dot, splat, to_arrays};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -17,6 +18,9 @@ use glam::Vec3;
 pub const ALPHA_RANGE: [f32; 2] = [1e-5, 16.0];
 /// The sharpest Phong lobe.
 pub const MAX_EXPONENT: f32 = 1e7;
+/// Where a table is widened for reuse, it is divided by no smaller cosine.
+const LEAST_COSINE: f32 = 0.05;
+
 /// Where a narrow lobe is concentrated: an ellipse of directions, about which cells are refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
@@ -74,11 +78,12 @@ enum Prepared {
     Lambert { albedo: f32 },
     Ggx { alpha: [f32; 2], norm: f32, wo_length: f32, fresnel: [f32; 2] },
     Phong { exponent: f32, norm: f32 },
+    Table { weight: f32 },
 }
 
 /// A query with its lobes prepared for evaluation.
 #[derive(Clone, Copy)]
-pub struct Lobes {
+pub struct Lobes<'a> {
     normal: Vec3,
     tangent: Vec3,
     bitangent: Vec3,
@@ -90,17 +95,18 @@ pub struct Lobes {
     /// By how much cosines are widened for hits that share a product.
     reuse: Reuse,
     count: usize,
+    table: Table<'a>,
     prepared: [Prepared; WIS_MAX_LOBES],
     raw: [Lobe; WIS_MAX_LOBES],
 }
 
-impl Lobes {
-    /// Checks and prepares a query.
+impl<'a> Lobes<'a> {
+    /// Checks and prepares a query; a tabulated lobe needs a table.
     ///
     /// # Errors
     /// [`Status::InvalidTransform`] for a normal or wo that is not of unit length, or a tangent that is needed and
     /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range.
-    pub fn new(query: &Query) -> Result<Lobes> {
+    pub fn new(query: &Query, table: Option<Table<'a>>) -> Result<Lobes<'a>> {
         if query.flags & !(WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) != 0 {
             return Err(Status::InvalidArgument);
         }
@@ -115,6 +121,9 @@ impl Lobes {
         wo.z *= side;
         let mut prepared = [Prepared::Lambert { albedo: 0.0 }; WIS_MAX_LOBES];
         for (slot, lobe) in prepared.iter_mut().zip(lobes) {
+            if lobe.kind == WIS_LOBE_TABLE && table.is_none() {
+                return Err(Status::InvalidArgument);
+            }
             *slot = prepare(lobe, wo)?;
         }
         let count = lobes.len();
@@ -127,13 +136,14 @@ impl Lobes {
             flags: query.flags,
             reuse: Reuse::NONE,
             count,
+            table: table.unwrap_or(Table::NOTHING).seen(wo),
             prepared,
             raw: query.lobe,
         })
     }
 
     /// The same lobes with cosines widened.
-    pub fn widened(self, reuse: Reuse) -> Lobes {
+    pub fn widened(self, reuse: Reuse) -> Lobes<'a> {
         Lobes { reuse, ..self }
     }
 
@@ -141,7 +151,8 @@ impl Lobes {
     #[inline(always)]
     pub fn luminance_wide<F: Lanes>(&self, wi: V3<F>) -> F {
         let zero = F::splat(0.0);
-        let mut cosine = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
+        let unwidened = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
+        let mut cosine = unwidened;
         if self.reuse.is_wide() {
             let whole = self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
             cosine = if whole { self.reuse.widen(cosine.abs()).copysign(cosine) } else { self.reuse.widen(cosine) };
@@ -150,7 +161,20 @@ impl Lobes {
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
         let mut sum = zero;
         for lobe in self.prepared.iter().take(self.count) {
-            sum = sum + lobe.luminance_wide(self.wo, local, factor);
+            sum = sum
+                + match *lobe {
+                    Prepared::Table { weight } => {
+                        let value = self.table.at_wide([local[0], local[1], unwidened]);
+                        let value = value * F::splat(weight);
+                        // The table holds the cosine itself.
+                        if self.reuse.is_wide() {
+                            value * (cosine.abs() / unwidened.abs().max(F::splat(LEAST_COSINE)))
+                        } else {
+                            value
+                        }
+                    }
+                    _ => lobe.luminance_wide(self.wo, local, factor),
+                };
         }
         let bounded = sum.max(zero).min(F::splat(f32::MAX));
         if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 {
@@ -175,6 +199,7 @@ impl Lobes {
                         shape * (weight * (f0 + (1.0 - f0) * grazing))
                     }
                     Prepared::Phong { exponent, .. } => shape * (weight * phong_norm(*exponent)),
+                    Prepared::Table { .. } => shape * weight,
                 }
             })
         })
@@ -192,7 +217,17 @@ impl Lobes {
 
     /// The mirror direction of wo.
     fn mirror(&self) -> Vec3 {
-        self.tangent * -self.wo.x + self.bitangent * -self.wo.y + self.normal * (self.wo.z * self.side)
+        self.world(Vec3::new(-self.wo.x, -self.wo.y, self.wo.z))
+    }
+
+    /// A direction of the lobes' frame in world space.
+    fn world(&self, local: Vec3) -> Vec3 {
+        self.tangent * local.x + self.bitangent * local.y + self.normal * (local.z * self.side)
+    }
+
+    /// Whether a lobe reflects anything.
+    fn matters(&self, lobe: &Prepared) -> bool {
+        lobe.matters() && (!matches!(lobe, Prepared::Table { .. }) || self.table.matters())
     }
 
     /// The peak of a GGX lobe. A half vector that leans by an angle in the plane of incidence turns wi by twice that
@@ -223,6 +258,9 @@ impl Lobes {
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { cosine.abs() };
         let lobes = self.prepared.iter().zip(&self.raw).take(self.count);
         let sum = lobes.fold(0.0, |sum, (lobe, raw)| {
+            if matches!(lobe, Prepared::Table { .. }) {
+                return sum + value(lobe, raw, self.table.at(local), 0.0);
+            }
             let (shape, grazing) = lobe.shape(self.wo, local);
             sum + value(lobe, raw, shape * factor, grazing)
         });
@@ -231,22 +269,26 @@ impl Lobes {
     }
 }
 
-impl Brdf for Lobes {
+impl Brdf for Lobes<'_> {
     fn hemisphere(&self) -> Option<Vec3> {
         if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 { None } else { Some(self.normal) }
     }
 
     fn may_reflect(&self) -> bool {
         let lit = self.wo.z > 0.0 || self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
-        lit && self.prepared.iter().take(self.count).any(Prepared::matters)
+        lit && self.prepared.iter().take(self.count).any(|lobe| self.matters(lobe))
     }
 
     fn peaks(&self) -> impl Iterator<Item = Peak> {
-        let lit = self.prepared.iter().take(self.count).filter(|lobe| lobe.matters() && self.wo.z > 0.0);
+        let lit = self.prepared.iter().take(self.count).filter(|lobe| self.matters(lobe) && self.wo.z > 0.0);
         lit.filter_map(|lobe| match *lobe {
             Prepared::Lambert { .. } => None,
             Prepared::Ggx { alpha, .. } => Some(self.ggx_peak(alpha)),
             Prepared::Phong { exponent, .. } => Some(Peak::disc(self.mirror(), phong_half_angle(exponent))),
+            Prepared::Table { .. } => {
+                let (direction, radius) = self.table.peak()?;
+                Some(Peak::disc(self.world(direction), radius))
+            }
         })
     }
 
@@ -260,9 +302,10 @@ impl Brdf for Lobes {
 }
 
 impl Prepared {
-    /// Whether the lobe reflects anything.
+    /// Whether the lobe's weight is above 0.
     fn matters(&self) -> bool {
         match *self {
+            Prepared::Table { weight } => weight > 0.0,
             Prepared::Lambert { albedo } => albedo > 0.0,
             Prepared::Ggx { fresnel: [constant, slope], .. } => constant + slope > 0.0,
             Prepared::Phong { norm, .. } => norm > 0.0,
@@ -274,6 +317,7 @@ impl Prepared {
     fn shape(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
         match *self {
             Prepared::Lambert { .. } => (1.0, 0.0),
+            Prepared::Table { .. } => (0.0, 0.0),
             _ if !(wi.z > 0.0 && wo.z > 0.0) => (0.0, 0.0),
             Prepared::Ggx { alpha: [a, b], norm, wo_length, .. } => {
                 // The half vector stays unnormalised: its length gives wi.h, and D needs only its square.
@@ -305,6 +349,7 @@ impl Prepared {
         }
         match *self {
             Prepared::Lambert { albedo } => factor * F::splat(albedo),
+            Prepared::Table { .. } => zero,
             Prepared::Ggx { alpha: [a, b], norm, wo_length, fresnel: [constant, slope] } => {
                 let h = add(wi, splat(wo.to_array()));
                 let squared = dot(h, h);
@@ -379,6 +424,7 @@ fn prepare(lobe: &Lobe, wo: Vec3) -> Result<Prepared> {
                 fresnel: [luminance(normal), luminance(rest)],
             })
         }
+        WIS_LOBE_TABLE => Ok(Prepared::Table { weight: luminance(weight) }),
         WIS_LOBE_PHONG if (0.0..=MAX_EXPONENT).contains(&lobe.a) => {
             Ok(Prepared::Phong { exponent: lobe.a, norm: luminance(weight) * phong_norm(lobe.a) })
         }

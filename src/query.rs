@@ -7,6 +7,8 @@ pub const WIS_LOBE_LAMBERT: u32 = 1;
 pub const WIS_LOBE_GGX: u32 = 2;
 /// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
 pub const WIS_LOBE_PHONG: u32 = 3;
+/// A lobe `weight` times the table that is given with the query (wis_product_prepare_table, wis_table_eval).
+pub const WIS_LOBE_TABLE: u32 = 4;
 
 /// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
 pub const WIS_QUERY_WHOLE_SPHERE: u32 = 1;
@@ -20,13 +22,13 @@ pub const WIS_MAX_LOBES: usize = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lobe {
-    /// WIS_LOBE_LAMBERT, WIS_LOBE_GGX or WIS_LOBE_PHONG.
+    /// WIS_LOBE_LAMBERT, WIS_LOBE_GGX, WIS_LOBE_PHONG or WIS_LOBE_TABLE.
     pub kind: u32,
     /// Linear RGB factor, finite and not negative.
     pub weight: [f32; 3],
     /// GGX: reflectance at normal incidence, RGB in [0, 1]. Others: not read.
     pub f0: [f32; 3],
-    /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Lambert: not read.
+    /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
     pub a: f32,
     /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
     pub b: f32,

@@ -80,12 +80,12 @@ impl Header {
     /// the horizon. Costs a BRDF evaluation for each leaf.
     ///
     /// # Errors
-    /// [`Status::NotBuilt`] if the environment has no RGB or the BRDF was a callback.
+    /// [`Status::NotBuilt`] if the environment has no RGB or the BRDF was a callback or a table.
     pub fn estimate_rgb(&self, environment: &Environment, product: &Product) -> Result<[f64; 3]> {
         if environment.rgb.is_empty() && environment.header.squares > 0 || self.query.size == 0 {
             return Err(Status::NotBuilt);
         }
-        let lobes = Lobes::new(&self.query)?;
+        let lobes = Lobes::new(&self.query, None).map_err(|_| Status::NotBuilt)?;
         let frame = self.frame();
         let mut sum = [0.0f64; 3];
         for (leaf, share) in product.shares() {

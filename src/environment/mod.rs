@@ -229,6 +229,18 @@ impl<'a> Descent<'a> {
 }
 
 impl WideDensity for Light<'_> {
+    type One = Self;
+
+    #[inline(always)]
+    fn one(&self, _: usize) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn positive(&self) -> u32 {
+        if self.is_positive() { ALL } else { 0 }
+    }
+
     #[inline(always)]
     fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
         let start = if self.0.root_square().is_some() { ALL } else { 0 };

@@ -55,8 +55,8 @@ pub(super) unsafe fn sample_n<D: WideDensity>(
         }
         let mut samples = [Sample::default(); LANES];
         if here < FEWEST {
-            for (sample, point) in samples.iter_mut().zip(points).take(here) {
-                *sample = descent::sample(density, frame, point);
+            for (lane, (sample, point)) in samples.iter_mut().zip(points).enumerate().take(here) {
+                *sample = descent::sample(density.one(lane), frame, point);
             }
         } else {
             samples = wide::sample::<Native, D>(density, frame, points);
@@ -117,8 +117,8 @@ pub(super) unsafe fn pdf_n<D: WideDensity>(
         }
         let mut values = [0.0; LANES];
         if here < FEWEST {
-            for (value, direction) in values.iter_mut().zip(directions).take(here) {
-                *value = descent::pdf(density, frame, direction).unwrap_or(0.0);
+            for (lane, (value, direction)) in values.iter_mut().zip(directions).enumerate().take(here) {
+                *value = descent::pdf(density.one(lane), frame, direction).unwrap_or(0.0);
             }
         } else {
             values = wide::pdf::<Native, D>(density, frame, directions);

@@ -23,7 +23,9 @@ pub mod points;
 pub mod pool;
 pub mod prior;
 pub mod product;
+pub mod products;
 pub mod strata;
+pub mod table;
 pub mod tree;
 pub mod triple;
 
@@ -59,7 +61,7 @@ pub struct Diagnostic {
     pub argument: u32,
     /// WIS_INVALID_TEXEL: the column of the texel.
     pub x: u32,
-    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row.
+    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_products_prepare: the number of the query, 0 = first.
     pub y: u32,
     /// Always 0.
     pub reserved: u32,
@@ -106,6 +108,14 @@ impl Failure {
 
     pub(crate) fn at(status: Status, argument: u32, x: u32, y: u32) -> Failure {
         Failure { status, diagnostic: Diagnostic { argument, x, y, ..Diagnostic::default() } }
+    }
+}
+
+impl Failure {
+    /// The same failure, at an element of the array that an argument points to.
+    pub(crate) fn in_row(self, argument: u32, row: usize) -> Failure {
+        let y = u32::try_from(row).unwrap_or(u32::MAX);
+        Failure { diagnostic: Diagnostic { argument, y, ..self.diagnostic }, ..self }
     }
 }
 

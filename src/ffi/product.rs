@@ -16,6 +16,7 @@ use crate::sampler::{Header, MAGIC};
 use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
+use crate::table::Table;
 use crate::wide::vector::to_arrays;
 use core::ffi::{c_int, c_void};
 use glam::Vec3;
@@ -115,7 +116,7 @@ pub unsafe extern "C" fn wis_query_eval(
     answer(core::ptr::null_mut(), || {
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
-            let lobes = Lobes::new(sized(query, 1)?).map_err(|status| Failure::new(status, 1))?;
+            let lobes = Lobes::new(sized(query, 1)?, None).map_err(|status| Failure::new(status, 1))?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 3)?;
             let f_cos = Strided::<3>::new(f_cos, f_cos_stride, count, 5)?;
             for index in 0..count {
@@ -168,9 +169,9 @@ pub unsafe extern "C" fn wis_product_prepare(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 2)?;
-            let lobes = Lobes::new(&query).map_err(|status| Failure::new(status, 2))?;
+            let lobes = Lobes::new(&query, None).map_err(|status| Failure::new(status, 2))?;
             let mut lobes = lobes.widened(Reuse::new(read_config(config, 3)?.reuse_cone));
-            prepare(&environment, query, &mut lobes, config, (memory, bytes), product)
+            prepare(&environment, query, &mut lobes, (config, 3), (memory, bytes), product)
         }
     })
 }
@@ -195,13 +196,14 @@ pub unsafe extern "C" fn wis_product_prepare_callback(
         unsafe {
             let environment = view(environment, 1)?;
             let mut brdf = Callback::new(sized(brdf, 2)?)?;
-            prepare(&environment, Query::default(), &mut brdf, config, (memory, bytes), product)
+            prepare(&environment, Query::default(), &mut brdf, (config, 3), (memory, bytes), product)
         }
     })
 }
 
 /// Whether a product may serve a hit: 1 if the hit has the lobes and flags of the query that was prepared, bit for bit,
-/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. The view (wo) may
+/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. That a tabulated
+/// lobe means the same table is yours to know. The view (wo) may
 /// differ: it changes the quality of the samples, not that the pdf is above 0 wherever the hit reflects light.
 ///
 /// # Safety
@@ -219,7 +221,7 @@ pub unsafe extern "C" fn wis_product_covers(
             let header = Opened::new(environment, product)?.header;
             let query = sized(query, 3)?;
             let target = out(covers, 4)?;
-            Lobes::new(query).map_err(|status| Failure::new(status, 3))?;
+            Lobes::new(query, Some(Table::NOTHING)).map_err(|status| Failure::new(status, 3))?;
             let normal = unit(query.normal).ok_or(Failure::new(Status::InvalidTransform, 3))?;
             target.write(u32::from(header.covers(query, normal)));
         }
@@ -278,7 +280,7 @@ pub unsafe extern "C" fn wis_product_estimate(
 }
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query. Costs a BRDF evaluation for each leaf.
+/// with WIS_ENVIRONMENT_RGB and the product from a query without a table. Costs a BRDF evaluation for each leaf.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -421,11 +423,12 @@ pub unsafe extern "C" fn wis_product_invert(
 }
 
 /// A product with its environment, ready for a call.
-struct Opened<'a> {
+#[derive(Clone, Copy)]
+pub(super) struct Opened<'a> {
     environment: kernel::Environment<'a>,
     header: &'a Header,
-    cells: Cells<'a>,
-    frame: Frame,
+    pub(super) cells: Cells<'a>,
+    pub(super) frame: Frame,
 }
 
 impl<'a> Opened<'a> {
@@ -435,15 +438,28 @@ impl<'a> Opened<'a> {
     /// The handles are null or point to an environment and a product that this version made.
     #[inline(always)]
     unsafe fn new(environment: *const Environment, product: *const Product) -> Checked<Opened<'a>> {
+        // SAFETY: the caller's contract.
+        unsafe { Opened::of(view(environment, 1)?, product, 2) }
+    }
+
+    /// As [`Opened::new`], for an environment that is open; `argument` is the product's position.
+    ///
+    /// # Safety
+    /// As [`Opened::new`].
+    #[inline(always)]
+    pub(super) unsafe fn of(
+        environment: kernel::Environment<'a>,
+        product: *const Product,
+        argument: u32,
+    ) -> Checked<Opened<'a>> {
         // SAFETY: the caller's contract; the object is as long as its header says.
         unsafe {
-            let environment = view(environment, 1)?;
-            let header = borrow(product.cast::<Header>(), 2)?;
+            let header = borrow(product.cast::<Header>(), argument)?;
             if header.magic != MAGIC || header.environment != environment.header.content_id {
-                return Err(Failure::new(Status::Mismatch, 2));
+                return Err(Failure::new(Status::Mismatch, argument));
             }
             let bytes = header.bytes as usize;
-            let block = Block::new(product.cast_mut().cast(), bytes, bytes, 2)?;
+            let block = Block::new(product.cast_mut().cast(), bytes, bytes, argument)?;
             let (squares, leaves) = (header.squares as usize, header.leaves as usize);
             let cells = Cells {
                 light: environment.light(),
@@ -539,6 +555,13 @@ struct Layout {
     bytes: usize,
 }
 
+impl Settings {
+    /// The bytes of a product.
+    pub(super) fn bytes(&self) -> Option<usize> {
+        Layout::new(self.budget).map(|layout| layout.bytes)
+    }
+}
+
 impl Layout {
     const SQUARES: usize = size_of::<Header>().next_multiple_of(WIS_ALIGNMENT);
 
@@ -553,11 +576,11 @@ impl Layout {
 }
 
 /// A configuration that was checked.
-struct Settings {
+pub(super) struct Settings {
     budget: Budget,
     frame: Frame,
     level: u32,
-    reuse_cone: f32,
+    pub(super) reuse_cone: f32,
     prior: Option<[f32; WIS_PRIOR_CELLS]>,
 }
 
@@ -565,7 +588,7 @@ struct Settings {
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Settings> {
+pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Settings> {
     // SAFETY: the caller's contract.
     unsafe {
         let config = sized(config, argument)?;
@@ -604,30 +627,49 @@ impl<B: Brdf> Kernel for Building<'_, B> {
     }
 }
 
-/// Prepares a product for any BRDF.
+/// Prepares a product for any BRDF, which stands before the configuration; `argument` is that one's position.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
-unsafe fn prepare<B: Brdf>(
+pub(super) unsafe fn prepare<B: Brdf>(
     environment: &kernel::Environment,
     query: Query,
     brdf: &mut B,
-    config: *const ProductConfig,
+    (config, argument): (*const ProductConfig, u32),
     (memory, bytes): (*mut c_void, usize),
     product: *mut *const Product,
 ) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let settings = read_config(config, argument)?;
+        prepare_with(environment, query, brdf, (&settings, argument), (memory, bytes), product)
+    }
+}
+
+/// As [`prepare`], with a configuration that was checked.
+///
+/// # Safety
+/// As [`prepare`].
+pub(super) unsafe fn prepare_with<B: Brdf>(
+    environment: &kernel::Environment,
+    query: Query,
+    brdf: &mut B,
+    (settings, argument): (&Settings, u32),
+    (memory, bytes): (*mut c_void, usize),
+    product: *mut *const Product,
+) -> Checked<()> {
+    let &Settings { budget, ref frame, level, reuse_cone, ref prior } = settings;
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
-        let Settings { budget, frame, level, reuse_cone, prior } = read_config(config, 3)?;
-        let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 3))?;
-        let block = Block::new(memory.cast(), bytes, layout.bytes, 4)?;
-        let target = out(product, 6)?;
+        let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, argument))?;
+        let block = Block::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
+        let target = out(product, argument + 3)?;
         let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
         let cells = block.slice::<Cell>(layout.cells, 0, room);
         let options = Options { budget, reuse: Reuse::new(reuse_cone), prior: prior.as_ref() };
-        let building = Building { environment, frame: &frame, brdf, options, cells: &mut *cells };
-        let built = simd::run(level, building).map_err(|status| Failure::new(status, 2))?;
-        store(&block, &built, cells, (query, reuse_cone), &frame, environment.header.content_id);
+        let building = Building { environment, frame, brdf, options, cells: &mut *cells };
+        let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
+        store(&block, &built, cells, (query, reuse_cone), frame, environment.header.content_id);
         target.write(memory.cast_const().cast());
     }
     Ok(())

@@ -197,41 +197,88 @@ impl<F: Lanes> Parts<F> {
 }
 
 impl WideDensity for Product<'_> {
+    type One = Self;
+
+    #[inline(always)]
+    fn one(&self, _: usize) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn positive(&self) -> u32 {
+        if self.is_positive() { ALL } else { 0 }
+    }
+
     #[inline(always)]
     fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
-        let mut links = [0; LANES];
-        let (mut walks, mut failed, mut levels) = (ALL, 0u32, 0);
-        while walks != 0 && levels < MAX_DEPTH {
-            // A damaged tree ends in a leaf that does not exist.
-            const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
-            let squares = links.map(|link| self.squares.get(link as usize).unwrap_or(&NOTHING));
-            let sides = walker.choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
-            let sides = [F::bits(sides[0]), F::bits(sides[1])];
-            for (i, (link, square)) in links.iter_mut().zip(squares).enumerate() {
-                let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
-                let next = square.links.get(c as usize).copied().unwrap_or(u32::MAX);
-                *link = if walks >> i & 1 == 1 { next } else { *link };
-                walks &= !((next >> 31) << i);
-            }
-            levels += 1;
-        }
-        failed |= walks;
-        for (i, link) in links.iter().enumerate() {
-            failed |= u32::from((link & !LEAF) as usize >= self.leaves.len()) << i;
-        }
-        const DARK: Leaf = Leaf { corners: [0.0; 4], square: NO_SQUARE, light: 0, index: [0; 2], level: 0 };
-        let leaves = links.map(|link| self.leaves.get((link & !LEAF) as usize).unwrap_or(&DARK));
-        let mut parts = Parts::whole(F::transpose(leaves.map(|leaf| &leaf.corners)));
-        let squares = leaves.map(|leaf| leaf.square);
-        let lit = squares.iter().rev().fold(0, |bits, &square| bits << 1 | u32::from(square != NO_SQUARE));
-        let mut descent = Descent::from(self.light, squares, lit & !failed);
-        while descent.walks != 0 && levels < 2 * MAX_DEPTH {
-            let walks = F::mask(descent.walks);
-            let sides = walker.choose(walks, parts.masses(descent.children()));
-            parts.step(walks, sides);
-            descent.step::<F>(sides);
-            levels += 1;
-        }
-        (parts.values(0.0, 1.0), failed | descent.walks)
+        walk_lanes([self; LANES], walker)
     }
+}
+
+/// A product for each lane, all of one environment: eight shading points side by side.
+#[derive(Clone, Copy)]
+pub struct Group<'p, 'a>(pub [&'p Product<'a>; LANES]);
+
+impl<'a> WideDensity for Group<'_, 'a> {
+    type One = Product<'a>;
+
+    #[inline(always)]
+    fn one(&self, lane: usize) -> &Product<'a> {
+        self.0[lane & (LANES - 1)]
+    }
+
+    #[inline(always)]
+    fn positive(&self) -> u32 {
+        self.0.iter().rev().fold(0, |bits, product| bits << 1 | u32::from(product.is_positive()))
+    }
+
+    #[inline(always)]
+    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
+        walk_lanes(self.0, walker)
+    }
+}
+
+/// Walks a product in each lane. The light is that of the first.
+#[inline(always)]
+fn walk_lanes<F: Lanes>(products: [&Product; LANES], walker: &mut impl Walker<F>) -> ([F; 4], u32) {
+    let mut links = [0; LANES];
+    let (mut walks, mut failed, mut levels) = (ALL, 0u32, 0);
+    while walks != 0 && levels < MAX_DEPTH {
+        // A damaged tree ends in a leaf that does not exist.
+        const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
+        let mut squares = [&NOTHING; LANES];
+        for ((square, product), link) in squares.iter_mut().zip(products).zip(links) {
+            *square = product.squares.get(link as usize).unwrap_or(&NOTHING);
+        }
+        let sides = walker.choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
+        let sides = [F::bits(sides[0]), F::bits(sides[1])];
+        for (i, (link, square)) in links.iter_mut().zip(squares).enumerate() {
+            let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
+            let next = square.links.get(c as usize).copied().unwrap_or(u32::MAX);
+            *link = if walks >> i & 1 == 1 { next } else { *link };
+            walks &= !((next >> 31) << i);
+        }
+        levels += 1;
+    }
+    failed |= walks;
+    const DARK: Leaf = Leaf { corners: [0.0; 4], square: NO_SQUARE, light: 0, index: [0; 2], level: 0 };
+    let mut leaves = [&DARK; LANES];
+    for (i, ((slot, product), link)) in leaves.iter_mut().zip(products).zip(links).enumerate() {
+        match product.leaves.get((link & !LEAF) as usize) {
+            Some(leaf) => *slot = leaf,
+            None => failed |= 1 << i,
+        }
+    }
+    let mut parts = Parts::whole(F::transpose(leaves.map(|leaf| &leaf.corners)));
+    let squares = leaves.map(|leaf| leaf.square);
+    let lit = squares.iter().rev().fold(0, |bits, &square| bits << 1 | u32::from(square != NO_SQUARE));
+    let mut descent = Descent::from(products[0].light, squares, lit & !failed);
+    while descent.walks != 0 && levels < 2 * MAX_DEPTH {
+        let walks = F::mask(descent.walks);
+        let sides = walker.choose(walks, parts.masses(descent.children()));
+        parts.step(walks, sides);
+        descent.step::<F>(sides);
+        levels += 1;
+    }
+    (parts.values(0.0, 1.0), failed | descent.walks)
 }

@@ -4,7 +4,7 @@
 //! A lane that needs more than the straight way (a point that rounding carried over the border of its cell, a damaged
 //! tree) is left to the scalar walk, so the two can only agree.
 
-mod sphere;
+pub(crate) mod sphere;
 mod split;
 pub mod vector;
 
@@ -24,8 +24,14 @@ pub trait Walker<F: Lanes> {
     fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2];
 }
 
-/// A density whose walk eight lanes can take at once.
-pub trait WideDensity: Density {
+/// Densities that eight lanes can walk at once: one for all, or one for each.
+pub trait WideDensity {
+    /// What a lane walks.
+    type One: Density;
+    /// The density of a lane.
+    fn one(&self, lane: usize) -> &Self::One;
+    /// The lanes that have something to sample, as bits.
+    fn positive(&self) -> u32;
     /// Walks from the whole square to eight cells. Returns the corners of the cells as [`Density::walk`] does, and the
     /// lanes that failed as bits.
     fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32);
@@ -81,7 +87,8 @@ impl<F: Lanes> Walker<F> for Locating<F> {
 /// Eight times [`descent::sample`].
 #[inline(always)]
 pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]; LANES]) -> [Sample; LANES] {
-    if !density.is_positive() {
+    let positive = density.positive();
+    if positive == 0 {
         return [Sample::default(); LANES];
     }
     let clamped = u.map(descent::clamp);
@@ -97,14 +104,14 @@ pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]
     let offset = [back[0] / width, back[1] / width];
     let within = [within(index[0], offset[0]), within(index[1], offset[1])];
     let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
-    let sound = F::bits(F::and(F::and(within[0], within[1]), unit)) & !failed;
+    let sound = F::bits(F::and(F::and(within[0], within[1]), unit)) & positive & !failed;
     let (pdf, [x, y, z]) = (per_solid_angle(value).to_array(), to_arrays(world));
     let mut samples = [Sample::default(); LANES];
     for (i, (sample, u)) in samples.iter_mut().zip(u).enumerate() {
         *sample = if sound >> i & 1 == 1 {
             Sample { wi: [x[i & 7], y[i & 7], z[i & 7]], pdf: pdf[i & 7] }
         } else {
-            descent::sample(density, frame, u)
+            descent::sample(density.one(i), frame, u)
         };
     }
     samples
@@ -113,13 +120,15 @@ pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]
 /// Eight times [`descent::pdf`]; 0 for a direction that is not of unit length.
 #[inline(always)]
 pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: [[f32; 3]; LANES]) -> [f32; LANES] {
-    if !density.is_positive() {
+    let positive = density.positive();
+    if positive == 0 {
         return [0.0; LANES];
     }
     let world = [F::from_array(wi.map(|w| w[0])), F::from_array(wi.map(|w| w[1])), F::from_array(wi.map(|w| w[2]))];
     let (rest, unit) = sphere::to_square(frame, world);
     let mut locating = Locating { rest, product: F::splat(1.0) };
     let (corners, failed) = density.walk_wide(&mut locating);
+    let failed = failed | (ALL & !positive);
     let Locating { rest, product } = locating;
     let zero = F::splat(0.0);
     let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
@@ -127,7 +136,7 @@ pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: [[f32; 3]; 
     if failed != 0 {
         for (i, (pdf, wi)) in pdf.iter_mut().zip(wi).enumerate() {
             if failed >> i & 1 == 1 {
-                *pdf = descent::pdf(density, frame, wi).unwrap_or(0.0);
+                *pdf = descent::pdf(density.one(i), frame, wi).unwrap_or(0.0);
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::sphere::Frame;
 
 /// The points of [0, 1)^2 for directions of unit length.
 #[inline(always)]
-fn square<F: Lanes>([x, y, z]: [F; 3]) -> [F; 2] {
+pub fn square<F: Lanes>([x, y, z]: [F; 3]) -> [F; 2] {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
     let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();

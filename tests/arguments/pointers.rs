@@ -8,6 +8,7 @@ use wis::descent::Sample;
 use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
 use wis::ffi::strata::StrataConfig;
+use wis::ffi::table::Table;
 use wis::ffi::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::pool::Pick;
@@ -47,6 +48,8 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
+        "wis_product *const" => align_of::<*const u8>(),
+        "wis_table" => align_of::<Table>(),
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),
         "wis_pick" => align_of::<Pick>(),

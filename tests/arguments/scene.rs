@@ -10,6 +10,7 @@ use wis::ffi::jitter::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
+use wis::ffi::table::*;
 use wis::ffi::tree::multiply::*;
 use wis::ffi::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
@@ -24,6 +25,9 @@ use wis::tripling::BasisFunction;
 pub const ROTATION: [f32; 9] = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 /// Elements of the functions that take many.
 const COUNT: usize = 3;
+
+/// Slices of the table.
+const SLICES: usize = 2;
 
 const DIRECTIONS: [[f32; 3]; COUNT] = [[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.0, 0.0, 1.0]];
 const RANDOM: [[f32; 2]; COUNT] = [[0.25, 0.75], [0.0, 0.5], [0.9, 0.1]];
@@ -54,6 +58,10 @@ pub struct Scene {
     jitter_size: MemorySize,
     jitter: Vec<u8>,
     product: Vec<u8>,
+    /// The same product and a tree as calls on many take them: blocks that stay where they are, and their handles.
+    stored: [Block; 2],
+    products: [*const Product; COUNT],
+    slices: [*const Tree; SLICES],
     tree_size: MemorySize,
     multiply_size: MemorySize,
     tree: Vec<u8>,
@@ -74,6 +82,9 @@ impl Scene {
             jitter_size: MemorySize::default(),
             jitter: Vec::new(),
             product: Vec::new(),
+            stored: [Block::unwritten(0), Block::unwritten(0)],
+            products: [null(); COUNT],
+            slices: [null(); SLICES],
             tree_size: MemorySize::default(),
             multiply_size: MemorySize::default(),
             tree: Vec::new(),
@@ -82,6 +93,9 @@ impl Scene {
         scene.build_product();
         scene.build_jitter();
         scene.build_tree();
+        scene.stored = [Block::new(&scene.product, 0), Block::new(&scene.tree, 0)];
+        scene.products = [scene.stored[0].pointer().cast_const().cast(); COUNT];
+        scene.slices = [scene.stored[1].pointer().cast_const().cast(); SLICES];
         scene
     }
 
@@ -201,6 +215,8 @@ impl Scene {
             "brdf_average" | "light" | "threshold" => 1,
             "u" => 0,
             "total" => 8,
+            "slice" => 1,
+            "slice_count" => SLICES,
             "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
             stride if stride.ends_with("stride") => 0,
             _ => panic!("no argument for {} of {name}", parameter.declaration),
@@ -217,7 +233,16 @@ impl Scene {
             "const wis_strata_config *config" => strata_config(),
             "const wis_product_config *config" => product_config(),
             "const wis_tree_config *config" => self.tree_config(),
+            "const wis_query *query" if name == "wis_products_prepare" => query().repeat(COUNT),
             "const wis_query *query" => query(),
+            "const wis_table *table" => self.table(),
+            "const float offset[2]" => numbers(&[0.5f32; 2]),
+            "float wo[3]" => unwritten(12),
+            "float *wi" if name == "wis_table_directions" => unwritten(12 * IMAGE.len()),
+            "const wis_product *const *product" => numbers(&self.products),
+            "const wis_product **product" if name == "wis_products_prepare" => {
+                unwritten(COUNT * size_of::<*const c_void>())
+            }
             "wis_prior *prior" | "const wis_prior *prior" | "const wis_prior *other" => prior(),
             "const uint8_t *visible" => vec![1, 0, 1],
             "float *weight" => unwritten(4 * count),
@@ -293,6 +318,7 @@ impl Scene {
         match function {
             "wis_tree_multiply" => self.multiply_size,
             name if name.starts_with("wis_tree") => self.tree_size,
+            "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
             name if name.starts_with("wis_product") => self.product_size,
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
@@ -311,6 +337,13 @@ impl Scene {
             config.storage = WIS_STORAGE_SPARSE;
             config.resolution = 4;
             config.pixels = self.pixels.as_ptr().cast();
+        })
+    }
+
+    fn table(&self) -> Vec<u8> {
+        plain(|table: &mut Table| {
+            (table.size, table.slice_count) = (size_of::<Table>() as u32, SLICES as u32);
+            table.slice = self.slices.as_ptr();
         })
     }
 

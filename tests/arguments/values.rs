@@ -139,7 +139,7 @@ fn queries() {
         ("5 lobes", |q| q.lobe_count = 5, INVALID),
         ("lobes max", |q| q.lobe_count = u32::MAX, INVALID),
         ("kind 0", |q| q.lobe[1].kind = 0, INVALID),
-        ("kind 4", |q| q.lobe[1].kind = 4, INVALID),
+        ("kind 5", |q| q.lobe[1].kind = 5, INVALID),
         ("kind max", |q| q.lobe[2].kind = u32::MAX, INVALID),
         ("weight NaN", |q| q.lobe[0].weight[0] = f32::NAN, INVALID),
         ("weight < 0", |q| q.lobe[1].weight[2] = -1.0, INVALID),
@@ -511,6 +511,11 @@ fn black() {
         call.give("environment", Block::new(&black, 0));
         if function.takes("const wis_product *product") {
             call.give("product", Block::new(&objects::product(&scene, &black), 0));
+        }
+        if function.takes("const wis_product *const *product") {
+            // The scene's products are not of this environment.
+            call.fails("products of another environment", Status::Mismatch, "product");
+            continue;
         }
         if function.name.ends_with("_invert") {
             call.fails("black", Status::ZeroDensity, "wi");

@@ -13,9 +13,10 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 10] = [
     "src/ffi/mod.rs",
     "src/query.rs",
+    "src/table.rs",
     "src/descent.rs",
     "src/prior.rs",
     "src/pool.rs",

@@ -1,0 +1,175 @@
+//! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
+
+use super::environment::{Environment, view};
+use super::product::{Product, ProductConfig, prepare, read_config};
+use super::tree::{Tree, square_tree};
+use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, pointer, sized, slice};
+use crate::lobe::Lobes;
+use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
+use crate::reuse::Reuse;
+use crate::sphere::unit;
+use crate::status::Status;
+use crate::table::{self as kernel, Between, Slice, WIS_MAX_SLICES};
+use crate::tree::MAX_DEPTH;
+use core::ffi::c_void;
+use core::ptr::null_mut;
+use glam::Vec3;
+
+/// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
+/// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
+/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5). Three
+/// tables hold a colour.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Table {
+    /// sizeof(wis_table).
+    pub size: u32,
+    /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
+    pub slice_count: u32,
+    /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
+    pub slice: *const *const Tree,
+}
+
+/// The directions at which a slice is to be evaluated: `wo`, three numbers, and 4^depth `wi`, in the order of the pixels
+/// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
+/// pixel, 1/2 for its centre; average several places for a BRDF that is narrower than a pixel. wi below the surface are
+/// given too. The stride is in bytes; 0: packed.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_table_directions(
+    slice: u32,
+    slice_count: u32,
+    depth: u32,
+    offset: *const [f32; 2],
+    wo: *mut [f32; 3],
+    wi: *mut f32,
+    wi_stride: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below the count.
+        unsafe {
+            if !(1..=WIS_MAX_SLICES).contains(&slice_count) {
+                return Err(Failure::new(Status::InvalidArgument, 2));
+            }
+            if slice >= slice_count {
+                return Err(Failure::new(Status::InvalidArgument, 1));
+            }
+            if depth > MAX_DEPTH {
+                return Err(Failure::new(Status::InvalidArgument, 3));
+            }
+            let offset = borrow(offset, 4)?;
+            if !offset.iter().all(|x| (0.0..=1.0).contains(x)) {
+                return Err(Failure::new(Status::InvalidArgument, 4));
+            }
+            let target = super::out(wo, 5)?;
+            let side = 1usize << depth;
+            let wi = Strided::<3>::new(wi, wi_stride, side * side, 6)?;
+            let wo = kernel::view(slice, slice_count);
+            target.write(wo.to_array());
+            let pixel = 1.0 / side as f32;
+            for index in 0..side * side {
+                let (i, j) = (index >> depth, index & (side - 1));
+                let s = [(i as f32 + offset[0]) * pixel, (j as f32 + offset[1]) * pixel];
+                wi.write(index, kernel::light(wo, s).to_array());
+            }
+        }
+        Ok(())
+    })
+}
+
+/// As wis_query_eval, for a query with tabulated lobes: what the table means.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_table_eval(
+    table: *const Table,
+    query: *const Query,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    f_cos: *mut f32,
+    f_cos_stride: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let lobes = lobes((table, 1), (sized(query, 2)?, 2))?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
+            let f_cos = Strided::<3>::new(f_cos, f_cos_stride, count, 6)?;
+            for index in 0..count {
+                f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], |wi| lobes.rgb(wi)));
+            }
+        }
+        Ok(())
+    })
+}
+
+/// As wis_product_prepare, for a query with tabulated lobes (WIS_LOBE_TABLE, weighted, beside others if there are). The
+/// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
+/// above 0 wherever the true BRDF may be, however coarse the table is.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_prepare_table(
+    environment: *const Environment,
+    table: *const Table,
+    query: *const Query,
+    config: *const ProductConfig,
+    memory: *mut c_void,
+    bytes: usize,
+    product: *mut *const Product,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let environment = view(environment, 1)?;
+            let query = *sized(query, 3)?;
+            let lobes = lobes((table, 2), (&query, 3))?;
+            let mut lobes = lobes.widened(Reuse::new(read_config(config, 4)?.reuse_cone));
+            prepare(&environment, query, &mut lobes, (config, 4), (memory, bytes), product)
+        }
+    })
+}
+
+/// The lobes of a query with the two slices of the table beside its view.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn lobes<'a>(
+    (table, table_argument): (*const Table, u32),
+    (query, query_argument): (&Query, u32),
+) -> Checked<Lobes<'a>> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let table = sized(table, table_argument)?;
+        if !(1..=WIS_MAX_SLICES).contains(&table.slice_count) {
+            return Err(Failure::new(Status::InvalidArgument, table_argument));
+        }
+        let trees = slice(table.slice, table.slice_count as usize, table_argument)?;
+        let turned = Failure::new(Status::InvalidTransform, query_argument);
+        let (normal, wo): (Vec3, Vec3) = (unit(query.normal).ok_or(turned)?, unit(query.wo).ok_or(turned)?);
+        let cosine = normal.dot(wo);
+        let above = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
+        let between = Between::new(above, table.slice_count);
+        let [low, high] = between.slices.map(|slice| trees.get(slice as usize).copied().unwrap_or(core::ptr::null()));
+        let low = if low.is_null() { high } else { low };
+        let high = if high.is_null() { low } else { high };
+        pointer(low, table_argument).map_err(|_| Failure::new(Status::NotBuilt, table_argument))?;
+        let slices = [read(low, table_argument)?, read(high, table_argument)?];
+        let seen = kernel::Table::new(slices, between.share);
+        Lobes::new(query, Some(seen)).map_err(|status| Failure::new(status, query_argument))
+    }
+}
+
+/// # Safety
+/// The handle points to a tree of this version.
+unsafe fn read<'a>(tree: *const Tree, argument: u32) -> Checked<Slice<'a>> {
+    // SAFETY: the caller's contract.
+    let (tree, scale) = unsafe { square_tree(tree, argument)? };
+    Ok(Slice { tree, scale: scale.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32 })
+}

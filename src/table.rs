@@ -8,10 +8,10 @@
 //! A slice lives on the octahedral square with the mirror direction in its centre; axis 1 of the square runs along what
 //! lies in the plane of incidence.
 
-use crate::numeric::{inverse_power, min, sqrt};
+use crate::numeric::{inverse_power, min, select, sqrt};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::{self, cell_chord};
-use crate::tree::{MAX_DEPTH, Tree};
+use crate::tree::{Link, MAX_DEPTH, Tree};
 use crate::wide;
 use crate::wide::vector::{V3, dot, splat};
 use core::f32::consts::FRAC_PI_2;
@@ -75,7 +75,6 @@ impl Slice<'_> {
     /// The value at a point of the square.
     #[inline(always)]
     fn at(&self, s: [f32; 2]) -> f32 {
-        const CELLS: f32 = (1 << MAX_DEPTH) as f32;
         let [i, j] = s.map(|s| (s * CELLS) as u32);
         let mut value = self.tree.average();
         let mut square = self.tree.root_square();
@@ -86,6 +85,34 @@ impl Slice<'_> {
             square = self.tree.child_square(here, c);
         }
         value * self.scale
+    }
+
+    /// The values at eight places in units of the finest cells. All lanes go down together: their loads do not wait for
+    /// one another, and no branch depends on where a lane ends.
+    #[inline(always)]
+    fn at_each(&self, [i, j]: &[[u32; LANES]; 2]) -> [f32; LANES] {
+        let (squares, links) = (self.tree.squares(), self.tree.links());
+        let mut values = [self.tree.average(); LANES];
+        let mut at = [0u32; LANES];
+        let mut live = if squares.is_empty() { [0; LANES] } else { [1u32; LANES] };
+        for level in (0..self.tree.depth()).rev() {
+            let shift = level + MAX_DEPTH - self.tree.depth();
+            let mut any = 0;
+            for lane in 0..LANES {
+                let c = (2 * (i[lane] >> shift & 1) + (j[lane] >> shift & 1)) & 3;
+                let here = at[lane] as usize;
+                let square = squares.get(here).unwrap_or(&[0.0; 4]);
+                let Link { first, mask } = links.get(here).copied().unwrap_or_default();
+                values[lane] = select(live[lane] == 1, square[c as usize], values[lane]);
+                at[lane] = first.wrapping_add(bits_below(mask, c));
+                live[lane] &= mask >> c & 1;
+                any |= live[lane];
+            }
+            if any == 0 {
+                break;
+            }
+        }
+        values.map(|value| value * self.scale)
     }
 
     /// The brightest cell, found from the whole square downwards, and the coarsest cell about it that has half its
@@ -110,6 +137,18 @@ impl Slice<'_> {
         let coarsest = levels.iter().position(|&average| average >= 0.5 * peak).unwrap_or(0);
         (index.map(|i| (i as f32 + 0.5) * inverse_power(level)), coarsest as u32)
     }
+}
+
+/// The finest cells along an axis.
+const CELLS: f32 = (1 << MAX_DEPTH) as f32;
+
+/// How many of the four bits of a mask stand below bit `c`.
+#[inline(always)]
+fn bits_below(mask: u32, c: u32) -> u32 {
+    const COUNTS: u32 = 0b1110_1001_1001_0100;
+    let below = mask & ((1 << c) - 1);
+    // Of three bits at most: two bits of COUNTS for each of the eight cases.
+    COUNTS >> (2 * below) & 3
 }
 
 /// A table as one view sees it.
@@ -162,13 +201,10 @@ impl<'a> Table<'a> {
     /// The values of both slices at eight points: one function for all widths of lanes.
     #[inline(never)]
     fn look_up(&self, [x, y]: [[f32; LANES]; 2]) -> [[f32; LANES]; 2] {
-        self.slices.map(|slice| {
-            let mut values = [0.0; LANES];
-            for ((value, &x), &y) in values.iter_mut().zip(&x).zip(&y) {
-                *value = slice.at([x, y]);
-            }
-            values
-        })
+        let finest = |s: [f32; LANES]| s.map(|s| (s * CELLS) as u32);
+        let [low, high] = self.slices;
+        let places = [finest(x), finest(y)];
+        [low.at_each(&places), high.at_each(&places)]
     }
 
     /// The direction of the brightest cell in the frame of [`Table::seen`] and the half-width of the lobe about it in

@@ -305,3 +305,45 @@ fn faults() {
         assert_eq!(got, status);
     }
 }
+
+/// Lanes have the bits of the scalar look-up.
+#[test]
+fn lanes_are_the_scalar_look_up() {
+    use glam::Vec3;
+    use wis::simd::{LANES, Lanes, Native, Portable};
+    use wis::table::{Slice, Table};
+    use wis::tree::{Link, Tree};
+    use wis::{image, prune};
+    let mut random = Random(12);
+    let mut slice = |depth: u32| {
+        let pixels: Vec<f32> =
+            (0..1u32 << (2 * depth)).map(|_| if random.bits() % 3 == 0 { random.f32() } else { 1.0 }).collect();
+        let mut squares = vec![[0.0f32; 4]; ((1 << (2 * depth)) - 1) / 3];
+        let scale = image::build::<2, 4>(depth, &pixels, &mut squares).unwrap();
+        let complete = Tree::complete(depth, scale.average, &squares).unwrap();
+        let mut savings = vec![0.0; squares.len()];
+        let planned = prune::plan(&complete, 0.05, &mut savings).unwrap();
+        let mut kept = vec![[0.0; 4]; planned.squares as usize];
+        let mut links = vec![Link::default(); kept.len()];
+        prune::write(&complete, &savings, &mut kept, &mut links).unwrap();
+        (depth, scale.average, kept, links)
+    };
+    let (low, high) = (slice(6), slice(3));
+    fn tree((depth, average, squares, links): &(u32, f32, Vec<[f32; 4]>, Vec<Link>)) -> Tree<'_, 4> {
+        Tree::sparse(*depth, *average, squares, links).unwrap()
+    }
+    fn wide<F: Lanes>(table: &Table, wi: &[Vec3; LANES]) -> [f32; LANES] {
+        let axis = |c: usize| F::from_array(wi.map(|wi| wi[c]));
+        table.at_wide([axis(0), axis(1), axis(2)]).to_array()
+    }
+    for slices in [[&low, &high], [&high, &high]] {
+        let slices = slices.map(|slice| Slice { tree: tree(slice), scale: 3.7 });
+        let table = Table::new(slices, 0.3).seen(Vec3::from_array(normalise([0.3, 0.4, 0.6])));
+        for _ in 0..500 {
+            let wi: [Vec3; LANES] = std::array::from_fn(|_| Vec3::from_array(normalise(random.direction())));
+            let expected = wi.map(|wi| table.at(wi).to_bits());
+            assert_eq!(wide::<Portable>(&table, &wi).map(f32::to_bits), expected);
+            assert_eq!(wide::<Native>(&table, &wi).map(f32::to_bits), expected);
+        }
+    }
+}

@@ -553,6 +553,22 @@ pub struct CallbackShape {
     pub half_angle: f32,
 }
 
+/// The view of a slice of a table and the directions of its pixels.
+pub fn table_directions(slice: u32, slices: u32, depth: u32, offset: [f32; 2]) -> Result<([f32; 3], Vec<[f32; 3]>)> {
+    let (mut wo, mut wi) = ([0.0; 3], vec![[0.0; 3]; 1 << (2 * depth)]);
+    // SAFETY: there is room for 4^depth directions.
+    check(unsafe {
+        let target = wi.as_mut_ptr().cast();
+        raw::wis_table_directions(slice, slices, depth, offset.as_ptr(), wo.as_mut_ptr(), target, 0)
+    })?;
+    Ok((wo, wi))
+}
+
+/// A lobe that stands for a table.
+pub fn tabulated(weight: [f32; 3]) -> raw::wis_lobe {
+    raw::wis_lobe { kind: raw::WIS_LOBE_TABLE, weight, ..Default::default() }
+}
+
 /// A prepared shading point in memory that it borrows.
 pub struct Product<'a> {
     environment: &'a Environment,
@@ -619,6 +635,32 @@ impl<'a> Product<'a> {
         Ok(Product { environment, handle, memory: PhantomData })
     }
 
+    /// Prepares a query with tabulated lobes.
+    pub fn prepare_table(
+        environment: &'a Environment,
+        table: &raw::wis_table,
+        query: &raw::wis_query,
+        preparation: &Preparation,
+        memory: &'a mut Block,
+    ) -> Result<Product<'a>> {
+        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        // SAFETY: as in `prepare`; the table's trees live as long as what it was borrowed from.
+        let status = unsafe {
+            raw::wis_product_prepare_table(
+                environment.handle(),
+                table,
+                query,
+                &preparation.config(),
+                memory.start_mut(),
+                memory.bytes(),
+                &mut handle,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Product { environment, handle, memory: PhantomData })
+    }
+
     /// Whether a hit may use the product.
     pub fn covers(&self, query: &raw::wis_query) -> Result<bool> {
         let mut covers = 0;
@@ -649,6 +691,59 @@ impl<'a> Product<'a> {
         // SAFETY: both handles are alive.
         check(unsafe { raw::wis_product_estimate_rgb(self.environment.handle(), self.handle, rgb.as_mut_ptr()) })?;
         Ok(rgb)
+    }
+}
+
+/// Prepares a product for each query in one block.
+pub fn prepare_points<'a>(
+    environment: &'a Environment,
+    queries: &[raw::wis_query],
+    preparation: &Preparation,
+    memory: &'a mut Block,
+) -> Result<Points<'a>> {
+    let (mut handles, mut diagnostic) = (vec![null(); queries.len()], raw::wis_diagnostic::default());
+    // SAFETY: the block is as long as it says, and there is a handle for each query.
+    let status = unsafe {
+        raw::wis_products_prepare(
+            environment.handle(),
+            queries.len(),
+            queries.as_ptr(),
+            &preparation.config(),
+            memory.start_mut(),
+            memory.bytes(),
+            handles.as_mut_ptr(),
+            &mut diagnostic,
+        )
+    };
+    check_with(status, diagnostic)?;
+    Ok(Points { environment, handles, memory: PhantomData })
+}
+
+/// Many prepared shading points in memory that they borrow.
+pub struct Points<'a> {
+    environment: &'a Environment,
+    handles: Vec<*const raw::wis_product>,
+    memory: PhantomData<&'a mut Block>,
+}
+
+impl Points<'_> {
+    /// One sample of each.
+    pub fn sample(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        let count = self.handles.len();
+        assert!(u.len() == count && wi.len() == count && pdf.len() == count);
+        let (light, handles, u) = (self.environment.handle(), self.handles.as_ptr(), u.as_ptr().cast());
+        let (wi, pdf) = (wi.as_mut_ptr().cast(), pdf.as_mut_ptr());
+        // SAFETY: the handles are alive, and the slices hold an element for each.
+        check(unsafe { raw::wis_products_sample(light, count, handles, u, 0, wi, 0, pdf, 0) })
+    }
+
+    /// The pdf of a direction for each.
+    pub fn pdf(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        let count = self.handles.len();
+        assert!(wi.len() == count && pdf.len() == count);
+        let (light, handles, wi) = (self.environment.handle(), self.handles.as_ptr(), wi.as_ptr().cast());
+        // SAFETY: as in `sample`.
+        check(unsafe { raw::wis_products_pdf(light, count, handles, wi, 0, pdf.as_mut_ptr(), 0) })
     }
 }
 

@@ -324,8 +324,7 @@ impl Estimator {
                 if point.hit == 0 {
                     let prior = Some(*prior).filter(|_| method.takes_prior());
                     let preparation = Preparation { reuse_cone: REUSE_CONE, prior, ..setting.preparation };
-                    let query = setting.material.query(point);
-                    let prepared = Product::prepare(setting.environment, &query, &preparation, product)?;
+                    let prepared = setting.material.prepare(setting.environment, point, &preparation, product)?;
                     sampler.share(&prepared, *hits, n, shared)?;
                     *first = Some(point.normal);
                 }

@@ -24,5 +24,6 @@ pub mod rgl;
 pub mod scene;
 pub mod statistics;
 pub mod structured;
+pub mod table;
 pub mod texels;
 pub mod visibility;

@@ -8,6 +8,7 @@ use crate::client::{self, Block, CallbackShape, Environment, Preparation, Produc
 use crate::lanes::{F8, V8, sin_cos_turn};
 use crate::rgl::Measured;
 use crate::scene::ShadingPoint;
+use crate::table::Table;
 use anyhow::Result;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -23,22 +24,30 @@ pub struct Material {
     alpha: f32,
     /// In place of the lobes.
     pub measured: Option<&'static Measured>,
+    /// What the library is told of a measured material; without it, it calls back.
+    pub table: Option<&'static Table>,
 }
+
+/// Slices, depth, error budget and places in a pixel of the tables: 64 x 64 directions, or 128 x 128 if the material is
+/// glossy.
+const TABLE: (u32, u32, f32, u32) = (16, 6, 0.003, 2);
+/// Below this roughness a material is glossy.
+const GLOSSY: f64 = 0.15;
 
 /// The reflectance of the microfacets at normal incidence.
 const F0: f32 = 0.9;
 
 impl Material {
     pub fn lambert() -> Material {
-        Material { name: "Lambert".into(), diffuse: 0.7, specular: 0.0, alpha: 1.0, measured: None }
+        Material { name: "Lambert".into(), diffuse: 0.7, specular: 0.0, alpha: 1.0, measured: None, table: None }
     }
 
     pub fn ggx(alpha: f32) -> Material {
-        Material { name: format!("GGX {alpha}"), diffuse: 0.0, specular: 1.0, alpha, measured: None }
+        Material { name: format!("GGX {alpha}"), diffuse: 0.0, specular: 1.0, alpha, measured: None, table: None }
     }
 
     pub fn mix(alpha: f32) -> Material {
-        Material { name: format!("mix {alpha}"), diffuse: 0.35, specular: 0.5, alpha, measured: None }
+        Material { name: format!("mix {alpha}"), diffuse: 0.35, specular: 0.5, alpha, measured: None, table: None }
     }
 
     /// A measured material from a file, which is kept until the program ends.
@@ -47,7 +56,16 @@ impl Material {
     /// The file cannot be read, or is another kind of material.
     pub fn measured(path: &Path) -> Result<Material> {
         let measured: &'static Measured = Box::leak(Box::new(Measured::load(path)?));
-        Ok(Material { name: measured.name.clone(), measured: Some(measured), ..Material::lambert() })
+        let (slices, depth, budget, places) = TABLE;
+        let depth = if measured.roughness() < GLOSSY { depth + 1 } else { depth };
+        let table = Table::new(slices, depth, budget, places, |wo, wi| measured.eval(wo, wi))?;
+        let table: &'static Table = Box::leak(Box::new(table));
+        Ok(Material { table: Some(table), ..Material::called_back(measured) })
+    }
+
+    /// A measured material that the library asks for in a callback.
+    pub fn called_back(measured: &'static Measured) -> Material {
+        Material { name: measured.name.clone(), measured: Some(measured), ..Material::lambert() }
     }
 
     /// The half-angle of its narrowest lobe, radians; of a measured one it is not known.
@@ -61,7 +79,7 @@ impl Material {
         [vec![Material::lambert()], ggx.to_vec(), vec![Material::mix(0.1)]].concat()
     }
 
-    /// The library's product at a point; measured materials are evaluated in a callback.
+    /// The library's product at a point; measured materials come as a table or are evaluated in a callback.
     ///
     /// # Errors
     /// Those of the library.
@@ -75,6 +93,9 @@ impl Material {
         let Some(measured) = self.measured else {
             return Product::prepare(environment, &self.query(point), preparation, memory);
         };
+        if let Some(table) = self.table {
+            return Product::prepare_table(environment, &table.raw(), &self.query(point), preparation, memory);
+        }
         let bsdf = Bsdf::new(self, point);
         let alpha = measured.roughness() as f32;
         let shape = CallbackShape {
@@ -95,6 +116,9 @@ impl Material {
     /// The same BRDF as the library is told of it.
     pub fn query(&self, point: &ShadingPoint) -> raw::wis_query {
         let grey = |w| [w; 3];
+        if self.measured.is_some() {
+            return client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated(grey(1.0))]);
+        }
         let diffuse = client::lambert(grey(self.diffuse));
         let specular = client::ggx(grey(self.specular), grey(F0), [self.alpha; 2]);
         let lobes: &[_] = match (self.diffuse > 0.0, self.specular > 0.0) {

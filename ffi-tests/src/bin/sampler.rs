@@ -7,7 +7,7 @@ use glam::Vec3;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
-use wis_ffi_tests::client::{self, Density, Environment, Map, Preparation, Product, raw};
+use wis_ffi_tests::client::{self, Block, Density, Environment, Map, Preparation, Product, raw};
 use wis_ffi_tests::data;
 use wis_ffi_tests::estimator::{Estimator, Lit, Method, Setting};
 use wis_ffi_tests::light::Light;
@@ -92,9 +92,11 @@ fn costs(out: &mut String, light: &Light) -> Result<()> {
     let (points, mut memory) = (points(1000), preparation.memory()?);
     writeln!(
         out,
-        "\n## Costs\n\n| material | prepare | sample alone | sample in 8 | in 64 | pdf alone | pdf in 64 | bytes |"
+        "\n## Costs\n\nThe last three columns: 64 shading points in one call, one sample of each.\n\n\
+         | material | prepare | sample alone | sample in 8 | in 64 | pdf alone | pdf in 64 | bytes | prepare, 64 points | \
+         sample | pdf |"
     )?;
-    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|")?;
+    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     for material in materials() {
         let queries: Vec<_> = points.iter().map(|point| material.query(point)).collect();
         let prepare = fastest(queries.len(), || {
@@ -121,10 +123,28 @@ fn costs(out: &mut String, light: &Light) -> Result<()> {
             }
         }
         let [a, b, c, d, e, bytes] = each.map(|values| median(&values));
+        let [p, s, q] = side_by_side(&environment, &queries[..64], &preparation, &u)?;
         let name = &material.name;
-        writeln!(out, "| {name} | {prepare:.0} | {a:.0} | {b:.0} | {c:.0} | {d:.0} | {e:.0} | {bytes:.0} |")?;
+        write!(out, "| {name} | {prepare:.0} | {a:.0} | {b:.0} | {c:.0} | {d:.0} | {e:.0} | {bytes:.0} ")?;
+        writeln!(out, "| {p:.0} | {s:.0} | {q:.0} |")?;
     }
     Ok(())
+}
+
+/// What a point costs if all are prepared, sampled once and asked for one pdf in a call each.
+fn side_by_side(
+    environment: &Environment,
+    queries: &[raw::wis_query],
+    preparation: &Preparation,
+    u: &[[f32; 2]],
+) -> Result<[f64; 3]> {
+    let count = queries.len();
+    let mut memory = Block::new(count * preparation.memory()?.bytes());
+    let prepare = fastest(count, || client::prepare_points(environment, queries, preparation, &mut memory).map(drop))?;
+    let points = client::prepare_points(environment, queries, preparation, &mut memory)?;
+    let (mut wi, mut pdf) = (vec![[0.0; 3]; count], vec![0.0; count]);
+    let sample = fastest(count, || points.sample(u, &mut wi, &mut pdf))?;
+    Ok([prepare, sample, fastest(count, || points.pdf(&wi, &mut pdf))?])
 }
 
 /// The mean of a setting at each point, by many samples of light and BRDF.

@@ -141,6 +141,12 @@
 /// Cells of a prior.
 #define WIS_PRIOR_CELLS 64
 
+/// The most approximations that are blended at once: quadrilinear interpolation has 16.
+#define WIS_MAX_BLEND 16
+
+/// The most cells along an axis.
+#define WIS_MAX_GRID 4096
+
 /// The answer of every call that can fail.
 typedef enum wis_status {
   /// The call did what was asked.
@@ -194,6 +200,11 @@ typedef struct wis_product wis_product;
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 typedef struct wis_tree wis_tree;
+
+/// A map of visibility in 8 bits: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. A third of the tree that it was made of. Constant; any number of threads may use it at
+/// once. Nothing to free.
+typedef struct wis_visibility wis_visibility;
 
 /// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
 /// thread. Null stops the build with WIS_CALLBACK_FAILED.
@@ -620,6 +631,20 @@ enum wis_status wis_environment_invert(const struct wis_environment *environment
                                        const float world_from_map[9],
                                        const float wi[3],
                                        float u[2]);
+
+/// The centre of a cell of a grid of `side` x `side` directions (1 to WIS_MAX_GRID): the direction at which to tabulate what
+/// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest.
+enum wis_status wis_grid_direction(uint32_t side,
+                                   uint32_t cell,
+                                   float direction[3]);
+
+/// The four cells about a direction of unit length and their bilinear weights, which add up to 1. For pairs of directions,
+/// as a normal and the reflected direction, the 16 products of two weights interpolate quadrilinearly. Cells may repeat
+/// where the sheets of the square meet.
+enum wis_status wis_grid_cells(uint32_t side,
+                               const float wi[3],
+                               uint32_t cell[4],
+                               float weights[4]);
 
 /// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
 /// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
@@ -1059,6 +1084,49 @@ enum wis_status wis_triple_sublinear(double brdf_average,
                                      const struct wis_tree *light,
                                      const struct wis_tree *visibility,
                                      double *integral);
+
+/// The weighted sum of up to WIS_MAX_BLEND approximations: a BRDF between tabulated ones, as the 16 nearest pairs of normal
+/// and reflected direction give it (Ng et al. 2004, Section 7.1.2; wis_grid_cells). `list`: as wis_triple_select writes them,
+/// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
+/// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
+/// Averages are blended with the same weights.
+enum wis_status wis_triple_blend(uint32_t count,
+                                 const struct wis_wavelets *const *list,
+                                 const uint32_t *list_count,
+                                 const double *weight,
+                                 uint32_t room,
+                                 struct wis_wavelets *wavelets,
+                                 uint32_t *wavelet_count);
+
+/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved.
+enum wis_status wis_visibility_size(const struct wis_tree *tree,
+                                    struct wis_memory_size *size,
+                                    struct wis_diagnostic *diagnostic);
+
+/// Stores a tree of two dimensions whose values are 0 (occluded) to 1 (visible) in 8 bits: exactly if they are 0 or 1, up
+/// to 1/510 in the averages of larger squares (Ng et al. 2004, Section 7.1.1). WIS_INVALID_ARGUMENT for values above 1.
+enum wis_status wis_visibility_init(const struct wis_tree *tree,
+                                    void *memory,
+                                    size_t bytes,
+                                    const struct wis_visibility **visibility,
+                                    struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility. Reads
+/// all of them once.
+enum wis_status wis_visibility_open(const void *memory,
+                                    size_t bytes,
+                                    const struct wis_visibility **visibility,
+                                    struct wis_diagnostic *diagnostic);
+
+/// As wis_triple_sublinear, for visibility in 8 bits.
+enum wis_status wis_visibility_integral(double brdf_average,
+                                        uint32_t brdf_count,
+                                        const struct wis_wavelets *brdf,
+                                        uint32_t light_count,
+                                        const struct wis_wavelets *kept_light,
+                                        const struct wis_tree *light,
+                                        const struct wis_visibility *visibility,
+                                        double *integral);
 
 #ifdef __cplusplus
 }  // extern "C"

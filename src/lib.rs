@@ -12,6 +12,7 @@
 
 pub mod descent;
 pub mod environment;
+pub mod grid;
 pub mod haar;
 pub mod image;
 pub mod inner;
@@ -38,6 +39,7 @@ pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod tripling;
+pub mod visibility;
 pub mod warp;
 pub mod wide;
 

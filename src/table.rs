@@ -8,7 +8,7 @@
 //! A slice lives on the octahedral square with the mirror direction in its centre; axis 1 of the square runs along what
 //! lies in the plane of incidence.
 
-use crate::numeric::{inverse_power, min, select, sqrt};
+use crate::numeric::{inverse_power, max, min, select, sqrt};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::{self, cell_chord};
 use crate::tree::{Link, MAX_DEPTH, Tree};
@@ -53,8 +53,8 @@ impl Between {
     /// The slices for a cosine of wo and the normal.
     pub fn new(cosine: f32, count: u32) -> Between {
         let last = count.max(1) - 1;
-        let angle = libm::acosf(cosine.clamp(0.0, 1.0));
-        let place = (angle / FRAC_PI_2 * count as f32 - 0.5).clamp(0.0, last as f32);
+        let angle = libm::acosf(max(min(cosine, 1.0), 0.0));
+        let place = min(max(angle / FRAC_PI_2 * count as f32 - 0.5, 0.0), last as f32);
         let low = (place as u32).min(last);
         Between { slices: [low, (low + 1).min(last)], share: min(place - low as f32, 1.0) }
     }

@@ -202,17 +202,51 @@ fn value(square: Square, c: u32) -> f64 {
     square[0] + (sign(1) * square[1] + sign(2) * square[2] + sign(3) * square[3])
 }
 
+/// Averages over nested squares, as the sublinear algorithm asks for them.
+pub trait Quadtree {
+    /// The average over the whole square.
+    fn average(&self) -> f32;
+    /// The square itself; `None` if the function is constant.
+    fn root_square(&self) -> Option<u32>;
+    /// The averages of the children of a square.
+    fn children(&self, square: u32) -> [f32; 4];
+    /// The square of a child; `None` if the function is constant there.
+    fn child_square(&self, square: u32, c: u32) -> Option<u32>;
+}
+
+impl Quadtree for Tree<'_, 4> {
+    #[inline(always)]
+    fn average(&self) -> f32 {
+        Tree::average(self)
+    }
+
+    #[inline(always)]
+    fn root_square(&self) -> Option<u32> {
+        Tree::root_square(self)
+    }
+
+    #[inline(always)]
+    fn children(&self, square: u32) -> [f32; 4] {
+        Tree::children(self, square)
+    }
+
+    #[inline(always)]
+    fn child_square(&self, square: u32, c: u32) -> Option<u32> {
+        Tree::child_square(self, square, c)
+    }
+}
+
 /// Looks up a function on squares that come in depth-first order: the way down to the last one is kept, and only what
 /// differs is walked again.
-struct Cursor<'a> {
-    tree: &'a Tree<'a, 4>,
+struct Cursor<'a, Q> {
+    tree: &'a Q,
     /// The square of the tree at each level of the way, and the average on the cell of that level.
     way: [(Option<u32>, f64); MAX_DEPTH as usize + 1],
     last: Wavelets,
 }
 
-impl<'a> Cursor<'a> {
-    fn new(tree: &'a Tree<'a, 4>) -> Self {
+impl<'a, Q: Quadtree> Cursor<'a, Q> {
+    fn new(tree: &'a Q) -> Self {
         let root = (tree.root_square(), f64::from(tree.average()));
         Cursor { tree, way: [root; MAX_DEPTH as usize + 1], last: Wavelets::default() }
     }
@@ -253,7 +287,13 @@ pub struct Scaled<'a> {
 /// that are kept. Exact if nothing was dropped. Costs a few steps down the trees for each square that is kept.
 ///
 /// Both lists in order ([`is_ordered`]); `average` is that of the BRDF over the square.
-pub fn sublinear(average: f64, brdf: &[Wavelets], kept_light: Scaled, light: &Tree<4>, visible: &Tree<4>) -> f64 {
+pub fn sublinear<V: Quadtree>(
+    average: f64,
+    brdf: &[Wavelets],
+    kept_light: Scaled,
+    light: &Tree<4>,
+    visible: &V,
+) -> f64 {
     let mut sum = average * f64::from(light.average()) * f64::from(visible.average());
     let (mut of_light, mut of_visible) = (Cursor::new(light), Cursor::new(visible));
     for wavelets in brdf {
@@ -317,6 +357,33 @@ impl<'a> Ancestors<'a> {
         }
         self.average
     }
+}
+
+/// The most approximations that are blended at once: quadrilinear interpolation has 16.
+pub const WIS_MAX_BLEND: usize = 16;
+
+/// The weighted sum of approximations, each in order, as one in order: interpolation between tabulated BRDFs, wavelet by
+/// wavelet. Writes it to `out` as far as there is room, and answers how many squares it has.
+pub fn blend(lists: &[&[Wavelets]], weights: &[f64], out: &mut [Wavelets]) -> usize {
+    let mut rest = [&[] as &[Wavelets]; WIS_MAX_BLEND];
+    rest.iter_mut().zip(lists.iter().zip(weights)).for_each(|(rest, (list, _))| *rest = list);
+    let mut count = 0;
+    while let Some(next) = rest.iter().filter_map(|list| list.first()).min_by_key(|next| next.key()).copied() {
+        let mut detail = [0.0f64; 3];
+        for (list, weight) in rest.iter_mut().zip(weights) {
+            let Some((first, behind)) = list.split_first().filter(|(first, _)| first.key() == next.key()) else {
+                continue;
+            };
+            detail.iter_mut().zip(first.details()).for_each(|(sum, d)| *sum += weight * d);
+            *list = behind;
+        }
+        if let Some(slot) = out.get_mut(count) {
+            *slot =
+                Wavelets { detail: detail.map(|d| d.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32), ..next };
+        }
+        count += 1;
+    }
+    count
 }
 
 /// The size of an orthonormal coefficient.

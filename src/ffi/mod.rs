@@ -17,6 +17,7 @@ macro_rules! with_axes {
 }
 
 pub mod environment;
+pub mod grid;
 pub mod haar;
 pub mod jitter;
 pub mod points;
@@ -28,6 +29,7 @@ pub mod strata;
 pub mod table;
 pub mod tree;
 pub mod triple;
+pub mod visibility;
 
 mod control;
 mod density;

@@ -3,7 +3,7 @@
 use super::tree::{Tree, square_tree};
 use super::{Checked, Failure, answer, borrow, out, slice, slice_mut};
 use crate::status::Status;
-use crate::triple::{self, Wavelets};
+use crate::triple::{self, Quadtree, WIS_MAX_BLEND, Wavelets};
 use crate::tripling::{self, BasisFunction};
 use core::ptr::null_mut;
 
@@ -114,24 +114,93 @@ pub unsafe extern "C" fn wis_triple_sublinear(
     integral: *mut f64,
 ) -> Status {
     answer(null_mut(), || {
-        if !brdf_average.is_finite() {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
+            let (visible, scale) = square_tree(visibility, 7)?;
+            sublinear(lists, light, (&visible, scale), integral)
+        }
+    })
+}
+
+/// As wis_triple_sublinear, for every kind of visibility, which the caller has opened.
+///
+/// # Safety
+/// As wis_triple_sublinear.
+pub(super) unsafe fn sublinear<V: Quadtree>(
+    (brdf_average, brdf, kept): (f64, (*const Wavelets, u32), (*const Wavelets, u32)),
+    light: *const Tree,
+    (visible, visible_scale): (&V, f64),
+    integral: *mut f64,
+) -> Checked<()> {
+    if !brdf_average.is_finite() {
+        return Err(Failure::new(Status::InvalidArgument, 1));
+    }
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
+        let (light, light_scale) = square_tree(light, 6)?;
+        let target = out(integral, 8)?;
+        let kept = triple::Scaled { wavelets: kept, scale: 1.0 / light_scale };
+        let sum = triple::sublinear(brdf_average, brdf, kept, &light, visible);
+        target.write(sum * light_scale * visible_scale);
+    }
+    Ok(())
+}
+
+/// A list of wavelets in order.
+///
+/// # Safety
+/// The pointer is null or points to `count` elements.
+unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u32) -> Checked<&'a [Wavelets]> {
+    // SAFETY: the caller's contract.
+    let list: &[Wavelets] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
+    if triple::is_ordered(list) { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+}
+
+/// The weighted sum of up to WIS_MAX_BLEND approximations: a BRDF between tabulated ones, as the 16 nearest pairs of normal
+/// and reflected direction give it (Ng et al. 2004, Section 7.1.2; wis_grid_cells). `list`: as wis_triple_select writes them,
+/// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
+/// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
+/// Averages are blended with the same weights.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_blend(
+    count: u32,
+    list: *const *const Wavelets,
+    list_count: *const u32,
+    weight: *const f64,
+    room: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+) -> Status {
+    answer(null_mut(), || {
+        let count = count as usize;
+        if count > WIS_MAX_BLEND {
             return Err(Failure::new(Status::InvalidArgument, 1));
         }
         // SAFETY: the caller's contract.
         unsafe {
-            let list = |pointer, count: u32, argument| -> Checked<&[Wavelets]> {
-                let list: &[Wavelets] = if count == 0 { &[] } else { slice(pointer, count as usize, argument)? };
-                let ordered = triple::is_ordered(list);
-                if ordered { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
-            };
-            let (brdf, kept) = (list(brdf, brdf_count, 3)?, list(kept_light, light_count, 5)?);
-            let (light, light_scale) = square_tree(light, 6)?;
-            let (visible, visible_scale) = square_tree(visibility, 7)?;
-            let target = out(integral, 8)?;
-            let kept = triple::Scaled { wavelets: kept, scale: 1.0 / light_scale };
-            let sum = triple::sublinear(brdf_average, brdf, kept, &light, &visible);
-            target.write(sum * light_scale * visible_scale);
+            let target = out(wavelet_count, 7)?;
+            let mut lists = [&[] as &[Wavelets]; WIS_MAX_BLEND];
+            let mut weights = [0.0; WIS_MAX_BLEND];
+            if count > 0 {
+                let (handles, counts) = (slice(list, count, 2)?, slice(list_count, count, 3)?);
+                let given = slice(weight, count, 4)?;
+                if !given.iter().all(|weight| weight.is_finite()) {
+                    return Err(Failure::new(Status::InvalidArgument, 4));
+                }
+                weights.iter_mut().zip(given).for_each(|(slot, weight)| *slot = *weight);
+                for (slot, (handle, count)) in lists.iter_mut().zip(handles.iter().zip(counts)) {
+                    *slot = self::list(*handle, *count, 2)?;
+                }
+            }
+            let wavelets = slice_mut(wavelets, room as usize, 6)?;
+            let squares = triple::blend(&lists, &weights, wavelets);
+            target.write(squares as u32);
+            if squares > wavelets.len() { Err(Failure::new(Status::MemoryTooSmall, 5)) } else { Ok(()) }
         }
-        Ok(())
     })
 }

@@ -42,13 +42,13 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
 /// The alignment of what a pointer points to.
 fn alignment(parameter: &Parameter) -> usize {
     match parameter.pointee() {
-        "void" | "wis_environment" | "wis_product" | "wis_tree" | "wis_jitter" => WIS_ALIGNMENT,
+        "void" | "wis_environment" | "wis_product" | "wis_tree" | "wis_jitter" | "wis_visibility" => WIS_ALIGNMENT,
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
-        "wis_product *const" => align_of::<*const u8>(),
+        "wis_product *const" | "wis_wavelets *const" => align_of::<*const u8>(),
         "wis_table" => align_of::<Table>(),
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),
@@ -283,7 +283,7 @@ fn zero_elements() {
 #[test]
 fn other_objects() {
     for_each_parameter(|scene, function, parameter| {
-        if matches!(parameter.pointee(), "wis_environment" | "wis_product" | "wis_tree") {
+        if matches!(parameter.pointee(), "wis_environment" | "wis_product" | "wis_tree" | "wis_visibility") {
             let len = Call::valid(scene, function).bytes(&parameter.name).len();
             for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {
                 let mut call = Call::valid(scene, function);

@@ -13,6 +13,7 @@ use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::multiply::*;
 use wis::ffi::tree::*;
+use wis::ffi::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
 use wis::prior::Prior;
@@ -65,6 +66,11 @@ pub struct Scene {
     tree_size: MemorySize,
     multiply_size: MemorySize,
     tree: Vec<u8>,
+    /// A tree of values up to 1, and visibility made of it.
+    shares: Vec<u8>,
+    visibility: Vec<u8>,
+    lists: [Block; 1],
+    list: [*const Wavelets; COUNT],
 }
 
 impl Scene {
@@ -88,11 +94,17 @@ impl Scene {
             tree_size: MemorySize::default(),
             multiply_size: MemorySize::default(),
             tree: Vec::new(),
+            shares: Vec::new(),
+            visibility: Vec::new(),
+            lists: [Block::new(&wavelets(), 0)],
+            list: [null(); COUNT],
         };
         scene.build_environment();
         scene.build_product();
         scene.build_jitter();
         scene.build_tree();
+        scene.build_visibility();
+        scene.list = [scene.lists[0].pointer().cast_const().cast(); COUNT];
         scene.stored = [Block::new(&scene.product, 0), Block::new(&scene.tree, 0)];
         scene.products = [scene.stored[0].pointer().cast_const().cast(); COUNT];
         scene.slices = [scene.stored[1].pointer().cast_const().cast(); SLICES];
@@ -175,20 +187,32 @@ impl Scene {
     }
 
     fn build_tree(&mut self) {
-        let config = Block::new(&self.tree_config(), 0);
-        let config = config.pointer().cast();
-        let mut handle = null();
-        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        let config = self.tree_config();
+        self.tree = tree(&config);
+        let (config, tree) = (Block::new(&config, 0), Block::new(&self.tree, 0));
+        let handle = tree.pointer().cast();
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_tree_size(config, &mut self.tree_size, null_mut()));
-            let (bytes, scratch_bytes) = (self.tree_size.bytes, self.tree_size.scratch_bytes);
-            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
-            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
-            let none = null_mut();
-            expect_ok(wis_tree_init(config, place, bytes, work, scratch_bytes, &mut handle, &mut info, none));
-            self.tree = memory[..info.bytes as usize].to_vec();
-            expect_ok(wis_tree_multiply_size(handle, handle, handle, &mut self.multiply_size, none));
+            expect_ok(wis_tree_size(config.pointer().cast(), &mut self.tree_size, null_mut()));
+            expect_ok(wis_tree_multiply_size(handle, handle, handle, &mut self.multiply_size, null_mut()));
+        }
+    }
+
+    fn build_visibility(&mut self) {
+        let shares = IMAGE.map(|value| (value / 9.0) as f32);
+        let config: Vec<u8> = plain(|config: &mut TreeConfig| {
+            config.size = size_of::<TreeConfig>() as u32;
+            (config.dimensions, config.depth, config.pixels) = (2, 2, shares.as_ptr());
+        });
+        self.shares = tree(&config);
+        let tree = Block::new(&self.shares, 0);
+        let (tree, mut size, mut handle) = (tree.pointer().cast(), MemorySize::default(), null());
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_visibility_size(tree, &mut size, null_mut()));
+            let memory = Block::unwritten(size.bytes);
+            expect_ok(wis_visibility_init(tree, memory.pointer().cast(), size.bytes, &mut handle, null_mut()));
+            self.visibility = memory.to_vec();
         }
     }
 
@@ -215,6 +239,9 @@ impl Scene {
             "brdf_average" | "light" | "threshold" => 1,
             "u" => 0,
             "total" => 8,
+            "side" => 4,
+            "cell" => 5,
+            "room" => 2 * COUNT,
             "slice" => 1,
             "slice_count" => SLICES,
             "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
@@ -253,14 +280,19 @@ impl Scene {
             "const uint32_t *label" => labels(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
             "uint32_t *traced" => unwritten(4),
+            "const wis_tree *tree" if name.starts_with("wis_visibility") => self.shares.clone(),
             tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
             function if function.starts_with("const wis_basis_function *") => {
                 numbers(&[BasisFunction { level: 1, translation: [1, 0, 0, 0], wavelet: 2 }])
             }
-            "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => {
-                let wavelets = |level, position| Wavelets { position, level, detail: [0.5, 0.0, -0.25] };
-                numbers(&[wavelets(0, 0), wavelets(1, 1 << 22)])
-            }
+            "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => wavelets(),
+            "const wis_wavelets *const *list" => numbers(&self.list),
+            "const uint32_t *list_count" => numbers(&[2u32; COUNT]),
+            "const double *weight" => numbers(&[0.5f64; COUNT]),
+            "wis_wavelets *wavelets" if name == "wis_triple_blend" => unwritten(2 * COUNT * size_of::<Wavelets>()),
+            "const wis_visibility *visibility" => self.visibility.clone(),
+            "float direction[3]" => unwritten(12),
+            "uint32_t cell[4]" | "float weights[4]" => unwritten(16),
             "wis_wavelets *wavelets" => unwritten(2 * size_of::<Wavelets>()),
             "uint32_t *wavelet_count" => unwritten(4),
             "double *coefficient" => unwritten(8),
@@ -310,12 +342,17 @@ impl Scene {
 
     /// The object that a function opens.
     fn stored(&self, function: &str) -> &[u8] {
-        if function.starts_with("wis_tree") { &self.tree } else { &self.environment }
+        match function {
+            name if name.starts_with("wis_tree") => &self.tree,
+            name if name.starts_with("wis_visibility") => &self.visibility,
+            _ => &self.environment,
+        }
     }
 
     /// The memory that a function builds in.
     fn size(&self, function: &str) -> MemorySize {
         match function {
+            "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..self.tree_size },
             "wis_tree_multiply" => self.multiply_size,
             name if name.starts_with("wis_tree") => self.tree_size,
             "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
@@ -398,6 +435,28 @@ extern "C" fn lambert(_: *mut c_void, count: usize, wi: *const f32, f_cos: *mut 
         unsafe { f_cos.add(i).write(wi.add(3 * i + 2).read().max(0.0)) };
     }
     0
+}
+
+/// The bytes of a tree.
+fn tree(config: &[u8]) -> Vec<u8> {
+    let config = Block::new(config, 0);
+    let config = config.pointer().cast();
+    let (mut size, mut handle) = (MemorySize::default(), null());
+    let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+    // SAFETY: all pointers are valid.
+    unsafe {
+        expect_ok(wis_tree_size(config, &mut size, null_mut()));
+        let (memory, scratch) = (Block::unwritten(size.bytes), Block::unwritten(size.scratch_bytes));
+        let (place, work, none) = (memory.pointer().cast(), scratch.pointer().cast(), null_mut());
+        expect_ok(wis_tree_init(config, place, size.bytes, work, size.scratch_bytes, &mut handle, &mut info, none));
+        memory[..info.bytes as usize].to_vec()
+    }
+}
+
+/// The wavelets of two squares.
+fn wavelets() -> Vec<u8> {
+    let wavelets = |level, position| Wavelets { position, level, detail: [0.5, 0.0, -0.25] };
+    numbers(&[wavelets(0, 0), wavelets(1, 1 << 22)])
 }
 
 /// Which of two lights each texel belongs to.

@@ -1,6 +1,7 @@
 //! Every function of the library, callable with one machine word for each argument.
 
 use wis::ffi::environment::*;
+use wis::ffi::grid::*;
 use wis::ffi::haar::*;
 use wis::ffi::jitter::*;
 use wis::ffi::points::*;
@@ -13,6 +14,7 @@ use wis::ffi::table::*;
 use wis::ffi::tree::multiply::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
+use wis::ffi::visibility::*;
 use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.
@@ -115,5 +117,14 @@ pub const TABLE: &[Entry] = table! {
     wis_triple_sublinear(
         brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
     );
+    wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count);
+    wis_visibility_size(tree, size, diagnostic);
+    wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
+    wis_visibility_open(memory, bytes, visibility, diagnostic);
+    wis_visibility_integral(
+        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
+    );
+    wis_grid_direction(side, cell, direction);
+    wis_grid_cells(side, wi, cell, weights);
     wis_warp_in_place(tree, points, index, count);
 };

@@ -13,7 +13,7 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 10] = [
+const SOURCES: [&str; 12] = [
     "src/ffi/mod.rs",
     "src/query.rs",
     "src/table.rs",
@@ -23,6 +23,8 @@ const SOURCES: [&str; 10] = [
     "src/strata.rs",
     "src/tripling.rs",
     "src/triple.rs",
+    "src/grid.rs",
+    "src/visibility.rs",
     "src/status.rs",
 ];
 

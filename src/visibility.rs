@@ -1,0 +1,117 @@
+//! Visibility in 8 bits: a tree of which each square takes 8 bytes, for one map a vertex (Ng et al. 2004, Section 7.1.1).
+//!
+//! A square keeps the averages of its four children as bytes, and where its kept children stand: an indexed look-up
+//! without a hash. Where visibility is 0 or 1 nothing is lost; averages of larger squares are off by 1/510 at most.
+
+use crate::status::{Result, Status};
+use crate::tree::{MAX_DEPTH, Tree};
+use crate::triple::Quadtree;
+
+/// A square.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Node {
+    /// The averages of the children, 255 for 1.
+    average: [u8; 4],
+    /// Sixteen times the number of the first kept child, and a bit for each child that is kept.
+    below: u32,
+}
+
+/// The most squares: their numbers have 28 bits.
+pub const MAX_NODES: usize = 1 << 28;
+
+impl Node {
+    fn first(self) -> u32 {
+        self.below >> 4
+    }
+
+    fn mask(self) -> u32 {
+        self.below & 15
+    }
+}
+
+/// A map of visibility.
+#[derive(Clone, Copy, Debug)]
+pub struct Visibility<'a> {
+    average: f32,
+    nodes: &'a [Node],
+}
+
+/// Writes a tree's squares as nodes. Its averages times `scale` are shares of what is seen.
+///
+/// # Errors
+/// [`Status::InvalidArgument`] if a share is above 1 (by more than 1e-6) or there are not as many nodes as squares, or
+/// too many.
+pub fn compress(tree: &Tree<4>, scale: f64, nodes: &mut [Node]) -> Result<()> {
+    let shares = |averages: [f32; 4]| averages.map(|average| f64::from(average) * scale);
+    let sound = tree.squares().iter().all(|square| shares(*square).iter().all(|share| *share <= 1.0 + 1e-6));
+    if nodes.len() != tree.squares().len() || nodes.len() >= MAX_NODES || !sound {
+        return Err(Status::InvalidArgument);
+    }
+    for (square, node) in (0..).zip(nodes) {
+        let kept = [0, 1, 2, 3].map(|c| tree.child_square(square, c));
+        let mask = (0..).zip(&kept).fold(0, |mask, (c, child)| mask | u32::from(child.is_some()) << c);
+        let first = kept.iter().flatten().next().copied().unwrap_or(0);
+        let average = shares(tree.children(square)).map(|share| (share * 255.0 + 0.5) as u8);
+        *node = Node { average, below: first << 4 | mask };
+    }
+    Ok(())
+}
+
+impl<'a> Visibility<'a> {
+    /// Nodes that somebody stored.
+    ///
+    /// # Errors
+    /// [`Status::Corrupt`] unless they are a tree of at most [`MAX_DEPTH`] levels in breadth-first order, and the average is
+    /// a share.
+    pub fn new(average: f32, nodes: &'a [Node]) -> Result<Visibility<'a>> {
+        let (mut next, mut level, mut level_end) = (usize::from(!nodes.is_empty()), 1, usize::from(!nodes.is_empty()));
+        for (number, node) in nodes.iter().enumerate() {
+            if number == level_end {
+                (level, level_end) = (level + 1, next);
+            }
+            let children = node.mask().count_ones() as usize;
+            let in_order = if children == 0 { node.below == 0 } else { node.first() as usize == next };
+            if !in_order || level > MAX_DEPTH || (level == MAX_DEPTH && children > 0) {
+                return Err(Status::Corrupt);
+            }
+            next += children;
+        }
+        let share = (0.0..=1.0).contains(&average);
+        if share && next == nodes.len() { Ok(Visibility { average, nodes }) } else { Err(Status::Corrupt) }
+    }
+
+    /// Nodes that [`compress`] wrote or [`Visibility::new`] accepted before. Others give meaningless values, no panic.
+    pub fn trusted(average: f32, nodes: &'a [Node]) -> Visibility<'a> {
+        Visibility { average, nodes }
+    }
+
+    fn node(&self, square: u32) -> Node {
+        self.nodes.get(square as usize).copied().unwrap_or_default()
+    }
+}
+
+impl Quadtree for Visibility<'_> {
+    #[inline(always)]
+    fn average(&self) -> f32 {
+        self.average
+    }
+
+    #[inline(always)]
+    fn root_square(&self) -> Option<u32> {
+        if self.nodes.is_empty() { None } else { Some(0) }
+    }
+
+    #[inline(always)]
+    fn children(&self, square: u32) -> [f32; 4] {
+        self.node(square).average.map(|share| f32::from(share) * (1.0 / 255.0))
+    }
+
+    #[inline(always)]
+    fn child_square(&self, square: u32, c: u32) -> Option<u32> {
+        let node = self.node(square);
+        let bit = 1 << (c & 3);
+        let before = (node.mask() & (bit - 1)).count_ones();
+        if node.mask() & bit == 0 { None } else { Some(node.first().wrapping_add(before)) }
+    }
+}

@@ -271,3 +271,37 @@ fn lists_out_of_order_are_told() {
         assert!(!triple::is_ordered(&list), "{list:?}");
     }
 }
+
+/// A number that counts what is done to it.
+#[derive(Clone, Copy)]
+struct Counted;
+
+thread_local! {
+    static OPERATIONS: std::cell::Cell<[u32; 2]> = const { std::cell::Cell::new([0; 2]) };
+}
+
+impl std::ops::Add for Counted {
+    type Output = Counted;
+
+    fn add(self, _: Counted) -> Counted {
+        OPERATIONS.set([OPERATIONS.get()[0], OPERATIONS.get()[1] + 1]);
+        Counted
+    }
+}
+
+impl std::ops::Mul for Counted {
+    type Output = Counted;
+
+    fn mul(self, _: Counted) -> Counted {
+        OPERATIONS.set([OPERATIONS.get()[0] + 1, OPERATIONS.get()[1]]);
+        Counted
+    }
+}
+
+/// 35 operations a square, 11.7 a pixel, with the area and the sum 12.3; the paper says 13, and its own form takes 19.3 or,
+/// factored, 16.3 (the correction of its footnote 2). That averages are stored saves the parent sums.
+#[test]
+fn operations_of_a_square_are_counted() {
+    triple::meet([Counted; 4], [Counted; 4], [Counted; 4]);
+    assert_eq!(OPERATIONS.get(), [21, 14]);
+}

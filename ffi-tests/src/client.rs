@@ -719,6 +719,18 @@ pub fn prepare_points<'a>(
     Ok(Points { environment, handles, memory: PhantomData })
 }
 
+/// BRDF x cosine of a query with tabulated lobes, RGB.
+pub fn table_eval(
+    table: &raw::wis_table,
+    query: &raw::wis_query,
+    wi: &[[f32; 3]],
+    f_cos: &mut [[f32; 3]],
+) -> Result<()> {
+    assert_eq!(wi.len(), f_cos.len());
+    // SAFETY: the arrays are of one length, and the table's trees live as long as what it was borrowed from.
+    check(unsafe { raw::wis_table_eval(table, query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0) })
+}
+
 /// Many prepared shading points in memory that they borrow.
 pub struct Points<'a> {
     environment: &'a Environment,
@@ -1120,4 +1132,86 @@ pub fn order(contribution: &[f32], threshold: f32, index: &mut [u32]) -> Result<
         raw::wis_strata_order(contribution.len(), contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced)
     })?;
     Ok(traced as usize)
+}
+
+/// Visibility in 8 bits, and its memory.
+pub struct Visibility(Block);
+
+impl Visibility {
+    /// Stores a tree of values from 0 to 1.
+    pub fn new(tree: &Tree) -> Result<Visibility> {
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: the handle is alive.
+        check_with(unsafe { raw::wis_visibility_size(tree.handle(), &mut size, &mut diagnostic) }, diagnostic)?;
+        let (mut memory, mut handle) = (Block::new(size.bytes), null());
+        // SAFETY: the block is as long as it says.
+        let status = unsafe {
+            let (place, bytes) = (memory.start_mut(), memory.bytes());
+            raw::wis_visibility_init(tree.handle(), place, bytes, &mut handle, &mut diagnostic)
+        };
+        check_with(status, diagnostic)?;
+        Ok(Visibility(memory))
+    }
+
+    /// Its bytes.
+    pub fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
+    /// As [`Tree::sublinear`].
+    pub fn integral(
+        &self,
+        (average, brdf): (f64, &[raw::wis_wavelets]),
+        kept: &[raw::wis_wavelets],
+        light: &Tree,
+    ) -> Result<f64> {
+        let mut integral = f64::NAN;
+        // SAFETY: the handles are alive and the lists as long as they say.
+        check(unsafe {
+            raw::wis_visibility_integral(
+                average,
+                brdf.len() as u32,
+                brdf.as_ptr(),
+                kept.len() as u32,
+                kept.as_ptr(),
+                light.handle(),
+                self.0.start().cast(),
+                &mut integral,
+            )
+        })?;
+        Ok(integral)
+    }
+}
+
+/// The weighted sum of at most 16 lists, in `out`, which grows as it must.
+pub fn blend(lists: &[(&[raw::wis_wavelets], f64)], out: &mut Vec<raw::wis_wavelets>) -> Result<()> {
+    let (mut handles, mut counts, mut weights) = ([null(); 16], [0; 16], [0.0; 16]);
+    for (k, (list, weight)) in lists.iter().enumerate() {
+        (handles[k], counts[k], weights[k]) = (list.as_ptr(), list.len() as u32, *weight);
+    }
+    out.resize(lists.iter().map(|(list, _)| list.len()).sum(), raw::wis_wavelets::default());
+    let (mut count, room) = (0, out.len() as u32);
+    let (handles, counts, weights) = (handles.as_ptr(), counts.as_ptr(), weights.as_ptr());
+    // SAFETY: the lists are alive, and there is room for all of their elements.
+    check(unsafe {
+        raw::wis_triple_blend(lists.len() as u32, handles, counts, weights, room, out.as_mut_ptr(), &mut count)
+    })?;
+    out.truncate(count as usize);
+    Ok(())
+}
+
+/// The direction of a cell of a grid.
+pub fn grid_direction(side: u32, cell: u32) -> Result<[f32; 3]> {
+    let mut direction = [0.0; 3];
+    // SAFETY: the array is as long as it must be.
+    check(unsafe { raw::wis_grid_direction(side, cell, direction.as_mut_ptr()) })?;
+    Ok(direction)
+}
+
+/// The cells about a direction and their weights.
+pub fn grid_cells(side: u32, wi: [f32; 3]) -> Result<([u32; 4], [f32; 4])> {
+    let (mut cells, mut weights) = ([0; 4], [0.0; 4]);
+    // SAFETY: the arrays are as long as they must be.
+    check(unsafe { raw::wis_grid_cells(side, wi.as_ptr(), cells.as_mut_ptr(), weights.as_mut_ptr()) })?;
+    Ok((cells, weights))
 }

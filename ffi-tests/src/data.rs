@@ -1,12 +1,15 @@
 //! The maps, meshes and BRDFs beside the project, which are never part of it; where one is missing, something of its kind
 //! that is made here stands in for it.
 
+use crate::cornell::Scattered;
 use crate::light::Light;
 use crate::material::Material;
+use crate::merl::Merl;
 use crate::mesh::Mesh;
+use crate::rgl::Measured;
 use crate::scene::{Scene, View};
 use anyhow::Result;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 
 /// The folder of the data.
@@ -47,4 +50,51 @@ pub fn scene(name: &str, view: View) -> Result<Scene> {
 /// A file that cannot be read.
 pub fn measured(name: &str) -> Result<Material> {
     file("brdfs", name).map_or_else(|| Ok(Material::ggx(0.3)), |path| Material::measured(&path))
+}
+
+/// A BRDF of a file: luminance of BRDF x cosine for wo and wi in a frame whose normal is +z.
+pub struct Brdf {
+    pub name: String,
+    pub value: Box<dyn Fn(DVec3, DVec3) -> f64 + Sync>,
+}
+
+/// All BRDFs that are there, in the order of their names, or a rough one.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn all_brdfs() -> Result<Vec<Brdf>> {
+    let folder = Path::new(FOLDER).join("brdfs");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .map(|entries| entries.filter_map(|entry| Some(entry.ok()?.path())).collect())
+        .unwrap_or_default();
+    files.sort();
+    let mut brdfs = Vec::new();
+    for file in files {
+        match file.extension().and_then(|extension| extension.to_str()) {
+            Some("bsdf") => {
+                let measured = Measured::load(&file)?;
+                let name = measured.name.clone();
+                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)) });
+            }
+            Some("brdf") => {
+                let measured = Scattered::load(&file)?;
+                let name = measured.name.clone();
+                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)) });
+            }
+            Some("binary") => {
+                let measured = Merl::load(&file)?;
+                let name = measured.name.clone();
+                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)) });
+            }
+            _ => (),
+        }
+    }
+    if brdfs.is_empty() {
+        let phong = |wo: DVec3, wi: DVec3| {
+            let mirror = DVec3::new(-wo.x, -wo.y, wo.z);
+            if wi.z > 0.0 { mirror.dot(wi).max(0.0).powi(30) * wi.z } else { 0.0 }
+        };
+        brdfs.push(Brdf { name: "a lobe in place of files".into(), value: Box::new(phong) });
+    }
+    Ok(brdfs)
 }

@@ -2,6 +2,7 @@
 
 pub mod batch;
 pub mod client;
+pub mod cornell;
 pub mod data;
 pub mod dense;
 pub mod directions;
@@ -14,6 +15,7 @@ pub mod layout;
 pub mod light;
 pub mod material;
 pub mod measure;
+pub mod merl;
 pub mod mesh;
 pub mod plot;
 pub mod points;

@@ -1,10 +1,11 @@
 //! Goes through figures and claims of "Wavelet Importance Sampling" on real maps, meshes and measured BRDFs, and writes a
 //! page with pictures: wavelets <page>
 
+mod compression;
+
 use anyhow::{Context, Result};
 use glam::Vec3;
 use image::{GrayImage, Luma};
-use std::f32::consts::PI;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -32,7 +33,7 @@ fn main() -> Result<()> {
     page_text.point_sets()?;
     page_text.convergence()?;
     page_text.buddha()?;
-    page_text.compression()?;
+    compression::write(&mut page_text.text)?;
     print!("{}", page_text.text);
     Ok(std::fs::write(page, page_text.text)?)
 }
@@ -287,47 +288,6 @@ impl Page {
         Ok(Picture { values, rays: f64::from(rays) / points, us: start.elapsed().as_secs_f64() * 1e6 / points })
     }
 
-    /// Fig. 10.
-    fn compression(&mut self) -> Result<()> {
-        const SHARES: [f64; 4] = [0.005, 0.01, 0.02, 0.05];
-        const VIEWS: usize = 16;
-        const FINE: usize = 64;
-        writeln!(self.text, "\n## Compression of measured BRDFs (Fig. 10)\n\n{COMPRESSION}")?;
-        writeln!(
-            self.text,
-            "| material | .5 % | 1 % | 2 % | 5 % | 256 slices at the error of 2 %, kB | without loss, kB |"
-        )?;
-        writeln!(self.text, "|---|---:|---:|---:|---:|---:|---:|")?;
-        let files = ["cc_ibiza_sunset", "cc_iris_purple_gem", "colodur_napoli_4f", "paper_white", "satin_rosaline"];
-        for file in files {
-            let material = data::measured(&format!("{file}_rgb.bsdf"))?;
-            let (mut dropped, mut whole) = ([0.0; SHARES.len()], 0.0);
-            let (mut bytes, mut all_bytes) = (0, 0);
-            for view in 0..VIEWS {
-                let angle = 0.5 * PI * (view as f32 + 0.5) / VIEWS as f32;
-                let wo = Vec3::new(angle.sin(), 0.0, angle.cos());
-                let bsdf = Bsdf::new(&material, &ShadingPoint { wo, normal: Vec3::Z, ..tilted() });
-                let pixels: Vec<f32> = (0..FINE * FINE).map(|i| bsdf.eval_one(middle(i, FINE)).0).collect();
-                let tree = Tree::new(FINE.ilog2(), 0.0, &pixels)?;
-                let energy = pixels.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>() / (FINE * FINE) as f64;
-                whole += energy;
-                let mut at_two_percent = 0.0;
-                for (dropped, share) in dropped.iter_mut().zip(SHARES) {
-                    let keep = (share * (FINE * FINE) as f64).round() as u32 - 1;
-                    let lost = energy - tree.info.average.powi(2) - energy_of(&tree.largest(keep)?);
-                    *dropped += lost.max(0.0);
-                    at_two_percent = if share == 0.02 { lost.max(0.0) } else { at_two_percent };
-                }
-                bytes += smallest(&pixels, FINE, at_two_percent)?;
-                all_bytes += tree.info.bytes;
-            }
-            let errors = dropped.map(|lost: f64| format!("{:.3}", (lost / whole).sqrt())).join(" | ");
-            let kb = |bytes: u64| 16.0 * bytes as f64 / 1e3;
-            writeln!(self.text, "| {} | {errors} | {:.0} | {:.0} |", material.name, kb(bytes), kb(all_bytes))?;
-        }
-        Ok(())
-    }
-
     fn save(&mut self, file: &str, image: &GrayImage) -> Result<()> {
         image.save(self.pictures.join(file))?;
         let folder = self.pictures.file_name().and_then(|n| n.to_str()).unwrap_or(".");
@@ -355,12 +315,6 @@ shadows and without (lit). The paper: 64 Hammersley points have less variance th
 const BUDDHA: &str =
     "GGX of roughness .2, root mean squared error over the mean, and microseconds a point, rays and this
 program's scalar evaluation included. Structured sampling has as many strata as samples.
-";
-
-const COMPRESSION: &str =
-    "BRDF x cosine in 64 x 64 directions for 16 elevations of the view: the relative L2 error of the largest
-wavelets, as the paper's compression keeps them, and the size of the 16 x 16 slices (of an isotropic BRDF 16 differ) as
-rooted trees of whole squares that lose no more, in luminance. The paper has about 300 kB in colour at 1.5 to 2 %.
 ";
 
 /// A point whose normal leans, seen from the side.
@@ -461,41 +415,4 @@ fn in_a_row(panels: &[GrayImage]) -> GrayImage {
         image::imageops::replace(&mut row, panel, i64::from(i * (width + GAP)), 0);
     }
     row
-}
-
-/// The sum of the squares of orthonormal coefficients.
-fn energy_of(wavelets: &[raw::wis_wavelets]) -> f64 {
-    let one = |w: &raw::wis_wavelets| {
-        let area = 0.25f64.powi(w.level as i32);
-        area * w.detail.iter().map(|&d| f64::from(d).powi(2)).sum::<f64>()
-    };
-    wavelets.iter().map(one).sum()
-}
-
-/// The bytes of the smallest tree, by its error budget, that loses no more.
-fn smallest(pixels: &[f32], side: usize, lost: f64) -> Result<u64> {
-    let depth = side.ilog2();
-    let (mut low, mut high) = (1e-8f32, 10.0f32);
-    let mut bytes = Tree::new(depth, 0.0, pixels)?.info.bytes;
-    for _ in 0..24 {
-        let middle = (low * high).sqrt();
-        let tree = Tree::new(depth, middle, pixels)?;
-        if error_of(&tree, pixels, side)? <= lost {
-            (low, bytes) = (middle, bytes.min(tree.info.bytes));
-        } else {
-            high = middle;
-        }
-    }
-    Ok(bytes)
-}
-
-/// The mean squared difference between a function and its tree.
-fn error_of(tree: &Tree, pixels: &[f32], side: usize) -> Result<f64> {
-    let at = |c: usize| (c as f32 + 0.5) / side as f32;
-    let mut sum = 0.0;
-    for (i, &value) in pixels.iter().enumerate() {
-        let stored = f64::from(tree.pdf([at(i / side), at(i % side)])?) * tree.info.average;
-        sum += (stored - f64::from(value)).powi(2);
-    }
-    Ok(sum / pixels.len() as f64)
 }

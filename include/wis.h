@@ -490,16 +490,6 @@ typedef struct wis_tree_info {
   double error;
 } wis_tree_info;
 
-/// A non-standard Haar function of n variables: the product of functions of one level.
-typedef struct wis_basis_function {
-  /// The support is a cube of the width 2^-level, at most 31.
-  uint32_t level;
-  /// Where it stands among 2^level along each axis; axes beyond the dimensions are not read.
-  uint32_t translation[4];
-  /// psi instead of phi: bit n - 1 along axis 1, and so on to bit 0 along axis n.
-  uint32_t wavelet;
-} wis_basis_function;
-
 /// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
 /// and squares before those inside them.
 typedef struct wis_wavelets {
@@ -511,6 +501,16 @@ typedef struct wis_wavelets {
   /// those that were dropped.
   float detail[3];
 } wis_wavelets;
+
+/// A non-standard Haar function of n variables: the product of functions of one level.
+typedef struct wis_basis_function {
+  /// The support is a cube of the width 2^-level, at most 31.
+  uint32_t level;
+  /// Where it stands among 2^level along each axis; axes beyond the dimensions are not read.
+  uint32_t translation[4];
+  /// psi instead of phi: bit n - 1 along axis 1, and so on to bit 0 along axis n.
+  uint32_t wavelet;
+} wis_basis_function;
 
 
 
@@ -1043,6 +1043,47 @@ enum wis_status wis_tree_multiply(const struct wis_tree *e,
                                   const struct wis_tree **tree,
                                   struct wis_tree_info *info,
                                   struct wis_diagnostic *diagnostic);
+
+/// The fewest of a tree's largest wavelets (wis_triple_select) that leave a relative L2 error of at most `error`, 0 or more.
+/// Costs 33 visits of each square.
+enum wis_status wis_triple_terms(const struct wis_tree *tree,
+                                 double error,
+                                 uint32_t *terms);
+
+/// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
+/// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
+/// visited once. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares the product has:
+/// WIS_MEMORY_TOO_SMALL if that is more. It never is above 12 times the sum of both counts.
+enum wis_status wis_triple_multiply(double e_average,
+                                    uint32_t e_count,
+                                    const struct wis_wavelets *e,
+                                    double f_average,
+                                    uint32_t f_count,
+                                    const struct wis_wavelets *f,
+                                    uint32_t room,
+                                    struct wis_wavelets *wavelets,
+                                    uint32_t *wavelet_count,
+                                    double *average);
+
+/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
+enum wis_status wis_tree_of_wavelets_size(uint32_t count,
+                                          const struct wis_wavelets *wavelets,
+                                          struct wis_memory_size *size,
+                                          struct wis_diagnostic *diagnostic);
+
+/// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
+/// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
+/// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if values are too large for a tree. `info` may be null.
+enum wis_status wis_tree_of_wavelets(double average,
+                                     uint32_t count,
+                                     const struct wis_wavelets *wavelets,
+                                     double least,
+                                     void *memory,
+                                     size_t bytes,
+                                     const struct wis_tree **tree,
+                                     struct wis_tree_info *info,
+                                     struct wis_diagnostic *diagnostic);
 
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant

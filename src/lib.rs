@@ -31,6 +31,7 @@ pub mod reuse;
 pub mod sampler;
 #[allow(unsafe_code)]
 pub mod simd;
+pub mod sparse;
 pub mod sphere;
 pub mod split;
 pub mod status;

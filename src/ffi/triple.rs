@@ -152,7 +152,7 @@ pub(super) unsafe fn sublinear<V: Quadtree>(
 ///
 /// # Safety
 /// The pointer is null or points to `count` elements.
-unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u32) -> Checked<&'a [Wavelets]> {
+pub(super) unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u32) -> Checked<&'a [Wavelets]> {
     // SAFETY: the caller's contract.
     let list: &[Wavelets] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
     if triple::is_ordered(list) { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }

@@ -12,6 +12,7 @@ use wis::ffi::product::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::multiply::*;
+use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
@@ -27,6 +28,8 @@ pub const ROTATION: [f32; 9] = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 /// Elements of the functions that take many.
 const COUNT: usize = 3;
 
+/// Room for products and blends of wavelets.
+const PRODUCT: usize = 48;
 /// Slices of the table.
 const SLICES: usize = 2;
 
@@ -65,6 +68,7 @@ pub struct Scene {
     slices: [*const Tree; SLICES],
     tree_size: MemorySize,
     multiply_size: MemorySize,
+    wavelets_size: MemorySize,
     tree: Vec<u8>,
     /// A tree of values up to 1, and visibility made of it.
     shares: Vec<u8>,
@@ -93,6 +97,7 @@ impl Scene {
             slices: [null(); SLICES],
             tree_size: MemorySize::default(),
             multiply_size: MemorySize::default(),
+            wavelets_size: MemorySize::default(),
             tree: Vec::new(),
             shares: Vec::new(),
             visibility: Vec::new(),
@@ -195,6 +200,8 @@ impl Scene {
         unsafe {
             expect_ok(wis_tree_size(config.pointer().cast(), &mut self.tree_size, null_mut()));
             expect_ok(wis_tree_multiply_size(handle, handle, handle, &mut self.multiply_size, null_mut()));
+            let list = self.lists[0].pointer().cast_const().cast();
+            expect_ok(wis_tree_of_wavelets_size(2, list, &mut self.wavelets_size, null_mut()));
         }
     }
 
@@ -230,18 +237,21 @@ impl Scene {
         match parameter.name.as_str() {
             "count" if name == "wis_environment_run" => 1,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
+            "count" if name.starts_with("wis_tree_of_wavelets") => 2,
             "count" => COUNT,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,
             "dimensions" | "depth" | "picks" | "n" | "m" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
-            "brdf_average" | "light" | "threshold" => 1,
+            "brdf_average" | "light" | "threshold" | "e_average" | "f_average" | "average" | "error" => 1,
+            "least" => 0,
+            "e_count" | "f_count" => 2,
             "u" => 0,
             "total" => 8,
             "side" => 4,
             "cell" => 5,
-            "room" => 2 * COUNT,
+            "room" => PRODUCT,
             "slice" => 1,
             "slice_count" => SLICES,
             "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
@@ -289,7 +299,11 @@ impl Scene {
             "const wis_wavelets *const *list" => numbers(&self.list),
             "const uint32_t *list_count" => numbers(&[2u32; COUNT]),
             "const double *weight" => numbers(&[0.5f64; COUNT]),
-            "wis_wavelets *wavelets" if name == "wis_triple_blend" => unwritten(2 * COUNT * size_of::<Wavelets>()),
+            "const wis_wavelets *e" | "const wis_wavelets *f" | "const wis_wavelets *wavelets" => wavelets(),
+            "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_triple_multiply" => {
+                unwritten(PRODUCT * size_of::<Wavelets>())
+            }
+            "uint32_t *terms" => unwritten(4),
             "const wis_visibility *visibility" => self.visibility.clone(),
             "float direction[3]" => unwritten(12),
             "uint32_t cell[4]" | "float weights[4]" => unwritten(16),
@@ -354,6 +368,7 @@ impl Scene {
         match function {
             "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..self.tree_size },
             "wis_tree_multiply" => self.multiply_size,
+            "wis_tree_of_wavelets" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
             "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
             name if name.starts_with("wis_product") => self.product_size,

@@ -12,6 +12,7 @@ use wis::ffi::products::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::multiply::*;
+use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
 use wis::ffi::visibility::*;
@@ -118,6 +119,12 @@ pub const TABLE: &[Entry] = table! {
         brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
     );
     wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count);
+    wis_triple_terms(tree, error, terms);
+    wis_triple_multiply(
+        e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average
+    );
+    wis_tree_of_wavelets_size(count, wavelets, size, diagnostic);
+    wis_tree_of_wavelets(average, count, wavelets, least, memory, bytes, tree, info, diagnostic);
     wis_visibility_size(tree, size, diagnostic);
     wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
     wis_visibility_open(memory, bytes, visibility, diagnostic);

@@ -1,0 +1,157 @@
+//! Trees of sparse sets of wavelets in C, and products of such sets.
+
+use super::super::triple::list;
+use super::super::{Block, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice_mut};
+use super::{Header, MAGIC, Stored, Tree, TreeInfo, check_results, publish, square_tree};
+use crate::numeric::{exp2i, exponent};
+use crate::sparse::{self, Sparse};
+use crate::status::Status;
+use crate::tree::{self, Link};
+use crate::triple::Wavelets;
+use core::ffi::c_void;
+use core::ptr::null_mut;
+
+/// The fewest of a tree's largest wavelets (wis_triple_select) that leave a relative L2 error of at most `error`, 0 or more.
+/// Costs 33 visits of each square.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: *mut u32) -> Status {
+    answer(null_mut(), || {
+        if error.is_nan() || error < 0.0 {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (tree, _) = square_tree(tree, 1)?;
+            out(terms, 3)?.write(sparse::terms(&tree, error));
+        }
+        Ok(())
+    })
+}
+
+/// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
+/// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
+/// visited once. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares the product has:
+/// WIS_MEMORY_TOO_SMALL if that is more. It never is above 12 times the sum of both counts.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_multiply(
+    e_average: f64,
+    e_count: u32,
+    e: *const Wavelets,
+    f_average: f64,
+    f_count: u32,
+    f: *const Wavelets,
+    room: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+    average: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        for (argument, average) in [(1, e_average), (4, f_average)] {
+            if !average.is_finite() {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        // SAFETY: the caller's contract; the product does not overlap its factors.
+        unsafe {
+            let e = Sparse { average: e_average, wavelets: list(e, e_count, 3)? };
+            let f = Sparse { average: f_average, wavelets: list(f, f_count, 6)? };
+            let wavelets = slice_mut(wavelets, room as usize, 8)?;
+            let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
+            let (mean, squares) = sparse::multiply(e, f, wavelets);
+            to_count.write(squares as u32);
+            to_average.write(mean);
+            if squares > wavelets.len() { Err(Failure::new(Status::MemoryTooSmall, 7)) } else { Ok(()) }
+        }
+    })
+}
+
+/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_wavelets_size(
+    count: u32,
+    wavelets: *const Wavelets,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let squares = sparse::squares(list(wavelets, count, 2)?);
+            let stored = Stored::new(2, squares).ok_or(Failure::new(Status::Overflow, 1))?;
+            out(size, 3)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
+        }
+        Ok(())
+    })
+}
+
+/// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
+/// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
+/// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if values are too large for a tree. `info` may be null.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_wavelets(
+    average: f64,
+    count: u32,
+    wavelets: *const Wavelets,
+    least: f64,
+    memory: *mut c_void,
+    bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        for (argument, value, lowest) in [(1, average, f64::MIN), (4, least, 0.0)] {
+            if !(lowest..=f64::MAX).contains(&value) {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        // -0 counts as 0, or it would be stored.
+        let least = if least > 0.0 { least } else { 0.0 };
+        // SAFETY: the caller's contract; the parts of the block do not overlap.
+        unsafe {
+            let set = Sparse { average, wavelets: list(wavelets, count, 3)? };
+            check_results(tree, 7, info, 8)?;
+            let squares = sparse::squares(set.wavelets);
+            let stored = Stored::new(2, squares).ok_or(Failure::new(Status::Overflow, 2))?;
+            let block = Block::new(memory.cast(), bytes, stored.bytes, 5)?;
+            let kept = block.slice::<[f32; 4]>(size_of::<Header>(), 0, squares);
+            let links = block.slice::<Link>(stored.links, 0, squares);
+            let raised = if average > least { average } else { least };
+            let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
+            let mean = sparse::to_tree(set, least, exp2i(-power), kept, links);
+            let depth = set.wavelets.iter().fold(0, |deepest, w| deepest.max(w.level + 1));
+            tree::Tree::sparse(depth, mean as f32, kept, links)
+                .map_err(|_| Failure::new(Status::InvalidArgument, 3))?;
+            let mut header = Header {
+                magic: MAGIC,
+                bytes: stored.bytes as u64,
+                content_id: 0,
+                mean: mean * exp2i(power),
+                error: 0.0,
+                dimensions: 2,
+                depth,
+                squares: squares as u32,
+                exponent: power,
+                average: mean as f32,
+                reserved: 0,
+            };
+            header.content_id = header.content_id(&tree::Tree::trusted(depth, mean as f32, kept, links));
+            memory.cast::<Header>().write(header);
+            publish(memory.cast_const().cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,186 @@
+//! Sparse sets of wavelets, rooted or not: products without decompression, terms for an error, and trees of them.
+
+mod stored;
+mod support;
+
+use std::ptr::{null, null_mut};
+use stored::{Random, Stored};
+use support::Memory;
+use wis::ffi::MemorySize;
+use wis::ffi::tree::sparse::*;
+use wis::ffi::tree::*;
+use wis::sparse::{Sparse, multiply, squares, terms, to_tree};
+use wis::status::Status;
+use wis::tree::{Link, Tree};
+use wis::triple::{self, Wavelets};
+
+const DEPTH: u32 = 5;
+const SIDE: usize = 1 << DEPTH;
+
+/// Any wavelets, most of them without their ancestors.
+fn scattered(random: &mut Random, count: usize, deepest: u32) -> Vec<Wavelets> {
+    let mut map = std::collections::BTreeMap::new();
+    for _ in 0..count {
+        let level = (random.unit() * deepest as f32) as u32;
+        let place = (random.unit() * (1u32 << (2 * level)) as f32) as u32;
+        let position = place << (2 * (12 - level));
+        map.insert((position, level), [0, 1, 2].map(|_| if random.unit() < 0.3 { 0.0 } else { random.unit() - 0.5 }));
+    }
+    map.into_iter().map(|((position, level), detail)| Wavelets { position, level, detail }).collect()
+}
+
+/// The pixels of a set, in Morton order, by the definition.
+fn pixels(set: Sparse) -> Vec<f64> {
+    let mut pixels = vec![set.average; SIDE * SIDE];
+    for w in set.wavelets {
+        let quarter = (SIDE * SIDE) >> (2 * w.level + 2);
+        let first = (w.position >> (24 - 2 * DEPTH)) as usize;
+        for c in 0..4usize {
+            let sign = |f: usize| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
+            let value: f64 = (1..4).map(|f| sign(f) * f64::from(w.detail[f - 1])).sum();
+            pixels[first + c * quarter..][..quarter].iter_mut().for_each(|pixel| *pixel += value);
+        }
+    }
+    pixels
+}
+
+#[test]
+fn products_are_those_of_the_pixels() {
+    let mut random = Random(21);
+    for (a, b) in [(0, 0), (1, 0), (0, 7), (1, 1), (5, 3), (40, 40), (400, 10), (1000, 1000)] {
+        let (e, f) = (scattered(&mut random, a, DEPTH), scattered(&mut random, b, DEPTH));
+        let (e, f) = (Sparse { average: 0.7, wavelets: &e }, Sparse { average: -0.3, wavelets: &f });
+        let mut out = vec![Wavelets::default(); 12 * (a + b) + 1];
+        let (average, count) = multiply(e, f, &mut out);
+        assert!(count <= 12 * (a + b), "{count}");
+        let product = &out[..count];
+        assert!(triple::is_ordered(product));
+        let got = pixels(Sparse { average, wavelets: product });
+        for ((got, e), f) in got.iter().zip(pixels(e)).zip(pixels(f)) {
+            assert!((got - e * f).abs() < 1e-5, "{got} for {}", e * f);
+        }
+        // What does not fit is counted and not written.
+        let mut short = vec![Wavelets::default(); count / 2];
+        assert_eq!(multiply(e, f, &mut short), (average, count));
+        assert_eq!(short[..], product[..count / 2]);
+    }
+}
+
+/// The tree of a set is the set, raised to the floor, on its finest cells; above them are true averages.
+#[test]
+fn trees_of_sets() {
+    let mut random = Random(22);
+    for (count, least) in [(0, 0.0), (1, 0.0), (6, 0.0), (60, 0.01), (900, 0.25)] {
+        let list = scattered(&mut random, count, DEPTH);
+        let set = Sparse { average: 0.4, wavelets: &list };
+        let mut kept = vec![[0.0f32; 4]; squares(&list)];
+        let mut links = vec![Link::default(); kept.len()];
+        let average = to_tree(set, least, 2.0, &mut kept, &mut links);
+        let depth = list.iter().map(|w| w.level + 1).max().unwrap_or(0);
+        let tree = Tree::<4>::sparse(depth, average as f32, &kept, &links).unwrap();
+        let stored =
+            Stored { squares: kept.clone(), links: links.clone(), average: average as f32, depth, exponent: 0 };
+        let expected: Vec<f64> = pixels(set).iter().map(|x| 2.0 * x.max(least)).collect();
+        let mean = expected.iter().sum::<f64>() / expected.len() as f64;
+        assert!((average - mean).abs() < 1e-5 && (f64::from(tree.average()) - mean).abs() < 1e-5);
+        // C order against Morton order.
+        for (i, got) in at_depth(&stored.tree()).into_iter().enumerate() {
+            assert!((got - expected[i]).abs() < 1e-5, "{count}: pixel {i}: {got} for {}", expected[i]);
+        }
+    }
+}
+
+/// The pixels of a tree in Morton order, by descent.
+fn at_depth(tree: &Tree<4>) -> Vec<f64> {
+    let pixel = |i: usize| {
+        let (mut value, mut square) = (tree.average(), tree.root_square());
+        for level in (0..DEPTH).rev() {
+            let Some(here) = square else { break };
+            let c = (i >> (2 * level) & 3) as u32;
+            value = tree.children(here)[c as usize];
+            square = tree.child_square(here, c);
+        }
+        f64::from(value)
+    };
+    (0..SIDE * SIDE).map(pixel).collect()
+}
+
+/// So many wavelets leave no more than the error, and one less leaves more.
+#[test]
+fn terms_are_the_fewest() {
+    let mut random = Random(23);
+    for kind in 0..3 {
+        let image: Vec<f64> = (0..SIDE * SIDE)
+            .map(|_| {
+                if kind == 2 {
+                    f64::from(u8::from(random.unit() < 0.2))
+                } else {
+                    (4.0 * f64::from(random.unit())).exp()
+                }
+            })
+            .collect();
+        let image: Vec<f32> = image.iter().map(|x| *x as f32).collect();
+        let stored = Stored::<4>::complete::<2>(DEPTH, &image);
+        let tree = stored.tree();
+        let mut all = vec![Wavelets::default(); SIDE * SIDE];
+        let used = triple::select(&tree, (SIDE * SIDE) as u32, 1.0, &mut all);
+        let energy = |list: &[Wavelets]| -> f64 {
+            let own = |w: &Wavelets| {
+                w.detail.map(|d| f64::from(d).powi(2)).iter().sum::<f64>() * 0.25f64.powi(w.level as i32)
+            };
+            list.iter().map(own).sum()
+        };
+        let whole = f64::from(tree.average()).powi(2) + energy(&all[..used]);
+        for error in [0.0, 0.001, 0.01, 0.1, 0.3, 2.0] {
+            let count = terms(&tree, error);
+            let lost = |keep: u32| {
+                let mut list = vec![Wavelets::default(); keep as usize];
+                let used = triple::select(&tree, keep, 1.0, &mut list);
+                ((energy(&all) - energy(&list[..used])).max(0.0) / whole).sqrt()
+            };
+            assert!(lost(count) <= error + 1e-4, "{error}: {} with {count}", lost(count));
+            assert!(count == 0 || lost(count - 1) > error - 1e-4, "{error}: {count} are not the fewest");
+        }
+    }
+}
+
+/// Free thresholding through C: negative values are raised, and sample and pdf are those of what was raised.
+#[test]
+fn negative_values_are_raised_in_sample_and_pdf() {
+    // [4, 0, 0, 0] without its detail in both axes has a pixel of -1.
+    let list = [Wavelets { position: 0, level: 0, detail: [1.0, 1.0, 0.0] }];
+    for (least, floor) in [(0.0, 0.0), (0.5, 0.5)] {
+        let (mut size, mut handle) = (MemorySize::default(), null());
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        // SAFETY: the block is as long as was asked for.
+        unsafe {
+            assert_eq!(wis_tree_of_wavelets_size(1, list.as_ptr(), &mut size, null_mut()), Status::Ok);
+            let mut memory = Memory::new(size.bytes);
+            let (place, none) = (memory.pointer(), null_mut());
+            let status =
+                wis_tree_of_wavelets(1.0, 1, list.as_ptr(), least, place, size.bytes, &mut handle, &mut info, none);
+            assert_eq!(status, Status::Ok);
+            // The values are 3, 1, 1 and -1, which is raised.
+            let mean = (3.0 + 1.0 + 1.0 + floor) / 4.0;
+            assert!((info.average - mean).abs() < 1e-6 && info.bytes as usize == size.bytes);
+            let pdf = |point: [f32; 2]| {
+                let mut pdf = f32::NAN;
+                assert_eq!(wis_tree_pdf(handle, point.as_ptr(), &mut pdf), Status::Ok);
+                f64::from(pdf)
+            };
+            assert!((pdf([0.2, 0.2]) - 3.0 / mean).abs() < 1e-6);
+            assert!((pdf([0.8, 0.8]) - floor / mean).abs() < 1e-6);
+            let mut random = Random(3);
+            for _ in 0..1000 {
+                let (u, mut point, mut told) = ([random.unit(), random.unit()], [0.0f32; 2], 0.0);
+                assert_eq!(wis_tree_sample(handle, u.as_ptr(), point.as_mut_ptr(), &mut told), Status::Ok);
+                assert!(told > 0.0 && f64::from(told).to_bits() == pdf(point).to_bits());
+                assert!(floor > 0.0 || point[0] < 0.5 || point[1] < 0.5);
+            }
+            // The bytes are a tree like any other.
+            let mut opened = null();
+            let status = wis_tree_open(memory.pointer(), size.bytes, &mut opened, null_mut(), null_mut());
+            assert_eq!(status, Status::Ok);
+        }
+    }
+}

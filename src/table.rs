@@ -115,28 +115,58 @@ impl Slice<'_> {
         values.map(|value| value * self.scale)
     }
 
-    /// The brightest cell, found from the whole square downwards, and the coarsest cell about it that has half its
-    /// brightness: the centre of the one and the level of the other.
+    /// The brightest of five cells, and the coarsest cell about it that has half its brightness: the centre of the one and
+    /// the level of the other. The cells are the four next to the mirror direction, where narrow lobes are however bright
+    /// the rest is, and the one to which the brightest child of each square leads.
     fn brightest(&self) -> ([f32; 2], u32) {
-        let (mut index, mut levels) = ([0u32; 2], [0.0f32; MAX_DEPTH as usize + 1]);
-        let (mut level, mut square) = (0, self.tree.root_square());
-        levels[0] = self.tree.average();
+        let mut best = self.follow(None);
+        for quarter in 0..4 {
+            let cell = self.follow(Some(quarter));
+            best = if cell.value > best.value { cell } else { best };
+        }
+        (best.index.map(|i| (i as f32 + 0.5) * inverse_power(best.level)), best.coarsest)
+    }
+
+    /// Goes down to a cell: always to the brightest child, or to that next to the square's middle in one of its quarters.
+    fn follow(&self, quarter: Option<u32>) -> Followed {
+        let mut levels = [self.tree.average(); MAX_DEPTH as usize + 1];
+        let (mut index, mut level, mut square) = ([0u32; 2], 0, self.tree.root_square());
         while let Some(here) = square {
             let children = self.tree.children(here);
-            let best =
-                (1..4).fold(0usize, |best, c| if children[c & 3] > children[best & 3] { c } else { best }) as u32;
-            index = [2 * index[0] + (best >> 1), 2 * index[1] + (best & 1)];
+            let brightest =
+                || (1..4).fold(0usize, |best, c| if children[c & 3] > children[best & 3] { c } else { best });
+            let c = match quarter {
+                None => brightest() as u32,
+                // The middle is the corner of its quarters that lies inside.
+                Some(quarter) => {
+                    if level == 0 {
+                        quarter
+                    } else {
+                        3 - quarter
+                    }
+                }
+            };
+            index = [2 * index[0] + (c >> 1), 2 * index[1] + (c & 1)];
             level += 1;
             match levels.get_mut(level as usize) {
-                Some(slot) => *slot = children[best as usize & 3],
+                Some(slot) => *slot = children[c as usize & 3],
                 None => break,
             }
-            square = self.tree.child_square(here, best);
+            square = self.tree.child_square(here, c);
         }
-        let peak = levels.get(level as usize).copied().unwrap_or(0.0);
-        let coarsest = levels.iter().position(|&average| average >= 0.5 * peak).unwrap_or(0);
-        (index.map(|i| (i as f32 + 0.5) * inverse_power(level)), coarsest as u32)
+        let value = levels.get(level as usize).copied().unwrap_or(0.0);
+        let coarsest = levels.iter().take(level as usize).position(|&average| average >= 0.5 * value);
+        Followed { value, index, level, coarsest: coarsest.map_or(level, |level| level as u32) }
     }
+}
+
+/// A cell that was found.
+struct Followed {
+    value: f32,
+    index: [u32; 2],
+    level: u32,
+    /// The level of the coarsest cell about it that is half as bright.
+    coarsest: u32,
 }
 
 /// The finest cells along an axis.

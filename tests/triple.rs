@@ -280,11 +280,17 @@ thread_local! {
     static OPERATIONS: std::cell::Cell<[u32; 2]> = const { std::cell::Cell::new([0; 2]) };
 }
 
+fn count(kind: usize) {
+    let mut counts = OPERATIONS.get();
+    counts[kind] += 1;
+    OPERATIONS.set(counts);
+}
+
 impl std::ops::Add for Counted {
     type Output = Counted;
 
     fn add(self, _: Counted) -> Counted {
-        OPERATIONS.set([OPERATIONS.get()[0], OPERATIONS.get()[1] + 1]);
+        count(1);
         Counted
     }
 }
@@ -293,7 +299,7 @@ impl std::ops::Mul for Counted {
     type Output = Counted;
 
     fn mul(self, _: Counted) -> Counted {
-        OPERATIONS.set([OPERATIONS.get()[0] + 1, OPERATIONS.get()[1]]);
+        count(0);
         Counted
     }
 }

@@ -28,11 +28,11 @@ pub struct Material {
     pub table: Option<&'static Table>,
 }
 
-/// Slices, depth, error budget and places in a pixel of the tables: 64 x 64 directions, or 128 x 128 if the material is
-/// glossy.
-const TABLE: (u32, u32, f32, u32) = (16, 6, 0.003, 2);
-/// Below this roughness a material is glossy.
-const GLOSSY: f64 = 0.15;
+/// Slices, depth, error budget and places in a pixel of the tables: 64 x 64 directions, and twice as many along each axis
+/// for each of two roughnesses that the material is below, and twice as many places: where pixels are coarser than the lobe
+/// or miss its peak, samples have large weights.
+const TABLE: (u32, u32, f32, u32) = (16, 6, 0.001, 2);
+const FINER: [f64; 2] = [0.15, 0.1];
 
 /// The reflectance of the microfacets at normal incidence.
 const F0: f32 = 0.9;
@@ -57,7 +57,9 @@ impl Material {
     pub fn measured(path: &Path) -> Result<Material> {
         let measured: &'static Measured = Box::leak(Box::new(Measured::load(path)?));
         let (slices, depth, budget, places) = TABLE;
-        let depth = if measured.roughness() < GLOSSY { depth + 1 } else { depth };
+        let roughness = measured.roughness();
+        let finer = FINER.iter().filter(|below| roughness < **below).count() as u32;
+        let (depth, places) = (depth + finer, places << (finer / 2));
         let table = Table::new(slices, depth, budget, places, |wo, wi| measured.eval(wo, wi))?;
         let table: &'static Table = Box::leak(Box::new(table));
         Ok(Material { table: Some(table), ..Material::called_back(measured) })

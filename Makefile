@@ -49,6 +49,9 @@ $(BUILD)/minimal: lib
 $(BUILD)/minimal-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
 
+$(BUILD)/measured: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/measured.c $(LIB)/libwis.a -lm -o $@
+
 $(BUILD)/render: lib
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(DEMO) $(LIB)/libwis.a -lm -lpthread -o $@
 

@@ -123,6 +123,13 @@ public:
         return pass(wis_product_prepare_callback(light.get(), &brdf, &config_, memory_.data(), memory_.bytes(),
                                                  &handle_, diagnostic));
     }
+    /// For a query with tabulated lobes.
+    status prepare(const environment &light, const wis_table &table, const wis_query &query,
+                   wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        return pass(wis_product_prepare_table(light.get(), &table, &query, &config_, memory_.data(), memory_.bytes(),
+                                              &handle_, diagnostic));
+    }
     const wis_product *get() const noexcept { return handle_; }
 
     /// Whether a hit may use the product: see reuse_cone.
@@ -178,6 +185,17 @@ public:
         return pass(wis_tree_multiply(e.get(), f.get(), third, memory_.data(), memory_.bytes(), scratch.data(),
                                       scratch.bytes(), &handle_, info, diagnostic));
     }
+    /// The tree of any sparse set of wavelets, raised to `least`.
+    status of_wavelets(double mean, const wis_wavelets *wavelets, std::uint32_t count, double least,
+                       wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_of_wavelets_size(count, wavelets, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_, info,
+                                         diagnostic));
+    }
     const wis_tree *get() const noexcept { return handle_; }
 
     status average(double &out) const { return pass(wis_tree_average(handle_, &out)); }
@@ -193,6 +211,25 @@ private:
     }
     memory memory_;
     const wis_tree *handle_ = nullptr;
+};
+
+/// Visibility in 8 bits, and its memory. Const once built: threads may share it.
+class visibility {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const tree &seen, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_visibility_size(seen.get(), &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_visibility_init(seen.get(), memory_.data(), memory_.bytes(), &handle_, diagnostic));
+    }
+    const wis_visibility *get() const noexcept { return handle_; }
+
+private:
+    memory memory_;
+    const wis_visibility *handle_ = nullptr;
 };
 
 /// A lat-long map as directional lights (structured importance sampling).

@@ -48,11 +48,13 @@ install_staged() {
 minimal() {
     make --no-print-directory "$build/minimal" "$build/minimal-cpp" BUILD="$build" &&
         "$build/minimal" > "$logs/minimal.txt" && "$build/minimal-cpp" > "$logs/minimal-cpp.txt" &&
-        cat "$logs/minimal.txt" && diff "$logs/minimal.txt" "$logs/minimal-cpp.txt"
+        cat "$logs/minimal.txt" && diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" &&
+        make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured"
 }
 
 minimal_valgrind() {
-    valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal"
+    valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal" &&
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/measured"
 }
 
 demo() {

@@ -18,6 +18,7 @@ int use_wrapper(wis::environment &environment, wis::product &product) {
         product.init(wis::sized<wis_product_config>()),
         product.prepare(environment, query),
         product.prepare(environment, brdf),
+        product.prepare(environment, wis::sized<wis_table>(), query),
         product.estimate(environment, luminance),
         product.sample(environment, u, sample),
         product.pdf(environment, sample.wi, pdf),

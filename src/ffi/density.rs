@@ -3,9 +3,9 @@
 
 use super::{Checked, Failure, Strided, borrow, out};
 use crate::descent::{self, Density, Sample};
-use crate::simd::{LANES, Native};
+use crate::simd::LANES;
 use crate::sphere::Frame;
-use crate::wide::{self, WideDensity};
+use crate::wide::WideDensity;
 
 /// So many calls together cost less in lanes than one by one.
 const FEWEST: usize = 3;
@@ -59,7 +59,7 @@ pub(super) unsafe fn sample_n<D: WideDensity>(
                 *sample = descent::sample(density.one(lane), frame, point);
             }
         } else {
-            samples = wide::sample::<Native, D>(density, frame, points);
+            samples = density.sample_all(frame, points);
         }
         for (i, sample) in samples.into_iter().enumerate().take(here) {
             // SAFETY: as above.
@@ -121,7 +121,7 @@ pub(super) unsafe fn pdf_n<D: WideDensity>(
                 *value = descent::pdf(density.one(lane), frame, direction).unwrap_or(0.0);
             }
         } else {
-            values = wide::pdf::<Native, D>(density, frame, directions);
+            values = density.pdf_all(frame, directions);
         }
         for (i, value) in values.into_iter().enumerate().take(here) {
             // SAFETY: as above.

@@ -9,11 +9,11 @@ use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, Peak};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
-use crate::product::{self, Budget, Built, Cell, Leaf, Options, Product as Cells, Square};
+use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
-use crate::simd::{self, Kernel, LANES, Lanes};
+use crate::simd::{self, Kernel, LANES, Lanes, Native};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use crate::table::Table;
@@ -347,7 +347,7 @@ pub unsafe extern "C" fn wis_product_sample_n(
         unsafe {
             let opened = Opened::new(environment, product)?;
             density::sample_n(
-                (&opened.cells, &opened.frame),
+                (&Group::of(&opened.cells), &opened.frame),
                 count,
                 (u, u_stride),
                 (wi, wi_stride),
@@ -397,7 +397,7 @@ pub unsafe extern "C" fn wis_product_pdf_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            density::pdf_n((&opened.cells, &opened.frame), count, (wi, wi_stride), (pdf, pdf_stride), 4)
+            density::pdf_n((&Group::of(&opened.cells), &opened.frame), count, (wi, wi_stride), (pdf, pdf_stride), 4)
         }
     })
 }
@@ -502,6 +502,8 @@ impl Callback {
 }
 
 impl Brdf for Callback {
+    const IS_SLOW: bool = true;
+
     fn hemisphere(&self) -> Option<Vec3> {
         self.hemisphere
     }
@@ -668,7 +670,8 @@ pub(super) unsafe fn prepare_with<B: Brdf>(
         let cells = block.slice::<Cell>(layout.cells, 0, room);
         let options = Options { budget, reuse: Reuse::new(reuse_cone), prior: prior.as_ref() };
         let building = Building { environment, frame, brdf, options, cells: &mut *cells };
-        let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
+        let built = if B::IS_SLOW { building.run::<Native>() } else { simd::run(level, building) };
+        let built = built.map_err(|status| Failure::new(status, argument - 1))?;
         store(&block, &built, cells, (query, reuse_cone), frame, environment.header.content_id);
         target.write(memory.cast_const().cast());
     }

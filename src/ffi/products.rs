@@ -9,9 +9,9 @@ use crate::lobe::Lobes;
 use crate::product::Group;
 use crate::query::Query;
 use crate::reuse::Reuse;
-use crate::simd::{LANES, Native};
+use crate::simd::LANES;
 use crate::status::Status;
-use crate::wide;
+use crate::wide::WideDensity;
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -180,7 +180,7 @@ impl<'a> Points<'a> {
     #[inline(always)]
     fn sample(&self, u: [[f32; 2]; LANES]) -> [Sample; LANES] {
         if self.one_frame {
-            return wide::sample::<Native, _>(&self.group(), &self.opened[0].frame, u);
+            return self.group().sample_all(&self.opened[0].frame, u);
         }
         let mut samples = [Sample::default(); LANES];
         for ((sample, point), u) in samples.iter_mut().zip(&self.opened).zip(u) {
@@ -192,7 +192,7 @@ impl<'a> Points<'a> {
     #[inline(always)]
     fn pdf(&self, wi: [[f32; 3]; LANES]) -> [f32; LANES] {
         if self.one_frame {
-            return wide::pdf::<Native, _>(&self.group(), &self.opened[0].frame, wi);
+            return self.group().pdf_all(&self.opened[0].frame, wi);
         }
         let mut values = [0.0; LANES];
         for ((value, point), wi) in values.iter_mut().zip(&self.opened).zip(wi) {

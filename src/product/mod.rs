@@ -196,28 +196,17 @@ impl<F: Lanes> Parts<F> {
     }
 }
 
-impl WideDensity for Product<'_> {
-    type One = Self;
-
-    #[inline(always)]
-    fn one(&self, _: usize) -> &Self {
-        self
-    }
-
-    #[inline(always)]
-    fn positive(&self) -> u32 {
-        if self.is_positive() { ALL } else { 0 }
-    }
-
-    #[inline(always)]
-    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
-        walk_lanes([self; LANES], walker)
-    }
-}
-
 /// A product for each lane, all of one environment: eight shading points side by side.
 #[derive(Clone, Copy)]
 pub struct Group<'p, 'a>(pub [&'p Product<'a>; LANES]);
+
+impl<'p, 'a> Group<'p, 'a> {
+    /// The same product in all lanes.
+    #[inline(always)]
+    pub fn of(product: &'p Product<'a>) -> Self {
+        Group([product; LANES])
+    }
+}
 
 impl<'a> WideDensity for Group<'_, 'a> {
     type One = Product<'a>;

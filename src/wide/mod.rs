@@ -9,7 +9,7 @@ mod split;
 pub mod vector;
 
 use crate::descent::{self, Density, Sample};
-use crate::simd::{LANES, Lanes};
+use crate::simd::{LANES, Lanes, Native};
 use crate::sphere::{Frame, SPHERE};
 use split::{quad_density, take_quad};
 use vector::to_arrays;
@@ -35,6 +35,24 @@ pub trait WideDensity {
     /// Walks from the whole square to eight cells. Returns the corners of the cells as [`Density::walk`] does, and the
     /// lanes that failed as bits.
     fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32);
+
+    /// A sample in each lane. One function for all callers, since it is large.
+    #[inline(never)]
+    fn sample_all(&self, frame: &Frame, u: [[f32; 2]; LANES]) -> [Sample; LANES]
+    where
+        Self: Sized,
+    {
+        sample::<Native, Self>(self, frame, u)
+    }
+
+    /// The pdf of a direction in each lane; 0 for one that is not of unit length.
+    #[inline(never)]
+    fn pdf_all(&self, frame: &Frame, wi: [[f32; 3]; LANES]) -> [f32; LANES]
+    where
+        Self: Sized,
+    {
+        pdf::<Native, Self>(self, frame, wi)
+    }
 }
 
 /// Walks where random numbers lead.

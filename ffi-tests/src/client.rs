@@ -827,10 +827,15 @@ pub struct Tree {
 impl Tree {
     /// Builds a tree of `2^depth` by `2^depth` values.
     pub fn new(depth: u32, error_budget: f32, pixels: &[f32]) -> Result<Tree> {
-        assert!(pixels.len() == 1 << (2 * depth));
+        Tree::of(2, depth, error_budget, pixels)
+    }
+
+    /// Builds a tree of `2^depth` values along each of some axes.
+    pub fn of(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> Result<Tree> {
+        assert!(pixels.len() == 1 << (dimensions * depth));
         let config = raw::wis_tree_config {
             size: size_of::<raw::wis_tree_config>() as u32,
-            dimensions: 2,
+            dimensions,
             depth,
             error_budget,
             pixels: pixels.as_ptr(),
@@ -971,8 +976,8 @@ impl Tree {
     }
 
     /// Warps points in place; `index` is permuted alike.
-    pub fn warp(&self, points: &mut [[f32; 2]], index: &mut [u32]) -> Result<()> {
-        assert!(points.len() == index.len());
+    pub fn warp<const N: usize>(&self, points: &mut [[f32; N]], index: &mut [u32]) -> Result<()> {
+        assert!(points.len() == index.len() && self.info.dimensions as usize == N);
         // SAFETY: the handle is alive, and the slices are of one length.
         check(unsafe {
             raw::wis_warp_in_place(self.handle(), points.as_mut_ptr().cast(), index.as_mut_ptr(), points.len())

@@ -18,7 +18,7 @@ const BUDGET: f32 = 0.01;
 const FLOOR: f32 = 0.02;
 
 /// The frame of a direction: its columns in world space, the third the direction itself.
-fn frame(direction: Vec3) -> Mat3 {
+pub fn frame(direction: Vec3) -> Mat3 {
     let (x, y) = direction.any_orthonormal_pair();
     Mat3::from_cols(x, y, direction)
 }
@@ -39,7 +39,7 @@ fn turned(map: &Cube, direction: Vec3, places: &[Vec3]) -> client::Result<Tree> 
 }
 
 /// The light on the faces of a cube, for quick look-ups.
-struct Cube {
+pub struct Cube {
     pixels: Vec<f32>,
     mean: f32,
 }
@@ -48,7 +48,7 @@ struct Cube {
 const EDGE: usize = 256;
 
 impl Cube {
-    fn new(light: &Light) -> Cube {
+    pub fn new(light: &Light) -> Cube {
         let at = |i: usize| (2 * i + 1) as f32 / EDGE as f32 - 1.0;
         let pixel = |k: usize| {
             let (face, s, t) = (k / (EDGE * EDGE), at(k / EDGE % EDGE), at(k % EDGE));
@@ -63,7 +63,7 @@ impl Cube {
     }
 
     /// The pixel that a direction meets.
-    fn at(&self, d: Vec3) -> f32 {
+    pub fn at(&self, d: Vec3) -> f32 {
         let [x, y, z] = d.abs().to_array();
         let (face, major, s, t) = if x >= y && x >= z {
             (0, d.x, d.y, d.z)
@@ -120,14 +120,14 @@ fn compare(out: &mut String, light: &Light, environment: &Environment, map: &Cub
     writeln!(
         out,
         "\nOne point, variance of one sample relative to the square of the integral: the product of a turned tree and a BRDF slice \
-         in its frame (`wis_tree_multiply`), with the nearest direction of the grid and with the point's own, and the product on \
+         in its frame (`wis_tree_multiply`), with the nearest direction of the grid, with the four about it, one chosen by its bilinear weight times its integral, and with the point's own, and the product on \
          the map itself by a table (`wis_product_prepare_table`). Times: the product alone.\n"
     )?;
     writeln!(
         out,
-        "| material | 64 x 64, nearest | us | own direction, 64 x 64 | own, 128 x 128 | us | product by table | us |"
+        "| material | 64 x 64, nearest | us | four nearest, blended | own direction, 64 x 64 | own, 128 x 128 | us | product by table | us |"
     )?;
-    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|")?;
+    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     for name in ["satin_rosaline_rgb.bsdf", "cc_iris_purple_gem_rgb.bsdf"] {
         let material = data::measured(name)?;
         let point = tilted();
@@ -136,9 +136,7 @@ fn compare(out: &mut String, light: &Light, environment: &Environment, map: &Cub
         let values: Vec<f64> = wi.iter().map(|&wi| f64::from(bsdf.eval_one(wi).0 * light.radiance(wi))).collect();
         let mirror = (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize();
         let (cells, weights) = client::grid_cells(64, mirror.to_array())?;
-        let nearest = (0..4).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
-        let nearest = Vec3::from_array(client::grid_direction(64, cells[nearest])?);
-        let cell = |direction: Vec3, depth: u32| -> Result<(f64, f64)> {
+        let product = |direction: Vec3, depth: u32| -> Result<(Tree, Mat3, f64)> {
             let (light, brdf) = (turned(map, direction, &places(depth))?, slice(&bsdf, mirror, direction, depth)?);
             let (mut scratch, mut us, mut product) = (Block::new(16), f64::MAX, None);
             for _ in 0..20 {
@@ -146,13 +144,29 @@ fn compare(out: &mut String, light: &Light, environment: &Environment, map: &Cub
                 product = Some(light.multiply(&brdf, None, &mut scratch)?);
                 us = us.min(start.elapsed().as_secs_f64() * 1e6);
             }
-            let (product, frame) = (product.expect("twenty rounds"), frame(direction).transpose());
-            let pdf = |wi: Vec3| Ok(f64::from(product.pdf(place(frame * wi))?) / (4.0 * std::f64::consts::PI));
-            Ok((relative_variance(&wi, &values, pdf)?, us))
+            Ok((product.expect("twenty rounds"), frame(direction).transpose(), us))
         };
-        let (coarse, us) = cell(nearest, 6)?;
-        let (own, _) = cell(mirror, 6)?;
-        let (fine, fine_us) = cell(mirror, 7)?;
+        let pdf = |(product, frame, _): &(Tree, Mat3, f64), wi: Vec3| -> Result<f64> {
+            Ok(f64::from(product.pdf(place(*frame * wi))?) / (4.0 * std::f64::consts::PI))
+        };
+        let four = cells.iter().map(|&cell| product(Vec3::from_array(client::grid_direction(64, cell)?), 6));
+        let four = four.collect::<Result<Vec<_>>>()?;
+        let nearest = (0..4).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
+        let coarse = relative_variance(&wi, &values, |wi| pdf(&four[nearest], wi))?;
+        // One of the four is chosen by its weight and integral; the pdf is the sum over all.
+        let shares: Vec<f64> = four.iter().zip(weights).map(|(p, w)| f64::from(w) * p.0.info.average).collect();
+        let total: f64 = shares.iter().sum();
+        let mixed = |wi: Vec3| {
+            let each = four.iter().zip(&shares).map(|(p, share)| Ok(share / total * pdf(p, wi)?));
+            each.sum::<Result<f64>>()
+        };
+        let blended = relative_variance(&wi, &values, mixed)?;
+        let us = four[nearest].2;
+        let own = product(mirror, 6)?;
+        let own = relative_variance(&wi, &values, |wi| pdf(&own, wi))?;
+        let fine = product(mirror, 7)?;
+        let fine_us = fine.2;
+        let fine = relative_variance(&wi, &values, |wi| pdf(&fine, wi))?;
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
         let (mut memory, mut table_us) = (preparation.memory()?, f64::MAX);
         for _ in 0..20 {
@@ -165,7 +179,7 @@ fn compare(out: &mut String, light: &Light, environment: &Environment, map: &Cub
         let name = &material.name;
         writeln!(
             out,
-            "| {name} | {coarse:.3} | {us:.0} | {own:.3} | {fine:.3} | {fine_us:.0} | {table:.3} | {table_us:.0} |"
+            "| {name} | {coarse:.3} | {us:.0} | {blended:.3} | {own:.3} | {fine:.3} | {fine_us:.0} | {table:.3} | {table_us:.0} |"
         )?;
     }
     writeln!(out, "\n{LESSON}")?;
@@ -177,7 +191,7 @@ prepare. Turned trees win nowhere here: their pixels are as coarse as the grid, 
 the nearest direction of the grid is off by up to half a cell, which is more than such a lamp.";
 
 /// The point of the octahedral square for a direction in the frame of the trees.
-fn place(d: Vec3) -> [f32; 2] {
+pub fn place(d: Vec3) -> [f32; 2] {
     let (ax, ay) = (d.x.abs(), d.y.abs());
     let radius = (1.0 - d.z.abs()).max(0.0).sqrt();
     let turn = if ax + ay > 0.0 { ay.atan2(ax) * std::f32::consts::FRAC_2_PI } else { 0.0 };

@@ -1,0 +1,213 @@
+//! The product of the map and a rotationally symmetric lobe over all directions as one function of four variables, warped
+//! once; what a point samples is then looked up (Section 5.3, Fig. 11).
+
+use crate::rotated::{Cube, frame, place};
+use crate::{STEP, middle};
+use anyhow::Result;
+use glam::{Quat, Vec3};
+use std::fmt::Write;
+use std::time::Instant;
+use wis_ffi_tests::client::{self, Block, Density, Preparation, Product, Tree, raw};
+use wis_ffi_tests::data;
+use wis_ffi_tests::light::{Light, octahedral_direction};
+use wis_ffi_tests::points;
+use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
+
+/// Cells along each of the four axes.
+const DEPTH: u32 = 5;
+const SIDE: usize = 1 << DEPTH;
+/// Points that are warped as a pre-process, and the nearest of them that a shading point takes.
+const WARPED: usize = 1 << 18;
+const SAMPLES: usize = 30;
+/// Places along an axis of a cell over which light and lobe are averaged.
+const PLACES: usize = 4;
+const EXPONENT: f32 = 50.0;
+/// Cells of keys along an axis.
+const KEYS: usize = 64;
+
+/// The pre-process: points by their keys, and the integral for each cell of reflected directions.
+struct Table {
+    integrals: Vec<f64>,
+    /// Key, the direction that it stands for and that of the light, sorted by cells of keys; where each cell begins.
+    points: Vec<([f32; 2], Vec3, Vec3)>,
+    first: Vec<usize>,
+}
+
+fn lobe(cosine: f32) -> f32 {
+    (EXPONENT + 2.0) / std::f32::consts::TAU * cosine.max(0.0).powf(EXPONENT)
+}
+
+impl Table {
+    fn new(map: &Cube) -> Result<Table> {
+        let cells = SIDE * SIDE;
+        let frames: Vec<_> = (0..cells).map(|a| frame(middle(a, SIDE))).collect();
+        // Places in each cell of the direction of the light, which stands first: the lobe has these two axes.
+        let places = |b: usize| {
+            (0..PLACES * PLACES).map(move |k| {
+                let (row, column) = (PLACES * (b / SIDE) + k / PLACES, PLACES * (b % SIDE) + k % PLACES);
+                middle(row * PLACES * SIDE + column, PLACES * SIDE)
+            })
+        };
+        let mean = |sum: f32| sum / (PLACES * PLACES) as f32;
+        let mut turned = Vec::with_capacity(cells * cells);
+        for b in 0..cells {
+            let local: Vec<Vec3> = places(b).collect();
+            turned.extend(frames.iter().map(|frame| mean(local.iter().map(|wi| map.at(*frame * *wi)).sum())));
+        }
+        let lobes: Vec<f32> = (0..cells).map(|b| mean(places(b).map(|wi| lobe(wi.z)).sum())).collect();
+        let light = Tree::of(4, DEPTH, 0.0, &turned)?;
+        let product = light.multiply(&Tree::new(DEPTH, 0.0, &lobes)?, None, &mut Block::new(16))?;
+        let area = 4.0 * std::f64::consts::PI / cells as f64;
+        let integral = |a: usize| (0..cells).map(|b| f64::from(turned[b * cells + a] * lobes[b])).sum::<f64>() * area;
+        let integrals = (0..cells).map(integral).collect();
+        let (mut first, mut second) = (vec![[0.0; 2]; WARPED], vec![[0.0; 2]; WARPED]);
+        points::sobol(31, 0, &mut first);
+        points::sobol(32, 0, &mut second);
+        let mut warped: Vec<[f32; 4]> = first.iter().zip(&second).map(|(a, b)| [a[0], a[1], b[0], b[1]]).collect();
+        let mut index: Vec<u32> = (0..WARPED as u32).collect();
+        product.warp(&mut warped, &mut index)?;
+        let mut points: Vec<_> = warped
+            .into_iter()
+            .map(|[y, x, v, u]| {
+                let reflected = octahedral_direction(u, v);
+                ([v, u], reflected, frame(reflected) * octahedral_direction(x, y))
+            })
+            .collect();
+        points.sort_by_key(|point| key_cell(point.0));
+        let mut first = vec![0; KEYS * KEYS + 1];
+        for point in &points {
+            first[key_cell(point.0) + 1] += 1;
+        }
+        for cell in 0..KEYS * KEYS {
+            first[cell + 1] += first[cell];
+        }
+        Ok(Table { integrals, points, first })
+    }
+
+    /// The integral without occlusion of a reflected direction, and the nearest points' directions, turned to it.
+    fn near(&self, reflected: Vec3, found: &mut Vec<(f32, Vec3)>) -> Result<f64> {
+        found.clear();
+        let key = place(reflected);
+        let cell = |k: f32| ((k * KEYS as f32) as usize).min(KEYS - 1);
+        let (row, column) = (cell(key[0]), cell(key[1]));
+        // Rings of cells, one more than needed: the nearest may stand beyond the border.
+        let mut last = usize::MAX;
+        for ring in 0..KEYS {
+            if found.len() >= SAMPLES && last == usize::MAX {
+                last = ring;
+            }
+            if ring > last {
+                break;
+            }
+            let range = |c: usize| c.saturating_sub(ring)..=(c + ring).min(KEYS - 1);
+            for y in range(row) {
+                for x in range(column) {
+                    if y.abs_diff(row).max(x.abs_diff(column)) == ring {
+                        let cell = y * KEYS + x;
+                        let here = &self.points[self.first[cell]..self.first[cell + 1]];
+                        found.extend(here.iter().map(|(k, from, wi)| {
+                            let distance = (k[0] - key[0]).powi(2) + (k[1] - key[1]).powi(2);
+                            (distance, Quat::from_rotation_arc(*from, reflected) * *wi)
+                        }));
+                    }
+                }
+            }
+        }
+        let count = SAMPLES.min(found.len());
+        if count < found.len() {
+            found.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0));
+            found.truncate(count);
+        }
+        // Cells of the grid count along x first, those of `middle` along y.
+        let (cells, weights) = client::grid_cells(SIDE as u32, reflected.to_array())?;
+        let integral = |cell: u32| self.integrals[cell as usize % SIDE * SIDE + cell as usize / SIDE];
+        Ok(cells.iter().zip(weights).map(|(cell, weight)| f64::from(weight) * integral(*cell)).sum())
+    }
+}
+
+fn key_cell(key: [f32; 2]) -> usize {
+    let at = |k: f32| ((k * KEYS as f32) as usize).min(KEYS - 1);
+    at(key[0]) * KEYS + at(key[1])
+}
+
+fn reflected(point: &ShadingPoint) -> Vec3 {
+    (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize()
+}
+
+/// Writes the section.
+pub fn write(out: &mut String) -> Result<()> {
+    writeln!(out, "\n## One product for all directions (Fig. 11)\n\n{TEXT}")?;
+    let (light, scene) = (data::light("galileo_cross.hdr")?, data::scene("dragon_vrip_res3.ply", View::Image(STEP))?);
+    let environment = light.environment()?;
+    let start = Instant::now();
+    let table = Table::new(&Cube::new(&light))?;
+    let seconds = start.elapsed().as_secs_f64();
+    let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
+    let mut memory = preparation.memory()?;
+    let mut on_the_fly = |count: usize, pass: u32| -> Result<(Vec<f64>, f64)> {
+        let (mut u, mut wi, mut pdf) = (vec![[0.0; 2]; count], vec![[0.0; 3]; count], vec![0.0; count]);
+        let start = Instant::now();
+        let mut values = Vec::new();
+        for point in &scene.points {
+            let product = Product::prepare(&environment, &query(point), &preparation, &mut memory)?;
+            points::sobol(client::pixel_seed(point.pixel, pass), 0, &mut u);
+            product.sample_n(&u, &mut wi, &mut pdf)?;
+            values.push(estimate(&scene, &light, point, &wi, &pdf));
+        }
+        Ok((values, start.elapsed().as_secs_f64() * 1e6 / scene.points.len() as f64))
+    };
+    let (truth, _) = on_the_fly(4096, 1)?;
+    let (values, us) = on_the_fly(SAMPLES, 0)?;
+    let (mut found, start) = (Vec::new(), Instant::now());
+    let mut looked_up = Vec::with_capacity(scene.points.len());
+    for point in &scene.points {
+        let integral = table.near(reflected(point), &mut found)?;
+        let seen = found.iter().filter(|(_, wi)| scene.visible(point, *wi)).count();
+        looked_up.push(integral * seen as f64 / found.len().max(1) as f64);
+    }
+    let table_us = start.elapsed().as_secs_f64() * 1e6 / scene.points.len() as f64;
+    let start = Instant::now();
+    for point in &scene.points {
+        for (_, wi) in found.iter() {
+            std::hint::black_box(scene.visible(point, *wi));
+        }
+    }
+    let rays = start.elapsed().as_secs_f64() * 1e6 / scene.points.len() as f64;
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let error = |values: &[f64]| {
+        let squares: f64 = values.iter().zip(&truth).map(|(v, t)| (v - t).powi(2)).sum();
+        (squares / truth.len() as f64).sqrt() / mean
+    };
+    writeln!(out, "| | us a point | error |\n|---|---:|---:|")?;
+    writeln!(out, "| product on the fly, {SAMPLES} samples | {us:.1} | {:.3} |", error(&values))?;
+    writeln!(out, "| looked up, {SAMPLES} nearest of {WARPED} | {table_us:.1} | {:.3} |", error(&looked_up))?;
+    writeln!(out, "| rays alone | {rays:.1} | |")?;
+    writeln!(out, "\nThe pre-process: {SIDE}^4 cells, {seconds:.1} s on one thread. {LESSON}")?;
+    Ok(())
+}
+
+const TEXT: &str = "Phong 50 (without cosine, so that it depends on the reflected direction alone) on the dragon in Galileo's tomb. The map
+turned about every direction times the lobe is a tree of four axes (`wis_tree_multiply`); its points are warped once
+(`wis_warp_in_place`) and found again by their reflected direction; a point traces its 30 nearest and scales the integral of its
+cell by what it sees. The paper: 2.1 times as fast as the product on the fly, with the same samples.
+";
+
+const LESSON: &str = "Looking up is faster, as the paper says, and
+worse: integrals are interpolated between 32 x 32 reflected directions, and the directions are those of neighbours. It is a
+biased estimate that more samples do not mend.";
+
+fn query(point: &ShadingPoint) -> raw::wis_query {
+    let lobe = raw::wis_lobe { kind: raw::WIS_LOBE_PHONG, weight: [1.0; 3], a: EXPONENT, ..Default::default() };
+    let query = client::query(point.normal.to_array(), point.wo.to_array(), &[lobe]);
+    raw::wis_query { flags: raw::WIS_QUERY_COSINE_INCLUDED, ..query }
+}
+
+fn estimate(scene: &Scene, light: &Light, point: &ShadingPoint, wi: &[[f32; 3]], pdf: &[f32]) -> f64 {
+    let mirror = reflected(point);
+    let each = wi.iter().zip(pdf).map(|(wi, pdf)| {
+        let wi = Vec3::from_array(*wi);
+        let lit = *pdf > 0.0 && scene.visible(point, wi);
+        if lit { f64::from(lobe(wi.dot(mirror)) * light.radiance(wi) / pdf) } else { 0.0 }
+    });
+    each.sum::<f64>() / wi.len() as f64
+}

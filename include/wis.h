@@ -502,6 +502,19 @@ typedef struct wis_wavelets {
   float detail[3];
 } wis_wavelets;
 
+/// The wavelets of a square of n axes that a set keeps.
+typedef struct wis_details {
+  /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
+  uint64_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// Not read; 0 where the library writes.
+  uint32_t reserved;
+  /// Detail f, 1 to 2^n - 1, in value space: 2^(n level / 2) times the orthonormal coefficient of the wavelet that varies
+  /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
+  float detail[16];
+} wis_details;
+
 /// A non-standard Haar function of n variables: the product of functions of one level.
 typedef struct wis_basis_function {
   /// The support is a cube of the width 2^-level, at most 31.
@@ -1050,6 +1063,12 @@ enum wis_status wis_triple_terms(const struct wis_tree *tree,
                                  double error,
                                  uint32_t *terms);
 
+/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
+/// is asked to keep by those who threshold. One visit of each square.
+enum wis_status wis_triple_at_least(const struct wis_tree *tree,
+                                    double threshold,
+                                    uint32_t *terms);
+
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
 /// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
 /// visited once. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares the product has:
@@ -1063,6 +1082,22 @@ enum wis_status wis_triple_multiply(double e_average,
                                     uint32_t room,
                                     struct wis_wavelets *wavelets,
                                     uint32_t *wavelet_count,
+                                    double *average);
+
+/// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
+/// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
+/// n axes ask for.
+enum wis_status wis_sparse_multiply(uint32_t n,
+                                    uint32_t m,
+                                    double e_average,
+                                    uint32_t e_count,
+                                    const struct wis_details *e,
+                                    double f_average,
+                                    uint32_t f_count,
+                                    const struct wis_details *f,
+                                    uint32_t room,
+                                    struct wis_details *product,
+                                    uint32_t *product_count,
                                     double *average);
 
 /// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.

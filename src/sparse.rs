@@ -5,65 +5,165 @@
 //! such a set may be negative. Products and integrals take it as it is; a tree raises it to a floor, and then it is the
 //! raised function that is sampled, whose pdf is told and whose averages are stored.
 
-use crate::haar::analyse;
 use crate::morton::MAX_DEPTH;
 use crate::tree::{Link, Tree};
 use crate::triple::{Wavelets, value};
 
 /// A function on the square: its average, and wavelets in order.
+pub type Sparse<'a> = Set<'a, Wavelets>;
+
+/// A function on the unit cube of n axes: its average, and wavelets in order.
 #[derive(Clone, Copy, Debug)]
-pub struct Sparse<'a> {
-    /// Over the whole square.
+pub struct Set<'a, W> {
+    /// Over the whole cube.
     pub average: f64,
-    /// In order ([`crate::triple::is_ordered`]).
-    pub wavelets: &'a [Wavelets],
+    /// By position, and squares before those inside them.
+    pub wavelets: &'a [W],
 }
 
-/// Takes the wavelets of a square off the front of a list, if they are the first.
-fn take(list: &mut &[Wavelets], square: &Wavelets) -> [f64; 3] {
-    match list.split_first() {
-        Some((first, rest)) if (first.position, first.level) == (square.position, square.level) => {
-            *list = rest;
-            first.detail.map(f64::from)
-        }
-        _ => [0.0; 3],
+/// The wavelets of a square of n axes that a set keeps.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Details {
+    /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
+    pub position: u64,
+    /// The square has the width 2^-level.
+    pub level: u32,
+    /// Not read; 0 where the library writes.
+    pub reserved: u32,
+    /// Detail f, 1 to 2^n - 1, in value space: 2^(n level / 2) times the orthonormal coefficient of the wavelet that varies
+    /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
+    pub detail: [f32; 16],
+}
+
+/// An element of a sparse set.
+pub trait Element: Copy {
+    /// Where the square is, and its level.
+    fn key(&self) -> (u64, u32);
+    /// Detail f, below 2^n.
+    fn detail(&self, f: usize) -> f64;
+    /// The wavelets of a square; detail 0 is not read.
+    fn new(key: (u64, u32), details: &[f64; 16]) -> Self;
+}
+
+impl Element for Wavelets {
+    fn key(&self) -> (u64, u32) {
+        (self.position.into(), self.level)
+    }
+
+    fn detail(&self, f: usize) -> f64 {
+        f.checked_sub(1).and_then(|f| self.detail.get(f)).map_or(0.0, |d| f64::from(*d))
+    }
+
+    fn new((position, level): (u64, u32), details: &[f64; 16]) -> Self {
+        let [_, a, b, c, ..] = *details;
+        Wavelets { position: position as u32, level, detail: [a, b, c].map(|d| d as f32) }
     }
 }
 
-/// Whether a list goes on with something in a square.
-fn enters(list: &[Wavelets], square: &Wavelets) -> bool {
-    list.first().is_some_and(|first| first.level >= square.level && first.is_in(square))
+impl Element for Details {
+    fn key(&self) -> (u64, u32) {
+        (self.position, self.level)
+    }
+
+    fn detail(&self, f: usize) -> f64 {
+        self.detail.get(f).map_or(0.0, |d| f64::from(*d))
+    }
+
+    fn new((position, level): (u64, u32), details: &[f64; 16]) -> Self {
+        let mut detail = details.map(|d| d as f32);
+        detail[0] = 0.0;
+        Details { position, level, reserved: 0, detail }
+    }
+}
+
+/// Whether a list is in order, of squares of `axes` axes on the grid, with numbers.
+pub fn is_ordered(list: &[Details], axes: u32) -> bool {
+    let on_grid = |w: &Details| {
+        let used = w.detail.iter().take(1 << axes).skip(1);
+        w.level < MAX_DEPTH
+            && w.position >> (axes * MAX_DEPTH) == 0
+            && w.position & ((1 << shift(axes, w.level)) - 1) == 0
+            && used.copied().all(f32::is_finite)
+    };
+    list.iter().all(on_grid) && list.windows(2).all(|pair| matches!(pair, [a, b] if a.key() < b.key()))
+}
+
+/// Bits of a position below those of a level.
+fn shift(axes: u32, level: u32) -> u32 {
+    axes * MAX_DEPTH.saturating_sub(level)
+}
+
+/// A square of a function of some axes.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    axes: u32,
+    key: (u64, u32),
+}
+
+impl Place {
+    fn child(&self, c: u32) -> Place {
+        let (position, level) = (self.key.0, self.key.1 + 1);
+        Place { key: (position | u64::from(c) << shift(self.axes, level), level), ..*self }
+    }
+
+    /// The averages of the children of the square, if a set has wavelets in it; what the set has of the square itself is
+    /// added to its average.
+    fn children<W: Element>(&self, set: &Set<W>, average: f64) -> ([f64; 16], bool) {
+        let first = set.wavelets.partition_point(|w| w.key() < self.key);
+        let next = set.wavelets.get(first);
+        let inside = next
+            .is_some_and(|w| w.key().0 >> shift(self.axes, self.key.1) == self.key.0 >> shift(self.axes, self.key.1));
+        let mut values = [0.0; 16];
+        if let Some(own) = next.filter(|w| w.key() == self.key) {
+            for (f, value) in values.iter_mut().enumerate().take(1 << self.axes).skip(1) {
+                *value = own.detail(f);
+            }
+        }
+        values[0] = average;
+        transform(&mut values, self.axes);
+        (values, inside)
+    }
+}
+
+/// Sums over c of (-1)^popcount(f & c) value(c), for every f below 2^axes: averages from details, and, but for a factor
+/// 2^axes, details from averages.
+fn transform(values: &mut [f64; 16], axes: u32) {
+    for axis in 0..axes.min(4) {
+        for c in (0..1usize << axes.min(4)).filter(|c| c >> axis & 1 == 0) {
+            let (low, high) = (values[c & 15], values[(c | 1 << axis) & 15]);
+            (values[c & 15], values[(c | 1 << axis) & 15]) = (low + high, low - high);
+        }
+    }
 }
 
 /// A square whose children are being multiplied.
 #[derive(Clone, Copy, Default)]
 struct Open {
-    square: Wavelets,
-    functions: [[f64; 4]; 2],
-    children: [f64; 4],
+    places: [Place; 2],
+    /// The averages of both functions on the children.
+    e: [f64; 16],
+    f: [f64; 16],
+    children: [f64; 16],
     next: u32,
     slot: usize,
 }
 
-/// The product of two functions: its wavelets in order as far as there is room, its average, and how many squares it has.
-/// Each square that either function has a wavelet in is visited once, and only those.
-pub fn multiply(e: Sparse, f: Sparse, out: &mut [Wavelets]) -> (f64, usize) {
-    let mut rest = [e.wavelets, f.wavelets];
+/// The product of a function of n axes and one of the first m of them: its wavelets in order as far as there is room, its
+/// average, and how many squares it has. Each square that either function has a wavelet in is visited once, and only those.
+pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set<V>), out: &mut [W]) -> (f64, usize) {
+    let root = |axes| Place { axes, key: (0, 0) };
     let mut open = [Open::default(); MAX_DEPTH as usize + 1];
     let (mut depth, mut count) = (0usize, 0usize);
     let mut finished: Option<f64> = None;
-    let mut enter = Some((Wavelets::default(), [e.average, f.average]));
+    let mut enter = Some(([root(n), root(m)], [e.average, f.average]));
     loop {
-        if let Some((square, averages)) = enter.take() {
-            let inside = rest.iter().any(|list| enters(list, &square));
-            match open.get_mut(depth).filter(|_| inside) {
+        if let Some((places, averages)) = enter.take() {
+            let (of_e, e_inside) = places[0].children(&e, averages[0]);
+            let (of_f, f_inside) = places[1].children(&f, averages[1]);
+            match open.get_mut(depth).filter(|_| e_inside || f_inside) {
                 Some(slot) => {
-                    let mut functions = [[0.0; 4]; 2];
-                    for ((function, list), average) in functions.iter_mut().zip(&mut rest).zip(averages) {
-                        let [a, b, c] = take(list, &square);
-                        *function = [average, a, b, c];
-                    }
-                    *slot = Open { square, functions, children: [0.0; 4], next: 0, slot: count };
+                    *slot = Open { places, e: of_e, f: of_f, children: [0.0; 16], next: 0, slot: count };
                     (depth, count) = (depth + 1, count + 1);
                 }
                 None => finished = Some(averages[0] * averages[1]),
@@ -73,19 +173,22 @@ pub fn multiply(e: Sparse, f: Sparse, out: &mut [Wavelets]) -> (f64, usize) {
             return (finished.unwrap_or(0.0), count);
         };
         if let Some(average) = finished.take() {
-            here.children[here.next as usize & 3] = average;
+            here.children[here.next as usize & 15] = average;
             here.next += 1;
         }
-        if here.next < 4 {
-            let c = here.next;
-            enter = Some((here.square.child(c), here.functions.map(|function| value(function, c))));
+        if here.next < 1 << n {
+            let (c, below) = (here.next, here.next >> (n - m));
+            let averages = [here.e[c as usize & 15], here.f[below as usize & 15]];
+            enter = Some(([here.places[0].child(c), here.places[1].child(below)], averages));
             continue;
         }
-        let [average, details @ ..] = analyse(here.children);
+        let scale = 1.0 / f64::from(1u32 << n);
+        transform(&mut here.children, n);
+        let details = here.children.map(|sum| sum * scale);
         if let Some(slot) = out.get_mut(here.slot) {
-            *slot = Wavelets { detail: details.map(|d| d as f32), ..here.square };
+            *slot = W::new(here.places[0].key, &details);
         }
-        finished = Some(average);
+        finished = Some(details[0]);
         depth -= 1;
     }
 }
@@ -242,4 +345,12 @@ pub fn terms(tree: &Tree<4>, error: f64) -> u32 {
     let ties = count - above(high).0;
     let spare = if each > 0.0 { (max_f64(allowed - lost, 0.0) / each) as u32 } else { 0 };
     count - spare.min(ties)
+}
+
+/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, in the units of the input, of
+/// which stored values are `1 / scale`.
+pub fn at_least(tree: &Tree<4>, threshold: f64, scale: f64) -> u32 {
+    let mut count = 0;
+    crate::triple::each_size(tree, |size| count += u32::from(size > 0.0 && f64::from(size) * scale >= threshold));
+    count
 }

@@ -42,12 +42,6 @@ impl Wavelets {
         (self.position ^ other.position) >> shift(other.level) == 0
     }
 
-    /// Child `c`, without wavelets.
-    pub(crate) fn child(&self, c: u32) -> Wavelets {
-        let level = self.level + 1;
-        Wavelets { position: self.position | c << shift(level), level, detail: [0.0; 3] }
-    }
-
     /// Which child of a larger square holds this one.
     pub(crate) fn child_of(&self, larger: &Wavelets) -> u32 {
         larger.child_towards(self)

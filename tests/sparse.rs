@@ -9,7 +9,7 @@ use support::Memory;
 use wis::ffi::MemorySize;
 use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
-use wis::sparse::{Sparse, multiply, squares, terms, to_tree};
+use wis::sparse::{Details, Set, Sparse, at_least, is_ordered, multiply, squares, terms, to_tree};
 use wis::status::Status;
 use wis::tree::{Link, Tree};
 use wis::triple::{self, Wavelets};
@@ -51,7 +51,7 @@ fn products_are_those_of_the_pixels() {
         let (e, f) = (scattered(&mut random, a, DEPTH), scattered(&mut random, b, DEPTH));
         let (e, f) = (Sparse { average: 0.7, wavelets: &e }, Sparse { average: -0.3, wavelets: &f });
         let mut out = vec![Wavelets::default(); 12 * (a + b) + 1];
-        let (average, count) = multiply(e, f, &mut out);
+        let (average, count) = multiply((2, e), (2, f), &mut out);
         assert!(count <= 12 * (a + b), "{count}");
         let product = &out[..count];
         assert!(triple::is_ordered(product));
@@ -61,8 +61,69 @@ fn products_are_those_of_the_pixels() {
         }
         // What does not fit is counted and not written.
         let mut short = vec![Wavelets::default(); count / 2];
-        assert_eq!(multiply(e, f, &mut short), (average, count));
+        assert_eq!(multiply((2, e), (2, f), &mut short), (average, count));
         assert_eq!(short[..], product[..count / 2]);
+    }
+}
+
+/// Any wavelets of n axes.
+fn details(random: &mut Random, axes: u32, count: usize, deepest: u32) -> Vec<Details> {
+    let mut map = std::collections::BTreeMap::new();
+    for _ in 0..count {
+        let level = (random.unit() * deepest as f32) as u32;
+        let place = (random.unit() * (1u32 << (axes * level)) as f32) as u64;
+        let mut detail = [0.0; 16];
+        detail[1..1 << axes].iter_mut().for_each(|d| *d = random.unit() - 0.5);
+        map.insert((place << (axes * (12 - level)), level), detail);
+    }
+    let element = |((position, level), detail)| Details { position, level, reserved: 0, detail };
+    map.into_iter().map(element).collect()
+}
+
+/// The pixels of a set of n axes, 2^depth along each, in Morton order, by the definition.
+fn pixels_of(axes: u32, depth: u32, set: Set<Details>) -> Vec<f64> {
+    let mut pixels = vec![set.average; 1 << (axes * depth)];
+    for w in set.wavelets {
+        let part = 1usize << (axes * (depth - w.level - 1));
+        let first = (w.position >> (axes * (12 - depth))) as usize;
+        for c in 0..1usize << axes {
+            let sign = |f: usize| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
+            let value: f64 = (1..1usize << axes).map(|f| sign(f) * f64::from(w.detail[f])).sum();
+            pixels[first + c * part..][..part].iter_mut().for_each(|pixel| *pixel += value);
+        }
+    }
+    pixels
+}
+
+/// All pairs of n and m up to 4: against the product of the pixels, where f is constant along the axes that it lacks.
+#[test]
+fn products_of_different_axes_are_those_of_the_pixels() {
+    let mut random = Random(24);
+    for (n, m) in (1..=4u32).flat_map(|n| (1..=n).map(move |m| (n, m))) {
+        let depth = [0, 6, 4, 3, 2][n as usize];
+        for (a, b) in [(0, 0), (0, 3), (1, 0), (4, 4), (30, 20)] {
+            let (e, f) = (details(&mut random, n, a, depth), details(&mut random, m, b, depth));
+            let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: -0.3, wavelets: &f });
+            let mut out = vec![Details::default(); 1 << (n * depth)];
+            let (average, count) = multiply((n, e), (m, f), &mut out);
+            let product = &out[..count];
+            assert!(is_ordered(product, n));
+            let got = pixels_of(n, depth, Set { average, wavelets: product });
+            let (e, f) = (pixels_of(n, depth, e), pixels_of(m, depth, f));
+            for (i, (got, e)) in got.iter().zip(&e).enumerate() {
+                // The pixel of f: the first m bits of each n.
+                let level = |k: u32| (i >> (n * k) & ((1 << n) - 1)) >> (n - m) << (m * k);
+                let expected = e * f[(0..depth).map(level).sum::<usize>()];
+                assert!((got - expected).abs() < 1e-5, "{n} {m}: {got} for {expected}");
+            }
+        }
+    }
+    let w = |position, level| Details { position, level, ..Details::default() };
+    assert!(is_ordered(&[w(0, 0), w(0, 1), w(7 << 33, 1)], 3));
+    let nan = Details { detail: [f32::NAN; 16], ..w(0, 0) };
+    for list in [[w(0, 1), w(0, 0)], [w(0, 0), w(1, 1)], [w(0, 0), w(1 << 36, 1)], [w(0, 0), w(0, 12)], [nan, w(0, 3)]]
+    {
+        assert!(!is_ordered(&list, 3), "{list:?}");
     }
 }
 
@@ -131,6 +192,13 @@ fn terms_are_the_fewest() {
             list.iter().map(own).sum()
         };
         let whole = f64::from(tree.average()).powi(2) + energy(&all[..used]);
+        let size =
+            |w: &Wavelets, f: usize| f64::from((f64::from(w.detail[f].abs()) * 0.5f64.powi(w.level as i32)) as f32);
+        for threshold in [0.0, 0.01, 0.1, 1.0] {
+            let sizes = all[..used].iter().flat_map(|w| (0..3).map(|f| size(w, f)).collect::<Vec<_>>());
+            let expected = sizes.filter(|size| *size > 0.0 && 8.0 * size >= threshold).count();
+            assert_eq!(at_least(&tree, threshold, 8.0), expected as u32, "{threshold}");
+        }
         for error in [0.0, 0.001, 0.01, 0.1, 0.3, 2.0] {
             let count = terms(&tree, error);
             let lost = |keep: u32| {

@@ -896,6 +896,35 @@ impl Tree {
         Ok(Tree { memory, info })
     }
 
+    /// The tree of a function given by its average and any wavelets, raised to `least`.
+    pub fn of_wavelets(average: f64, wavelets: &[raw::wis_wavelets], least: f64) -> Result<Tree> {
+        let (count, list) = (wavelets.len() as u32, wavelets.as_ptr());
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: the list is as long as it says.
+        let status = unsafe { raw::wis_tree_of_wavelets_size(count, list, &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        let mut memory = Block::new(size.bytes);
+        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
+        let mut handle = null();
+        // SAFETY: the block is as long as it says.
+        let status = unsafe {
+            let (place, bytes) = (memory.start_mut(), memory.bytes());
+            raw::wis_tree_of_wavelets(
+                average,
+                count,
+                list,
+                least,
+                place,
+                bytes,
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Tree { memory, info })
+    }
+
     /// The handle, for raw calls.
     pub fn handle(&self) -> *const raw::wis_tree {
         self.memory.start().cast()

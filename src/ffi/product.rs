@@ -114,17 +114,33 @@ pub unsafe extern "C" fn wis_query_eval(
     f_cos_stride: usize,
 ) -> Status {
     answer(core::ptr::null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
+        // SAFETY: the caller's contract.
         unsafe {
             let lobes = Lobes::new(sized(query, 1)?, None).map_err(|status| Failure::new(status, 1))?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 3)?;
-            let f_cos = Strided::<3>::new(f_cos, f_cos_stride, count, 5)?;
-            for index in 0..count {
-                f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], |wi| lobes.rgb(wi)));
-            }
+            evaluate(&lobes, count, (wi, wi_stride), (f_cos, f_cos_stride), 3)?;
         }
         Ok(())
     })
+}
+
+/// RGB of lobes for many directions; 0 for those that are not of unit length. `argument` is the position of `wi`.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+pub(super) unsafe fn evaluate(
+    lobes: &Lobes,
+    count: usize,
+    wi: (*const f32, usize),
+    f_cos: (*mut f32, usize),
+    argument: u32,
+) -> Checked<()> {
+    let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
+    let f_cos = Strided::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
+    for index in 0..count {
+        // SAFETY: the caller's contract; the index is below the count.
+        unsafe { f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], |wi| lobes.rgb(wi))) };
+    }
+    Ok(())
 }
 
 /// The bytes that a product needs; no scratch memory besides. Allocate one block per thread and use it over and over.

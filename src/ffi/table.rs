@@ -1,7 +1,7 @@
 //! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
 
 use super::environment::{Environment, view};
-use super::product::{Product, ProductConfig, prepare, read_config};
+use super::product::{Product, ProductConfig, evaluate, prepare, read_config};
 use super::tree::{Tree, square_tree};
 use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, pointer, sized, slice};
 use crate::lobe::Lobes;
@@ -94,14 +94,10 @@ pub unsafe extern "C" fn wis_table_eval(
     f_cos_stride: usize,
 ) -> Status {
     answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
+        // SAFETY: the caller's contract.
         unsafe {
             let lobes = lobes((table, 1), (sized(query, 2)?, 2))?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
-            let f_cos = Strided::<3>::new(f_cos, f_cos_stride, count, 6)?;
-            for index in 0..count {
-                f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], |wi| lobes.rgb(wi)));
-            }
+            evaluate(&lobes, count, (wi, wi_stride), (f_cos, f_cos_stride), 4)?;
         }
         Ok(())
     })

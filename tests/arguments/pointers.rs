@@ -14,6 +14,7 @@ use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::pool::Pick;
 use wis::prior::Prior;
 use wis::query::Query;
+use wis::sparse::Details;
 use wis::status::Status;
 use wis::strata::Light;
 use wis::triple::Wavelets;
@@ -46,6 +47,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
         "wis_basis_function" => align_of::<BasisFunction>(),
+        "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
         "wis_product *const" | "wis_wavelets *const" => align_of::<*const u8>(),

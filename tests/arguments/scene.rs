@@ -19,6 +19,7 @@ use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
 use wis::prior::Prior;
 use wis::query::*;
+use wis::sparse::Details;
 use wis::status::Status;
 use wis::triple::Wavelets;
 use wis::tripling::BasisFunction;
@@ -303,6 +304,12 @@ impl Scene {
             "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_triple_multiply" => {
                 unwritten(PRODUCT * size_of::<Wavelets>())
             }
+            "const wis_details *e" | "const wis_details *f" => numbers(&[
+                Details { detail: [0.25; 16], ..Details::default() },
+                Details { level: 1, position: 1 << 22, detail: [-0.5; 16], ..Details::default() },
+            ]),
+            "wis_details *product" => unwritten(PRODUCT * size_of::<Details>()),
+            "uint32_t *product_count" => unwritten(4),
             "uint32_t *terms" => unwritten(4),
             "const wis_visibility *visibility" => self.visibility.clone(),
             "float direction[3]" => unwritten(12),

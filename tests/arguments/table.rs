@@ -120,8 +120,12 @@ pub const TABLE: &[Entry] = table! {
     );
     wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count);
     wis_triple_terms(tree, error, terms);
+    wis_triple_at_least(tree, threshold, terms);
     wis_triple_multiply(
         e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average
+    );
+    wis_sparse_multiply(
+        n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average
     );
     wis_tree_of_wavelets_size(count, wavelets, size, diagnostic);
     wis_tree_of_wavelets(average, count, wavelets, least, memory, bytes, tree, info, diagnostic);

@@ -13,7 +13,7 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 13] = [
     "src/ffi/mod.rs",
     "src/query.rs",
     "src/table.rs",
@@ -24,6 +24,7 @@ const SOURCES: [&str; 12] = [
     "src/tripling.rs",
     "src/triple.rs",
     "src/grid.rs",
+    "src/sparse.rs",
     "src/visibility.rs",
     "src/status.rs",
 ];

@@ -1,10 +1,10 @@
 //! Trees of sparse sets of wavelets in C, and products of such sets.
 
 use super::super::triple::list;
-use super::super::{Block, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice_mut};
+use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice, slice_mut};
 use super::{Header, MAGIC, Stored, Tree, TreeInfo, check_results, publish, square_tree};
 use crate::numeric::{exp2i, exponent};
-use crate::sparse::{self, Sparse};
+use crate::sparse::{self, Details, Set, Sparse};
 use crate::status::Status;
 use crate::tree::{self, Link};
 use crate::triple::Wavelets;
@@ -26,6 +26,26 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: 
         unsafe {
             let (tree, _) = square_tree(tree, 1)?;
             out(terms, 3)?.write(sparse::terms(&tree, error));
+        }
+        Ok(())
+    })
+}
+
+/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
+/// is asked to keep by those who threshold. One visit of each square.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, terms: *mut u32) -> Status {
+    answer(null_mut(), || {
+        if threshold.is_nan() || threshold < 0.0 {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (tree, scale) = square_tree(tree, 1)?;
+            out(terms, 3)?.write(sparse::at_least(&tree, threshold, scale));
         }
         Ok(())
     })
@@ -63,12 +83,68 @@ pub unsafe extern "C" fn wis_triple_multiply(
             let f = Sparse { average: f_average, wavelets: list(f, f_count, 6)? };
             let wavelets = slice_mut(wavelets, room as usize, 8)?;
             let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
-            let (mean, squares) = sparse::multiply(e, f, wavelets);
+            let (mean, squares) = sparse::multiply((2, e), (2, f), wavelets);
             to_count.write(squares as u32);
             to_average.write(mean);
             if squares > wavelets.len() { Err(Failure::new(Status::MemoryTooSmall, 7)) } else { Ok(()) }
         }
     })
+}
+
+/// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
+/// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
+/// n axes ask for.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sparse_multiply(
+    n: u32,
+    m: u32,
+    e_average: f64,
+    e_count: u32,
+    e: *const Details,
+    f_average: f64,
+    f_count: u32,
+    f: *const Details,
+    room: u32,
+    product: *mut Details,
+    product_count: *mut u32,
+    average: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
+            if !(1..=most).contains(&axes) {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        for (argument, average) in [(3, e_average), (6, f_average)] {
+            if !average.is_finite() {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        // SAFETY: the caller's contract; the product does not overlap its factors.
+        unsafe {
+            let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
+            let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
+            let out_list = slice_mut(product, room as usize, 10)?;
+            let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
+            let (mean, squares) = sparse::multiply((n, e), (m, f), out_list);
+            to_count.write(u32::try_from(squares).unwrap_or(u32::MAX));
+            to_average.write(mean);
+            if squares > out_list.len() { Err(Failure::new(Status::MemoryTooSmall, 9)) } else { Ok(()) }
+        }
+    })
+}
+
+/// A list of wavelets of some axes in order.
+///
+/// # Safety
+/// The pointer is null or points to `count` elements.
+unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
+    // SAFETY: the caller's contract.
+    let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
+    if sparse::is_ordered(list, axes) { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
 }
 
 /// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.

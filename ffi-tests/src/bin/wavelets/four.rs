@@ -1,11 +1,13 @@
 //! The product of the map and a rotationally symmetric lobe over all directions as one function of four variables, warped
 //! once; what a point samples is then looked up (Section 5.3, Fig. 11).
 
+use crate::gallery::panel;
 use crate::rotated::{Cube, frame, place};
-use crate::{STEP, middle};
+use crate::{STEP, in_a_row, middle};
 use anyhow::Result;
 use glam::{Quat, Vec3};
 use std::fmt::Write;
+use std::path::Path;
 use std::time::Instant;
 use wis_ffi_tests::client::{self, Block, Density, Preparation, Product, Tree, raw};
 use wis_ffi_tests::data;
@@ -27,6 +29,8 @@ const KEYS: usize = 64;
 
 /// The pre-process: points by their keys, and the integral for each cell of reflected directions.
 struct Table {
+    /// Of the tree of the product.
+    bytes: u64,
     integrals: Vec<f64>,
     /// Key, the direction that it stands for and that of the light, sorted by cells of keys; where each cell begins.
     points: Vec<([f32; 2], Vec3, Vec3)>,
@@ -81,7 +85,7 @@ impl Table {
         for cell in 0..KEYS * KEYS {
             first[cell + 1] += first[cell];
         }
-        Ok(Table { integrals, points, first })
+        Ok(Table { bytes: product.info.bytes, integrals, points, first })
     }
 
     /// The integral without occlusion of a reflected direction, and the nearest points' directions, turned to it.
@@ -135,7 +139,7 @@ fn reflected(point: &ShadingPoint) -> Vec3 {
 }
 
 /// Writes the section.
-pub fn write(out: &mut String) -> Result<()> {
+pub fn write(out: &mut String, folder: &Path) -> Result<()> {
     writeln!(out, "\n## One product for all directions (Fig. 11)\n\n{TEXT}")?;
     let (light, scene) = (data::light("galileo_cross.hdr")?, data::scene("dragon_vrip_res3.ply", View::Image(STEP))?);
     let environment = light.environment()?;
@@ -182,7 +186,15 @@ pub fn write(out: &mut String) -> Result<()> {
     writeln!(out, "| product on the fly, {SAMPLES} samples | {us:.1} | {:.3} |", error(&values))?;
     writeln!(out, "| looked up, {SAMPLES} nearest of {WARPED} | {table_us:.1} | {:.3} |", error(&looked_up))?;
     writeln!(out, "| rays alone | {rays:.1} | |")?;
-    writeln!(out, "\nThe pre-process: {SIDE}^4 cells, {seconds:.1} s on one thread. {LESSON}")?;
+    let panels = [&truth, &values, &looked_up].map(|values| panel(&scene, values));
+    in_a_row(&panels).save(folder.join("dragon.png"))?;
+    let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or(".");
+    writeln!(out, "\n![dragon.png]({name}/dragon.png)\n\nFrom the left: 4096 samples, on the fly, looked up.")?;
+    let (tree, points) = (table.bytes as f64 / 1e6, size_of_val(table.points.as_slice()) as f64 / 1e6);
+    writeln!(
+        out,
+        "\nThe pre-process: {SIDE}^4 cells, {seconds:.1} s on one thread; the tree takes {tree:.1} MB, the points {points:.1}. {LESSON}"
+    )?;
     Ok(())
 }
 

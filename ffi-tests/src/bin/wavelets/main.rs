@@ -37,9 +37,11 @@ fn main() -> Result<()> {
     page_text.convergence()?;
     page_text.buddha()?;
     compression::write(&mut page_text.text)?;
+    gallery::sparsity(&mut page_text.text, &page_text.pictures, &page_text.light, &page_text.environment)?;
     gallery::write(&mut page_text.text, &page_text.pictures, &page_text.light, &page_text.environment)?;
     rotated::write(&mut page_text.text, &page_text.light, &page_text.environment)?;
-    four::write(&mut page_text.text)?;
+    four::write(&mut page_text.text, &page_text.pictures)?;
+    page_text.memory()?;
     print!("{}", page_text.text);
     Ok(std::fs::write(page, page_text.text)?)
 }
@@ -124,6 +126,27 @@ impl Page {
                 material.name
             )?;
         }
+        self.one_point_drawn()
+    }
+
+    /// The map, a BRDF and their product about one point, with 100 samples of the product.
+    fn one_point_drawn(&mut self) -> Result<()> {
+        let material = data::measured("cc_iris_purple_gem_rgb.bsdf")?;
+        let bsdf = Bsdf::new(&material, &tilted());
+        let light = self.light.on_octahedron(SIDE, 4, |world| world);
+        let brdf: Vec<f32> = (0..SIDE * SIDE).map(|i| bsdf.eval_one(middle(i, SIDE)).0).collect();
+        let (light_tree, brdf_tree) = (Tree::new(DEPTH, 0.0, &light)?, Tree::new(DEPTH, 0.0, &brdf)?);
+        let product = light_tree.multiply(&brdf_tree, None, &mut Block::new(0))?;
+        let pixels: Vec<f32> = light.iter().zip(&brdf).map(|(l, b)| l * b).collect();
+        let mut points = vec![[0.0; 2]; 100];
+        client::hammersley(&mut points)?;
+        product.warp(&mut points, &mut (0..100).collect::<Vec<u32>>())?;
+        let panels = [&light, &brdf, &pixels].map(|pixels| dotted(pixels, &points));
+        self.save("point.png", &in_a_row(&panels))?;
+        writeln!(
+            self.text,
+            "\nThe map, cc_iris_purple_gem and their product at the point, with 100 samples of the product."
+        )?;
         Ok(())
     }
 
@@ -267,6 +290,32 @@ impl Page {
         writeln!(
             self.text,
             "\n30 samples, from the left: reference, product, structured, environment, BRDF; errors below."
+        )?;
+        Ok(())
+    }
+
+    /// What each mode keeps in memory.
+    fn memory(&mut self) -> Result<()> {
+        let material = data::measured("satin_rosaline_rgb.bsdf")?;
+        let preparation = self.preparation();
+        let mut memory = preparation.memory()?;
+        let reserved = memory.bytes() as f64 / 1e3;
+        let product = material.prepare(&self.environment, &tilted(), &preparation, &mut memory)?;
+        let kb = |bytes: u64| bytes as f64 / 1e3;
+        let table = material.table.map_or(0, |table| table.bytes() as u64);
+        let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let peak = peak.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("unknown").trim();
+        writeln!(
+            self.text,
+            "\n## Memory\n\n| what | kB |\n|---|---:|\n| environment of {} | {:.0} |\n| table of {} | {:.0} |\n\
+             | product of a point | {:.1} |\n| the block that it is prepared in, one a thread | {reserved:.0} |\n\n\
+             The product on the fly keeps the first three; turned maps and the product for all directions keep what stands there \
+             instead of the first. Peak of this program, with all maps, meshes and pictures: {peak}.",
+            self.light.name,
+            kb(self.environment.info.bytes),
+            material.name,
+            kb(table),
+            kb(product.describe()?.bytes)
         )?;
         Ok(())
     }

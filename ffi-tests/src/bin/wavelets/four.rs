@@ -206,7 +206,7 @@ cell by what it sees. The paper: 2.1 times as fast as the product on the fly, wi
 
 const LESSON: &str = "Looking up is faster, as the paper says, and
 worse: integrals are interpolated between 32 x 32 reflected directions, and the directions are those of neighbours. It is a
-biased estimate that more samples do not mend.";
+biased estimate that more samples do not mend, and seams show where the square of reflected directions is folded.";
 
 fn query(point: &ShadingPoint) -> raw::wis_query {
     let lobe = raw::wis_lobe { kind: raw::WIS_LOBE_PHONG, weight: [1.0; 3], a: EXPONENT, ..Default::default() };

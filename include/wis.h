@@ -1147,6 +1147,13 @@ enum wis_status wis_triple_select(const struct wis_tree *tree,
                                   struct wis_wavelets *wavelets,
                                   uint32_t *wavelet_count);
 
+/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
+                                          uint32_t keep,
+                                          struct wis_wavelets *wavelets,
+                                          uint32_t *wavelet_count);
+
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
 /// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
 /// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as

@@ -452,6 +452,41 @@ pub fn select(tree: &Tree<4>, keep: u32, scale: f64, out: &mut [Wavelets]) -> us
     used
 }
 
+/// As [`select`], for whole squares: the `keep` whose three coefficients have the largest sum of squares, with all three
+/// (Ng et al. 2004, Section 7.2, picks the light's squares so).
+pub fn select_squares(tree: &Tree<4>, keep: u32, scale: f64, out: &mut [Wavelets]) -> usize {
+    let norm = |level: u32, [_, a, b, c]: Square| size(libm::sqrt(a * a + b * b + c * c), level).to_bits();
+    let reached = |threshold: u32| {
+        let mut count = 0u64;
+        each_square(tree, |level, _, square| {
+            let bits = norm(level, square);
+            count += u64::from(bits > 0 && bits >= threshold);
+        });
+        count
+    };
+    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        (low, high) = if reached(middle) >= u64::from(keep) { (middle, high) } else { (low, middle) };
+    }
+    let mut ties = u64::from(keep).saturating_sub(reached(low + 1));
+    let mut used = 0;
+    each_square(tree, |level, position, square| {
+        let bits = norm(level, square);
+        let tied = bits == low && ties > 0;
+        if bits == 0 || !(bits > low || tied) {
+            return;
+        }
+        ties -= u64::from(bits == low);
+        let [_, details @ ..] = square;
+        if let Some(slot) = out.get_mut(used) {
+            *slot = Wavelets { position, level, detail: details.map(|d| (d * scale) as f32) };
+            used += 1;
+        }
+    });
+    used
+}
+
 /// Calls `each` with the size of every orthonormal coefficient of a tree's wavelets.
 pub(crate) fn each_size(tree: &Tree<4>, mut each: impl FnMut(f32)) {
     each_square(tree, |level, _, square| square.iter().skip(1).for_each(|d| each(size(*d, level))));

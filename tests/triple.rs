@@ -255,6 +255,27 @@ fn dropped_wavelets_cost_at_most_their_norm() {
     }
 }
 
+/// The squares that are kept are the largest ones, with all that they have, in order.
+#[test]
+fn the_largest_squares_are_kept() {
+    let mut random = Random(47);
+    let tree = stored(4, &image(4, &mut random, true));
+    let all = select_all(&tree);
+    let norm =
+        |w: &Wavelets| w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>().sqrt() * 0.5f64.powi(w.level as i32);
+    let mut norms: Vec<f64> = all.iter().map(norm).collect();
+    norms.sort_by(|a, b| b.total_cmp(a));
+    for keep in [0usize, 1, 7, 40, norms.len(), norms.len() + 9] {
+        let mut list = vec![Wavelets::default(); keep];
+        let used = triple::select_squares(&tree.tree(), keep as u32, unit(&tree), &mut list);
+        assert_eq!(used, keep.min(norms.len()));
+        let list = &list[..used];
+        assert!(triple::is_ordered(list) && list.iter().all(|w| all.contains(w)));
+        let smallest = list.iter().map(norm).fold(f64::INFINITY, f64::min);
+        assert!(used == 0 || smallest >= norms[used - 1] * (1.0 - 1e-6), "{keep}: {smallest}");
+    }
+}
+
 #[test]
 fn lists_out_of_order_are_told() {
     let w = |position, level| Wavelets { position, level, detail: [1.0; 3] };

@@ -94,6 +94,30 @@ pub unsafe extern "C" fn wis_triple_select(
     })
 }
 
+/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_select_squares(
+    tree: *const Tree,
+    keep: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (tree, scale) = square_tree(tree, 1)?;
+            let wavelets = slice_mut(wavelets, keep as usize, 3)?;
+            let target = out(wavelet_count, 4)?;
+            target.write(triple::select_squares(&tree, keep, scale, wavelets) as u32);
+        }
+        Ok(())
+    })
+}
+
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
 /// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
 /// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as

@@ -115,6 +115,7 @@ pub const TABLE: &[Entry] = table! {
     wis_tripling_coefficient(n, m, i, j, k, coefficient);
     wis_triple_integral(brdf, light, visibility, integral);
     wis_triple_select(tree, keep, wavelets, wavelet_count);
+    wis_triple_select_squares(tree, keep, wavelets, wavelet_count);
     wis_triple_sublinear(
         brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
     );

@@ -411,11 +411,21 @@ fn size(detail: f64, level: u32) -> f32 {
     (detail.abs() * f64::from(inverse_power(level))) as f32
 }
 
+/// The largest size, as bits, that at least `keep` reach, and how many of those that just reach it are kept. Floats that are
+/// not negative are ordered as their bits.
+fn threshold(keep: u32, reached: impl Fn(u32) -> u64) -> (u32, u64) {
+    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        (low, high) = if reached(middle) >= u64::from(keep) { (middle, high) } else { (low, middle) };
+    }
+    (low, u64::from(keep).saturating_sub(reached(low + 1)))
+}
+
 /// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients (non-linear approximation); of equal
 /// ones the first in depth-first order. Details are multiplied by `scale`. Writes the squares that have any to `out`, in
 /// order, and answers how many there are: at most `keep`, and no more than there is room for.
 pub fn select(tree: &Tree<4>, keep: u32, scale: f64, out: &mut [Wavelets]) -> usize {
-    // The largest threshold that at least `keep` reach, found by the bits of a float, which order as it does.
     let reached = |threshold: u32| {
         let mut count = 0u64;
         each_square(tree, |level, _, square| {
@@ -424,13 +434,8 @@ pub fn select(tree: &Tree<4>, keep: u32, scale: f64, out: &mut [Wavelets]) -> us
         });
         count
     };
-    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        (low, high) = if reached(middle) >= u64::from(keep) { (middle, high) } else { (low, middle) };
-    }
     // Of those that just reach it, so many are kept.
-    let mut ties = u64::from(keep).saturating_sub(reached(low + 1));
+    let (low, mut ties) = threshold(keep, reached);
     let mut used = 0;
     each_square(tree, |level, position, square| {
         let mut detail = [0.0f32; 3];
@@ -464,12 +469,7 @@ pub fn select_squares(tree: &Tree<4>, keep: u32, scale: f64, out: &mut [Wavelets
         });
         count
     };
-    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        (low, high) = if reached(middle) >= u64::from(keep) { (middle, high) } else { (low, middle) };
-    }
-    let mut ties = u64::from(keep).saturating_sub(reached(low + 1));
+    let (low, mut ties) = threshold(keep, reached);
     let mut used = 0;
     each_square(tree, |level, position, square| {
         let bits = norm(level, square);

@@ -73,6 +73,9 @@ mirror direction (`wis_table_*`), and the product at a shading point without tur
 *Free sets of wavelets.* `wis_triple_select` keeps a number of wavelets, `wis_triple_terms` says how many an error needs,
 `wis_triple_multiply` multiplies any two sets without decompression, and `wis_tree_of_wavelets` makes a tree of one that can
 be sampled: values below a floor are raised to it, in average, sample and pdf alike.
+
+Open: turned trees and slices blended exactly, four by four (here four trees are mixed, with exact pdf); kernel weights and a
+kD-tree for Fig. 11 (here equal weights and a grid of keys); trees of free sets of more than two axes.
 "#;
 
 /// What is written, and the light of all figures.

@@ -1211,6 +1211,14 @@ enum wis_status wis_visibility_integral(double brdf_average,
                                         const struct wis_visibility *visibility,
                                         double *integral);
 
+/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double product).
+/// Nothing is dropped: exact but for rounding where visibility is 0 or 1. If many vertices share a BRDF, as all
+/// that have one normal or one reflected direction, multiply it by the light once for a frame: this is then faster for each
+/// vertex than wis_visibility_integral, and no approximation.
+enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
+                                                const struct wis_visibility *visibility,
+                                                double *integral);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

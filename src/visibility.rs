@@ -3,6 +3,7 @@
 //! A square keeps the averages of its four children as bytes, and where its kept children stand: an indexed look-up
 //! without a hash. Where visibility is 0 or 1 nothing is lost; averages of larger squares are off by 1/510 at most.
 
+use crate::numeric::inverse_power;
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, Tree};
 use crate::triple::Quadtree;
@@ -86,8 +87,54 @@ impl<'a> Visibility<'a> {
         Visibility { average, nodes }
     }
 
+    /// The integral over the unit square of a tree that is seen through this map: a double product. One visit of each square
+    /// that the map keeps, and exact where visibility is 0 or 1, since only squares on which it is constant add to the sum.
+    pub fn product_integral(&self, tree: &Tree<4>) -> f64 {
+        let average = tree.average();
+        let Some(seen) = self.root_square() else { return f64::from(average) * f64::from(self.average) };
+        let mut waiting = [Pair::default(); 3 * MAX_DEPTH as usize + 4];
+        let (mut next, mut count, mut sum) =
+            (Some(Pair { seen, square: tree.root_square(), average, level: 1 }), 0usize, 0.0);
+        while let Some(pair) = next {
+            let (values, shares) = (pair.values(tree), self.children(pair.seen));
+            let mut ended = 0.0;
+            for c in (0..4u32).rev() {
+                let average = values[c as usize & 3];
+                match (self.child_square(pair.seen, c), waiting.get_mut(count)) {
+                    (Some(seen), Some(slot)) if pair.level < MAX_DEPTH => {
+                        let square = pair.square.and_then(|square| tree.child_square(square, c));
+                        *slot = Pair { seen, square, average, level: pair.level + 1 };
+                        count += 1;
+                    }
+                    _ => ended += f64::from(average) * f64::from(shares[c as usize & 3]),
+                }
+            }
+            sum += ended * f64::from(inverse_power(2 * pair.level));
+            count = count.wrapping_sub(1);
+            next = waiting.get(count).copied();
+        }
+        sum
+    }
+
     fn node(&self, square: u32) -> Node {
         self.nodes.get(square as usize).copied().unwrap_or_default()
+    }
+}
+
+/// A square of a map during a walk, and that of a tree, or the average of the tree where it has ended.
+#[derive(Clone, Copy, Default)]
+struct Pair {
+    seen: u32,
+    square: Option<u32>,
+    average: f32,
+    /// Of the children.
+    level: u32,
+}
+
+impl Pair {
+    #[inline(always)]
+    fn values(&self, tree: &Tree<4>) -> [f32; 4] {
+        self.square.map_or([self.average; 4], |square| tree.children(square))
     }
 }
 

@@ -107,6 +107,33 @@ fn integrals_with_eight_bits() {
     assert!(largest > 1e-6, "8 bits lose something: {largest}");
 }
 
+/// What is seen of a product is the sum over pixels, to rounding, since bits lose nothing in 8 bits: for complete and
+/// for pruned trees, and where either is constant.
+#[test]
+fn products_seen_through_bits_are_exact() {
+    let mut random = Random(13);
+    let block = |i: usize| (i >> DEPTH) / 8 * 4 + i % (1 << DEPTH) / 8;
+    let mut images: Vec<Vec<f32>> = vec![vec![3.0; PIXELS], vec![0.0; PIXELS]];
+    images.push((0..PIXELS).map(|i| if i % 97 == 0 { 4000.0 } else { random.f32() }).collect());
+    let steps: Vec<f32> = (0..16).map(|_| random.f32()).collect();
+    images.push((0..PIXELS).map(|i| steps[block(i)]).collect());
+    let mut maps: Vec<Vec<f32>> = vec![vec![0.0; PIXELS], vec![1.0; PIXELS]];
+    maps.extend((0..4).map(|_| image(&mut random, true)));
+    for pixels in &images {
+        let function = tree(pixels);
+        for seen in &maps {
+            let (_memory, handle) = compress(&tree(seen)).unwrap();
+            let mut integral = f64::NAN;
+            // SAFETY: both handles are alive.
+            let status = unsafe { wis_visibility_product_integral(function.handle, handle, &mut integral) };
+            assert_eq!(status, Status::Ok);
+            let products = pixels.iter().zip(seen).map(|(a, b)| f64::from(*a) * f64::from(*b));
+            let exact = products.sum::<f64>() / PIXELS as f64;
+            assert!((integral - exact).abs() <= 1e-6 * exact, "{integral} {exact}");
+        }
+    }
+}
+
 /// Constant visibility is exact and takes a header.
 #[test]
 fn constant_visibility() {

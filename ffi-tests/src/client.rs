@@ -1192,6 +1192,14 @@ impl Visibility {
         self.0.bytes()
     }
 
+    /// The integral of what is seen of a function.
+    pub fn product_integral(&self, tree: &Tree) -> Result<f64> {
+        let mut integral = f64::NAN;
+        // SAFETY: the handles are alive.
+        check(unsafe { raw::wis_visibility_product_integral(tree.handle(), self.0.start().cast(), &mut integral) })?;
+        Ok(integral)
+    }
+
     /// As [`Tree::sublinear`].
     pub fn integral(
         &self,

@@ -136,6 +136,7 @@ pub const TABLE: &[Entry] = table! {
     wis_visibility_integral(
         brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
     );
+    wis_visibility_product_integral(tree, visibility, integral);
     wis_grid_direction(side, cell, direction);
     wis_grid_cells(side, wi, cell, weights);
     wis_warp_in_place(tree, points, index, count);

@@ -117,11 +117,14 @@ fn relative(variance: f64, average: f64) -> f64 {
 }
 
 /// The highest price per square at which the best tree keeps to the budget, to 12 bits: bisection over the bits
-/// of positive numbers, which are ordered as the numbers are.
+/// of positive numbers, which are ordered as the numbers are. Without a budget squares are free: all that cost are kept.
 fn highest_price<const C: usize>(depth: u32, costs: &mut [f64], budget: f64) -> f64 {
     let whole = costs.first().copied().unwrap_or(0.0);
     if whole <= budget {
         return f64::INFINITY;
+    }
+    if budget <= 0.0 {
+        return 0.0;
     }
     let (mut affordable, mut excessive) = (0, whole.to_bits());
     while excessive - affordable > 1 << 40 {

@@ -96,24 +96,26 @@ impl<'a> Visibility<'a> {
         let (mut next, mut count, mut sum) =
             (Some(Pair { seen, square: tree.root_square(), average, level: 1 }), 0usize, 0.0);
         while let Some(pair) = next {
-            let (values, shares) = (pair.values(tree), self.children(pair.seen));
+            let (values, node) = (pair.values(tree), self.node(pair.seen));
+            let mask = if pair.level < MAX_DEPTH { node.mask() } else { 0 };
             let mut ended = 0.0;
-            for c in (0..4u32).rev() {
-                let average = values[c as usize & 3];
-                match (self.child_square(pair.seen, c), waiting.get_mut(count)) {
-                    (Some(seen), Some(slot)) if pair.level < MAX_DEPTH => {
-                        let square = pair.square.and_then(|square| tree.child_square(square, c));
-                        *slot = Pair { seen, square, average, level: pair.level + 1 };
-                        count += 1;
-                    }
-                    _ => ended += f64::from(average) * f64::from(shares[c as usize & 3]),
+            for (c, (value, share)) in values.into_iter().zip(node.average).enumerate() {
+                ended += if mask >> c & 1 == 0 { f64::from(value) * f64::from(share) } else { 0.0 };
+            }
+            let mut below = node.first().wrapping_add(mask.count_ones());
+            for c in (0..4u32).rev().filter(|c| mask >> c & 1 == 1) {
+                below = below.wrapping_sub(1);
+                if let Some(slot) = waiting.get_mut(count) {
+                    let square = pair.square.and_then(|square| tree.child_square(square, c));
+                    *slot = Pair { seen: below, square, average: values[c as usize & 3], level: pair.level + 1 };
+                    count += 1;
                 }
             }
             sum += ended * f64::from(inverse_power(2 * pair.level));
             count = count.wrapping_sub(1);
             next = waiting.get(count).copied();
         }
-        sum
+        sum * (1.0 / 255.0)
     }
 
     fn node(&self, square: u32) -> Node {

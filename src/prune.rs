@@ -33,6 +33,9 @@ pub fn plan<const C: usize>(tree: &Tree<C>, budget: f64, savings: &mut [f64]) ->
     {
         return Err(Status::InvalidArgument);
     }
+    if budget <= 0.0 {
+        return Ok(Pruning { squares: keep_varying(tree, savings), error: 0.0 });
+    }
     collapse_costs(tree, savings);
     let price = highest_price::<C>(tree.depth(), savings, budget);
     Ok(prune::<C>(tree.depth(), price, savings, |saving, value| *saving = value))
@@ -48,8 +51,7 @@ pub fn write<const C: usize>(
     squares: &mut [[f32; C]],
     links: &mut [Link],
 ) -> Result<()> {
-    let kept = |square: u32| savings.get(square as usize).is_some_and(|&saving| saving > 0.0);
-    let mut written = u32::from(tree.root_square().is_some_and(kept));
+    let mut written = u32::from(savings.first().is_some_and(|saving| *saving > 0.0));
     if links.len() != squares.len() || (written == 0) != links.is_empty() {
         return Err(Status::InvalidArgument);
     }
@@ -58,9 +60,10 @@ pub fn write<const C: usize>(
     for (slot, square) in squares.iter_mut().enumerate() {
         let source = links.get(slot).map_or(0, |link| link.first);
         let mut link = Link { first: written, mask: 0 };
-        for c in 0..C as u32 {
-            let Some(child) = tree.child_square(source, c).filter(|&child| kept(child)) else { continue };
-            links.get_mut(written as usize).ok_or(Status::InvalidArgument)?.first = child;
+        let first = C * source as usize + 1;
+        let below = savings.get(first..first + C).unwrap_or_default();
+        for (c, _) in (0..).zip(below).filter(|(_, saving)| **saving > 0.0) {
+            links.get_mut(written as usize).ok_or(Status::InvalidArgument)?.first = first as u32 + c;
             link.mask |= 1 << c;
             written += 1;
         }
@@ -73,6 +76,21 @@ pub fn write<const C: usize>(
         }
     }
     if written as usize == squares.len() { Ok(()) } else { Err(Status::InvalidArgument) }
+}
+
+/// Without a budget every square that is not constant is kept: says which, and answers how many.
+fn keep_varying<const C: usize>(tree: &Tree<C>, savings: &mut [f64]) -> u32 {
+    let mut kept = 0;
+    for square in (0..savings.len()).rev() {
+        let children = tree.children(square as u32);
+        let below = savings.get(C * square + 1..C * square + 1 + C).unwrap_or_default();
+        let varies = children.iter().any(|child| *child != children[0]) || below.iter().any(|saving| *saving > 0.0);
+        kept += u32::from(varies);
+        if let Some(saving) = savings.get_mut(square) {
+            *saving = f64::from(u8::from(varies));
+        }
+    }
+    kept
 }
 
 /// Fills `costs` with the variance that each square adds if it collapses to its average. Variances are summed
@@ -117,14 +135,11 @@ fn relative(variance: f64, average: f64) -> f64 {
 }
 
 /// The highest price per square at which the best tree keeps to the budget, to 12 bits: bisection over the bits
-/// of positive numbers, which are ordered as the numbers are. Without a budget squares are free: all that cost are kept.
+/// of positive numbers, which are ordered as the numbers are.
 fn highest_price<const C: usize>(depth: u32, costs: &mut [f64], budget: f64) -> f64 {
     let whole = costs.first().copied().unwrap_or(0.0);
     if whole <= budget {
         return f64::INFINITY;
-    }
-    if budget <= 0.0 {
-        return 0.0;
     }
     let (mut affordable, mut excessive) = (0, whole.to_bits());
     while excessive - affordable > 1 << 40 {

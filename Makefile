@@ -13,7 +13,7 @@ ROOT    := $(DESTDIR)$(PREFIX)
 
 LIB      := $(BUILD)/lib
 DEMO     := $(wildcard c-examples/render/*.c)
-RELIGHT  := $(addprefix c-examples/render/,image.c light.c material.c parallel.c progress.c scene.c sky.c stb.c view.c)
+RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,image.c light.c parallel.c progress.c sky.c stb.c)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
@@ -62,12 +62,13 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 	@echo "The picture is $(BUILD)/demo.png"
 
 $(BUILD)/relight: lib
-	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude c-examples/relight.c $(RELIGHT) $(LIB)/libwis.a -lm -lpthread -o $@
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \
+		-lassimp -lembree3 -lm -lpthread -o $@
 
-relight: ## relight a scene while the light turns, into build/relight-*.png: ENV=map.hdr for a light of your own
-	scripts/setup.sh demo
+relight: ## relight a mesh while the light turns, into build/relight-*.png: ENV=map.hdr MESH=mesh.obj FRAMES=8
+	scripts/setup.sh relight
 	$(MAKE) $(BUILD)/relight
-	$(BUILD)/relight $(BUILD) 8 $(ENV)
+	$(BUILD)/relight $(BUILD) $(or $(FRAMES),8) $(or $(ENV),-) $(or $(MESH),-)
 
 hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
 	scripts/setup.sh test

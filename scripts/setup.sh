@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian packages that a target needs and that are missing: setup.sh demo | test
+# Installs the Debian packages that a target needs and that are missing: setup.sh demo | relight | test
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -8,21 +8,25 @@ gcc         gcc
 libc6-dev   /usr/include/stdlib.h
 libstb-dev  /usr/include/stb/stb_image.h
 "
-test_needs="$demo_needs
+relight_needs="$demo_needs
+libassimp-dev /usr/include/assimp/cimport.h
+libembree-dev /usr/include/embree3/rtcore.h
+"
+test_needs="$relight_needs
 binutils      nm
 clang         clang
 cmake         cmake
 g++           g++
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
-libembree-dev /usr/include/embree3/rtcore.h
 pkg-config    pkg-config
 valgrind      valgrind
 "
 
 case "${1:-}" in
     demo) needs=$demo_needs ;;
+    relight) needs=$relight_needs ;;
     test) needs=$test_needs ;;
-    *) echo "usage: $0 demo | test" >&2; exit 2 ;;
+    *) echo "usage: $0 demo | relight | test" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

@@ -5,6 +5,7 @@ mod stored;
 use stored::{Random, Stored, vectors};
 use wis::morton;
 use wis::numeric::exp2i;
+use wis::sphere;
 use wis::tree::Tree;
 use wis::triple::{self, Scaled, Wavelets};
 use wis::tripling::{BasisFunction, Function, Value, coupling, generalised, nonzero_triples, tripling};
@@ -252,6 +253,50 @@ fn dropped_wavelets_cost_at_most_their_norm() {
         before = dropped;
         let off = (sublinear(&trees[0], list, &trees[1], &light, &trees[2]) - truth).abs();
         assert!(off <= dropped * rest + 1e-4 * truth, "{keep}: {off} {}", dropped * rest);
+    }
+}
+
+/// Six faces of a cube, solid angle in the light: the sum over all pixels, and the irradiance of a cap about the normal,
+/// sin^2 of its half-angle for a white light. Errors of dropped wavelets add up over the faces.
+#[test]
+fn six_faces_make_a_sphere() {
+    for (depth, off) in [(4u32, 2e-2), (6, 6e-3), (8, 2e-3)] {
+        let (side, normal, half_angle) = (1usize << depth, [0.48, 0.6, 0.64], 0.7f64);
+        let at = |c: usize| 2.0 * c as f64 / side as f64 - 1.0;
+        let (mut linear, mut sparse, mut few, mut pixels, mut bound) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for face in 0..6 {
+            let mut images = [vec![0.0; side * side], vec![0.0; side * side], vec![0.0; side * side]];
+            for i in 0..side * side {
+                let (s, t) = (at(i % side), at(i / side));
+                let step = 2.0 / side as f64;
+                let d = sphere::cube_direction(face, s + 0.5 * step, t + 0.5 * step);
+                let cosine =
+                    (0..3).map(|a| d[a] * normal[a]).sum::<f64>() / d.iter().map(|x| x * x).sum::<f64>().sqrt();
+                images[0][i] = cosine.max(0.0) / std::f64::consts::PI;
+                images[1][i] = sphere::cube_solid_angle([s, s + step], [t, t + step]) * (side * side) as f64;
+                images[2][i] = f64::from(u8::from(cosine > half_angle.cos()));
+            }
+            let trees = [0, 1, 2].map(|k| stored(depth, &images[k]));
+            let [brdf, light, visible] = &trees;
+            let views = [&brdf.tree(), &light.tree(), &visible.tree()];
+            linear += triple::integral(views) * trees.iter().map(unit).product::<f64>();
+            pixels += by_pixels([&images[0], &images[1], &images[2]]);
+            let (all, kept) = (select_all(brdf), select_all(light));
+            sparse += sublinear(brdf, &all, light, &kept, visible);
+            let mut list = vec![Wavelets::default(); 20];
+            let used = triple::select(&brdf.tree(), 20, unit(brdf), &mut list);
+            few += sublinear(brdf, &list[..used], light, &kept, visible);
+            let energy = |list: &[Wavelets]| -> f64 {
+                let square = |w: &Wavelets| w.detail.iter().map(|d| f64::from(*d).powi(2)).sum::<f64>();
+                list.iter().map(|w| square(w) * 0.25f64.powi(w.level as i32)).sum()
+            };
+            let rest = images[1].iter().zip(&images[2]).map(|(l, v)| (l * v).powi(2)).sum::<f64>();
+            bound += ((energy(&all) - energy(&list[..used])).max(0.0) * rest / (side * side) as f64).sqrt();
+        }
+        close(linear, pixels, 1e-6, "linear");
+        close(sparse, pixels, 2e-6, "nothing dropped");
+        close(linear, half_angle.sin().powi(2), off, "the cap");
+        assert!((few - pixels).abs() <= bound + 1e-6 && few != sparse, "{few} {pixels} {bound}");
     }
 }
 

@@ -22,7 +22,7 @@ typedef struct Worker {
 static size_t take(Queue *q, wis_status previous, int finished_one) {
     size_t job = q->count;
     pthread_mutex_lock(&q->lock);
-    if (finished_one) {
+    if (finished_one && q->progress != NULL) {
         progress_step(q->progress);
     }
     if (q->status == WIS_OK) {

@@ -12,7 +12,7 @@
 /* Does one job; worker < threads tells which thread runs it. Jobs must not depend on one another. */
 typedef wis_status (*parallel_job)(void *shared, unsigned worker, size_t job);
 
-/* Runs jobs 0 .. count - 1 and returns the first failure; after one, no further job starts. */
+/* Runs jobs 0 .. count - 1 and returns the first failure; after one, no further job starts. progress may be NULL. */
 wis_status parallel_for(unsigned threads, size_t count, parallel_job run, void *shared, Progress *progress);
 
 #endif

@@ -73,6 +73,29 @@ impl Tracer {
         ray.tfar < 0.0
     }
 
+    /// Whether anything lies along each of eight rays from a point that stay together.
+    pub fn occluded8(&self, origin: Vec3, directions: &[Vec3; 8]) -> [bool; 8] {
+        let mut rays = sys::RTCRay8 {
+            org_x: [origin.x; 8],
+            org_y: [origin.y; 8],
+            org_z: [origin.z; 8],
+            tnear: [0.0; 8],
+            dir_x: directions.map(|d| d.x),
+            dir_y: directions.map(|d| d.y),
+            dir_z: directions.map(|d| d.z),
+            time: [0.0; 8],
+            tfar: [f32::INFINITY; 8],
+            mask: [u32::MAX; 8],
+            id: [0; 8],
+            flags: [0; 8],
+        };
+        let mut context = sys::RTCIntersectContext { flags: sys::RTCIntersectContextFlags::COHERENT, ..context() };
+        let all = Mask([-1; 8]);
+        // SAFETY: as in `intersect`; the mask is aligned as the rays are.
+        unsafe { sys::rtcOccluded8(all.0.as_ptr(), self.scene, &mut context, &mut rays) };
+        rays.tfar.map(|far| far < 0.0)
+    }
+
     fn attach(&self, mesh: &Mesh) -> Result<()> {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         let (vertex, index) = (sys::RTCBufferType::VERTEX, sys::RTCBufferType::INDEX);
@@ -112,6 +135,10 @@ impl Drop for Tracer {
     }
 }
 
+/// Which of eight rays are to be traced: -1.
+#[repr(align(32))]
+struct Mask([i32; 8]);
+
 fn ray(origin: Vec3, direction: Vec3) -> sys::RTCRay {
     sys::RTCRay {
         org_x: origin.x,
@@ -146,6 +173,11 @@ mod tests {
         assert!(tracer.occluded(Vec3::new(0.0, 0.0, 5.0), Vec3::NEG_Z));
         assert!(!tracer.occluded(Vec3::new(0.0, 0.0, 5.0), Vec3::Z));
         assert!(tracer.intersect(Vec3::new(5.0, 0.0, 1.0), Vec3::X).is_none());
+        let turns = std::array::from_fn(|i| Vec3::new((i as f32).cos(), 0.3, (i as f32).sin()).normalize());
+        let origin = Vec3::new(1.5, -0.4, 0.5);
+        let hidden = tracer.occluded8(origin, &turns);
+        assert_eq!(hidden, turns.map(|d| tracer.occluded(origin, d)));
+        assert!(hidden.contains(&true) && hidden.contains(&false));
     }
 
     #[test]

@@ -67,6 +67,33 @@ impl Mesh {
         Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] }
     }
 
+    /// The same square as `side` x `side` vertices.
+    pub fn grid(half: f32, side: u32) -> Mesh {
+        let at = |i: u32| half * (2.0 * i as f32 / (side - 1) as f32 - 1.0);
+        let vertices = (0..side * side).map(|i| Vec3::new(at(i % side), at(i / side), 0.0)).collect();
+        let corners = (0..(side - 1) * (side - 1)).map(|i| i / (side - 1) * side + i % (side - 1));
+        let triangles = corners.flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]]);
+        Mesh { vertices, triangles: triangles.collect() }
+    }
+
+    /// Each triangle as four, with new vertices in the middle of its edges.
+    pub fn subdivided(&self) -> Mesh {
+        let mut vertices = self.vertices.clone();
+        let mut middles = std::collections::HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                vertices.push(0.5 * (self.vertices[a as usize] + self.vertices[b as usize]));
+                vertices.len() as u32 - 1
+            })
+        };
+        let mut triangles = Vec::with_capacity(4 * self.triangles.len());
+        for &[a, b, c] in &self.triangles {
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        Mesh { vertices, triangles }
+    }
+
     /// The low and the high corner of the bounding box.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);

@@ -5,7 +5,7 @@ use crate::embree::Tracer;
 use crate::mesh::Mesh;
 use crate::points;
 use anyhow::{Result, bail};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
@@ -51,6 +51,8 @@ pub enum View {
     Hits(usize, usize),
     /// All pixels of every so many columns and rows.
     Image(u32),
+    /// The same after the camera has walked about the axis that points up, by an angle in radians.
+    Around(u32, f32),
 }
 
 impl Scene {
@@ -88,11 +90,13 @@ impl Scene {
 
     fn new(name: &str, meshes: &[Mesh], view: View) -> Result<Scene> {
         let tracer = Tracer::new(meshes)?;
-        let camera = Camera::new(Vec3::new(1.1, -2.4, 1.0), Vec3::new(0.0, 0.0, 0.42));
+        let walked = if let View::Around(_, angle) = view { angle } else { 0.0 };
+        let eye = Mat3::from_rotation_z(walked) * Vec3::new(1.1, -2.4, 1.0);
+        let camera = Camera::new(eye, Vec3::new(0.0, 0.0, 0.42));
         let seen = |step: u32| camera.first_hits(&tracer, step);
         let (hits, points) = match view {
             View::Points(count) => (1, thinned(&seen(1), count)),
-            View::Image(step) => (1, seen(step)),
+            View::Image(step) | View::Around(step, _) => (1, seen(step)),
             View::Hits(count, hits) => {
                 let pixels = thinned(&seen(1), count);
                 let within = pixels.iter().map(|pixel| camera.hits_within(&tracer, pixel.pixel, hits));

@@ -1,8 +1,10 @@
 //! Material fields: BRDFs tabulated by normal and reflected direction, blended at every pixel, and relit pictures of them
 //! under visibility in 8 bits.
 
-use crate::relighting::on_threads;
-use crate::{DEPTH, SIDE, by_pixels_of};
+use crate::approximation::by_pixels;
+use crate::terms;
+use crate::threads::{THREADS, on_threads};
+use crate::{DEPTH, SIDE};
 use anyhow::Result;
 use glam::{Mat3, Vec3};
 use image::{GrayImage, Luma};
@@ -19,22 +21,33 @@ use wis_ffi_tests::table::Table;
 const STEP: u32 = 3;
 /// Points whose error is measured.
 const CHECKED: usize = 500;
-const THREADS: f64 = 2.0;
 
 /// A BRDF x cosine of normal, reflected direction and light.
 type Value<'a> = Box<dyn Fn(Vec3, Vec3, &[Vec3]) -> Vec<f32> + Sync + 'a>;
 
 /// A material and how finely it is tabulated: cells along an axis of normals and of reflected directions, 0 where it does
 /// not depend on them, and levels of the directions of the light.
-struct Material<'a> {
-    name: &'static str,
+pub struct Material<'a> {
+    pub name: &'static str,
     normals: u32,
     reflected: u32,
     depth: u32,
     value: Value<'a>,
 }
 
-fn materials(table: &Table) -> Vec<Material<'_>> {
+impl Material<'_> {
+    /// BRDF x cosine at a point.
+    pub fn at(&self, point: &ShadingPoint, wi: &[Vec3]) -> Vec<f32> {
+        (self.value)(point.normal, reflected(point), wi)
+    }
+}
+
+/// The reflected direction.
+fn reflected(point: &ShadingPoint) -> Vec3 {
+    (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize()
+}
+
+pub fn materials(table: &Table) -> Vec<Material<'_>> {
     let phong = |exponent: i32| -> Value<'static> {
         let norm = (exponent as f32 + 1.0) / std::f32::consts::TAU;
         Box::new(move |_, reflected, wi| wi.iter().map(|wi| norm * wi.dot(reflected).max(0.0).powi(exponent)).collect())
@@ -90,7 +103,6 @@ impl Field {
 
     /// The blend for a point: its average, and its wavelets in `out`.
     fn at(&self, point: &ShadingPoint, out: &mut Vec<raw::wis_wavelets>) -> Result<f64> {
-        let reflected = (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize();
         let cells = |side: u32, direction: Vec3| -> Result<Vec<(u32, f32)>> {
             if side == 0 {
                 return Ok(vec![(0, 1.0)]);
@@ -98,7 +110,7 @@ impl Field {
             let (cells, weights) = client::grid_cells(side, direction.to_array())?;
             Ok(cells.into_iter().zip(weights).collect())
         };
-        let (normals, directions) = (cells(self.normals, point.normal)?, cells(self.reflected, reflected)?);
+        let (normals, directions) = (cells(self.normals, point.normal)?, cells(self.reflected, reflected(point))?);
         let count = self.reflected.max(1).pow(2);
         let pairs = normals.iter().flat_map(|n| directions.iter().map(move |r| (n.0 * count + r.0, n.1 * r.1)));
         let chosen: Vec<_> = pairs.filter(|(_, weight)| *weight > 0.0).collect();
@@ -193,7 +205,8 @@ pub fn write(out: &mut String, light: &Light, folder: &Path) -> Result<()> {
         }
     }
     writeln!(out, "\n{LESSON}")?;
-    relight(out, light, &materials, &fields, folder)
+    relight(out, light, &materials, &fields, folder)?;
+    terms::write(out, light, &materials, folder)
 }
 
 const LESSON: &str = "With 5 % of error in each cell the measured material is off by .32 with 8 x 8 normals and 16 x 16 reflected directions, by
@@ -205,89 +218,102 @@ The paper, for 99 % of accuracy (Lambert, Phong) and 95 % (measured), on cube ma
 .05 %, 440 kB, 3 min; Phong 200 .5 %, 19 MB, 18 min; measured ones .6 to .67 %, 16 to 290 MB, 1 to 16 hours.
 ";
 
+/// The turn of the light and the walk of the camera in each row of pictures.
+const ROWS: [(f32, f32); 3] = [(0.0, 0.0), (2.0, 0.0), (0.0, 1.2)];
+
 /// Relit pictures: rows of lights and views, columns of materials; and what they cost.
 fn relight(out: &mut String, light: &Light, materials: &[Material], fields: &[Field], folder: &Path) -> Result<()> {
-    let scene = data::scene("spot.obj", View::Image(STEP))?;
-    let start = Instant::now();
-    let pixels = pixels(&scene)?;
-    let seconds = start.elapsed().as_secs_f64();
-    let bytes = pixels.iter().map(|pixel| pixel.visible.bytes()).sum::<usize>() as f64 / pixels.len() as f64;
-    writeln!(
-        out,
-        "\nRelighting: every pixel of a picture of {} is a vertex, {} of them; {SIDE} x {SIDE} directions of visibility in 8 bits, \
-         {:.2} kB each, in {seconds:.0} s. {} is turned about the axis that points up; 512 of its wavelets are kept, and of the \
-         materials what 5 % of error ask for, interpolated between 4 cells or, the measured one, 16. Errors are relative L2, over \
-         {CHECKED} points, of the sum over pixels with the BRDF itself.\n",
-        scene.name,
-        pixels.len(),
-        bytes / 1e3,
-        light.name
-    )?;
-    writeln!(
-        out,
-        "| material | wavelets of a blend | relative L2 error | us a vertex, one core | 100k vertices, two |\n|---|---:|---:|---:|---:|"
-    )?;
-    let wi: Vec<Vec3> = (0..SIDE * SIDE).map(|i| pixel(i, SIDE)).collect();
-    let turns = [0.0f32, 2.0];
     let panel = [WIDTH / STEP + 2, HEIGHT / STEP + 2];
-    let mut sheet =
-        GrayImage::from_pixel(panel[0] * materials.len() as u32, panel[1] * turns.len() as u32, Luma([255]));
-    for (column, (material, field)) in materials.iter().zip(fields).enumerate() {
-        for (row, turn) in turns.into_iter().enumerate() {
-            let turned = Mat3::from_rotation_z(turn);
-            let lit = light.on_octahedron(SIDE, 4, |world| turned * world);
-            let tree = Tree::new(DEPTH, 0.0, &lit)?;
-            let kept = tree.largest(512)?;
+    let mut sheet = GrayImage::from_pixel(panel[0] * materials.len() as u32, panel[1] * ROWS.len() as u32, Luma([255]));
+    let mut vertices = Vec::new();
+    for (row, (turn, walk)) in (0..).zip(ROWS) {
+        let start = Instant::now();
+        if walk > 0.0 || row == 0 {
+            vertices = pixels(&data::scene("spot.obj", View::Around(STEP, walk))?)?;
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let turn = Mat3::from_rotation_z(turn);
+        let lit = light.on_octahedron(SIDE, 4, |world| turn * world);
+        let tree = Tree::new(DEPTH, 0.0, &lit)?;
+        let kept = tree.largest(512)?;
+        if row == 0 {
+            let bytes = vertices.iter().map(|pixel| pixel.visible.bytes()).sum::<usize>() as f64;
+            head(out, light, vertices.len(), bytes / vertices.len() as f64, seconds)?;
+        }
+        for (column, (material, field)) in (0..).zip(materials.iter().zip(fields)) {
             let start = Instant::now();
-            let values = on_threads(&pixels, |pixel| {
+            let values = on_threads(&vertices, |pixel| {
                 let mut list = Vec::new();
                 let average = field.at(&pixel.point, &mut list)?;
                 Ok((pixel.visible.integral((average, &list), &kept, &tree)?, list.len()))
             })?;
-            let us = start.elapsed().as_secs_f64() * 1e6 * THREADS / pixels.len() as f64;
-            draw(&mut sheet, [column as u32 * panel[0], row as u32 * panel[1]], &pixels, &values);
+            let us = start.elapsed().as_secs_f64() * 1e6 * THREADS as f64 / vertices.len() as f64;
+            let tones: Vec<f64> = values.iter().map(|value| value.0).collect();
+            draw(&mut sheet, [column * panel[0], row * panel[1]], STEP, vertices.iter().map(|v| &v.point), &tones);
             if row == 0 {
-                let step = (pixels.len() / CHECKED).max(1);
-                let (mut squares, mut norm) = (0.0, 0.0);
-                for (pixel, value) in pixels.iter().zip(&values).step_by(step) {
-                    let point = &pixel.point;
-                    let reflected = (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize();
-                    let exact = by_pixels_of(&(material.value)(point.normal, reflected, &wi), &lit, &pixel.seen);
-                    squares += (value.0 - exact).powi(2);
-                    norm += exact * exact;
-                }
                 let length = values.iter().map(|value| value.1 as f64).sum::<f64>() / values.len() as f64;
-                writeln!(
-                    out,
-                    "| {} | {length:.0} | {:.3} | {us:.1} | {:.2} s |",
-                    material.name,
-                    (squares / norm).sqrt(),
-                    us * 0.1 / THREADS
-                )?;
+                let (name, error) = (material.name, error(material, &vertices, &tones, &lit));
+                let all = us * 0.1 / THREADS as f64;
+                writeln!(out, "| {name} | {length:.0} | {error:.3} | {us:.1} | {all:.2} s |")?;
             }
         }
     }
     std::fs::create_dir_all(folder)?;
     sheet.save(folder.join("materials.png"))?;
+    let names = materials.iter().map(|material| material.name).collect::<Vec<_>>().join(", ");
+    Ok(writeln!(
+        out,
+        "\n![Materials](triple-2004/materials.png)\n\nFrom the left: {names}. In the middle the light is turned by 2 radians, below \
+         the camera has walked by 1.2. A part of the ground is modulated by a texture.",
+    )?)
+}
+
+fn head(out: &mut String, light: &Light, count: usize, bytes: f64, seconds: f64) -> Result<()> {
+    let kilobytes = bytes / 1e3;
     writeln!(
         out,
-        "\n![materials.png](triple-2004/materials.png)\n\nFrom the left: {}; the light below is turned by 2 radians. The right half of \
-         the ground is modulated by a texture.",
-        materials.iter().map(|material| material.name).collect::<Vec<_>>().join(", ")
+        "\nRelighting: every pixel of a picture is a vertex, {count} of them; {SIDE} x {SIDE} directions of visibility in 8 \
+         bits, {kilobytes:.2} kB each, in {seconds:.0} s. {} is turned about the axis that points up; 512 of its wavelets are kept, \
+         and of the materials what 5 % of error ask for, interpolated between 4 cells or, the measured one, 16. Errors are \
+         relative L2, over {CHECKED} points, of the sum over pixels with the BRDF itself.\n",
+        light.name
     )?;
-    Ok(())
+    writeln!(
+        out,
+        "| material | wavelets of a blend | relative L2 error | us a vertex, one core | 100k vertices, two |"
+    )?;
+    Ok(writeln!(out, "|---|---:|---:|---:|---:|")?)
+}
+
+/// The relative L2 error of some of the vertices.
+fn error(material: &Material, vertices: &[Pixel], values: &[f64], lit: &[f32]) -> f64 {
+    let wi: Vec<Vec3> = (0..SIDE * SIDE).map(|i| pixel(i, SIDE)).collect();
+    let step = (vertices.len() / CHECKED).max(1);
+    let (mut squares, mut norm) = (0.0, 0.0);
+    for (vertex, value) in vertices.iter().zip(values).step_by(step) {
+        let exact = by_pixels(&material.at(&vertex.point, &wi), lit, &vertex.seen);
+        squares += (value - exact).powi(2);
+        norm += exact * exact;
+    }
+    (squares / norm).sqrt()
 }
 
 /// Draws values with a mean of .4, gamma-corrected; a checker modulates half of the ground.
-fn draw(sheet: &mut GrayImage, origin: [u32; 2], pixels: &[Pixel], values: &[(f64, usize)]) {
-    let mean = values.iter().map(|value| value.0).sum::<f64>() / values.len() as f64;
-    for (pixel, (value, _)) in pixels.iter().zip(values) {
-        let at = pixel.point.origin;
+pub fn draw<'a>(
+    sheet: &mut GrayImage,
+    origin: [u32; 2],
+    step: u32,
+    points: impl Iterator<Item = &'a ShadingPoint>,
+    values: &[f64],
+) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    for (point, value) in points.zip(values) {
+        let at = point.origin;
         let ground = at.z < 2e-3 && at.x > 0.0;
         let dark = ((at.x * 8.0).floor() + (at.y * 8.0).floor()).rem_euclid(2.0) > 0.5;
         let texture = if ground && dark { 0.3 } else { 1.0 };
         let tone = (0.4 * texture * value.max(0.0) / mean).min(1.0).powf(1.0 / 2.2);
-        let [x, y] = pixel.point.pixel.map(|c| c / STEP);
+        let [x, y] = point.pixel.map(|c| c / step);
         sheet.put_pixel(origin[0] + x, origin[1] + y, Luma([(255.0 * tone).round() as u8]));
     }
 }

@@ -1,49 +1,31 @@
 //! Measures triple product integrals (Ng et al. 2004) on a real light, real visibility and analytic BRDFs: triple <page>
 
+mod approximation;
+mod domain;
 mod fields;
 mod relighting;
 mod sampling;
 mod spherical;
+mod terms;
+mod threads;
 
 use anyhow::{Context, Result};
 use glam::Vec3;
 use std::fmt::Write;
 use std::path::Path;
-use std::time::Instant;
-use wide::f32x8;
-use wis_ffi_tests::client::{Tree, raw};
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::octahedral_direction;
-use wis_ffi_tests::material::{Bsdf, Material};
-use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
+use wis_ffi_tests::material::Bsdf;
 
 const DEPTH: u32 = 7;
 const SIDE: usize = 1 << DEPTH;
-const POINTS: usize = 40;
-/// Shares of the wavelets that are kept.
-const SHARES: [f64; 9] = [0.0005, 0.001, 0.002, 0.005, 0.01, 0.03, 0.1, 0.3, 1.0];
-const ROUNDS: usize = 9;
 
 fn main() -> Result<()> {
     let page = std::env::args().nth(1).context("usage: triple <page>")?;
-    let scene = data::scene("spot.obj", View::Points(POINTS))?;
     let light = data::light("grace_latlong.exr")?;
     let mut out = String::from(INTRODUCTION);
     counts(&mut out)?;
-    let pixels = light.on_octahedron(SIDE, 4, |world| world);
-    let tree = Tree::new(DEPTH, 0.0, &pixels)?;
-    writeln!(out, "\n## Error and time against the terms that are kept (Fig. 3)\n")?;
-    writeln!(
-        out,
-        "Light: {}, visibility: {} points of {}, {SIDE} x {SIDE} pixels on the octahedral square, so {} wavelets each.\n",
-        light.name,
-        scene.points.len(),
-        scene.name,
-        SIDE * SIDE - 1
-    )?;
-    for material in [Material::lambert(), Material::ggx(0.5), Material::ggx(0.2), Material::mix(0.1)] {
-        material_table(&mut out, &scene, (&pixels, &tree), &material)?;
-    }
+    approximation::write(&mut out, &light)?;
     spherical::write(&mut out)?;
     sampling::write(&mut out, &light)?;
     relighting::write(&mut out, &light)?;
@@ -57,24 +39,28 @@ const INTRODUCTION: &str = "# Triple product wavelet integrals
 
 Written by `make triple`. Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\": the
 integrals, their coefficients and the sublinear algorithm (`wis_triple_*`, `wis_tripling_coefficient`), and the product as
-something to sample (`wis_tree_multiply`). `make relight` turns a light about a scene whose every pixel is a vertex.
+something to sample (`wis_tree_multiply`). `make relight` relights the vertices of a mesh.
 
 | claim | paper | here | holds |
 |---|---|---|---|
 | wavelets approximate all frequencies, harmonics do not (6.1) | curves | 400 terms: Haar .004 to .29, harmonics .12 to .73, pixels .01 to .91 | yes |
 | non-zero tripling coefficients (4) | 2 - N + 3 N log4 N | 8 - 7 N + 9 N log4 N, ordered | O(N log N) does |
-| visibility is sparse (7.1.1) | .8 to 6.2 % | see the table | yes |
-| .1 to 1 % of BRDF and light suffice (8.1) | pictures | 1 % of a Lambert lobe's error asks for 19 %, of Phong 200 for 1.2 % | for sharp lobes |
+| visibility is sparse on a cube (7.1.1) | .8 to 6.2 % | 1.5 to 1.7 % at 6 x 64 x 64, .4 % at 6 x 256 x 256 | yes |
+| .1 to 1 % of BRDF and light suffice (8.1) | pictures | 1 % of the terms: 5 % of error (Lambert) to 12 % (Phong 200); .1 %: 19 to 78 % | 1 % does |
 | 10 to 30 times faster than pixels at 1 % of error (Fig. 3) | yes | pixels win | no |
-| 3 to 5 s a frame, 100 to 300 thousand vertices (8.2) | 2004 | see below | yes |
-
-Open: figures on six cube faces and frames of 100 and 300 thousand vertices there (34834 vertices on the octahedral square are
-measured, and scaled), pictures by the number of terms (Fig. 4) and of a view that changes.
+| 3 to 5 s a frame, 100 to 300 thousand vertices (8.2) | 2004 | .26 s and .8 s at 4 to 5 %, .5 s and 1.7 s at 1 % | yes |
 
 What does not hold: 10 to 30 times faster than a sum over pixels at 1 % of error. A term costs about 30 ns, a pixel 0.3 ns
 in eight lanes, and 1 % of error takes 3 to 10 % of the terms of these inputs; wavelets are ahead below .5 % of the terms,
-where the error is 20 % and more. Against pixels that are stored as wavelets and must be decompressed first (30 us) they win
-12 times at 20 % of error, twice at 5 %, and about tie at 1 %. What they save is memory: 2 kB a vertex in place of 64.
+where the error is 6 % (Lambert on six faces) and more. Against pixels that are stored as wavelets and must be decompressed
+first (30 to 38 us) they win 25 to 40 times at .1 % of the terms, 8 times at .5 %, 4 to 5 times at 1 %, and about tie at 1 %
+of error. What they save is memory: 1 to 2 kB a vertex in place of 64 to 98.
+
+What helps more than dropping terms: where many vertices share a BRDF, as all of one normal or one reflected direction do,
+light x BRDF is multiplied once for a frame, and each vertex adds up what it sees of the product, exactly, in 2 to 4 us (six faces).
+
+The octahedral square needs more of its wavelets than six faces do: its axes lie askew to the horizon, so that visibility
+has more squares for its pixels, and its 64 x 64 or 128 x 128 pixels are fewer than 24576.
 
 Time grows as the .91th power of the terms over three decades (Fig. 3 has slope 1), error falls as the 1.4th.
 
@@ -112,128 +98,4 @@ fn pixel(i: usize, parts: [f32; 2]) -> Vec3 {
 fn mean_on_pixel(bsdf: &Bsdf, i: usize) -> f32 {
     let quarters = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]];
     quarters.iter().map(|&parts| bsdf.eval_one(pixel(i, parts)).0).sum::<f32>() / 4.0
-}
-
-/// A shading point's BRDF x cosine and visibility on the square.
-struct Point {
-    brdf: Vec<f32>,
-    visible: Vec<f32>,
-    brdf_tree: Tree,
-    visible_tree: Tree,
-    exact: f64,
-}
-
-impl Point {
-    fn new(scene: &Scene, point: &ShadingPoint, light: &[f32], material: &Material) -> Result<Point> {
-        let bsdf = Bsdf::new(material, point);
-        let brdf: Vec<f32> = (0..SIDE * SIDE).map(|i| mean_on_pixel(&bsdf, i)).collect();
-        let seen = |i: usize| f32::from(u8::from(is_seen(scene, point, pixel(i, [0.5, 0.5]))));
-        let visible: Vec<f32> = (0..SIDE * SIDE).map(seen).collect();
-        let (brdf_tree, visible_tree) = (Tree::new(DEPTH, 0.0, &brdf)?, Tree::new(DEPTH, 0.0, &visible)?);
-        let product =
-            brdf.iter().zip(light).zip(&visible).map(|((&b, &l), &v)| f64::from(b) * f64::from(l) * f64::from(v));
-        let exact = product.sum::<f64>() / (SIDE * SIDE) as f64;
-        Ok(Point { brdf, visible, brdf_tree, visible_tree, exact })
-    }
-}
-
-fn is_seen(scene: &Scene, point: &ShadingPoint, wi: Vec3) -> bool {
-    scene.visible(point, wi)
-}
-
-/// The pixels of a list of wavelets, in Morton order: what a renderer that stores wavelets pays before it can add up pixels.
-fn decompress(average: f64, list: &[raw::wis_wavelets]) -> Vec<f32> {
-    const MORTON_BITS: u32 = 24;
-    let mut pixels = vec![average as f32; SIDE * SIDE];
-    for w in list {
-        let quarter = (SIDE * SIDE) >> (2 * w.level + 2);
-        let first = (w.position >> (MORTON_BITS - 2 * DEPTH)) as usize;
-        let [a, b, c] = w.detail;
-        let parts = [a + b + c, b - a - c, a - b - c, c - a - b];
-        for (part, value) in pixels[first..first + 4 * quarter].chunks_exact_mut(quarter).zip(parts) {
-            part.iter_mut().for_each(|pixel| *pixel += value);
-        }
-    }
-    pixels
-}
-
-/// The fastest round over all points, in microseconds for a point.
-fn fastest(points: &[Point], mut each: impl FnMut(&Point) -> Result<f64>) -> Result<f64> {
-    let mut best = f64::MAX;
-    for _ in 0..ROUNDS {
-        let start = Instant::now();
-        for point in points {
-            std::hint::black_box(each(point)?);
-        }
-        best = best.min(start.elapsed().as_secs_f64() * 1e6 / points.len() as f64);
-    }
-    Ok(best)
-}
-
-/// The sum over pixels, eight at a time.
-fn by_pixels(point: &Point, light: &[f32]) -> f64 {
-    by_pixels_of(&point.brdf, light, &point.visible)
-}
-
-fn by_pixels_of(brdf: &[f32], light: &[f32], visible: &[f32]) -> f64 {
-    let eight = |values: &[f32], i: usize| f32x8::from(<[f32; 8]>::try_from(&values[i..i + 8]).expect("eight"));
-    let terms = (0..light.len()).step_by(8).map(|i| eight(brdf, i) * eight(light, i) * eight(visible, i));
-    f64::from(terms.fold(f32x8::ZERO, |sum, term| sum + term).reduce_add()) / light.len() as f64
-}
-
-fn material_table(
-    out: &mut String,
-    scene: &Scene,
-    (pixels, light): (&[f32], &Tree),
-    material: &Material,
-) -> Result<()> {
-    let points = scene.points.iter().map(|p| Point::new(scene, p, pixels, material)).collect::<Result<Vec<_>>>()?;
-    let norm = points.iter().map(|p| p.exact * p.exact).sum::<f64>().sqrt();
-    let off = |values: &[f64]| {
-        let squares = values.iter().zip(&points).map(|(v, p)| (v - p.exact).powi(2));
-        squares.sum::<f64>().sqrt() / norm
-    };
-    let linear = |p: &Point| Ok(Tree::triple_integral([&p.brdf_tree, light, &p.visible_tree])?);
-    let exact = points.iter().map(linear).collect::<Result<Vec<_>>>()?;
-    let (pixel_us, linear_us) = (fastest(&points, |p| Ok(by_pixels(p, pixels)))?, fastest(&points, linear)?);
-    let light_pixels = decompress(light.info.average, &light.largest(3 << (2 * DEPTH))?);
-    let all = |tree: &Tree| tree.largest(3 << (2 * DEPTH));
-    let stored = points.iter().map(|p| Ok([all(&p.brdf_tree)?, all(&p.visible_tree)?])).collect::<Result<Vec<_>>>()?;
-    let mut next = 0;
-    let unpacked_us = fastest(&points, |p| {
-        let [brdf, visible] = &stored[next % stored.len()];
-        next += 1;
-        let brdf = decompress(p.brdf_tree.info.average, brdf);
-        Ok(by_pixels_of(&brdf, &light_pixels, &decompress(p.visible_tree.info.average, visible)))
-    })?;
-    let squares = points.iter().map(|p| p.visible_tree.info.squares as f64).sum::<f64>() / points.len() as f64;
-    writeln!(
-        out,
-        "### {}\n\nPixel loop, eight lanes: {pixel_us:.1} us; {unpacked_us:.1} us if BRDF and visibility are wavelets that it must \
-         decompress. Linear algorithm: {linear_us:.1} us, off by {:.1e}. Visibility keeps \
-         {squares:.0} of {} squares without loss.\n",
-        material.name,
-        off(&exact),
-        (SIDE * SIDE - 1) / 3
-    )?;
-    writeln!(out, "| share kept | terms | relative L2 error | us | pixel loop / this |\n|---:|---:|---:|---:|---:|")?;
-    for share in SHARES {
-        let keep = (share * (SIDE * SIDE - 1) as f64).round() as u32;
-        let kept = light.largest(keep)?;
-        let lists =
-            points.iter().map(|p| Ok(p.brdf_tree.largest(keep)?)).collect::<Result<Vec<Vec<raw::wis_wavelets>>>>()?;
-        let value = |p: &Point, list: &[raw::wis_wavelets]| {
-            Ok(light.sublinear((p.brdf_tree.info.average, list), &kept, &p.visible_tree)?)
-        };
-        let values = points.iter().zip(&lists).map(|(p, list)| value(p, list)).collect::<Result<Vec<f64>>>()?;
-        let mut index = 0;
-        let us = fastest(&points, |p| {
-            let list = &lists[index % lists.len()];
-            index += 1;
-            value(p, list)
-        })?;
-        let percent = 100.0 * share;
-        writeln!(out, "| {percent:.2} % | {keep} | {:.4} | {us:.2} | {:.2} |", off(&values), pixel_us / us)?;
-    }
-    Ok(writeln!(out)?)
 }

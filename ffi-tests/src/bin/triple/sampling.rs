@@ -1,7 +1,7 @@
 //! What a density gains that knows visibility: the product of light, BRDF x cosine and an estimate of visibility as a tree,
 //! against the product of the first two.
 
-use crate::{DEPTH, SIDE, is_seen, mean_on_pixel};
+use crate::{DEPTH, SIDE, mean_on_pixel};
 use anyhow::Result;
 use std::fmt::Write;
 use std::time::Instant;
@@ -172,7 +172,7 @@ fn nearest(scene: &Scene, index: usize, count: usize) -> Vec<usize> {
 /// Which pixels a point sees, the horizon left to the BRDF.
 fn visibility(scene: &Scene, point: &ShadingPoint) -> Vec<f32> {
     let at = |c: usize| (c as f32 + 0.5) / SIDE as f32;
-    let seen = |i: usize| is_seen(scene, point, octahedral_direction(at(i % SIDE), at(i / SIDE)));
+    let seen = |i: usize| scene.visible(point, octahedral_direction(at(i % SIDE), at(i / SIDE)));
     (0..SIDE * SIDE).map(|i| f32::from(u8::from(seen(i)))).collect()
 }
 

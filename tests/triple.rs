@@ -265,17 +265,18 @@ fn six_faces_make_a_sphere() {
         let at = |c: usize| 2.0 * c as f64 / side as f64 - 1.0;
         let (mut linear, mut sparse, mut few, mut pixels, mut bound) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for face in 0..6 {
-            let mut images = [vec![0.0; side * side], vec![0.0; side * side], vec![0.0; side * side]];
-            for i in 0..side * side {
+            let step = 2.0 / side as f64;
+            let pixel = |i: usize| {
                 let (s, t) = (at(i % side), at(i / side));
-                let step = 2.0 / side as f64;
                 let d = sphere::cube_direction(face, s + 0.5 * step, t + 0.5 * step);
                 let cosine =
                     (0..3).map(|a| d[a] * normal[a]).sum::<f64>() / d.iter().map(|x| x * x).sum::<f64>().sqrt();
-                images[0][i] = cosine.max(0.0) / std::f64::consts::PI;
-                images[1][i] = sphere::cube_solid_angle([s, s + step], [t, t + step]) * (side * side) as f64;
-                images[2][i] = f64::from(u8::from(cosine > half_angle.cos()));
-            }
+                let solid_angle = sphere::cube_solid_angle([s, s + step], [t, t + step]);
+                let seen = f64::from(u8::from(cosine > half_angle.cos()));
+                [cosine.max(0.0) / std::f64::consts::PI, solid_angle * (side * side) as f64, seen]
+            };
+            let pixels_of_face: Vec<[f64; 3]> = (0..side * side).map(pixel).collect();
+            let images = [0, 1, 2].map(|k| pixels_of_face.iter().map(|pixel| pixel[k]).collect::<Vec<f64>>());
             let trees = [0, 1, 2].map(|k| stored(depth, &images[k]));
             let [brdf, light, visible] = &trees;
             let views = [&brdf.tree(), &light.tree(), &visible.tree()];

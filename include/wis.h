@@ -1057,6 +1057,29 @@ enum wis_status wis_tree_multiply(const struct wis_tree *e,
                                   struct wis_tree_info *info,
                                   struct wis_diagnostic *diagnostic);
 
+/// The memory that wis_tree_blend needs for these trees, at most. Costs one visit of each square of the sum.
+enum wis_status wis_tree_blend_size(uint32_t tree_count,
+                                    const struct wis_tree *const *trees,
+                                    struct wis_memory_size *size,
+                                    struct wis_diagnostic *diagnostic);
+
+/// The weighted sum of 1 to WIS_MAX_TREES trees of the same axes as a tree: what stands between tabulated functions, exactly
+/// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
+/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
+///
+/// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
+/// stand in `info`, which may be null; its `error` is 0.
+enum wis_status wis_tree_blend(uint32_t tree_count,
+                               const struct wis_tree *const *trees,
+                               const double *weight,
+                               void *memory,
+                               size_t bytes,
+                               void *scratch,
+                               size_t scratch_bytes,
+                               const struct wis_tree **tree,
+                               struct wis_tree_info *info,
+                               struct wis_diagnostic *diagnostic);
+
 /// The fewest of a tree's largest wavelets (wis_triple_select) that leave a relative L2 error of at most `error`, 0 or more.
 /// Costs 33 visits of each square.
 enum wis_status wis_triple_terms(const struct wis_tree *tree,

@@ -10,6 +10,7 @@
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
+pub mod combine;
 pub mod descent;
 pub mod environment;
 pub mod grid;
@@ -19,7 +20,6 @@ pub mod inner;
 pub mod jitter;
 pub mod lobe;
 pub mod morton;
-pub mod multiply;
 pub mod numeric;
 pub mod points;
 pub mod pool;

@@ -11,7 +11,7 @@ use crate::{image, inner, morton, prune, warp};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-pub mod multiply;
+pub mod combine;
 pub mod sparse;
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to

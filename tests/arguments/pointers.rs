@@ -50,7 +50,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
-        "wis_product *const" | "wis_wavelets *const" => align_of::<*const u8>(),
+        "wis_product *const" | "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
         "wis_table" => align_of::<Table>(),
         "double" => 8,
         "wis_sample" => align_of::<Sample>(),

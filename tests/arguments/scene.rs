@@ -11,7 +11,7 @@ use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
-use wis::ffi::tree::multiply::*;
+use wis::ffi::tree::combine::*;
 use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::visibility::*;
@@ -76,6 +76,8 @@ pub struct Scene {
     visibility: Vec<u8>,
     lists: [Block; 1],
     list: [*const Wavelets; COUNT],
+    trees: [*const Tree; COUNT],
+    blend_size: MemorySize,
 }
 
 impl Scene {
@@ -104,6 +106,8 @@ impl Scene {
             visibility: Vec::new(),
             lists: [Block::new(&wavelets(), 0)],
             list: [null(); COUNT],
+            trees: [null(); COUNT],
+            blend_size: MemorySize::default(),
         };
         scene.build_environment();
         scene.build_product();
@@ -113,6 +117,10 @@ impl Scene {
         scene.list = [scene.lists[0].pointer().cast_const().cast(); COUNT];
         scene.stored = [Block::new(&scene.product, 0), Block::new(&scene.tree, 0)];
         scene.products = [scene.stored[0].pointer().cast_const().cast(); COUNT];
+        scene.trees = [scene.stored[1].pointer().cast_const().cast(); COUNT];
+        let (count, trees) = (COUNT as u32, scene.trees.as_ptr());
+        // SAFETY: as many handles as are said.
+        unsafe { expect_ok(wis_tree_blend_size(count, trees, &mut scene.blend_size, null_mut())) };
         scene.slices = [scene.stored[1].pointer().cast_const().cast(); SLICES];
         scene
     }
@@ -237,6 +245,7 @@ impl Scene {
         let name = function.name.as_str();
         match parameter.name.as_str() {
             "count" if name == "wis_environment_run" => 1,
+            "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" if name.starts_with("wis_tree_of_wavelets") => 2,
             "count" => COUNT,
@@ -291,6 +300,7 @@ impl Scene {
             "const uint32_t *label" => labels(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
             "uint32_t *traced" => unwritten(4),
+            "const wis_tree *const *trees" => numbers(&self.trees),
             "const wis_tree *tree" if name.starts_with("wis_visibility") => self.shares.clone(),
             tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
             function if function.starts_with("const wis_basis_function *") => {
@@ -375,6 +385,7 @@ impl Scene {
         match function {
             "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..self.tree_size },
             "wis_tree_multiply" => self.multiply_size,
+            "wis_tree_blend" => self.blend_size,
             "wis_tree_of_wavelets" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
             "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },

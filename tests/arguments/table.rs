@@ -11,7 +11,7 @@ use wis::ffi::product::*;
 use wis::ffi::products::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
-use wis::ffi::tree::multiply::*;
+use wis::ffi::tree::combine::*;
 use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
@@ -109,6 +109,8 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_product_integral(e, f, integral);
     wis_tree_multiply_size(e, f, g, size, diagnostic);
     wis_tree_multiply(e, f, g, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
+    wis_tree_blend_size(tree_count, trees, size, diagnostic);
+    wis_tree_blend(tree_count, trees, weight, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_sample(tree, u, point, pdf);
     wis_tree_pdf(tree, point, pdf);
     wis_tree_invert(tree, point, u);

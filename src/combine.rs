@@ -1,16 +1,55 @@
-//! The product of up to three trees as a tree: built once, then sampled, saved and multiplied like any other.
+//! The product of up to three trees, or the weighted sum of up to sixteen, as a tree: built once, then sampled, saved and
+//! combined like any other.
 //!
-//! Where [`crate::inner`] descends two trees side by side, here the averages are written out. A square is kept where a
-//! factor still varies and none is 0; squares stand in breadth-first order. Values are products of what the factors
-//! store, and averages are sums from the bottom up in f64: exact, where the product of averages is not (Clarberg et al.
-//! 2005, Section 4.3). With the visibility of a point as the third factor this is the triple product of Ng et al. 2004
-//! as something to sample.
+//! Where [`crate::inner`] descends two trees side by side, here the averages are written out. A square is kept where one of
+//! the trees still varies (and of a product none is 0); squares stand in breadth-first order. Averages are sums from the
+//! bottom up in f64: exact, where the product of averages is not (Clarberg et al. 2005, Section 4.3). With the visibility
+//! of a point as the third factor this is the triple product of Ng et al. 2004 as something to sample; sums interpolate
+//! between tables, and a product of two sums is the bilinear blend of all pairs.
 
 use crate::numeric::{exp2i, exponent};
 use crate::tree::{Link, MAX_DEPTH, Tree};
 
-/// The most factors.
+/// The most factors of a product.
 pub const MAX_FACTORS: usize = 3;
+/// The most trees of a sum: quadrilinear interpolation has 16.
+pub const WIS_MAX_TREES: usize = 16;
+
+/// How trees are combined.
+pub trait Rule<const K: usize> {
+    /// The value where the trees have these averages.
+    fn value(&self, spots: &[Spot; K]) -> f64;
+    /// Whether it varies there.
+    fn varies(&self, spots: &[Spot; K]) -> bool;
+}
+
+/// Their product.
+#[derive(Clone, Copy, Debug)]
+pub struct Times;
+
+impl Rule<MAX_FACTORS> for Times {
+    fn value(&self, spots: &[Spot; MAX_FACTORS]) -> f64 {
+        spots.iter().map(|spot| f64::from(spot.average)).product()
+    }
+
+    fn varies(&self, spots: &[Spot; MAX_FACTORS]) -> bool {
+        spots.iter().any(|spot| spot.square.is_some()) && spots.iter().all(|spot| spot.average > 0.0)
+    }
+}
+
+/// Their sum with these weights, 0 or more.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighted(pub [f64; WIS_MAX_TREES]);
+
+impl Rule<WIS_MAX_TREES> for Weighted {
+    fn value(&self, spots: &[Spot; WIS_MAX_TREES]) -> f64 {
+        spots.iter().zip(self.0).map(|(spot, weight)| weight * f64::from(spot.average)).sum()
+    }
+
+    fn varies(&self, spots: &[Spot; WIS_MAX_TREES]) -> bool {
+        spots.iter().zip(self.0).any(|(spot, weight)| weight > 0.0 && spot.square.is_some())
+    }
+}
 
 /// A tree of one to four axes.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +94,7 @@ impl Factor<'_> {
         }
     }
 
-    /// The child of a spot of the product, whose axes are `beyond` more than this tree's: it is constant along those.
+    /// The child of a spot of the result, whose axes are `beyond` more than this tree's: it is constant along those.
     fn child(&self, spot: Spot, c: u32, beyond: u32) -> Spot {
         let c = c.wrapping_shr(beyond);
         match (self, spot.square) {
@@ -70,7 +109,7 @@ impl Factor<'_> {
 
 /// A tree's average on a square, and its own square there if it varies.
 #[derive(Clone, Copy, Debug)]
-struct Spot {
+pub struct Spot {
     square: Option<u32>,
     average: f32,
 }
@@ -87,16 +126,16 @@ fn child<const C: usize>(tree: &Tree<C>, square: u32, c: u32) -> Spot {
     Spot { square: tree.child_square(square, c), average }
 }
 
-/// A square of the product: where each factor is.
+/// A square of the result: where each tree is.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
-    spots: [Spot; MAX_FACTORS],
+pub struct Place<const K: usize> {
+    spots: [Spot; K],
 }
 
-impl Place {
-    const NOWHERE: Place = Place { spots: [ONE; MAX_FACTORS] };
+impl<const K: usize> Place<K> {
+    const NOWHERE: Place<K> = Place { spots: [ONE; K] };
 
-    fn root(factors: &[Factor]) -> Place {
+    fn root(factors: &[Factor]) -> Place<K> {
         let mut place = Place::NOWHERE;
         for (spot, factor) in place.spots.iter_mut().zip(factors) {
             *spot = factor.root();
@@ -104,70 +143,69 @@ impl Place {
         place
     }
 
-    fn child<const C: usize>(&self, factors: &[Factor], c: u32) -> Place {
+    fn child<const C: usize>(&self, factors: &[Factor], c: u32) -> Place<K> {
         let mut place = *self;
         for (spot, factor) in place.spots.iter_mut().zip(factors) {
             *spot = factor.child(*spot, c, C.trailing_zeros().saturating_sub(factor.axes()));
         }
         place
     }
-
-    fn value(&self) -> f64 {
-        self.spots.iter().map(|spot| f64::from(spot.average)).product()
-    }
-
-    /// Whether the product varies here.
-    fn is_kept(&self) -> bool {
-        self.spots.iter().any(|spot| spot.square.is_some()) && self.spots.iter().all(|spot| spot.average > 0.0)
-    }
 }
 
-/// The number of squares of the product of trees with at most log2(C) axes; `None` if they are more than 2^32 - 2.
-pub fn count<const C: usize>(factors: &[Factor]) -> Option<u32> {
-    // Depth first: of each level at most C - 1 squares wait.
-    const WAITING: usize = 15 * MAX_DEPTH as usize + 2;
-    let mut waiting = [Place::NOWHERE; WAITING];
-    let (mut top, mut squares) = (0usize, 0u32);
-    let mut next = Some(Place::root(factors)).filter(Place::is_kept);
-    while let Some(place) = next {
-        squares = squares.checked_add(1).filter(|&squares| squares < u32::MAX)?;
-        for c in 0..C as u32 {
-            let child = place.child::<C>(factors, c);
-            if let Some(slot) = waiting.get_mut(top).filter(|_| child.is_kept()) {
-                *slot = child;
-                top += 1;
+/// The number of squares of the result of at most K trees with at most log2(C) axes; `None` if they are more than 2^32 - 2.
+pub fn count<const C: usize, const K: usize>(factors: &[Factor], rule: &impl Rule<K>) -> Option<u32> {
+    // The way down, and at each level the child that is next.
+    let mut way = [(Place::<K>::NOWHERE, 0u32); MAX_DEPTH as usize];
+    let root = Place::root(factors);
+    let (mut level, mut squares) = (0usize, u32::from(rule.varies(&root.spots)));
+    way[0] = (root, if squares == 0 { C as u32 } else { 0 });
+    while let Some((place, c)) = way.get_mut(level) {
+        if *c == C as u32 {
+            let Some(above) = level.checked_sub(1) else { break };
+            level = above;
+            continue;
+        }
+        let child = place.child::<C>(factors, *c);
+        *c += 1;
+        if rule.varies(&child.spots) {
+            squares = squares.checked_add(1).filter(|&squares| squares < u32::MAX)?;
+            level += 1;
+            if let Some(slot) = way.get_mut(level) {
+                *slot = (child, 0);
             }
         }
-        top = top.wrapping_sub(1);
-        next = waiting.get(top).copied();
     }
     Some(squares)
 }
 
-/// Memory of a product: all three as long as it has squares, or longer.
-pub struct Scratch<'a, const C: usize> {
-    /// Where the factors are.
-    pub places: &'a mut [Place],
+/// Memory of a result: all three as long as it has squares, or longer.
+pub struct Scratch<'a, const C: usize, const K: usize> {
+    /// Where the trees are.
+    pub places: &'a mut [Place<K>],
     /// The averages of the children.
     pub values: &'a mut [[f64; C]],
-    /// The product's links.
+    /// The result's links.
     pub links: &'a mut [Link],
 }
 
-/// A product in its scratch memory.
+/// A result in its scratch memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Product {
+pub struct Combined {
     /// The number of squares.
     pub squares: u32,
-    /// The average over the unit cube, of what the factors store.
+    /// The average over the unit cube, of what the trees store.
     pub mean: f64,
 }
 
-/// Multiplies trees; `None` if the scratch memory is too short.
-pub fn multiply<const C: usize>(factors: &[Factor], scratch: &mut Scratch<C>) -> Option<Product> {
+/// Combines at most K trees; `None` if the scratch memory is too short.
+pub fn combine<const C: usize, const K: usize>(
+    factors: &[Factor],
+    rule: &impl Rule<K>,
+    scratch: &mut Scratch<C, K>,
+) -> Option<Combined> {
     let root = Place::root(factors);
-    if !root.is_kept() {
-        return Some(Product { squares: 0, mean: root.value() });
+    if !rule.varies(&root.spots) {
+        return Some(Combined { squares: 0, mean: rule.value(&root.spots) });
     }
     *scratch.places.first_mut()? = root;
     let (mut done, mut used) = (0usize, 1usize);
@@ -177,8 +215,8 @@ pub fn multiply<const C: usize>(factors: &[Factor], scratch: &mut Scratch<C>) ->
         *link = Link { first: u32::try_from(used).ok()?, mask: 0 };
         for (c, value) in (0..C as u32).zip(values.iter_mut()) {
             let child = place.child::<C>(factors, c);
-            *value = child.value();
-            if child.is_kept() {
+            *value = rule.value(&child.spots);
+            if rule.varies(&child.spots) {
                 *scratch.places.get_mut(used)? = child;
                 link.mask |= 1 << c;
                 used += 1;
@@ -198,7 +236,7 @@ pub fn multiply<const C: usize>(factors: &[Factor], scratch: &mut Scratch<C>) ->
             scratch.links.get_mut(parent)?.first = 0;
         }
     }
-    Some(Product { squares: u32::try_from(used).ok()?, mean: mean(scratch.values.first()?) })
+    Some(Combined { squares: u32::try_from(used).ok()?, mean: mean(scratch.values.first()?) })
 }
 
 fn mean<const C: usize>(values: &[f64; C]) -> f64 {

@@ -1,0 +1,367 @@
+//! Products and weighted sums of trees in C.
+
+use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
+use crate::combine::{self as kernel, Factor, MAX_FACTORS, Place, Rule, Scratch, Times, WIS_MAX_TREES, Weighted};
+use crate::numeric::{exp2i, exponent};
+use crate::status::Status;
+use crate::tree::{self, Link};
+use core::ffi::c_void;
+
+/// The memory that wis_tree_multiply needs for these trees, `g` may be null. Costs one visit of each square of the product.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_multiply_size(
+    e: *const Tree,
+    f: *const Tree,
+    g: *const Tree,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let factors = Factors::read(e, f, g)?;
+            let size = out(size, 4)?;
+            let squares = with_axes!(factors.dimensions, 2, count(&factors))?;
+            let overflow = Failure::new(Status::Overflow, 2);
+            let stored = Stored::new(factors.dimensions, squares).ok_or(overflow)?;
+            let scratch_bytes = with_axes!(factors.dimensions, 2, layout_of_product(squares))?.bytes;
+            size.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes });
+        }
+        Ok(())
+    })
+}
+
+/// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
+/// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
+/// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
+/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted.
+///
+/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products; one that is too short fails with
+/// WIS_MEMORY_TOO_SMALL. The bytes in use stand in `info`.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_multiply(
+    e: *const Tree,
+    f: *const Tree,
+    g: *const Tree,
+    memory: *mut c_void,
+    bytes: usize,
+    scratch: *mut c_void,
+    scratch_bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract; the parts of the scratch memory are apart.
+        unsafe {
+            let factors = Factors::read(e, f, g)?;
+            check_results(tree, 8, info, 9)?;
+            let scratch = Block::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
+            Block::new(memory.cast(), bytes, 0, 4)?;
+            let blocks = Blocks { scratch, scratch_bytes, memory: memory.cast(), bytes };
+            let header = with_axes!(factors.dimensions, 2, multiply(&factors, &blocks))?;
+            publish(memory.cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// Trees that were checked.
+struct Factors<'a> {
+    trees: [Factor<'a>; MAX_FACTORS],
+    count: usize,
+    /// The axes of the first.
+    dimensions: u32,
+    /// The sum of the trees' exponents.
+    exponent: i32,
+}
+
+impl<'a> Factors<'a> {
+    /// # Safety
+    /// The pointers are null or point to trees of this version.
+    unsafe fn read(e: *const Tree, f: *const Tree, g: *const Tree) -> Checked<Factors<'a>> {
+        let nothing = Factor::Line(tree::Tree::trusted(0, 0.0, &[], &[]));
+        let count = if g.is_null() { 2 } else { 3 };
+        let mut read = Factors { trees: [nothing; MAX_FACTORS], count, dimensions: 0, exponent: 0 };
+        for (argument, (slot, tree)) in (1..).zip(read.trees.iter_mut().zip([e, f, g])).take(count) {
+            // SAFETY: the caller's contract; the header tells the number of children.
+            let (factor, exponent) = unsafe { factor(tree, argument)? };
+            read.dimensions = if argument == 1 { factor.axes() } else { read.dimensions };
+            if factor.axes() > read.dimensions {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+            *slot = factor;
+            read.exponent = read.exponent.saturating_add(exponent);
+        }
+        Ok(read)
+    }
+
+    fn trees(&self) -> &[Factor<'a>] {
+        self.trees.get(..self.count).unwrap_or(&[])
+    }
+}
+
+/// A tree and its exponent.
+///
+/// # Safety
+/// The handle is null or points to a tree of this version.
+unsafe fn factor<'a>(tree: *const Tree, argument: u32) -> Checked<(Factor<'a>, i32)> {
+    // SAFETY: the caller's contract; the header tells the number of children.
+    unsafe {
+        let object = Object::view(tree, argument)?;
+        let factor = match object.header.dimensions {
+            1 => Factor::Line(object.tree()),
+            2 => Factor::Square(object.tree()),
+            3 => Factor::Cube(object.tree()),
+            _ => Factor::Tesseract(object.tree()),
+        };
+        Ok((factor, object.header.exponent))
+    }
+}
+
+fn count<const N: usize, const C: usize>(factors: &Factors) -> Checked<usize> {
+    let squares = kernel::count::<C, MAX_FACTORS>(factors.trees(), &Times).ok_or(Failure::new(Status::Overflow, 2))?;
+    Ok(squares as usize)
+}
+
+/// Where the parts of the scratch memory stand for so many squares.
+struct Layout {
+    places: usize,
+    links: usize,
+    bytes: usize,
+}
+
+fn layout<const C: usize, const K: usize>(squares: usize) -> Checked<Layout> {
+    let parts = || {
+        let places = squares.checked_mul(size_of::<[f64; C]>())?;
+        let links = squares.checked_mul(size_of::<Place<K>>())?.checked_add(places)?;
+        let bytes = squares.checked_mul(size_of::<Link>())?.checked_add(links)?;
+        if bytes > isize::MAX as usize { None } else { Some(Layout { places, links, bytes }) }
+    };
+    parts().ok_or(Failure::new(Status::Overflow, 2))
+}
+
+fn layout_of_product<const N: usize, const C: usize>(squares: usize) -> Checked<Layout> {
+    layout::<C, MAX_FACTORS>(squares)
+}
+
+fn layout_of_sum<const N: usize, const C: usize>(squares: usize) -> Checked<Layout> {
+    layout::<C, WIS_MAX_TREES>(squares)
+}
+
+/// The caller's memory.
+struct Blocks {
+    scratch: Block,
+    scratch_bytes: usize,
+    memory: *mut u8,
+    bytes: usize,
+}
+
+/// # Safety
+/// The blocks are the caller's to write.
+unsafe fn multiply<const N: usize, const C: usize>(factors: &Factors, blocks: &Blocks) -> Checked<Header> {
+    // SAFETY: the caller's contract.
+    match unsafe { run::<C, MAX_FACTORS>(factors.trees(), &Times, factors.exponent, blocks, 4)? } {
+        Some(header) => Ok(header),
+        None => Err(Failure::too_small(6, layout_of_product::<N, C>(count::<N, C>(factors)?)?.bytes)),
+    }
+}
+
+/// Combines trees of at most C children and writes the result; `None` if the scratch memory is too short. Values are
+/// those of the trees times `2^exponent`.
+///
+/// # Safety
+/// The blocks are the caller's to write.
+unsafe fn run<const C: usize, const K: usize>(
+    trees: &[Factor],
+    rule: &impl Rule<K>,
+    exponent: i32,
+    blocks: &Blocks,
+    memory_argument: u32,
+) -> Checked<Option<Header>> {
+    let room = blocks.scratch_bytes / (size_of::<[f64; C]>() + size_of::<Place<K>>() + size_of::<Link>());
+    let Layout { places, links, .. } = layout::<C, K>(room)?;
+    // SAFETY: the caller's contract; the parts do not overlap, and the trees are read only.
+    unsafe {
+        let mut parts = Scratch {
+            places: blocks.scratch.slice::<Place<K>>(places, 0, room),
+            values: blocks.scratch.slice::<[f64; C]>(0, 0, room),
+            links: blocks.scratch.slice::<Link>(links, 0, room),
+        };
+        let Some(result) = kernel::combine::<C, K>(trees, rule, &mut parts) else { return Ok(None) };
+        let (squares, dimensions) = (result.squares as usize, C.trailing_zeros());
+        let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
+        let block = Block::new(blocks.memory, blocks.bytes, stored.bytes, memory_argument)?;
+        let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
+        let links = block.slice::<Link>(stored.links, 0, squares);
+        let (power, average) = kernel::store(parts.values.get(..squares).unwrap_or(&[]), result.mean, kept);
+        for (link, from) in links.iter_mut().zip(parts.links.iter()) {
+            *link = *from;
+        }
+        let depth =
+            trees.iter().map(Factor::depth).fold(0, |deepest, depth| if depth > deepest { depth } else { deepest });
+        let mut header = Header {
+            magic: MAGIC,
+            bytes: stored.bytes as u64,
+            content_id: 0,
+            mean: finite(result.mean * exp2i(exponent)),
+            error: 0.0,
+            dimensions,
+            depth,
+            squares: result.squares,
+            exponent: exponent.saturating_add(power),
+            average,
+            reserved: 0,
+        };
+        header.content_id = header.content_id(&tree::Tree::trusted(depth, average, kept, links));
+        blocks.memory.cast::<Header>().write(header);
+        Ok(Some(header))
+    }
+}
+
+/// The memory that wis_tree_blend needs for these trees, at most. Costs one visit of each square of the sum.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_blend_size(
+    tree_count: u32,
+    trees: *const *const Tree,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let terms = Terms::read(tree_count, trees)?;
+            let size = out(size, 3)?;
+            let overflow = Failure::new(Status::Overflow, 2);
+            let squares = with_axes!(terms.dimensions, 2, count_sum(&terms, &[1.0; WIS_MAX_TREES]))?;
+            let stored = Stored::new(terms.dimensions, squares).ok_or(overflow)?;
+            let scratch_bytes = with_axes!(terms.dimensions, 2, layout_of_sum(squares))?.bytes;
+            size.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes });
+        }
+        Ok(())
+    })
+}
+
+/// The weighted sum of 1 to WIS_MAX_TREES trees of the same axes as a tree: what stands between tabulated functions, exactly
+/// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
+/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
+///
+/// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
+/// stand in `info`, which may be null; its `error` is 0.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_blend(
+    tree_count: u32,
+    trees: *const *const Tree,
+    weight: *const f64,
+    memory: *mut c_void,
+    bytes: usize,
+    scratch: *mut c_void,
+    scratch_bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract; the parts of the scratch memory are apart.
+        unsafe {
+            let terms = Terms::read(tree_count, trees)?;
+            let weights = slice(weight, terms.count, 3)?;
+            if !weights.iter().all(|weight| (0.0..=f64::MAX).contains(weight)) {
+                return Err(Failure::new(Status::InvalidArgument, 3));
+            }
+            check_results(tree, 8, info, 9)?;
+            let scratch = Block::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
+            Block::new(memory.cast(), bytes, 0, 4)?;
+            let blocks = Blocks { scratch, scratch_bytes, memory: memory.cast(), bytes };
+            let header = with_axes!(terms.dimensions, 2, add(&terms, weights, &blocks))?;
+            publish(memory.cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// Trees that are added up.
+struct Terms<'a> {
+    trees: [Factor<'a>; WIS_MAX_TREES],
+    exponents: [i32; WIS_MAX_TREES],
+    count: usize,
+    dimensions: u32,
+}
+
+impl<'a> Terms<'a> {
+    /// # Safety
+    /// The pointer is null or points to `count` handles, which are null or point to trees of this version.
+    unsafe fn read(count: u32, trees: *const *const Tree) -> Checked<Terms<'a>> {
+        if !(1..=WIS_MAX_TREES as u32).contains(&count) {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        let nothing = Factor::Line(tree::Tree::trusted(0, 0.0, &[], &[]));
+        let mut read = Terms {
+            trees: [nothing; WIS_MAX_TREES],
+            exponents: [0; WIS_MAX_TREES],
+            count: count as usize,
+            dimensions: 0,
+        };
+        // SAFETY: the caller's contract.
+        let handles = unsafe { slice(trees, count as usize, 2)? };
+        let slots = read.trees.iter_mut().zip(&mut read.exponents);
+        for (k, (&handle, (slot, to_exponent))) in handles.iter().zip(slots).enumerate() {
+            // SAFETY: the caller's contract.
+            let (tree, exponent) = unsafe { factor(handle, 2)? };
+            read.dimensions = if k == 0 { tree.axes() } else { read.dimensions };
+            if tree.axes() != read.dimensions {
+                return Err(Failure::new(Status::InvalidArgument, 2));
+            }
+            (*slot, *to_exponent) = (tree, exponent);
+        }
+        Ok(read)
+    }
+}
+
+/// # Safety
+/// The blocks are the caller's to write.
+unsafe fn add<const N: usize, const C: usize>(terms: &Terms, weights: &[f64], blocks: &Blocks) -> Checked<Header> {
+    // In units of the largest term, so that nothing overflows; a term of less than 2^-200 of it counts as that.
+    let unit = weights.iter().zip(terms.exponents).filter(|(weight, _)| **weight > 0.0);
+    let largest = unit.map(|(weight, power)| exponent(*weight).saturating_add(power)).max().unwrap_or(0);
+    let mut scaled = [0.0; WIS_MAX_TREES];
+    for (slot, (weight, power)) in scaled.iter_mut().zip(weights.iter().zip(terms.exponents)) {
+        if *weight > 0.0 {
+            let own = exponent(*weight);
+            let below = own.saturating_add(power).saturating_sub(largest);
+            // Twice, since a weight may be as small as 2^-1074.
+            let mantissa = *weight * exp2i(-own / 2) * exp2i(-own - -own / 2);
+            *slot = mantissa * exp2i(if below < -200 { -200 } else { below });
+        }
+    }
+    let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
+    // SAFETY: the caller's contract.
+    match unsafe { run::<C, WIS_MAX_TREES>(trees, &Weighted(scaled), largest, blocks, 4)? } {
+        Some(header) => Ok(header),
+        None => Err(Failure::too_small(6, layout_of_sum::<N, C>(count_sum::<N, C>(terms, &scaled)?)?.bytes)),
+    }
+}
+
+fn count_sum<const N: usize, const C: usize>(terms: &Terms, weights: &[f64; WIS_MAX_TREES]) -> Checked<usize> {
+    let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
+    let squares = kernel::count::<C, WIS_MAX_TREES>(trees, &Weighted(*weights));
+    Ok(squares.ok_or(Failure::new(Status::Overflow, 2))? as usize)
+}
+
+/// A mean that a tree can hold.
+fn finite(mean: f64) -> f64 {
+    if mean < f64::MAX { mean } else { f64::MAX }
+}

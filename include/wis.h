@@ -141,11 +141,14 @@
 /// Cells of a prior.
 #define WIS_PRIOR_CELLS 64
 
-/// The most approximations that are blended at once: quadrilinear interpolation has 16.
-#define WIS_MAX_BLEND 16
-
 /// The most cells along an axis.
 #define WIS_MAX_GRID 4096
+
+/// The most trees or approximations that are blended at once: quadrilinear interpolation has 16.
+#define WIS_MAX_BLEND 16
+
+/// The most places along an axis of a pixel.
+#define WIS_MAX_PLACES 16
 
 /// The answer of every call that can fail.
 typedef enum wis_status {
@@ -514,6 +517,26 @@ typedef struct wis_details {
   /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
   float detail[16];
 } wis_details;
+
+/// How to turn a map.
+typedef struct wis_turned_config {
+  /// sizeof(wis_turned_config).
+  uint32_t size;
+  /// The tree has 2^depth pixels along each axis; 0 to 12. The paper has 6 and 7.
+  uint32_t depth;
+  /// Each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large as what it
+  /// stands for; 2 is a good start.
+  uint32_t places;
+  /// As wis_tree_config.
+  float error_budget;
+  /// The share of the map's mean that is added to each pixel, 0 or more: what keeps the pdf above 0 wherever there is light.
+  float least;
+  /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
+  const float *world_from_map;
+  /// The same from the frame of the tree: the direction about which the map is turned is its third column. Null is the
+  /// identity.
+  const float *world_from_tree;
+} wis_turned_config;
 
 /// A non-standard Haar function of n variables: the product of functions of one level.
 typedef struct wis_basis_function {
@@ -1063,7 +1086,7 @@ enum wis_status wis_tree_blend_size(uint32_t tree_count,
                                     struct wis_memory_size *size,
                                     struct wis_diagnostic *diagnostic);
 
-/// The weighted sum of 1 to WIS_MAX_TREES trees of the same axes as a tree: what stands between tabulated functions, exactly
+/// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
 /// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
 /// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
 ///
@@ -1142,6 +1165,25 @@ enum wis_status wis_tree_of_wavelets(double average,
                                      const struct wis_tree **tree,
                                      struct wis_tree_info *info,
                                      struct wis_diagnostic *diagnostic);
+
+/// The memory that wis_tree_of_environment needs at most. Does not read the transforms.
+enum wis_status wis_tree_of_environment_size(const struct wis_turned_config *config,
+                                             struct wis_memory_size *size,
+                                             struct wis_diagnostic *diagnostic);
+
+/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is turned about a
+/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
+/// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
+/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
+enum wis_status wis_tree_of_environment(const struct wis_environment *environment,
+                                        const struct wis_turned_config *config,
+                                        void *memory,
+                                        size_t bytes,
+                                        void *scratch,
+                                        size_t scratch_bytes,
+                                        const struct wis_tree **tree,
+                                        struct wis_tree_info *info,
+                                        struct wis_diagnostic *diagnostic);
 
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant

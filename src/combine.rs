@@ -12,8 +12,8 @@ use crate::tree::{Link, MAX_DEPTH, Tree};
 
 /// The most factors of a product.
 pub const MAX_FACTORS: usize = 3;
-/// The most trees of a sum: quadrilinear interpolation has 16.
-pub const WIS_MAX_TREES: usize = 16;
+/// The most trees or approximations that are blended at once: quadrilinear interpolation has 16.
+pub const WIS_MAX_BLEND: usize = 16;
 
 /// How trees are combined.
 pub trait Rule<const K: usize> {
@@ -39,14 +39,14 @@ impl Rule<MAX_FACTORS> for Times {
 
 /// Their sum with these weights, 0 or more.
 #[derive(Clone, Copy, Debug)]
-pub struct Weighted(pub [f64; WIS_MAX_TREES]);
+pub struct Weighted(pub [f64; WIS_MAX_BLEND]);
 
-impl Rule<WIS_MAX_TREES> for Weighted {
-    fn value(&self, spots: &[Spot; WIS_MAX_TREES]) -> f64 {
+impl Rule<WIS_MAX_BLEND> for Weighted {
+    fn value(&self, spots: &[Spot; WIS_MAX_BLEND]) -> f64 {
         spots.iter().zip(self.0).map(|(spot, weight)| weight * f64::from(spot.average)).sum()
     }
 
-    fn varies(&self, spots: &[Spot; WIS_MAX_TREES]) -> bool {
+    fn varies(&self, spots: &[Spot; WIS_MAX_BLEND]) -> bool {
         spots.iter().zip(self.0).any(|(spot, weight)| weight > 0.0 && spot.square.is_some())
     }
 }

@@ -40,6 +40,7 @@ pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod tripling;
+pub mod turned;
 pub mod visibility;
 pub mod warp;
 pub mod wide;

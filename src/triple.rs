@@ -6,6 +6,7 @@
 //! there are no other factors than the area of the square. Averages are what our trees store, so parent sums cost
 //! nothing there; [`direct`] adds them up from the ancestors' wavelets as the paper's first algorithm does.
 
+use crate::combine::WIS_MAX_BLEND;
 use crate::haar::analyse;
 use crate::morton::MAX_DEPTH;
 use crate::numeric::inverse_power;
@@ -378,9 +379,6 @@ impl<'a> Ancestors<'a> {
         self.average
     }
 }
-
-/// The most approximations that are blended at once: quadrilinear interpolation has 16.
-pub const WIS_MAX_BLEND: usize = 16;
 
 /// The weighted sum of approximations, each in order, as one in order: interpolation between tabulated BRDFs, wavelet by
 /// wavelet. Writes it to `out` as far as there is room, and answers how many squares it has.

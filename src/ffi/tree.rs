@@ -13,6 +13,7 @@ use core::ptr::null_mut;
 
 pub mod combine;
 pub mod sparse;
+pub mod turned;
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -254,6 +255,10 @@ struct Request {
     pixels: *const f32,
     /// Squares of the complete tree.
     complete: usize,
+    /// The pixels are those of the input times 2^-exponent.
+    exponent: i32,
+    /// Which argument is the block of the tree.
+    memory: u32,
 }
 
 impl Request {
@@ -269,6 +274,8 @@ impl Request {
             budget: config.error_budget,
             pixels: config.pixels,
             complete,
+            exponent: 0,
+            memory: 2,
         })
     }
 
@@ -439,7 +446,7 @@ unsafe fn build<const N: usize, const C: usize>(
         let complete = kernel::Tree::trusted(request.depth, scale.average, squares, &[]);
         let planned = prune::plan(&complete, request.budget.into(), savings)?;
         let stored = request.stored(planned.squares as usize)?;
-        let block = Block::new(memory, bytes, stored.bytes, 2)?;
+        let block = Block::new(memory, bytes, stored.bytes, request.memory)?;
         let count = planned.squares as usize;
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, count);
         let links = block.slice::<Link>(stored.links, 0, count);
@@ -448,12 +455,12 @@ unsafe fn build<const N: usize, const C: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: scale.mean,
+            mean: scale.mean * exp2i(request.exponent),
             error: planned.error,
             dimensions: request.dimensions,
             depth: request.depth,
             squares: planned.squares,
-            exponent: scale.exponent,
+            exponent: scale.exponent.saturating_add(request.exponent),
             average: scale.average,
             reserved: 0,
         };

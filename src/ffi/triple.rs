@@ -2,8 +2,9 @@
 
 use super::tree::{Tree, square_tree};
 use super::{Checked, Failure, answer, borrow, out, slice, slice_mut};
+use crate::combine::WIS_MAX_BLEND;
 use crate::status::Status;
-use crate::triple::{self, Quadtree, WIS_MAX_BLEND, Wavelets};
+use crate::triple::{self, Quadtree, Wavelets};
 use crate::tripling::{self, BasisFunction};
 use core::ptr::null_mut;
 

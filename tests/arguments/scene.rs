@@ -13,6 +13,7 @@ use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::combine::*;
 use wis::ffi::tree::sparse::*;
+use wis::ffi::tree::turned::*;
 use wis::ffi::tree::*;
 use wis::ffi::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
@@ -279,6 +280,7 @@ impl Scene {
             "const wis_environment_config *map" => self.environment_config(),
             "const wis_strata_config *config" => strata_config(),
             "const wis_product_config *config" => product_config(),
+            "const wis_turned_config *config" => turned_config(),
             "const wis_tree_config *config" => self.tree_config(),
             "const wis_query *query" if name == "wis_products_prepare" => query().repeat(COUNT),
             "const wis_query *query" => query(),
@@ -386,6 +388,13 @@ impl Scene {
             "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..self.tree_size },
             "wis_tree_multiply" => self.multiply_size,
             "wis_tree_blend" => self.blend_size,
+            "wis_tree_of_environment" => {
+                let (config, mut size) = (Block::new(&turned_config(), 0), MemorySize::default());
+                // SAFETY: both pointers are valid.
+                let status = unsafe { wis_tree_of_environment_size(config.pointer().cast(), &mut size, null_mut()) };
+                expect_ok(status);
+                size
+            }
             "wis_tree_of_wavelets" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
             "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
@@ -424,6 +433,14 @@ impl Scene {
             config.pixels = self.image.as_ptr();
         })
     }
+}
+
+fn turned_config() -> Vec<u8> {
+    plain(|config: &mut TurnedConfig| {
+        config.size = size_of::<TurnedConfig>() as u32;
+        (config.depth, config.places, config.least) = (2, 2, 0.25);
+        (config.world_from_map, config.world_from_tree) = (null(), ROTATION.as_ptr());
+    })
 }
 
 fn product_config() -> Vec<u8> {

@@ -13,6 +13,7 @@ use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::combine::*;
 use wis::ffi::tree::sparse::*;
+use wis::ffi::tree::turned::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
 use wis::ffi::visibility::*;
@@ -109,6 +110,10 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_product_integral(e, f, integral);
     wis_tree_multiply_size(e, f, g, size, diagnostic);
     wis_tree_multiply(e, f, g, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
+    wis_tree_of_environment_size(config, size, diagnostic);
+    wis_tree_of_environment(
+        environment, config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic
+    );
     wis_tree_blend_size(tree_count, trees, size, diagnostic);
     wis_tree_blend(tree_count, trees, weight, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_sample(tree, u, point, pdf);

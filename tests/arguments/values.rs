@@ -10,6 +10,7 @@ use std::ptr::null;
 use wis::ffi::environment::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
+use wis::ffi::tree::turned::TurnedConfig;
 use wis::query::*;
 use wis::status::Status;
 
@@ -112,6 +113,32 @@ fn tree_configurations() {
             let diagnostic = call.fails("a pixel", Status::InvalidTexel, "config");
             assert_eq!((diagnostic.x as usize, diagnostic.y as usize), (pixel % 4, pixel / 4));
         }
+    }
+}
+
+#[test]
+fn turned_configurations() {
+    static SCALED: [f32; 9] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let faults: &[Fault<TurnedConfig>] = &[
+        ("depth 13", |c| c.depth = 13, INVALID),
+        ("depth max", |c| c.depth = u32::MAX, INVALID),
+        ("no places", |c| c.places = 0, INVALID),
+        ("17 places", |c| c.places = 17, INVALID),
+        ("places max", |c| c.places = u32::MAX, INVALID),
+        ("budget < 0", |c| c.error_budget = -1.0, INVALID),
+        ("budget NaN", |c| c.error_budget = f32::NAN, INVALID),
+        ("least < 0", |c| c.least = -1e-9, INVALID),
+        ("least infinite", |c| c.least = f32::INFINITY, INVALID),
+        ("least NaN", |c| c.least = f32::NAN, INVALID),
+    ];
+    check_faults("const wis_turned_config *config", faults);
+    let (scene, build) = (Scene::new(), function("wis_tree_of_environment"));
+    let edits: [fn(&mut TurnedConfig); 2] =
+        [|c| c.world_from_map = SCALED.as_ptr(), |c| c.world_from_tree = SCALED.as_ptr()];
+    for edit in edits {
+        let mut call = Call::valid(&scene, &build);
+        call.edit("config", edit);
+        call.fails("a scale", Status::InvalidTransform, "config");
     }
 }
 

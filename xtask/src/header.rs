@@ -13,7 +13,7 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 15] = [
     "src/ffi/mod.rs",
     "src/query.rs",
     "src/table.rs",
@@ -25,6 +25,8 @@ const SOURCES: [&str; 13] = [
     "src/triple.rs",
     "src/grid.rs",
     "src/sparse.rs",
+    "src/combine.rs",
+    "src/turned.rs",
     "src/visibility.rs",
     "src/status.rs",
 ];
@@ -94,7 +96,7 @@ fn declarations(root: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// Every Rust file that stands beside a source, since [`SOURCES`] name modules whose children are followed.
+/// Every Rust file of a source and of the modules below it, whose folders are followed.
 fn source_files(root: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for source in SOURCES {
@@ -103,8 +105,12 @@ fn source_files(root: &Path) -> Result<Vec<PathBuf>> {
             files.push(source);
             continue;
         }
-        for entry in fs::read_dir(source.with_file_name(""))? {
-            files.push(entry?.path());
+        let mut folders = vec![source.with_file_name("")];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder)? {
+                let path = entry?.path();
+                if path.is_dir() { folders.push(path) } else { files.push(path) }
+            }
         }
     }
     files.retain(|file| file.extension().is_some_and(|extension| extension == "rs"));

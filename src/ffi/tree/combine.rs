@@ -2,7 +2,7 @@
 
 use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
 use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
-use crate::combine::{self as kernel, Factor, MAX_FACTORS, Place, Rule, Scratch, Times, WIS_MAX_TREES, Weighted};
+use crate::combine::{self as kernel, Factor, MAX_FACTORS, Place, Rule, Scratch, Times, WIS_MAX_BLEND, Weighted};
 use crate::numeric::{exp2i, exponent};
 use crate::status::Status;
 use crate::tree::{self, Link};
@@ -153,7 +153,7 @@ fn layout_of_product<const N: usize, const C: usize>(squares: usize) -> Checked<
 }
 
 fn layout_of_sum<const N: usize, const C: usize>(squares: usize) -> Checked<Layout> {
-    layout::<C, WIS_MAX_TREES>(squares)
+    layout::<C, WIS_MAX_BLEND>(squares)
 }
 
 /// The caller's memory.
@@ -243,7 +243,7 @@ pub unsafe extern "C" fn wis_tree_blend_size(
             let terms = Terms::read(tree_count, trees)?;
             let size = out(size, 3)?;
             let overflow = Failure::new(Status::Overflow, 2);
-            let squares = with_axes!(terms.dimensions, 2, count_sum(&terms, &[1.0; WIS_MAX_TREES]))?;
+            let squares = with_axes!(terms.dimensions, 2, count_sum(&terms, &[1.0; WIS_MAX_BLEND]))?;
             let stored = Stored::new(terms.dimensions, squares).ok_or(overflow)?;
             let scratch_bytes = with_axes!(terms.dimensions, 2, layout_of_sum(squares))?.bytes;
             size.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes });
@@ -252,7 +252,7 @@ pub unsafe extern "C" fn wis_tree_blend_size(
     })
 }
 
-/// The weighted sum of 1 to WIS_MAX_TREES trees of the same axes as a tree: what stands between tabulated functions, exactly
+/// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
 /// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
 /// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
 ///
@@ -295,8 +295,8 @@ pub unsafe extern "C" fn wis_tree_blend(
 
 /// Trees that are added up.
 struct Terms<'a> {
-    trees: [Factor<'a>; WIS_MAX_TREES],
-    exponents: [i32; WIS_MAX_TREES],
+    trees: [Factor<'a>; WIS_MAX_BLEND],
+    exponents: [i32; WIS_MAX_BLEND],
     count: usize,
     dimensions: u32,
 }
@@ -305,13 +305,13 @@ impl<'a> Terms<'a> {
     /// # Safety
     /// The pointer is null or points to `count` handles, which are null or point to trees of this version.
     unsafe fn read(count: u32, trees: *const *const Tree) -> Checked<Terms<'a>> {
-        if !(1..=WIS_MAX_TREES as u32).contains(&count) {
+        if !(1..=WIS_MAX_BLEND as u32).contains(&count) {
             return Err(Failure::new(Status::InvalidArgument, 1));
         }
         let nothing = Factor::Line(tree::Tree::trusted(0, 0.0, &[], &[]));
         let mut read = Terms {
-            trees: [nothing; WIS_MAX_TREES],
-            exponents: [0; WIS_MAX_TREES],
+            trees: [nothing; WIS_MAX_BLEND],
+            exponents: [0; WIS_MAX_BLEND],
             count: count as usize,
             dimensions: 0,
         };
@@ -337,7 +337,7 @@ unsafe fn add<const N: usize, const C: usize>(terms: &Terms, weights: &[f64], bl
     // In units of the largest term, so that nothing overflows; a term of less than 2^-200 of it counts as that.
     let unit = weights.iter().zip(terms.exponents).filter(|(weight, _)| **weight > 0.0);
     let largest = unit.map(|(weight, power)| exponent(*weight).saturating_add(power)).max().unwrap_or(0);
-    let mut scaled = [0.0; WIS_MAX_TREES];
+    let mut scaled = [0.0; WIS_MAX_BLEND];
     for (slot, (weight, power)) in scaled.iter_mut().zip(weights.iter().zip(terms.exponents)) {
         if *weight > 0.0 {
             let own = exponent(*weight);
@@ -349,15 +349,15 @@ unsafe fn add<const N: usize, const C: usize>(terms: &Terms, weights: &[f64], bl
     }
     let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
     // SAFETY: the caller's contract.
-    match unsafe { run::<C, WIS_MAX_TREES>(trees, &Weighted(scaled), largest, blocks, 4)? } {
+    match unsafe { run::<C, WIS_MAX_BLEND>(trees, &Weighted(scaled), largest, blocks, 4)? } {
         Some(header) => Ok(header),
         None => Err(Failure::too_small(6, layout_of_sum::<N, C>(count_sum::<N, C>(terms, &scaled)?)?.bytes)),
     }
 }
 
-fn count_sum<const N: usize, const C: usize>(terms: &Terms, weights: &[f64; WIS_MAX_TREES]) -> Checked<usize> {
+fn count_sum<const N: usize, const C: usize>(terms: &Terms, weights: &[f64; WIS_MAX_BLEND]) -> Checked<usize> {
     let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
-    let squares = kernel::count::<C, WIS_MAX_TREES>(trees, &Weighted(*weights));
+    let squares = kernel::count::<C, WIS_MAX_BLEND>(trees, &Weighted(*weights));
     Ok(squares.ok_or(Failure::new(Status::Overflow, 2))? as usize)
 }
 

@@ -1166,6 +1166,25 @@ enum wis_status wis_tree_of_wavelets(double average,
                                      struct wis_tree_info *info,
                                      struct wis_diagnostic *diagnostic);
 
+/// The memory that wis_tree_of_details needs: exactly the bytes in use.
+enum wis_status wis_tree_of_details_size(uint32_t dimensions,
+                                         uint32_t count,
+                                         const struct wis_details *details,
+                                         struct wis_memory_size *size,
+                                         struct wis_diagnostic *diagnostic);
+
+/// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
+enum wis_status wis_tree_of_details(uint32_t dimensions,
+                                    double average,
+                                    uint32_t count,
+                                    const struct wis_details *details,
+                                    double least,
+                                    void *memory,
+                                    size_t bytes,
+                                    const struct wis_tree **tree,
+                                    struct wis_tree_info *info,
+                                    struct wis_diagnostic *diagnostic);
+
 /// The memory that wis_tree_of_environment needs at most. Does not read the transforms.
 enum wis_status wis_tree_of_environment_size(const struct wis_turned_config *config,
                                              struct wis_memory_size *size,

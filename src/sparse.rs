@@ -7,7 +7,7 @@
 
 use crate::morton::MAX_DEPTH;
 use crate::tree::{Link, Tree};
-use crate::triple::{Wavelets, value};
+use crate::triple::Wavelets;
 
 /// A function on the square: its average, and wavelets in order.
 pub type Sparse<'a> = Set<'a, Wavelets>;
@@ -193,52 +193,61 @@ pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set
     }
 }
 
-/// The squares that the tree of a set has: those of its wavelets and all above them.
-pub fn squares(list: &[Wavelets]) -> usize {
-    (0..MAX_DEPTH).map(|level| above(list, level).count()).sum()
+/// The squares that the tree of a set of some axes has: those of its wavelets and all above them.
+pub fn squares<W: Element>(axes: u32, list: &[W]) -> usize {
+    (0..MAX_DEPTH).map(|level| above(axes, list, level).count()).sum()
 }
 
-/// The squares of a level that hold wavelets of a list, in order.
-fn above(list: &[Wavelets], level: u32) -> impl Iterator<Item = Wavelets> {
-    let mut last = None;
-    list.iter().filter(move |w| w.level >= level).filter_map(move |w| {
-        let square = w.ancestor(level);
-        let is_new = last != Some(square.position);
-        last = Some(square.position);
+/// The level below the finest square of a set.
+pub fn depth<W: Element>(list: &[W]) -> u32 {
+    list.iter().map(|w| w.key().1 + 1).max().unwrap_or(0)
+}
+
+/// The positions of the squares of a level that hold wavelets of a list, in order.
+fn above<W: Element>(axes: u32, list: &[W], level: u32) -> impl Iterator<Item = u64> {
+    let (mut last, shift) = (None, shift(axes, level));
+    list.iter().map(W::key).filter(move |key| key.1 >= level).filter_map(move |(position, _)| {
+        let square = position >> shift << shift;
+        let is_new = last != Some(square);
+        last = Some(square);
         is_new.then_some(square)
     })
 }
 
-/// Writes the tree of a set: on each of its finest cells the function, raised to `least` and times `scale`, and above
-/// them the true averages of that. Returns the average.
+/// Writes the tree of a set of log2(C) axes: on each of its finest cells the function, raised to `least` and times `scale`,
+/// and above them the true averages of that. Returns the average.
 ///
-/// `squares` and `links` are as long as [`squares`] says; the tree's depth is that of the finest square plus 1.
-pub fn to_tree(set: Sparse, least: f64, scale: f64, squares: &mut [[f32; 4]], links: &mut [Link]) -> f64 {
-    let mut count = 0;
+/// `squares` and `links` are as long as [`squares`] says; the tree's depth is [`depth`].
+pub fn to_tree<W: Element, const C: usize>(
+    set: Set<W>,
+    least: f64,
+    scale: f64,
+    squares: &mut [[f32; C]],
+    links: &mut [Link],
+) -> f64 {
+    let axes = C.trailing_zeros();
+    let mut slots = squares.iter_mut();
     for level in 0..MAX_DEPTH {
-        let mut way = Way::new(set);
-        for square in above(set.wavelets, level) {
-            let function = way.on(&square);
-            if let Some(slot) = squares.get_mut(count) {
-                *slot = [0, 1, 2, 3].map(|c| (max_f64(value(function, c), least) * scale) as f32);
+        let mut way = Way::new(axes, set);
+        for (position, slot) in above(axes, set.wavelets, level).zip(&mut slots) {
+            let children = way.on((position, level));
+            for (average, child) in slot.iter_mut().zip(children) {
+                *average = (max_f64(child, least) * scale) as f32;
             }
-            count += 1;
         }
     }
-    link(set.wavelets, links);
+    link::<W, C>(set.wavelets, links);
     // Below a kept square the averages are those of what is below, children before parents.
     let mut average = max_f64(set.average, least) * scale;
     for parent in (0..squares.len()).rev() {
         let Link { first, mask } = links.get(parent).copied().unwrap_or_default();
         let mut below = first as usize;
-        for c in 0..4usize {
-            if mask >> c & 1 == 1 {
-                let mean = squares.get(below).map_or(0.0, mean);
-                if let Some(square) = squares.get_mut(parent) {
-                    square[c] = mean as f32;
-                }
-                below += 1;
+        for c in (0..C).filter(|c| mask >> c & 1 == 1) {
+            let mean = squares.get(below).map_or(0.0, mean);
+            if let Some(slot) = squares.get_mut(parent).and_then(|square| square.get_mut(c)) {
+                *slot = mean as f32;
             }
+            below += 1;
         }
         if parent == 0 {
             average = squares.first().map_or(average, mean);
@@ -247,8 +256,8 @@ pub fn to_tree(set: Sparse, least: f64, scale: f64, squares: &mut [[f32; 4]], li
     average
 }
 
-fn mean(square: &[f32; 4]) -> f64 {
-    square.iter().map(|&x| f64::from(x)).sum::<f64>() * 0.25
+fn mean<const C: usize>(square: &[f32; C]) -> f64 {
+    square.iter().map(|&x| f64::from(x)).sum::<f64>() / C as f64
 }
 
 fn max_f64(a: f64, b: f64) -> f64 {
@@ -256,64 +265,70 @@ fn max_f64(a: f64, b: f64) -> f64 {
 }
 
 /// Writes where the children of each square stand, level by level.
-fn link(list: &[Wavelets], links: &mut [Link]) {
-    let (mut parent, mut child) = (0usize, usize::from(!list.is_empty()));
+fn link<W: Element, const C: usize>(list: &[W], links: &mut [Link]) {
+    let axes = C.trailing_zeros();
+    let (mut slots, mut child) = (links.iter_mut(), usize::from(!list.is_empty()));
     for level in 0..MAX_DEPTH {
-        let mut below = above(list, level + 1).peekable();
-        for square in above(list, level) {
+        let (shift, shift_below) = (shift(axes, level), shift(axes, level + 1));
+        let mut below = above(axes, list, level + 1).peekable();
+        for (square, slot) in above(axes, list, level).zip(&mut slots) {
             let mut link = Link { first: child as u32, mask: 0 };
-            while let Some(next) = below.next_if(|next| next.is_in(&square)) {
-                link.mask |= 1 << next.child_of(&square);
+            while let Some(next) = below.next_if(|next| next >> shift == square >> shift) {
+                link.mask |= 1 << (next >> shift_below & (C as u64 - 1));
                 child += 1;
             }
-            if let Some(slot) = links.get_mut(parent) {
-                *slot = if link.mask == 0 { Link::default() } else { link };
-            }
-            parent += 1;
+            *slot = if link.mask == 0 { Link::default() } else { link };
         }
     }
 }
 
 /// Follows a set down to squares of one level, in order.
-struct Way<'a> {
-    rest: &'a [Wavelets],
-    /// The squares of the set that hold the present one.
-    stack: [(Wavelets, [f64; 4]); MAX_DEPTH as usize],
+struct Way<'a, W> {
+    axes: u32,
+    rest: &'a [W],
+    /// The squares of the set that hold the present one, and the averages of their children.
+    stack: [((u64, u32), [f64; 16]); MAX_DEPTH as usize],
     depth: usize,
     average: f64,
 }
 
-impl<'a> Way<'a> {
-    fn new(set: Sparse<'a>) -> Self {
-        let nothing = (Wavelets::default(), [0.0; 4]);
-        Way { rest: set.wavelets, stack: [nothing; MAX_DEPTH as usize], depth: 0, average: set.average }
+impl<'a, W: Element> Way<'a, W> {
+    fn new(axes: u32, set: Set<'a, W>) -> Self {
+        let stack = [((0, 0), [0.0; 16]); MAX_DEPTH as usize];
+        Way { axes, rest: set.wavelets, stack, depth: 0, average: set.average }
     }
 
-    /// The function on a square.
-    fn on(&mut self, square: &Wavelets) -> [f64; 4] {
-        while let Some((next, rest)) = self.rest.split_first() {
-            if (next.position, next.level) >= (square.position, square.level) {
-                break;
-            }
-            let function = self.function(next, next.detail.map(f64::from));
+    /// The averages of the children of a square.
+    fn on(&mut self, key: (u64, u32)) -> [f64; 16] {
+        while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < key) {
+            let children = self.children(next.key(), Some(next));
             if let Some(slot) = self.stack.get_mut(self.depth) {
-                (*slot, self.depth) = ((*next, function), self.depth + 1);
+                (*slot, self.depth) = ((next.key(), children), self.depth + 1);
             }
             self.rest = rest;
         }
-        let own = self.rest.first().filter(|w| (w.position, w.level) == (square.position, square.level));
-        self.function(square, own.map_or([0.0; 3], |own| own.detail.map(f64::from)))
+        let own = self.rest.first().filter(|w| w.key() == key);
+        self.children(key, own)
     }
 
-    /// The average on a square, after those that do not hold it have left the stack, and its details.
-    fn function(&mut self, square: &Wavelets, [a, b, c]: [f64; 3]) -> [f64; 4] {
-        while let Some((top, function)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
-            if top.level < square.level && square.is_in(top) {
-                return [value(*function, square.child_of(top)), a, b, c];
+    /// The averages of the children of a square with these wavelets, after those that do not hold it have left the stack.
+    fn children(&mut self, key: (u64, u32), own: Option<&W>) -> [f64; 16] {
+        let mut average = self.average;
+        while let Some((top, children)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
+            if top.1 < key.1 && (top.0 ^ key.0) >> shift(self.axes, top.1) == 0 {
+                let c = key.0 >> shift(self.axes, top.1 + 1) & ((1 << self.axes) - 1);
+                average = children[c as usize & 15];
+                break;
             }
             self.depth -= 1;
         }
-        [self.average, a, b, c]
+        let mut values = [0.0; 16];
+        for (f, value) in values.iter_mut().enumerate().take(1 << self.axes).skip(1) {
+            *value = own.map_or(0.0, |own| own.detail(f));
+        }
+        values[0] = average;
+        transform(&mut values, self.axes);
+        values
     }
 }
 

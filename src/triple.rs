@@ -38,22 +38,6 @@ impl Wavelets {
         other.position >> shift(self.level + 1) & 3
     }
 
-    /// Whether the square lies in `other` or is it.
-    pub(crate) fn is_in(&self, other: &Wavelets) -> bool {
-        (self.position ^ other.position) >> shift(other.level) == 0
-    }
-
-    /// Which child of a larger square holds this one.
-    pub(crate) fn child_of(&self, larger: &Wavelets) -> u32 {
-        larger.child_towards(self)
-    }
-
-    /// The square of a level that holds this one, without wavelets.
-    pub(crate) fn ancestor(&self, level: u32) -> Wavelets {
-        let shift = shift(level);
-        Wavelets { position: self.position >> shift << shift, level, detail: [0.0; 3] }
-    }
-
     /// What comes first in depth-first order.
     fn key(&self) -> (u32, u32) {
         (self.position, self.level)
@@ -218,7 +202,7 @@ pub fn direct(trees: [&Tree<4>; 3]) -> f64 {
 }
 
 /// A function's average on child `c` of a square.
-pub(crate) fn value(square: Square, c: u32) -> f64 {
+fn value(square: Square, c: u32) -> f64 {
     let sign = |f: u32| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
     square[0] + (sign(1) * square[1] + sign(2) * square[2] + sign(3) * square[3])
 }

@@ -134,7 +134,7 @@ fn trees_of_sets() {
     for (count, least) in [(0, 0.0), (1, 0.0), (6, 0.0), (60, 0.01), (900, 0.25)] {
         let list = scattered(&mut random, count, DEPTH);
         let set = Sparse { average: 0.4, wavelets: &list };
-        let mut kept = vec![[0.0f32; 4]; squares(&list)];
+        let mut kept = vec![[0.0f32; 4]; squares(2, &list)];
         let mut links = vec![Link::default(); kept.len()];
         let average = to_tree(set, least, 2.0, &mut kept, &mut links);
         let depth = list.iter().map(|w| w.level + 1).max().unwrap_or(0);
@@ -148,6 +148,60 @@ fn trees_of_sets() {
         for (i, got) in at_depth(&stored.tree()).into_iter().enumerate() {
             assert!((got - expected[i]).abs() < 1e-5, "{count}: pixel {i}: {got} for {}", expected[i]);
         }
+    }
+}
+
+/// The same of one to four axes, through C: the product of two free sets as something to sample.
+#[test]
+fn trees_of_products_of_sets() {
+    fn check<const N: usize>(random: &mut Random) {
+        let (axes, depth) = (N as u32, [0, 6, 4, 3, 2][N]);
+        let (e, f) = (details(random, axes, 12, depth), details(random, 1, 3, depth));
+        let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: 0.9, wavelets: &f });
+        let mut out = vec![Details::default(); 1 << (axes * depth)];
+        let (average, count) = multiply((axes, e), (1, f), &mut out);
+        let (list, least) = (&out[..count], 0.05);
+        let (mut size, mut handle, count) = (MemorySize::default(), null(), count as u32);
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        // SAFETY: the block is as long as was asked for.
+        let _memory = unsafe {
+            let (list, none) = (list.as_ptr(), null_mut());
+            assert_eq!(wis_tree_of_details_size(axes, count, list, &mut size, none), Status::Ok);
+            let mut memory = Memory::new(size.bytes);
+            let (place, bytes, info) = (memory.pointer(), size.bytes, &mut info);
+            let status = wis_tree_of_details(axes, average, count, list, least, place, bytes, &mut handle, info, none);
+            assert_eq!(status, Status::Ok);
+            assert_eq!(wis_tree_open(place, bytes, &mut handle, none.cast(), none), Status::Ok);
+            memory
+        };
+        let set = Set { average, wavelets: list };
+        let expected: Vec<f64> = pixels_of(axes, depth, set).iter().map(|x| x.max(least)).collect();
+        let mean = expected.iter().sum::<f64>() / expected.len() as f64;
+        assert!((info.average - mean).abs() < 1e-5 && info.dimensions == axes, "{N}: {} {mean}", info.average);
+        let pdf = |point: [f32; N]| {
+            let mut pdf = f32::NAN;
+            // SAFETY: the tree is alive, and the point has as many numbers as it has axes.
+            assert_eq!(unsafe { wis_tree_pdf(handle, point.as_ptr(), &mut pdf) }, Status::Ok);
+            pdf
+        };
+        for (i, value) in expected.iter().enumerate() {
+            let cell = wis::morton::decode::<N>(i as u64, depth);
+            let got = f64::from(pdf(cell.map(|c| (c as f32 + 0.5) / (1u32 << depth) as f32))) * mean;
+            assert!((got - value).abs() < 1e-4, "{N}: pixel {i}: {got} for {value}");
+        }
+        for _ in 0..200 {
+            let (u, mut point, mut told) = (random.point::<N>(), [0.0f32; N], 0.0);
+            // SAFETY: as above.
+            let status = unsafe { wis_tree_sample(handle, u.as_ptr(), point.as_mut_ptr(), &mut told) };
+            assert_eq!((status, told.to_bits()), (Status::Ok, pdf(point).to_bits()));
+        }
+    }
+    let mut random = Random(29);
+    for _ in 0..4 {
+        check::<1>(&mut random);
+        check::<2>(&mut random);
+        check::<3>(&mut random);
+        check::<4>(&mut random);
     }
 }
 

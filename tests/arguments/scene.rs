@@ -248,7 +248,7 @@ impl Scene {
             "count" if name == "wis_environment_run" => 1,
             "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
-            "count" if name.starts_with("wis_tree_of_wavelets") => 2,
+            "count" if name.starts_with("wis_tree_of") => 2,
             "count" => COUNT,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
@@ -316,10 +316,7 @@ impl Scene {
             "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_triple_multiply" => {
                 unwritten(PRODUCT * size_of::<Wavelets>())
             }
-            "const wis_details *e" | "const wis_details *f" => numbers(&[
-                Details { detail: [0.25; 16], ..Details::default() },
-                Details { level: 1, position: 1 << 22, detail: [-0.5; 16], ..Details::default() },
-            ]),
+            "const wis_details *e" | "const wis_details *f" | "const wis_details *details" => details(),
             "wis_details *product" => unwritten(PRODUCT * size_of::<Details>()),
             "uint32_t *product_count" => unwritten(4),
             "uint32_t *terms" => unwritten(4),
@@ -395,7 +392,7 @@ impl Scene {
                 expect_ok(status);
                 size
             }
-            "wis_tree_of_wavelets" => self.wavelets_size,
+            "wis_tree_of_wavelets" | "wis_tree_of_details" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
             "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
             name if name.starts_with("wis_product") => self.product_size,
@@ -433,6 +430,13 @@ impl Scene {
             config.pixels = self.image.as_ptr();
         })
     }
+}
+
+fn details() -> Vec<u8> {
+    numbers(&[
+        Details { detail: [0.25; 16], ..Details::default() },
+        Details { level: 1, position: 1 << 22, detail: [-0.5; 16], ..Details::default() },
+    ])
 }
 
 fn turned_config() -> Vec<u8> {

@@ -110,6 +110,10 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_product_integral(e, f, integral);
     wis_tree_multiply_size(e, f, g, size, diagnostic);
     wis_tree_multiply(e, f, g, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
+    wis_tree_of_details_size(dimensions, count, details, size, diagnostic);
+    wis_tree_of_details(
+        dimensions, average, count, details, least, memory, bytes, tree, info, diagnostic
+    );
     wis_tree_of_environment_size(config, size, diagnostic);
     wis_tree_of_environment(
         environment, config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic

@@ -1,10 +1,12 @@
 //! Trees of sparse sets of wavelets in C, and products of such sets.
 
 use super::super::triple::list;
-use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice, slice_mut};
+use super::super::{
+    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
+};
 use super::{Header, MAGIC, Stored, Tree, TreeInfo, check_results, publish, square_tree};
 use crate::numeric::{exp2i, exponent};
-use crate::sparse::{self, Details, Set, Sparse};
+use crate::sparse::{self, Details, Element, Set, Sparse};
 use crate::status::Status;
 use crate::tree::{self, Link};
 use crate::triple::Wavelets;
@@ -161,7 +163,7 @@ pub unsafe extern "C" fn wis_tree_of_wavelets_size(
     answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
-            let squares = sparse::squares(list(wavelets, count, 2)?);
+            let squares = sparse::squares(2, list(wavelets, count, 2)?);
             let stored = Stored::new(2, squares).ok_or(Failure::new(Status::Overflow, 1))?;
             out(size, 3)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
         }
@@ -189,45 +191,138 @@ pub unsafe extern "C" fn wis_tree_of_wavelets(
     diagnostic: *mut Diagnostic,
 ) -> Status {
     answer(diagnostic, || {
-        for (argument, value, lowest) in [(1, average, f64::MIN), (4, least, 0.0)] {
-            if !(lowest..=f64::MAX).contains(&value) {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
-        // -0 counts as 0, or it would be stored.
-        let least = if least > 0.0 { least } else { 0.0 };
-        // SAFETY: the caller's contract; the parts of the block do not overlap.
+        // SAFETY: the caller's contract.
         unsafe {
-            let set = Sparse { average, wavelets: list(wavelets, count, 3)? };
+            check_average((average, 1), (least, 4))?;
+            let set = Set { average, wavelets: list(wavelets, count, 3)? };
             check_results(tree, 7, info, 8)?;
-            let squares = sparse::squares(set.wavelets);
-            let stored = Stored::new(2, squares).ok_or(Failure::new(Status::Overflow, 2))?;
-            let block = Block::new(memory.cast(), bytes, stored.bytes, 5)?;
-            let kept = block.slice::<[f32; 4]>(size_of::<Header>(), 0, squares);
-            let links = block.slice::<Link>(stored.links, 0, squares);
-            let raised = if average > least { average } else { least };
-            let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
-            let mean = sparse::to_tree(set, least, exp2i(-power), kept, links);
-            let depth = set.wavelets.iter().fold(0, |deepest, w| deepest.max(w.level + 1));
-            tree::Tree::sparse(depth, mean as f32, kept, links)
-                .map_err(|_| Failure::new(Status::InvalidArgument, 3))?;
-            let mut header = Header {
-                magic: MAGIC,
-                bytes: stored.bytes as u64,
-                content_id: 0,
-                mean: mean * exp2i(power),
-                error: 0.0,
-                dimensions: 2,
-                depth,
-                squares: squares as u32,
-                exponent: power,
-                average: mean as f32,
-                reserved: 0,
-            };
-            header.content_id = header.content_id(&tree::Tree::trusted(depth, mean as f32, kept, links));
-            memory.cast::<Header>().write(header);
+            let arguments = Arguments { count: 2, list: 3, memory: 5 };
+            let header = build::<_, 4>(set, least, (memory.cast(), bytes), &arguments)?;
             publish(memory.cast_const().cast(), &header, tree, info);
         }
         Ok(())
     })
+}
+
+/// The memory that wis_tree_of_details needs: exactly the bytes in use.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_details_size(
+    dimensions: u32,
+    count: u32,
+    details: *const Details,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        check_grid(dimensions, 0)?;
+        // SAFETY: the caller's contract.
+        unsafe {
+            let squares = sparse::squares(dimensions, self::details(details, count, dimensions, 3)?);
+            let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
+            out(size, 4)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
+        }
+        Ok(())
+    })
+}
+
+/// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_details(
+    dimensions: u32,
+    average: f64,
+    count: u32,
+    details: *const Details,
+    least: f64,
+    memory: *mut c_void,
+    bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        check_grid(dimensions, 0)?;
+        // SAFETY: the caller's contract.
+        unsafe {
+            check_average((average, 2), (least, 5))?;
+            let set = Set { average, wavelets: self::details(details, count, dimensions, 4)? };
+            check_results(tree, 8, info, 9)?;
+            let (block, arguments) = ((memory.cast(), bytes), Arguments { count: 3, list: 4, memory: 6 });
+            let header = match dimensions {
+                1 => build::<_, 2>(set, least, block, &arguments)?,
+                2 => build::<_, 4>(set, least, block, &arguments)?,
+                3 => build::<_, 8>(set, least, block, &arguments)?,
+                _ => build::<_, 16>(set, least, block, &arguments)?,
+            };
+            publish(memory.cast_const().cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// Checks an average and a floor, each with its argument.
+fn check_average(average: (f64, u32), least: (f64, u32)) -> Checked<()> {
+    for ((value, argument), lowest) in [(average, f64::MIN), (least, 0.0)] {
+        if !(lowest..=f64::MAX).contains(&value) {
+            return Err(Failure::new(Status::InvalidArgument, argument));
+        }
+    }
+    Ok(())
+}
+
+/// Which arguments are at fault.
+struct Arguments {
+    count: u32,
+    list: u32,
+    memory: u32,
+}
+
+/// Writes the tree of a set.
+///
+/// # Safety
+/// The block is the caller's to write.
+unsafe fn build<W: Element, const C: usize>(
+    set: Set<W>,
+    least: f64,
+    (memory, bytes): (*mut u8, usize),
+    arguments: &Arguments,
+) -> Checked<Header> {
+    // -0 counts as 0, or it would be stored.
+    let least = if least > 0.0 { least } else { 0.0 };
+    let dimensions = C.trailing_zeros();
+    let squares = sparse::squares(dimensions, set.wavelets);
+    let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, arguments.count))?;
+    let block = Block::new(memory, bytes, stored.bytes, arguments.memory)?;
+    // SAFETY: the caller's contract; the parts of the block do not overlap.
+    unsafe {
+        let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
+        let links = block.slice::<Link>(stored.links, 0, squares);
+        let raised = if set.average > least { set.average } else { least };
+        let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
+        let mean = sparse::to_tree(set, least, exp2i(-power), kept, links);
+        let depth = sparse::depth(set.wavelets);
+        tree::Tree::sparse(depth, mean as f32, kept, links)
+            .map_err(|_| Failure::new(Status::InvalidArgument, arguments.list))?;
+        let mut header = Header {
+            magic: MAGIC,
+            bytes: stored.bytes as u64,
+            content_id: 0,
+            mean: mean * exp2i(power),
+            error: 0.0,
+            dimensions,
+            depth,
+            squares: squares as u32,
+            exponent: power,
+            average: mean as f32,
+            reserved: 0,
+        };
+        header.content_id = header.content_id(&tree::Tree::trusted(depth, mean as f32, kept, links));
+        memory.cast::<Header>().write(header);
+        Ok(header)
+    }
 }

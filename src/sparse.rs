@@ -241,13 +241,11 @@ pub fn to_tree<W: Element, const C: usize>(
     let mut average = max_f64(set.average, least) * scale;
     for parent in (0..squares.len()).rev() {
         let Link { first, mask } = links.get(parent).copied().unwrap_or_default();
-        let mut below = first as usize;
-        for c in (0..C).filter(|c| mask >> c & 1 == 1) {
+        for (below, c) in (first as usize..).zip((0..C).filter(|c| mask >> c & 1 == 1)) {
             let mean = squares.get(below).map_or(0.0, mean);
             if let Some(slot) = squares.get_mut(parent).and_then(|square| square.get_mut(c)) {
                 *slot = mean as f32;
             }
-            below += 1;
         }
         if parent == 0 {
             average = squares.first().map_or(average, mean);

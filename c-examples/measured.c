@@ -110,7 +110,7 @@ int main(void) {
     const wis_environment *environment = build_light();
     const wis_tree *slice[SLICES];
     const size_t table_bytes = tabulate(slice);
-    const wis_table table = {sizeof table, SLICES, slice};
+    const wis_table table = {sizeof table, SLICES, slice, {NULL, NULL, NULL}};
 
     /* A wave of hits: their products in one block. */
     wis_product_config config = {0};

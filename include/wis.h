@@ -447,8 +447,8 @@ typedef struct wis_light {
 
 /// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
 /// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
-/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5). Three
-/// tables hold a colour.
+/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_table_eval tells.
 typedef struct wis_table {
   /// sizeof(wis_table).
   uint32_t size;
@@ -456,6 +456,8 @@ typedef struct wis_table {
   uint32_t slice_count;
   /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
   const struct wis_tree *const *slice;
+  /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
+  const struct wis_tree *const *colour[3];
 } wis_table;
 
 /// What to build.
@@ -870,7 +872,8 @@ enum wis_status wis_product_estimate(const struct wis_environment *environment,
                                      double *luminance);
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query without a table. Costs a BRDF evaluation for each leaf.
+/// with WIS_ENVIRONMENT_RGB and the product from a query without a table (for those with: wis_table_estimate_rgb). Costs a
+/// BRDF evaluation for each leaf.
 enum wis_status wis_product_estimate_rgb(const struct wis_environment *environment,
                                          const struct wis_product *product,
                                          double rgb[3]);
@@ -985,7 +988,7 @@ enum wis_status wis_table_directions(uint32_t slice,
                                      float *wi,
                                      size_t wi_stride);
 
-/// As wis_query_eval, for a query with tabulated lobes: what the table means.
+/// As wis_query_eval, for a query with tabulated lobes: what the table means, in its colours.
 enum wis_status wis_table_eval(const struct wis_table *table,
                                const struct wis_query *query,
                                size_t count,
@@ -1005,6 +1008,12 @@ enum wis_status wis_product_prepare_table(const struct wis_environment *environm
                                           size_t bytes,
                                           const struct wis_product **product,
                                           struct wis_diagnostic *diagnostic);
+
+/// As wis_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+enum wis_status wis_table_estimate_rgb(const struct wis_environment *environment,
+                                       const struct wis_product *product,
+                                       const struct wis_table *table,
+                                       double rgb[3]);
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
 /// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.

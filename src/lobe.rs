@@ -188,11 +188,16 @@ impl<'a> Lobes<'a> {
         }
     }
 
-    /// RGB of BRDF x cosine.
+    /// RGB of BRDF x cosine, the tabulated lobes as grey as their table.
     pub fn rgb(&self, wi: Vec3) -> [f32; 3] {
+        self.coloured(wi, [&self.table; 3])
+    }
+
+    /// RGB of BRDF x cosine, with a table for each channel that [`Lobes::seen`] turned.
+    pub fn coloured(&self, wi: Vec3, tables: [&Table; 3]) -> [f32; 3] {
         [0, 1, 2].map(|c: usize| {
             let channel = |v: [f32; 3]| v.get(c).copied().unwrap_or(0.0);
-            self.sum(wi, |lobe, raw, shape, grazing| {
+            self.sum(wi, tables[c], |lobe, raw, shape, grazing| {
                 let weight = channel(raw.weight);
                 match lobe {
                     Prepared::Lambert { .. } => shape * (weight / PI),
@@ -205,6 +210,11 @@ impl<'a> Lobes<'a> {
                 }
             })
         })
+    }
+
+    /// A table as this view sees it.
+    pub fn seen<'b>(&self, table: Table<'b>) -> Table<'b> {
+        table.seen(self.wo)
     }
 
     /// The colour of the lobes where no direction is given: the sum of their weights, of GGX times f0.
@@ -250,7 +260,7 @@ impl<'a> Lobes<'a> {
 
     /// The sum over the lobes of `value(lobe, its parameters, shape x cosine, Schlick's grazing term)`.
     #[inline(always)]
-    fn sum(&self, wi: Vec3, value: impl Fn(&Prepared, &Lobe, f32, f32) -> f32) -> f32 {
+    fn sum(&self, wi: Vec3, table: &Table, value: impl Fn(&Prepared, &Lobe, f32, f32) -> f32) -> f32 {
         let cosine = self.side * wi.dot(self.normal);
         let reflects = cosine > 0.0 && self.wo.z > 0.0;
         if !reflects && self.flags & WIS_QUERY_WHOLE_SPHERE == 0 {
@@ -261,7 +271,7 @@ impl<'a> Lobes<'a> {
         let lobes = self.prepared.iter().zip(&self.raw).take(self.count);
         let sum = lobes.fold(0.0, |sum, (lobe, raw)| {
             if matches!(lobe, Prepared::Table { .. }) {
-                return sum + value(lobe, raw, self.table.at(local), 0.0);
+                return sum + value(lobe, raw, table.at(local), 0.0);
             }
             let (shape, grazing) = lobe.shape(self.wo, local);
             sum + value(lobe, raw, shape * factor, grazing)

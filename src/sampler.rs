@@ -8,6 +8,7 @@ use crate::query::Query;
 use crate::reuse::cosine;
 use crate::sphere::{Frame, direction, unit};
 use crate::status::{Result, Status};
+use crate::table::Table;
 use core::f64::consts::PI;
 use glam::Vec3;
 
@@ -77,21 +78,28 @@ impl Header {
 
     /// The approximation of the integral of radiance x BRDF x cosine, channel by channel: the leaves' shares, each
     /// in the colour of its light and of the BRDF at its centre, or of the lobes as a whole if the centre lies below
-    /// the horizon. Costs a BRDF evaluation for each leaf.
+    /// the horizon. Costs a BRDF evaluation for each leaf. `lobes`: those of the product's query; `tables`: as
+    /// [`Lobes::coloured`] takes them, if its table is coloured.
     ///
     /// # Errors
-    /// [`Status::NotBuilt`] if the environment has no RGB or the BRDF was a callback or a table.
-    pub fn estimate_rgb(&self, environment: &Environment, product: &Product) -> Result<[f64; 3]> {
-        if environment.rgb.is_empty() && environment.header.squares > 0 || self.query.size == 0 {
+    /// [`Status::NotBuilt`] if the environment has no RGB.
+    pub fn estimate_rgb(
+        &self,
+        environment: &Environment,
+        product: &Product,
+        lobes: &Lobes,
+        tables: Option<[&Table; 3]>,
+    ) -> Result<[f64; 3]> {
+        if environment.rgb.is_empty() && environment.header.squares > 0 {
             return Err(Status::NotBuilt);
         }
-        let lobes = Lobes::new(&self.query, None).map_err(|_| Status::NotBuilt)?;
         let frame = self.frame();
         let mut sum = [0.0f64; 3];
         for (leaf, share) in product.shares() {
             let wi: Vec3 = frame.to_world(direction(leaf.centre()));
             let light = hue(environment.rgb(leaf.light()), [1.0; 3]);
-            let brdf = hue(lobes.rgb(wi), lobes.tint());
+            let value = tables.map_or_else(|| lobes.rgb(wi), |tables| lobes.coloured(wi, tables));
+            let brdf = hue(value, lobes.tint());
             for ((sum, light), brdf) in sum.iter_mut().zip(light).zip(brdf) {
                 *sum += f64::from(share) * light * brdf;
             }

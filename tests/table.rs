@@ -5,6 +5,7 @@ mod support;
 use std::ptr::{null, null_mut};
 use support::{Environment, Map, Memory, Random, eval, lambert, normalise, product_config, query};
 use wis::ffi::MemorySize;
+use wis::ffi::environment::WIS_ENVIRONMENT_RGB;
 use wis::ffi::product::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::*;
@@ -33,7 +34,7 @@ impl Owned {
 
     fn table(&self) -> Table {
         let size = size_of::<Table>() as u32;
-        Table { size, slice_count: self.handles.len() as u32, slice: self.handles.as_ptr() }
+        Table { size, slice_count: self.handles.len() as u32, slice: self.handles.as_ptr(), colour: [null(); 3] }
     }
 }
 
@@ -199,6 +200,52 @@ fn weights_and_other_lobes() {
     for (got, expected) in coloured.into_iter().zip([diffuse + alone, diffuse + 2.0 * alone, diffuse]) {
         assert!((got - expected).abs() < 1e-6, "{got} for {expected}");
     }
+}
+
+/// One object holds a colour: each channel is its own table, sampling goes by luminance, and the integral in RGB has the
+/// luminance of the estimate and the channels' own sizes.
+#[test]
+fn coloured_tables() {
+    let channel = |c: usize| move |_: [f32; 3], wi: [f32; 3]| [0.8, 0.1, 0.3][c] * wi[2] * (1.0 + c as f32 * wi[0]);
+    let luminance = |rgb: [f64; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    let value =
+        |wo: [f32; 3], wi: [f32; 3]| luminance([0, 1, 2].map(|c| f64::from(channel(c)(wo, wi).max(0.0)))) as f32;
+    let grey = Owned::new(8, 5, 0.0, value);
+    let channels = [0, 1, 2].map(|c| Owned::new(8, 5, 0.0, move |wo, wi| channel(c)(wo, wi).max(0.0)));
+    let table = Table { colour: [0, 1, 2].map(|c| channels[c].handles.as_ptr()), ..grey.table() };
+    let (mut random, wo) = (Random(8), normalise([0.3, 0.2, 0.9]));
+    let at = query(UP, wo, &[tabulated([1.0, 2.0, 0.5])]);
+    for _ in 0..100 {
+        let [x, y, z] = random.direction();
+        let wi = normalise([x, y, z.abs() + 0.1]);
+        let got = table_eval(&table, &at, wi).unwrap();
+        for (c, weight) in [1.0, 2.0, 0.5].into_iter().enumerate() {
+            let [alone, ..] = table_eval(&channels[c].table(), &query(UP, wo, &[tabulated([1.0; 3])]), wi).unwrap();
+            assert!((got[c] - weight * alone).abs() <= 1e-6 * alone, "{got:?}");
+        }
+    }
+    let environment = Map { channels: 3, pixels: map().pixels.iter().flat_map(|p| [*p; 3]).collect(), ..map() };
+    let environment = environment.build(64, WIS_ENVIRONMENT_RGB);
+    let at = query(UP, wo, &[tabulated([1.0; 3])]);
+    let product = prepare(&environment, &table, &at, &product_config()).unwrap();
+    let estimate = |table: &Table| {
+        let mut rgb = [f64::NAN; 3];
+        // SAFETY: all pointers are to live values.
+        let status = unsafe { wis_table_estimate_rgb(environment.handle, product.handle, table, &mut rgb) };
+        if status == Status::Ok { Ok(rgb) } else { Err(status) }
+    };
+    let rgb = estimate(&table).unwrap();
+    assert!((luminance(rgb) / product.estimate() - 1.0).abs() < 1e-4, "{rgb:?} {}", product.estimate());
+    for (c, own) in rgb.into_iter().enumerate() {
+        let alone = prepare(&environment, &channels[c].table(), &at, &product_config()).unwrap().estimate();
+        // Both are approximations, of the colour at the centres of leaves and of each channel on leaves of its own.
+        assert!((own / alone - 1.0).abs() < 0.1, "{c}: {own} {alone}");
+    }
+    let grey = estimate(&grey.table()).unwrap();
+    assert!(grey.iter().all(|c| (c / product.estimate() - 1.0).abs() < 1e-5), "{grey:?}");
+    let partly = Table { colour: [channels[0].handles.as_ptr(), null(), null()], ..table };
+    assert_eq!(estimate(&partly), Err(Status::NullPointer));
+    assert_eq!(table_eval(&partly, &at, UP), Err(Status::NullPointer));
 }
 
 /// The product of a fine table is as good as that of the BRDF: the estimates agree, the pdf is above 0 wherever the BRDF

@@ -52,6 +52,7 @@ impl Table {
             size: size_of::<raw::wis_table>() as u32,
             slice_count: self.handles.len() as u32,
             slice: self.handles.as_ptr(),
+            colour: [std::ptr::null(); 3],
         }
     }
 

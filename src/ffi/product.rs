@@ -117,7 +117,7 @@ pub unsafe extern "C" fn wis_query_eval(
         // SAFETY: the caller's contract.
         unsafe {
             let lobes = Lobes::new(sized(query, 1)?, None).map_err(|status| Failure::new(status, 1))?;
-            evaluate(&lobes, count, (wi, wi_stride), (f_cos, f_cos_stride), 3)?;
+            evaluate(|wi| lobes.rgb(wi), count, (wi, wi_stride), (f_cos, f_cos_stride), 3)?;
         }
         Ok(())
     })
@@ -128,7 +128,7 @@ pub unsafe extern "C" fn wis_query_eval(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 pub(super) unsafe fn evaluate(
-    lobes: &Lobes,
+    rgb: impl Fn(Vec3) -> [f32; 3],
     count: usize,
     wi: (*const f32, usize),
     f_cos: (*mut f32, usize),
@@ -138,7 +138,7 @@ pub(super) unsafe fn evaluate(
     let f_cos = Strided::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
     for index in 0..count {
         // SAFETY: the caller's contract; the index is below the count.
-        unsafe { f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], |wi| lobes.rgb(wi))) };
+        unsafe { f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], &rgb)) };
     }
     Ok(())
 }
@@ -296,7 +296,8 @@ pub unsafe extern "C" fn wis_product_estimate(
 }
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query without a table. Costs a BRDF evaluation for each leaf.
+/// with WIS_ENVIRONMENT_RGB and the product from a query without a table (for those with: wis_table_estimate_rgb). Costs a
+/// BRDF evaluation for each leaf.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -311,10 +312,8 @@ pub unsafe extern "C" fn wis_product_estimate_rgb(
         unsafe {
             let opened = Opened::new(environment, product)?;
             let target = out(rgb, 3)?;
-            if opened.environment.header.flags & super::environment::WIS_ENVIRONMENT_RGB == 0 {
-                return Err(Failure::new(Status::NotBuilt, 1));
-            }
-            target.write(opened.header.estimate_rgb(&opened.environment, &opened.cells)?);
+            let lobes = Lobes::new(opened.coloured_query()?, None).map_err(|_| Failure::new(Status::NotBuilt, 2))?;
+            target.write(opened.header.estimate_rgb(&opened.environment, &opened.cells, &lobes, None)?);
         }
         Ok(())
     })
@@ -486,6 +485,29 @@ impl<'a> Opened<'a> {
             Ok(Opened { environment, header, cells, frame: header.frame() })
         }
     }
+
+    /// The query of a product that was prepared from one, which is needed with the environment's colours: the integral in RGB.
+    fn coloured_query(&self) -> Checked<&'a Query> {
+        if self.environment.header.flags & super::environment::WIS_ENVIRONMENT_RGB == 0 {
+            return Err(Failure::new(Status::NotBuilt, 1));
+        }
+        if self.header.query.size == 0 { Err(Failure::new(Status::NotBuilt, 2)) } else { Ok(&self.header.query) }
+    }
+}
+
+/// The integral in RGB of a product whose lobes have a coloured table.
+///
+/// # Safety
+/// The handles are null or point to an environment and a product that this version made.
+pub(super) unsafe fn estimate_coloured<'a>(
+    environment: *const Environment,
+    product: *const Product,
+    table: impl FnOnce(&Query) -> Checked<(Lobes<'a>, [Table<'a>; 3])>,
+) -> Checked<[f64; 3]> {
+    // SAFETY: the caller's contract.
+    let opened = unsafe { Opened::new(environment, product)? };
+    let (lobes, [red, green, blue]) = table(opened.coloured_query()?)?;
+    Ok(opened.header.estimate_rgb(&opened.environment, &opened.cells, &lobes, Some([&red, &green, &blue]))?)
 }
 
 /// The client's BRDF.

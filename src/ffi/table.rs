@@ -1,9 +1,9 @@
 //! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
 
 use super::environment::{Environment, view};
-use super::product::{Product, ProductConfig, evaluate, prepare, read_config};
+use super::product::{Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config};
 use super::tree::{Tree, square_tree};
-use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, pointer, sized, slice};
+use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, out, pointer, sized, slice};
 use crate::lobe::Lobes;
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
@@ -17,8 +17,8 @@ use glam::Vec3;
 
 /// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
 /// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
-/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5). Three
-/// tables hold a colour.
+/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_table_eval tells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
@@ -28,6 +28,8 @@ pub struct Table {
     pub slice_count: u32,
     /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
     pub slice: *const *const Tree,
+    /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
+    pub colour: [*const *const Tree; 3],
 }
 
 /// The directions at which a slice is to be evaluated: `wo`, three numbers, and 4^depth `wi`, in the order of the pixels
@@ -63,7 +65,7 @@ pub unsafe extern "C" fn wis_table_directions(
             if !offset.iter().all(|x| (0.0..=1.0).contains(x)) {
                 return Err(Failure::new(Status::InvalidArgument, 4));
             }
-            let target = super::out(wo, 5)?;
+            let target = out(wo, 5)?;
             let side = 1usize << depth;
             let wi = Strided::<3>::new(wi, wi_stride, side * side, 6)?;
             let wo = kernel::view(slice, slice_count);
@@ -79,7 +81,7 @@ pub unsafe extern "C" fn wis_table_directions(
     })
 }
 
-/// As wis_query_eval, for a query with tabulated lobes: what the table means.
+/// As wis_query_eval, for a query with tabulated lobes: what the table means, in its colours.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -96,8 +98,9 @@ pub unsafe extern "C" fn wis_table_eval(
     answer(null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let lobes = lobes((table, 1), (sized(query, 2)?, 2))?;
-            evaluate(&lobes, count, (wi, wi_stride), (f_cos, f_cos_stride), 4)?;
+            let (lobes, [red, green, blue]) = coloured((table, 1), (sized(query, 2)?, 2))?;
+            let rgb = |wi| lobes.coloured(wi, [&red, &green, &blue]);
+            evaluate(rgb, count, (wi, wi_stride), (f_cos, f_cos_stride), 4)?;
         }
         Ok(())
     })
@@ -125,11 +128,56 @@ pub unsafe extern "C" fn wis_product_prepare_table(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 3)?;
-            let lobes = lobes((table, 2), (&query, 3))?;
+            let (lobes, ..) = lobes((table, 2), (&query, 3))?;
             let mut lobes = lobes.widened(Reuse::new(read_config(config, 4)?.reuse_cone));
             prepare(&environment, query, &mut lobes, (config, 4), (memory, bytes), product)
         }
     })
+}
+
+/// As wis_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_table_estimate_rgb(
+    environment: *const Environment,
+    product: *const Product,
+    table: *const Table,
+    rgb: *mut [f64; 3],
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let target = out(rgb, 4)?;
+            let estimate = estimate_coloured(environment, product, |query| coloured((table, 3), (query, 2)))?;
+            target.write(estimate);
+        }
+        Ok(())
+    })
+}
+
+/// The lobes of a query with a table, and the table's channels as its view sees them.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn coloured<'a>(
+    (table, argument): (*const Table, u32),
+    query: (&Query, u32),
+) -> Checked<(Lobes<'a>, [kernel::Table<'a>; 3])> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (lobes, grey, between) = lobes((table, argument), query)?;
+        let table = sized(table, argument)?;
+        let mut channels = [lobes.seen(grey); 3];
+        if table.colour.iter().any(|channel| !channel.is_null()) {
+            for (channel, trees) in channels.iter_mut().zip(table.colour) {
+                let trees = slice(trees, table.slice_count as usize, argument)?;
+                *channel = lobes.seen(blend(trees, between, argument)?);
+            }
+        }
+        Ok((lobes, channels))
+    }
 }
 
 /// The lobes of a query with the two slices of the table beside its view.
@@ -139,7 +187,7 @@ pub unsafe extern "C" fn wis_product_prepare_table(
 unsafe fn lobes<'a>(
     (table, table_argument): (*const Table, u32),
     (query, query_argument): (&Query, u32),
-) -> Checked<Lobes<'a>> {
+) -> Checked<(Lobes<'a>, kernel::Table<'a>, Between)> {
     // SAFETY: the caller's contract.
     unsafe {
         let table = sized(table, table_argument)?;
@@ -152,14 +200,24 @@ unsafe fn lobes<'a>(
         let cosine = normal.dot(wo);
         let above = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
         let between = Between::new(above, table.slice_count);
-        let [low, high] = between.slices.map(|slice| trees.get(slice as usize).copied().unwrap_or(core::ptr::null()));
-        let low = if low.is_null() { high } else { low };
-        let high = if high.is_null() { low } else { high };
-        pointer(low, table_argument).map_err(|_| Failure::new(Status::NotBuilt, table_argument))?;
-        let slices = [read(low, table_argument)?, read(high, table_argument)?];
-        let seen = kernel::Table::new(slices, between.share);
-        Lobes::new(query, Some(seen)).map_err(|status| Failure::new(status, query_argument))
+        let seen = blend(trees, between, table_argument)?;
+        let lobes = Lobes::new(query, Some(seen)).map_err(|status| Failure::new(status, query_argument))?;
+        Ok((lobes, seen, between))
     }
+}
+
+/// The two slices beside a view; one that was not built is stood in for by the other.
+///
+/// # Safety
+/// The handles are null or point to trees of this version.
+unsafe fn blend<'a>(trees: &[*const Tree], between: Between, argument: u32) -> Checked<kernel::Table<'a>> {
+    let [low, high] = between.slices.map(|slice| trees.get(slice as usize).copied().unwrap_or(core::ptr::null()));
+    let low = if low.is_null() { high } else { low };
+    let high = if high.is_null() { low } else { high };
+    pointer(low, argument).map_err(|_| Failure::new(Status::NotBuilt, argument))?;
+    // SAFETY: the caller's contract.
+    let slices = unsafe { [read(low, argument)?, read(high, argument)?] };
+    Ok(kernel::Table::new(slices, between.share))
 }
 
 /// # Safety

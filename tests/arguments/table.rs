@@ -96,6 +96,7 @@ pub const TABLE: &[Entry] = table! {
     wis_product_describe(environment, product, info);
     wis_product_estimate(environment, product, luminance);
     wis_product_estimate_rgb(environment, product, rgb);
+    wis_table_estimate_rgb(environment, product, table, rgb);
     wis_product_sample(environment, product, u, sample);
     wis_product_sample_n(environment, product, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
     wis_product_pdf(environment, product, wi, pdf);

@@ -197,7 +197,7 @@ impl<'a> Lobes<'a> {
     pub fn coloured(&self, wi: Vec3, tables: [&Table; 3]) -> [f32; 3] {
         [0, 1, 2].map(|c: usize| {
             let channel = |v: [f32; 3]| v.get(c).copied().unwrap_or(0.0);
-            self.sum(wi, tables[c], |lobe, raw, shape, grazing| {
+            self.sum(wi, tables.get(c).copied().unwrap_or(&self.table), |lobe, raw, shape, grazing| {
                 let weight = channel(raw.weight);
                 match lobe {
                     Prepared::Lambert { .. } => shape * (weight / PI),

@@ -43,12 +43,9 @@ impl<'a> Turned<'a> {
         let least = f64::from(self.least) * f64::from(self.light.average());
         for (i, row) in pixels.chunks_mut(side).enumerate() {
             for (j, pixel) in row.iter_mut().enumerate() {
-                let mut sum = 0.0;
-                for place in 0..self.places * self.places {
-                    let at = |first: usize, k: u32| (first as f32 * self.places as f32 + k as f32 + 0.5) * step;
-                    let s = [at(i, place / self.places), at(j, place % self.places)];
-                    sum += f64::from(self.average(s, level));
-                }
+                let at = |first: usize, k: u32| (first as f32 * self.places as f32 + k as f32 + 0.5) * step;
+                let places = (0..self.places).flat_map(|a| (0..self.places).map(move |b| [at(i, a), at(j, b)]));
+                let sum: f64 = places.map(|s| f64::from(self.average(s, level))).sum();
                 *pixel = (sum * share + least) as f32;
             }
         }

@@ -239,7 +239,7 @@ fn coloured_tables() {
     for (c, own) in rgb.into_iter().enumerate() {
         let alone = prepare(&environment, &channels[c].table(), &at, &product_config()).unwrap().estimate();
         // Both are approximations, of the colour at the centres of leaves and of each channel on leaves of its own.
-        assert!((own / alone - 1.0).abs() < 0.1, "{c}: {own} {alone}");
+        assert!((own / alone - 1.0).abs() < 0.2, "{c}: {own} {alone}");
     }
     let grey = estimate(&grey.table()).unwrap();
     assert!(grey.iter().all(|c| (c / product.estimate() - 1.0).abs() < 1e-5), "{grey:?}");

@@ -41,11 +41,14 @@ impl Rule<MAX_FACTORS> for Times {
 #[derive(Clone, Copy, Debug)]
 pub struct Weighted(pub [f64; WIS_MAX_BLEND]);
 
+// Not in line: one copy serves all numbers of axes.
 impl Rule<WIS_MAX_BLEND> for Weighted {
+    #[inline(never)]
     fn value(&self, spots: &[Spot; WIS_MAX_BLEND]) -> f64 {
         spots.iter().zip(self.0).map(|(spot, weight)| weight * f64::from(spot.average)).sum()
     }
 
+    #[inline(never)]
     fn varies(&self, spots: &[Spot; WIS_MAX_BLEND]) -> bool {
         spots.iter().zip(self.0).any(|(spot, weight)| weight > 0.0 && spot.square.is_some())
     }
@@ -95,6 +98,7 @@ impl Factor<'_> {
     }
 
     /// The child of a spot of the result, whose axes are `beyond` more than this tree's: it is constant along those.
+    #[inline(never)]
     fn child(&self, spot: Spot, c: u32, beyond: u32) -> Spot {
         let c = c.wrapping_shr(beyond);
         match (self, spot.square) {

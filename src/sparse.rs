@@ -128,6 +128,7 @@ impl Place {
 
 /// Sums over c of (-1)^popcount(f & c) value(c), for every f below 2^axes: averages from details, and, but for a factor
 /// 2^axes, details from averages.
+#[inline(never)]
 fn transform(values: &mut [f64; 16], axes: u32) {
     for axis in 0..axes.min(4) {
         for c in (0..1usize << axes.min(4)).filter(|c| c >> axis & 1 == 0) {
@@ -296,7 +297,8 @@ impl<'a, W: Element> Way<'a, W> {
         Way { axes, rest: set.wavelets, stack, depth: 0, average: set.average }
     }
 
-    /// The averages of the children of a square.
+    /// The averages of the children of a square. Not in line: one copy serves all numbers of axes.
+    #[inline(never)]
     fn on(&mut self, key: (u64, u32)) -> [f64; 16] {
         while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < key) {
             let children = self.children(next.key(), Some(next));
@@ -310,6 +312,7 @@ impl<'a, W: Element> Way<'a, W> {
     }
 
     /// The averages of the children of a square with these wavelets, after those that do not hold it have left the stack.
+    #[inline(never)]
     fn children(&mut self, key: (u64, u32), own: Option<&W>) -> [f64; 16] {
         let mut average = self.average;
         while let Some((top, children)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {

@@ -331,22 +331,33 @@ impl<'a> Terms<'a> {
     }
 }
 
-/// # Safety
-/// The blocks are the caller's to write.
-unsafe fn add<const N: usize, const C: usize>(terms: &Terms, weights: &[f64], blocks: &Blocks) -> Checked<Header> {
-    // In units of the largest term, so that nothing overflows; a term of less than 2^-200 of it counts as that.
-    let unit = weights.iter().zip(terms.exponents).filter(|(weight, _)| **weight > 0.0);
-    let largest = unit.map(|(weight, power)| exponent(*weight).saturating_add(power)).max().unwrap_or(0);
-    let mut scaled = [0.0; WIS_MAX_BLEND];
-    for (slot, (weight, power)) in scaled.iter_mut().zip(weights.iter().zip(terms.exponents)) {
-        if *weight > 0.0 {
-            let own = exponent(*weight);
-            let below = own.saturating_add(power).saturating_sub(largest);
+/// Weights for what the trees store, and the power of two that was taken out: the largest term has a weight in [1, 2), so
+/// that nothing overflows; a term of less than 2^-200 of it counts as that.
+#[inline(never)]
+fn stored_weights(terms: &Terms, weights: &[f64]) -> ([f64; WIS_MAX_BLEND], i32) {
+    let power = |weight: f64, own: i32| exponent(weight).saturating_add(own);
+    let mut largest = i32::MIN;
+    for (&weight, &own) in weights.iter().zip(&terms.exponents) {
+        if weight > 0.0 && power(weight, own) > largest {
+            largest = power(weight, own);
+        }
+    }
+    let mut stored = [0.0; WIS_MAX_BLEND];
+    for (slot, (&weight, &own)) in stored.iter_mut().zip(weights.iter().zip(&terms.exponents)) {
+        if weight > 0.0 {
+            let (out, below) = (exponent(weight), power(weight, own).saturating_sub(largest));
             // Twice, since a weight may be as small as 2^-1074.
-            let mantissa = *weight * exp2i(-own / 2) * exp2i(-own - -own / 2);
+            let mantissa = weight * exp2i(-out / 2) * exp2i(-out - -out / 2);
             *slot = mantissa * exp2i(if below < -200 { -200 } else { below });
         }
     }
+    (stored, if largest > i32::MIN { largest } else { 0 })
+}
+
+/// # Safety
+/// The blocks are the caller's to write.
+unsafe fn add<const N: usize, const C: usize>(terms: &Terms, weights: &[f64], blocks: &Blocks) -> Checked<Header> {
+    let (scaled, largest) = stored_weights(terms, weights);
     let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
     // SAFETY: the caller's contract.
     match unsafe { run::<C, WIS_MAX_BLEND>(trees, &Weighted(scaled), largest, blocks, 4)? } {

@@ -816,6 +816,16 @@ impl Density for Product<'_> {
     }
 }
 
+/// How a map is turned: see `wis_turned_config`. Matrices row by row.
+pub struct Turn {
+    pub depth: u32,
+    pub places: u32,
+    pub error_budget: f32,
+    pub least: f32,
+    pub world_from_map: [f32; 9],
+    pub world_from_tree: [f32; 9],
+}
+
 /// The tree of a function on the square, and its memory.
 #[derive(Clone)]
 pub struct Tree {
@@ -893,6 +903,75 @@ impl Tree {
             )
         };
         check_with(status, diagnostic)?;
+        Ok(Tree { memory, info })
+    }
+
+    /// The weighted sum of up to 16 trees, in `scratch`, which grows as it must.
+    pub fn blend(terms: &[(&Tree, f64)], scratch: &mut Block) -> Result<Tree> {
+        let (trees, weights): (Vec<_>, Vec<_>) = terms.iter().map(|(tree, weight)| (tree.handle(), *weight)).unzip();
+        let (count, trees) = (terms.len() as u32, trees.as_ptr());
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: as many live handles as are said.
+        check_with(unsafe { raw::wis_tree_blend_size(count, trees, &mut size, &mut diagnostic) }, diagnostic)?;
+        if scratch.bytes() < size.scratch_bytes {
+            *scratch = Block::new(size.scratch_bytes);
+        }
+        let mut memory = Block::new(size.bytes);
+        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
+        let mut handle = null();
+        // SAFETY: as above, with a weight for each; the blocks are as long as they say.
+        let status = unsafe {
+            raw::wis_tree_blend(
+                count,
+                trees,
+                weights.as_ptr(),
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        Ok(Tree { memory, info })
+    }
+
+    /// A map in the frame whose axes are given in world space, column by column.
+    pub fn of_environment(environment: &Environment, turn: &Turn) -> Result<Tree> {
+        let config = raw::wis_turned_config {
+            size: size_of::<raw::wis_turned_config>() as u32,
+            depth: turn.depth,
+            places: turn.places,
+            error_budget: turn.error_budget,
+            least: turn.least,
+            world_from_map: turn.world_from_map.as_ptr(),
+            world_from_tree: turn.world_from_tree.as_ptr(),
+        };
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        let status = unsafe { raw::wis_tree_of_environment_size(&config, &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
+        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
+        let mut handle = null();
+        // SAFETY: the blocks are as long as they say, and the matrices have nine numbers.
+        let status = unsafe {
+            raw::wis_tree_of_environment(
+                environment.handle(),
+                &config,
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut info,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        memory.shorten(info.bytes as usize);
         Ok(Tree { memory, info })
     }
 

@@ -6,10 +6,11 @@ use anyhow::Result;
 use glam::{Mat3, Vec3};
 use std::fmt::Write;
 use std::time::Instant;
-use wis_ffi_tests::client::{self, Block, Density, Environment, Preparation, Tree};
+use wis_ffi_tests::client::{self, Block, Density, Environment, Preparation, Tree, Turn};
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::Light;
-use wis_ffi_tests::material::Bsdf;
+use wis_ffi_tests::material::{Bsdf, Material};
+use wis_ffi_tests::scene::ShadingPoint;
 
 const THREADS: usize = 2;
 /// The variance that pruning may add.
@@ -23,78 +24,36 @@ pub fn frame(direction: Vec3) -> Mat3 {
     Mat3::from_cols(x, y, direction)
 }
 
-/// Directions in a tree's frame: four places in each pixel of the octahedral square, pixel by pixel.
-fn places(depth: u32) -> Vec<Vec3> {
-    let (side, fine) = (1usize << depth, 2usize << depth);
-    let place = |i: usize, k: usize| middle((2 * (i / side) + k / 2) * fine + 2 * (i % side) + k % 2, fine);
-    (0..side * side).flat_map(|i| (0..4).map(move |k| place(i, k))).collect()
-}
-
-/// The map about one direction.
-fn turned(map: &Cube, direction: Vec3, places: &[Vec3]) -> client::Result<Tree> {
-    let frame = frame(direction);
-    let mean = |four: &[Vec3]| four.iter().map(|&d| map.at(frame * d)).sum::<f32>() * 0.25 + FLOOR * map.mean;
-    let pixels: Vec<f32> = places.chunks_exact(4).map(mean).collect();
-    Tree::new(pixels.len().ilog2() / 2, BUDGET, &pixels)
-}
-
-/// The light on the faces of a cube, for quick look-ups.
-pub struct Cube {
-    pixels: Vec<f32>,
-    mean: f32,
-}
-
-/// Pixels along an edge of the cube.
-const EDGE: usize = 256;
-
-impl Cube {
-    pub fn new(light: &Light) -> Cube {
-        let at = |i: usize| (2 * i + 1) as f32 / EDGE as f32 - 1.0;
-        let pixel = |k: usize| {
-            let (face, s, t) = (k / (EDGE * EDGE), at(k / EDGE % EDGE), at(k % EDGE));
-            let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
-            let d = [Vec3::new(sign, s, t), Vec3::new(t, sign, s), Vec3::new(s, t, sign)][face / 2];
-            (d.normalize(), light.radiance(d.normalize()), d.length().powi(-3))
-        };
-        let all: Vec<_> = (0..6 * EDGE * EDGE).map(pixel).collect();
-        let weight: f32 = all.iter().map(|p| p.2).sum();
-        let mean = all.iter().map(|p| p.1 * p.2).sum::<f32>() / weight;
-        Cube { pixels: all.into_iter().map(|p| p.1).collect(), mean }
-    }
-
-    /// The pixel that a direction meets.
-    pub fn at(&self, d: Vec3) -> f32 {
-        let [x, y, z] = d.abs().to_array();
-        let (face, major, s, t) = if x >= y && x >= z {
-            (0, d.x, d.y, d.z)
-        } else if y >= z {
-            (2, d.y, d.z, d.x)
-        } else {
-            (4, d.z, d.x, d.y)
-        };
-        let scale = 0.5 * EDGE as f32 / major.abs();
-        let cell = |c: f32| ((c * scale + 0.5 * EDGE as f32) as usize).min(EDGE - 1);
-        self.pixels[((face + usize::from(major < 0.0)) * EDGE + cell(s)) * EDGE + cell(t)]
-    }
+/// The map about one direction, made when it is asked for.
+fn turned(light: &Light, environment: &Environment, direction: Vec3, depth: u32) -> Result<Tree> {
+    Ok(Tree::of_environment(
+        environment,
+        &Turn {
+            depth,
+            places: 2,
+            error_budget: BUDGET,
+            least: FLOOR,
+            world_from_map: light.world_from_map(),
+            // Row by row.
+            world_from_tree: frame(direction).transpose().to_cols_array(),
+        },
+    )?)
 }
 
 /// Writes the section.
 pub fn write(out: &mut String, light: &Light, environment: &Environment) -> Result<()> {
     writeln!(out, "\n## The map turned about every direction (Section 5.1)\n\n{TEXT}")?;
     writeln!(out, "| directions x pixels | trees | seconds | MB | without pruning, MB |\n|---|---:|---:|---:|---:|")?;
-    let map = Cube::new(light);
     for (grid, depth) in [(64u32, 6u32), (128, 7)] {
         let start = Instant::now();
-        let places = places(depth);
         let cells: Vec<u32> = (0..grid * grid).collect();
         let sizes = std::thread::scope(|scope| {
             let work = |part| {
-                let (map, places) = (&map, &places);
                 scope.spawn(move || -> Result<u64> {
                     let mut bytes = 0;
                     for &cell in <[u32]>::iter(part) {
                         let direction = Vec3::from_array(client::grid_direction(grid, cell)?);
-                        bytes += turned(map, direction, places)?.info.bytes;
+                        bytes += turned(light, environment, direction, depth)?.info.bytes;
                     }
                     Ok(bytes)
                 })
@@ -107,7 +66,7 @@ pub fn write(out: &mut String, light: &Light, environment: &Environment) -> Resu
         let (side, count, mb) = (1 << depth, grid * grid, sizes as f64 / 1e6);
         writeln!(out, "| {grid} x {grid} x {side} x {side} | {count} | {seconds:.1} | {mb:.0} | {whole:.0} |")?;
     }
-    compare(out, light, environment, &map)
+    compare(out, light, environment)
 }
 
 const TEXT: &str = "Trees of the map in the frame of each direction of a grid, at 1 % of variance by pruning, on two threads. The paper: hours.
@@ -115,75 +74,116 @@ A scene that builds only the directions that its points ask for pays for those a
 ";
 
 /// Relative variances and costs of the paper's product and of the one without tables for the map.
-fn compare(out: &mut String, light: &Light, environment: &Environment, map: &Cube) -> Result<()> {
+fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result<()> {
     const SIDE: usize = 512;
     writeln!(
         out,
         "\nOne point, variance of one sample relative to the square of the integral: the product of a turned tree and a BRDF slice \
-         in its frame (`wis_tree_multiply`), with the nearest direction of the grid, with the four about it, one chosen by its bilinear weight times its integral, and with the point's own, and the product on \
-         the map itself by a table (`wis_product_prepare_table`). Times: the product alone.\n"
+         in its frame (`wis_tree_multiply`), with the nearest of 64 x 64 directions, with four of them and four of 16 x 16 views \
+         blended (`wis_tree_blend`: one product is all sixteen, exactly), and with the point's own, and the product on the map \
+         itself by a table (`wis_product_prepare_table`). Times: blends and product.\n"
     )?;
     writeln!(
         out,
-        "| material | 64 x 64, nearest | us | four nearest, blended | own direction, 64 x 64 | own, 128 x 128 | us | product by table | us |"
+        "| material | nearest, 64 x 64 | us | 4 x 4 blended | us | 4 x 4, 128 x 128 | us | own, 64 x 64 | own, 128 x 128 | by table | us |"
     )?;
-    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|")?;
+    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     for name in ["satin_rosaline_rgb.bsdf", "cc_iris_purple_gem_rgb.bsdf"] {
         let material = data::measured(name)?;
         let point = tilted();
         let bsdf = Bsdf::new(&material, &point);
         let wi: Vec<Vec3> = (0..SIDE * SIDE).map(|i| middle(i, SIDE)).collect();
         let values: Vec<f64> = wi.iter().map(|&wi| f64::from(bsdf.eval_one(wi).0 * light.radiance(wi))).collect();
-        let mirror = (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize();
-        let (cells, weights) = client::grid_cells(64, mirror.to_array())?;
-        let product = |direction: Vec3, depth: u32| -> Result<(Tree, Mat3, f64)> {
-            let (light, brdf) = (turned(map, direction, &places(depth))?, slice(&bsdf, mirror, direction, depth)?);
-            let (mut scratch, mut us, mut product) = (Block::new(16), f64::MAX, None);
-            for _ in 0..20 {
-                let start = Instant::now();
-                product = Some(light.multiply(&brdf, None, &mut scratch)?);
-                us = us.min(start.elapsed().as_secs_f64() * 1e6);
-            }
-            Ok((product.expect("twenty rounds"), frame(direction).transpose(), us))
+        let scene = Turning { light, environment, material: &material, point: &point };
+        let variance = |(product, direction): &(Tree, Vec3)| {
+            let to_tree = frame(*direction).transpose();
+            let pdf = |wi: Vec3| Ok(f64::from(product.pdf(place(to_tree * wi))?) / (4.0 * std::f64::consts::PI));
+            relative_variance(&wi, &values, pdf)
         };
-        let pdf = |(product, frame, _): &(Tree, Mat3, f64), wi: Vec3| -> Result<f64> {
-            Ok(f64::from(product.pdf(place(*frame * wi))?) / (4.0 * std::f64::consts::PI))
-        };
-        let four = cells.iter().map(|&cell| product(Vec3::from_array(client::grid_direction(64, cell)?), 6));
-        let four = four.collect::<Result<Vec<_>>>()?;
-        let nearest = (0..4).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
-        let coarse = relative_variance(&wi, &values, |wi| pdf(&four[nearest], wi))?;
-        // One of the four is chosen by its weight and integral; the pdf is the sum over all.
-        let shares: Vec<f64> = four.iter().zip(weights).map(|(p, w)| f64::from(w) * p.0.info.average).collect();
-        let total: f64 = shares.iter().sum();
-        let mixed = |wi: Vec3| {
-            let each = four.iter().zip(&shares).map(|(p, share)| Ok(share / total * pdf(p, wi)?));
-            each.sum::<Result<f64>>()
-        };
-        let blended = relative_variance(&wi, &values, mixed)?;
-        let us = four[nearest].2;
-        let own = product(mirror, 6)?;
-        let own = relative_variance(&wi, &values, |wi| pdf(&own, wi))?;
-        let fine = product(mirror, 7)?;
-        let fine_us = fine.2;
-        let fine = relative_variance(&wi, &values, |wi| pdf(&fine, wi))?;
+        let mut cells = Vec::new();
+        let mirror = reflected(&point, point.wo);
+        let (nearest, nearest_us) = scene.product(&[(grid(64, mirror)?[0].0, 1.0)], &[(point.wo, 1.0)], 6)?;
+        cells.push(format!("{:.3} | {nearest_us:.0}", variance(&(nearest, grid(64, mirror)?[0].0))?));
+        for depth in [6, 7] {
+            let (blended, us) = scene.product(&grid(64, mirror)?, &grid(16, point.wo)?, depth)?;
+            cells.push(format!("{:.3} | {us:.0}", variance(&(blended, mirror))?));
+        }
+        for depth in [6, 7] {
+            let (own, _) = scene.product(&[(mirror, 1.0)], &[(point.wo, 1.0)], depth)?;
+            cells.push(format!("{:.3}", variance(&(own, mirror))?));
+        }
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-        let (mut memory, mut table_us) = (preparation.memory()?, f64::MAX);
+        let (mut memory, mut us) = (preparation.memory()?, f64::MAX);
         for _ in 0..20 {
             let start = Instant::now();
             material.prepare(environment, &point, &preparation, &mut memory)?;
-            table_us = table_us.min(start.elapsed().as_secs_f64() * 1e6);
+            us = us.min(start.elapsed().as_secs_f64() * 1e6);
         }
         let product = material.prepare(environment, &point, &preparation, &mut memory)?;
         let table = relative_variance(&wi, &values, |wi| Ok(f64::from(product.pdf(wi.to_array())?)))?;
-        let name = &material.name;
-        writeln!(
-            out,
-            "| {name} | {coarse:.3} | {us:.0} | {blended:.3} | {own:.3} | {fine:.3} | {fine_us:.0} | {table:.3} | {table_us:.0} |"
-        )?;
+        cells.push(format!("{table:.3} | {us:.0}"));
+        writeln!(out, "| {} | {} |", material.name, cells.join(" | "))?;
     }
-    writeln!(out, "\n{LESSON}")?;
-    Ok(())
+    Ok(writeln!(out, "\n{LESSON}")?)
+}
+
+/// Directions of a grid about one, the nearest first, with their bilinear weights.
+fn grid(side: u32, direction: Vec3) -> Result<Vec<(Vec3, f64)>> {
+    let (cells, weights) = client::grid_cells(side, direction.to_array())?;
+    let pairs = cells.iter().zip(weights).filter(|(_, weight)| *weight > 0.0);
+    let mut directions = pairs
+        .map(|(&cell, weight)| Ok((Vec3::from_array(client::grid_direction(side, cell)?), f64::from(weight))))
+        .collect::<Result<Vec<_>>>()?;
+    directions.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Ok(directions)
+}
+
+fn reflected(point: &ShadingPoint, wo: Vec3) -> Vec3 {
+    (2.0 * point.normal.dot(wo) * point.normal - wo).normalize()
+}
+
+/// What the paper's product is made of.
+struct Turning<'a> {
+    light: &'a Light,
+    environment: &'a Environment,
+    material: &'a Material,
+    point: &'a ShadingPoint,
+}
+
+impl Turning<'_> {
+    /// The product of the map about some directions and the BRDF of some views, each with its weight, in the frame of the
+    /// reflected direction; and the microseconds that it took once its tables were there.
+    fn product(&self, directions: &[(Vec3, f64)], views: &[(Vec3, f64)], depth: u32) -> Result<(Tree, f64)> {
+        let maps = directions
+            .iter()
+            .map(|(direction, weight)| Ok((turned(self.light, self.environment, *direction, depth)?, *weight)))
+            .collect::<Result<Vec<_>>>()?;
+        let slices =
+            views.iter().map(|(wo, weight)| Ok((self.slice(*wo, depth)?, *weight))).collect::<Result<Vec<_>>>()?;
+        let (mut scratch, mut us, mut product) = (Block::new(16), f64::MAX, None);
+        for _ in 0..20 {
+            let start = Instant::now();
+            let [map, brdf] = [&maps, &slices].map(|terms| {
+                let terms: Vec<(&Tree, f64)> = terms.iter().map(|(tree, weight)| (tree, *weight)).collect();
+                // One tree is itself.
+                if let [(tree, _)] = terms[..] { Ok(tree.clone()) } else { Tree::blend(&terms, &mut scratch) }
+            });
+            product = Some(map?.multiply(&brdf?, None, &mut scratch)?);
+            us = us.min(start.elapsed().as_secs_f64() * 1e6);
+        }
+        Ok((product.expect("twenty rounds"), us))
+    }
+
+    /// BRDF x cosine of a view in the frame of its reflected direction.
+    fn slice(&self, wo: Vec3, depth: u32) -> Result<Tree> {
+        let bsdf = Bsdf::new(self.material, &ShadingPoint { wo, ..*self.point });
+        let (frame, side) = (frame(reflected(self.point, wo)), 1usize << depth);
+        let pixels: Vec<f32> =
+            (0..side * side).map(|i| bsdf.eval_one((frame * middle(i, side)).normalize()).0).collect();
+        let mean = pixels.iter().sum::<f32>() / pixels.len() as f32;
+        let raised: Vec<f32> = pixels.iter().map(|value| value + FLOOR * mean).collect();
+        Ok(Tree::new(depth, BUDGET, &raised)?)
+    }
 }
 
 const LESSON: &str = "The product by a table is the one to use: it needs no turned maps, follows the map down to its texels, and is faster to
@@ -199,16 +199,4 @@ pub fn place(d: Vec3) -> [f32; 2] {
     let (a, b) = if d.z < 0.0 { (1.0 - b, 1.0 - a) } else { (a, b) };
     // `middle` has columns along x.
     [(b.copysign(d.y) + 1.0) * 0.5, (a.copysign(d.x) + 1.0) * 0.5]
-}
-
-/// BRDF x cosine of a point in the frame of a direction that stands for the mirror direction.
-fn slice(bsdf: &Bsdf, mirror: Vec3, direction: Vec3, depth: u32) -> Result<Tree> {
-    // The lobe turns with the mirror direction.
-    let turn = glam::Quat::from_rotation_arc(direction, mirror);
-    let (frame, side) = (frame(direction), 1usize << depth);
-    let pixels: Vec<f32> =
-        (0..side * side).map(|i| bsdf.eval_one((turn * (frame * middle(i, side))).normalize()).0).collect();
-    let mean = pixels.iter().sum::<f32>() / pixels.len() as f32;
-    let raised: Vec<f32> = pixels.iter().map(|value| value + FLOOR * mean).collect();
-    Ok(Tree::new(depth, BUDGET, &raised)?)
 }

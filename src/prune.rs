@@ -141,7 +141,9 @@ fn highest_price<const C: usize>(depth: u32, costs: &mut [f64], budget: f64) -> 
     if whole <= budget {
         return f64::INFINITY;
     }
-    let (mut affordable, mut excessive) = (0, whole.to_bits());
+    // At this price all squares together would cost less than the budget, so what is not kept does.
+    let least = 0.99 * budget / costs.len() as f64;
+    let (mut affordable, mut excessive) = (least.to_bits(), whole.to_bits());
     while excessive - affordable > 1 << 40 {
         let middle = affordable + (excessive - affordable) / 2;
         if prune::<C>(depth, f64::from_bits(middle), costs, |_, _| ()).error <= budget {

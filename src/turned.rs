@@ -103,7 +103,7 @@ impl<'a> Turned<'a> {
         if self.is_heap {
             // The cell's parent stands behind all coarser squares.
             let code = spread(x) << 1 | spread(y);
-            let coarser = (1u32 << (2 * (self.level - 1) & 31)) / 3;
+            let coarser = (1u32 << ((2 * (self.level - 1)) & 31)) / 3;
             return self.light.children(coarser + (code >> 2))[code as usize & 3];
         }
         let (mut average, mut square) = (self.light.average(), self.light.root_square());

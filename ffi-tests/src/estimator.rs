@@ -32,6 +32,8 @@ pub enum Method {
     Pool(usize),
     /// One sample by the light in each stratum of the map (Agarwal et al. 2003).
     Structured,
+    /// What the library's header says is to be used: see `by_rule`.
+    WisRule,
     /// The library's product alone.
     Wis,
     /// The library's product and the BRDF, by the balance heuristic.
@@ -60,7 +62,7 @@ pub enum Method {
 
 impl Method {
     /// Every peer, then the library.
-    pub const ALL: [Method; 22] = [
+    pub const ALL: [Method; 23] = [
         Method::Environment,
         Method::Brdf,
         Method::MisBalance,
@@ -71,6 +73,7 @@ impl Method {
         Method::Pool(4),
         Method::Pool(8),
         Method::Structured,
+        Method::WisRule,
         Method::Wis,
         Method::WisMis,
         Method::WisBiased,
@@ -95,6 +98,7 @@ impl Method {
             Method::Ris(m) => format!("RIS{m}"),
             Method::Pool(k) => format!("P({k})"),
             Method::Structured => "structured".into(),
+            Method::WisRule => "wis by rule".into(),
             Method::Wis => "wis".into(),
             Method::WisMis => "wis + MIS".into(),
             Method::WisBiased => "wis biased".into(),
@@ -119,7 +123,8 @@ impl Method {
     pub fn is_ours(self) -> bool {
         matches!(
             self,
-            Method::Wis
+            Method::WisRule
+                | Method::Wis
                 | Method::WisMis
                 | Method::WisBiased
                 | Method::WisRatio
@@ -151,6 +156,22 @@ impl Method {
     pub fn is_unbiased(self) -> bool {
         // The limit leaves out what lies in cells whose centre is dark.
         !matches!(self, Method::WisBiased | Method::WisRatio) && !self.is_limit()
+    }
+}
+
+/// The sampler that the library's header names ("Which sampler") for a material, samples of a point and hits of a pixel.
+fn by_rule(material: &Material, n: usize, hits: usize) -> Method {
+    let half_angle = material.widest_half_angle();
+    if half_angle >= 0.1 && hits > 1 {
+        Method::WisReuse
+    } else if n <= 4 || half_angle < 0.02 {
+        Method::WisPool(4)
+    } else if half_angle < 0.1 {
+        Method::WisTreePool(4)
+    } else if n >= 16 {
+        Method::Wis
+    } else {
+        Method::WisPool(4)
     }
 }
 
@@ -272,6 +293,7 @@ impl Estimator {
         pass: u32,
         n: usize,
     ) -> client::Result<&[Pick]> {
+        let method = if method == Method::WisRule { by_rule(setting.material, n, self.hits) } else { method };
         let Estimator { product, hits, shared, first, dense, dense_for, prior, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
         sampler.picks.clear();
@@ -295,7 +317,7 @@ impl Estimator {
                 candidates.pick_pooled(batch, (setting, &bsdf), n, k, picks)?;
             }
             Method::Structured => sampler.structured(setting, &bsdf, n)?,
-            Method::Wis => sampler.product(&prepare(setting, point, product)?, setting, &bsdf, n)?,
+            Method::Wis | Method::WisRule => sampler.product(&prepare(setting, point, product)?, setting, &bsdf, n)?,
             Method::WisMis => sampler.product_mis(&prepare(setting, point, product)?, setting, &bsdf, n)?,
             Method::WisBiased => {
                 let product = prepare(setting, point, product)?;

@@ -75,6 +75,11 @@ impl Material {
         if self.measured.is_some() { None } else { Some(self.alpha) }
     }
 
+    /// The half-angle of the widest lobe with a tenth of the weight or more, radians. Measured materials count as wide.
+    pub fn widest_half_angle(&self) -> f32 {
+        if self.measured.is_some() || self.diffuse > 0.0 { std::f32::consts::FRAC_PI_2 } else { self.alpha }
+    }
+
     /// All that the report measures.
     pub fn all() -> Vec<Material> {
         let ggx = [0.5, 0.2, 0.05, 0.01].map(Material::ggx);

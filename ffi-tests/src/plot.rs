@@ -88,6 +88,7 @@ const COLOURS: [RGBColor; 9] = [
 /// The library's methods are black and wide, each peer has a colour of its own.
 fn style(index: usize, name: &str) -> ShapeStyle {
     match name {
+        "wis by rule" => RGBColor(200, 0, 0).stroke_width(3),
         "wis" => BLACK.stroke_width(3),
         "wis + MIS" => RGBColor(130, 130, 130).stroke_width(3),
         "wis reuse" => RGBColor(90, 0, 90).stroke_width(3),

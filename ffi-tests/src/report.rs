@@ -72,7 +72,8 @@ pub fn digest(out: &mut impl Write, run: &Run, cells: &[Cell], notes: &str) -> R
 
 /// A line for each cell.
 fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
-    const METHODS: [&str; 6] = ["MIS balance", "MIS compensated", "P(4)", "wis", "wis reuse", "wis tree pool"];
+    const METHODS: [&str; 7] =
+        ["MIS balance", "MIS compensated", "P(4)", "wis by rule", "wis", "wis reuse", "wis tree pool"];
     let Some(first) = cells.first() else { return Ok(()) };
     let count = counts(first).into_iter().rev().nth(1).or(counts(first).last().copied()).unwrap_or(1);
     let methods: Vec<&str> = METHODS.into_iter().filter(|name| row(first, name, count).is_some()).collect();
@@ -156,7 +157,7 @@ fn views(cells: &[Cell]) -> Vec<String> {
 fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
     let Some(first) = cells.first() else { return Ok(()) };
     writeln!(out, "## {view}: gain of {}, geometric mean over {} cells\n", ours(first), cells.len())?;
-    let others = ["wis", "wis + MIS"].into_iter().filter(|name| *name != ours(first));
+    let others = ["wis", "wis + MIS", "wis reuse"].into_iter().filter(|name| *name != ours(first));
     let methods: Vec<String> = peers(first).into_iter().chain(others.map(String::from)).collect();
     writeln!(out, "| metric | N | {} | best peer |", methods.join(" | "))?;
     writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + 1))?;
@@ -360,9 +361,9 @@ fn counts(cell: &Cell) -> Vec<usize> {
     cell.rows.iter().filter(|row| row.method == "wis").map(|row| row.count).collect()
 }
 
-/// The mode whose gains are told: where a pixel has many hits, they share a product.
+/// The mode whose gains are told.
 fn ours(cell: &Cell) -> &'static str {
-    if cell.rows.iter().any(|row| row.method == "wis reuse") { "wis reuse" } else { "wis" }
+    if cell.rows.iter().any(|row| row.method == "wis by rule") { "wis by rule" } else { "wis" }
 }
 
 fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {

@@ -65,17 +65,20 @@ mirror direction (`wis_table_*`), and the product at a shading point without tur
 | 1 to 2 % of the coefficients are enough (Fig. 10) | a picture | 2 %: relative L2 error .02 to .16 at 64 x 64, .006 to .06 at 128 x 128 | yes |
 | 16 x 16 x 64 x 64 in 300 kB | in colour | 18 to 70 kB in luminance at that error, 53 to 210 kB in colour | yes |
 | 32 x 32 x 128 x 128 in 5 MB | in colour | .16 to .66 MB in luminance, .5 to 2 MB in colour | yes |
-| 4-D products as a pre-process render 2.1 times as fast (Fig. 11) | yes | 1.7 to 2.2 times, error .52 in place of .09 | the time does |
+| 4-D products as a pre-process render 2.1 times as fast (Fig. 11) | yes | 3.9 times, error .52 in place of .09 | the time does |
 | glossy and diffuse alike with 10 samples in the eucalyptus grove (Fig. 12) | yes | noise .05 to .19 without occlusion, the glossiest .3 | mostly |
-| turned maps take hours to build | yes | 64^4 in .6 s, 38 MB; 128^4 in 10 s, 395 MB | no |
-| turned maps and tables give the product (5.1) | the system | variance .25 to .7, the product on the map itself .07 to .4 | yes, but it is not the way to do it |
+| turned maps take hours to build | yes | 64^4 in 1 s, 38 MB; 128^4 in 16 s, 396 MB | no |
+| turned maps and tables give the product (5.1) | the system | variance .2 to .7, blended four by four .23 to .7, the product on the map itself .07 to .4 | yes, but it is not the way to do it |
 
 *Free sets of wavelets.* `wis_triple_select` keeps a number of wavelets, `wis_triple_terms` says how many an error needs,
 `wis_triple_multiply` multiplies any two sets without decompression, and `wis_tree_of_wavelets` makes a tree of one that can
 be sampled: values below a floor are raised to it, in average, sample and pdf alike.
+`wis_sparse_multiply` and `wis_tree_of_details` do the same for one to four axes.
 
-Open: turned trees and slices blended exactly, four by four (here four trees are mixed, with exact pdf); kernel weights and a
-kD-tree for Fig. 11 (here equal weights and a grid of keys); trees of free sets of more than two axes.
+*Blends.* `wis_tree_blend` adds up to sixteen trees with weights; a product of two such sums is the bilinear blend of all pairs,
+since the inner product of details is bilinear. `wis_tree_of_environment` turns a map when a direction is asked for.
+
+*Colour.* A `wis_table` samples by luminance and evaluates red, green and blue (`wis_table_eval`, `wis_table_estimate_rgb`).
 "#;
 
 /// What is written, and the light of all figures.

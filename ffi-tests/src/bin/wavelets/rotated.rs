@@ -97,7 +97,10 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
         let scene = Turning { light, environment, material: &material, point: &point };
         let variance = |(product, direction): &(Tree, Vec3)| {
             let to_tree = frame(*direction).transpose();
-            let pdf = |wi: Vec3| Ok(f64::from(product.pdf(place(to_tree * wi))?) / (4.0 * std::f64::consts::PI));
+            let pdf = |wi: Vec3| {
+                let [y, x] = place(to_tree * wi);
+                Ok(f64::from(product.pdf([x, y])?) / (4.0 * std::f64::consts::PI))
+            };
             relative_variance(&wi, &values, pdf)
         };
         let mut cells = Vec::new();
@@ -178,8 +181,9 @@ impl Turning<'_> {
     fn slice(&self, wo: Vec3, depth: u32) -> Result<Tree> {
         let bsdf = Bsdf::new(self.material, &ShadingPoint { wo, ..*self.point });
         let (frame, side) = (frame(reflected(self.point, wo)), 1usize << depth);
-        let pixels: Vec<f32> =
-            (0..side * side).map(|i| bsdf.eval_one((frame * middle(i, side)).normalize()).0).collect();
+        // Axis 1 of the library's square lies along x, that of `middle` along y.
+        let place = |i: usize| middle(i % side * side + i / side, side);
+        let pixels: Vec<f32> = (0..side * side).map(|i| bsdf.eval_one((frame * place(i)).normalize()).0).collect();
         let mean = pixels.iter().sum::<f32>() / pixels.len() as f32;
         let raised: Vec<f32> = pixels.iter().map(|value| value + FLOOR * mean).collect();
         Ok(Tree::new(depth, BUDGET, &raised)?)

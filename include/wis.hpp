@@ -1,4 +1,5 @@
-// wis for C++11: wis.h with classes that own the memory of an environment, a product, a tree and a list of lights.
+// wis for C++11: wis.h with classes that own the memory of environments, products, trees, maps of visibility, pools and
+// lists of lights. A prior is a plain struct that needs none.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
 // Every call passes the status of the C call through; wis.h documents them, and get() gives its handles for the calls
@@ -196,6 +197,30 @@ public:
         return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_, info,
                                          diagnostic));
     }
+    /// The weighted sum of 1 to WIS_MAX_BLEND trees, none of them this one.
+    status blend(const wis_tree *const *trees, const double *weights, std::uint32_t count,
+                 wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_blend_size(count, trees, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_blend(count, trees, weights, memory_.data(), memory_.bytes(), scratch.data(),
+                                   scratch.bytes(), &handle_, info, diagnostic));
+    }
+    /// The luminance of an environment in another frame.
+    status of_environment(const environment &light, const wis_turned_config &config, wis_tree_info *info = nullptr,
+                          wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_of_environment_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_of_environment(light.get(), &config, memory_.data(), memory_.bytes(), scratch.data(),
+                                            scratch.bytes(), &handle_, info, diagnostic));
+    }
     const wis_tree *get() const noexcept { return handle_; }
 
     status average(double &out) const { return pass(wis_tree_average(handle_, &out)); }
@@ -227,9 +252,41 @@ public:
     }
     const wis_visibility *get() const noexcept { return handle_; }
 
+    /// The integral of what is seen of a function.
+    status product_integral(const tree &function, double &out) const {
+        return pass(wis_visibility_product_integral(function.get(), handle_, &out));
+    }
+
 private:
     memory memory_;
     const wis_visibility *handle_ = nullptr;
+};
+
+/// Picks from candidates, in memory that grows as it must. One for each thread.
+class pool {
+public:
+    /// As wis_pool_pick, of packed directions and weights. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status pick(const float *wi, const float *weight, std::size_t candidates, std::uint32_t picks, float u,
+                wis_diagnostic *diagnostic = nullptr) {
+        count_ = 0;
+        wis_memory_size need;
+        const status measured = wis_pool_size(candidates, &need);
+        if (measured != WIS_OK) return pass(measured);
+        const std::size_t bytes = picks * sizeof(wis_pick);
+        if (scratch_.bytes() < need.bytes && !scratch_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        if (picks_.bytes() < bytes && !picks_.reserve(bytes, alignof(wis_pick))) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_pool_pick(candidates, wi, 0, weight, 0, picks, u, scratch_.data(), scratch_.bytes(),
+                                  static_cast<wis_pick *>(picks_.data()), &count_, &weight_sum_, diagnostic));
+    }
+    std::uint32_t size() const noexcept { return count_; }
+    const wis_pick *begin() const noexcept { return static_cast<const wis_pick *>(picks_.data()); }
+    const wis_pick *end() const noexcept { return begin() + count_; }
+    double weight_sum() const noexcept { return weight_sum_; }
+
+private:
+    memory scratch_, picks_;
+    std::uint32_t count_ = 0;
+    double weight_sum_ = 0.0;
 };
 
 /// A lat-long map as directional lights (structured importance sampling).

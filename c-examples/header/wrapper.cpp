@@ -2,6 +2,33 @@
 #include <wis.hpp>
 #include <wis.hpp>
 
+int use_trees(const wis::environment &environment, wis::tree &tree, wis::visibility &visibility, wis::pool &pool);
+int use_trees(const wis::environment &environment, wis::tree &tree, wis::visibility &visibility, wis::pool &pool) {
+    const wis_tree *const trees[] = {tree.get()};
+    const double weights[] = {1.0};
+    const float wi[] = {0.0f, 0.0f, 1.0f}, weight[] = {1.0f}, u[] = {0.5f, 0.5f};
+    float point[2], pdf = 0.0f;
+    double integral = 0.0;
+    wis::tree blend, product;
+    const wis::status answers[] = {
+        tree.init(wis::sized<wis_tree_config>()),
+        tree.of_wavelets(1.0, nullptr, 0, 0.0),
+        tree.of_environment(environment, wis::sized<wis_turned_config>()),
+        blend.blend(trees, weights, 1),
+        product.multiply(tree, blend),
+        product.average(integral),
+        product.sample(u, point, pdf),
+        product.pdf(point, pdf),
+        visibility.init(tree),
+        visibility.product_integral(product, integral),
+        pool.pick(wi, weight, 1, 1, 0.5f),
+    };
+    int failures = 0;
+    for (const wis::status answer : answers) failures += answer != WIS_OK;
+    for (const wis_pick &pick : pool) failures += pick.candidate != 0;
+    return failures;
+}
+
 int use_wrapper(wis::environment &environment, wis::product &product);
 int use_wrapper(wis::environment &environment, wis::product &product) {
     const float u[2] = {0.5f, 0.5f};

@@ -826,6 +826,15 @@ pub struct Turn {
     pub world_from_tree: [f32; 9],
 }
 
+/// Where a tree is built.
+struct Parts {
+    memory: (*mut c_void, usize),
+    scratch: (*mut c_void, usize),
+    tree: *mut *const raw::wis_tree,
+    info: *mut raw::wis_tree_info,
+    diagnostic: *mut raw::wis_diagnostic,
+}
+
 /// The tree of a function on the square, and its memory.
 #[derive(Clone)]
 pub struct Tree {
@@ -850,95 +859,44 @@ impl Tree {
             error_budget,
             pixels: pixels.as_ptr(),
         };
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: every pointer is to a live local.
-        check_with(unsafe { raw::wis_tree_size(&config, &mut size, &mut diagnostic) }, diagnostic)?;
-        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
-        let mut handle = null();
-        // SAFETY: the blocks are as long as they say, and `pixels` was checked to hold them all.
-        let status = unsafe {
-            raw::wis_tree_init(
-                &config,
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        memory.shorten(info.bytes as usize);
-        Ok(Tree { memory, info })
+        // SAFETY: the configuration is live; `pixels` was checked to hold all values; the blocks are as long as they say.
+        Tree::build(
+            &mut Block::new(0),
+            |size, diagnostic| unsafe { raw::wis_tree_size(&config, size, diagnostic) },
+            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
+                raw::wis_tree_init(&config, place, bytes, work, room, tree, info, diagnostic)
+            },
+        )
     }
 
     /// The product of this tree with one or two others, in `scratch`, which grows as it must.
     pub fn multiply(&self, f: &Tree, g: Option<&Tree>, scratch: &mut Block) -> Result<Tree> {
-        let g = g.map_or(null(), Tree::handle);
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: the handles are alive.
-        let status = unsafe { raw::wis_tree_multiply_size(self.handle(), f.handle(), g, &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        if scratch.bytes() < size.scratch_bytes {
-            *scratch = Block::new(size.scratch_bytes);
-        }
-        let mut memory = Block::new(size.bytes);
-        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
-        let mut handle = null();
-        // SAFETY: the blocks are as long as they say.
-        let status = unsafe {
-            raw::wis_tree_multiply(
-                self.handle(),
-                f.handle(),
-                g,
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Tree { memory, info })
+        let (e, f, g) = (self.handle(), f.handle(), g.map_or(null(), Tree::handle));
+        // SAFETY: the handles are alive and the blocks as long as they say.
+        Tree::build(
+            scratch,
+            |size, diagnostic| unsafe { raw::wis_tree_multiply_size(e, f, g, size, diagnostic) },
+            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
+                raw::wis_tree_multiply(e, f, g, place, bytes, work, room, tree, info, diagnostic)
+            },
+        )
     }
 
     /// The weighted sum of up to 16 trees, in `scratch`, which grows as it must.
     pub fn blend(terms: &[(&Tree, f64)], scratch: &mut Block) -> Result<Tree> {
         let (trees, weights): (Vec<_>, Vec<_>) = terms.iter().map(|(tree, weight)| (tree.handle(), *weight)).unzip();
-        let (count, trees) = (terms.len() as u32, trees.as_ptr());
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: as many live handles as are said.
-        check_with(unsafe { raw::wis_tree_blend_size(count, trees, &mut size, &mut diagnostic) }, diagnostic)?;
-        if scratch.bytes() < size.scratch_bytes {
-            *scratch = Block::new(size.scratch_bytes);
-        }
-        let mut memory = Block::new(size.bytes);
-        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
-        let mut handle = null();
-        // SAFETY: as above, with a weight for each; the blocks are as long as they say.
-        let status = unsafe {
-            raw::wis_tree_blend(
-                count,
-                trees,
-                weights.as_ptr(),
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Tree { memory, info })
+        let (count, trees, weights) = (terms.len() as u32, trees.as_ptr(), weights.as_ptr());
+        // SAFETY: as many live handles and weights as are said; the blocks are as long as they say.
+        Tree::build(
+            scratch,
+            |size, diagnostic| unsafe { raw::wis_tree_blend_size(count, trees, size, diagnostic) },
+            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
+                raw::wis_tree_blend(count, trees, weights, place, bytes, work, room, tree, info, diagnostic)
+            },
+        )
     }
 
-    /// A map in the frame whose axes are given in world space, column by column.
+    /// A map in another frame.
     pub fn of_environment(environment: &Environment, turn: &Turn) -> Result<Tree> {
         let config = raw::wis_turned_config {
             size: size_of::<raw::wis_turned_config>() as u32,
@@ -949,58 +907,53 @@ impl Tree {
             world_from_map: turn.world_from_map.as_ptr(),
             world_from_tree: turn.world_from_tree.as_ptr(),
         };
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_tree_of_environment_size(&config, &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
-        let mut handle = null();
-        // SAFETY: the blocks are as long as they say, and the matrices have nine numbers.
-        let status = unsafe {
-            raw::wis_tree_of_environment(
-                environment.handle(),
-                &config,
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        memory.shorten(info.bytes as usize);
-        Ok(Tree { memory, info })
+        let light = environment.handle();
+        // SAFETY: everything that is pointed to is alive, matrices have nine numbers, and the blocks are as long as they say.
+        Tree::build(
+            &mut Block::new(0),
+            |size, diagnostic| unsafe { raw::wis_tree_of_environment_size(&config, size, diagnostic) },
+            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
+                raw::wis_tree_of_environment(light, &config, place, bytes, work, room, tree, info, diagnostic)
+            },
+        )
     }
 
     /// The tree of a function given by its average and any wavelets, raised to `least`.
     pub fn of_wavelets(average: f64, wavelets: &[raw::wis_wavelets], least: f64) -> Result<Tree> {
         let (count, list) = (wavelets.len() as u32, wavelets.as_ptr());
+        // SAFETY: the list and the block are as long as they say.
+        Tree::build(
+            &mut Block::new(0),
+            |size, diagnostic| unsafe { raw::wis_tree_of_wavelets_size(count, list, size, diagnostic) },
+            |Parts { memory: (place, bytes), tree, info, diagnostic, .. }| unsafe {
+                raw::wis_tree_of_wavelets(average, count, list, least, place, bytes, tree, info, diagnostic)
+            },
+        )
+    }
+
+    /// Asks for the memory that a tree needs, and builds it there; `scratch` grows as it must.
+    fn build(
+        scratch: &mut Block,
+        measure: impl FnOnce(*mut raw::wis_memory_size, *mut raw::wis_diagnostic) -> raw::wis_status,
+        build: impl FnOnce(Parts) -> raw::wis_status,
+    ) -> Result<Tree> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: the list is as long as it says.
-        let status = unsafe { raw::wis_tree_of_wavelets_size(count, list, &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        let mut memory = Block::new(size.bytes);
+        let measured = measure(&mut size, &mut diagnostic);
+        check_with(measured, diagnostic)?;
+        if scratch.bytes() < size.scratch_bytes {
+            *scratch = Block::new(size.scratch_bytes);
+        }
+        let (mut memory, mut tree) = (Block::new(size.bytes), null());
         let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
-        let mut handle = null();
-        // SAFETY: the block is as long as it says.
-        let status = unsafe {
-            let (place, bytes) = (memory.start_mut(), memory.bytes());
-            raw::wis_tree_of_wavelets(
-                average,
-                count,
-                list,
-                least,
-                place,
-                bytes,
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
+        let status = build(Parts {
+            memory: (memory.start_mut(), memory.bytes()),
+            scratch: (scratch.start_mut(), scratch.bytes()),
+            tree: &mut tree,
+            info: &mut info,
+            diagnostic: &mut diagnostic,
+        });
         check_with(status, diagnostic)?;
+        memory.shorten(info.bytes as usize);
         Ok(Tree { memory, info })
     }
 

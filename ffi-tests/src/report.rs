@@ -158,6 +158,7 @@ fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
     let Some(first) = cells.first() else { return Ok(()) };
     writeln!(out, "## {view}: gain of {}, geometric mean over {} cells\n", ours(first), cells.len())?;
     let others = ["wis", "wis + MIS", "wis reuse"].into_iter().filter(|name| *name != ours(first));
+    let others = others.filter(|name| first.rows.iter().any(|row| row.method == *name));
     let methods: Vec<String> = peers(first).into_iter().chain(others.map(String::from)).collect();
     writeln!(out, "| metric | N | {} | best peer |", methods.join(" | "))?;
     writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + 1))?;

@@ -12,9 +12,9 @@
  * of candidates (wis_pool_*), a map as directional lights (wis_strata_*), low-discrepancy points (wis_points_*), and
  * wavelet trees of any function to sample from (wis_haar_*, wis_tree_*, wis_warp_*).
  *
- * Which sampler. With 16 samples or more at a point, or where the hits of a pixel share a product (reuse_cone), and a
- * lobe whose half-angle is at least 0.1 radians: prepare a product. Narrower lobes down to 0.02: a pool with candidates
- * of the product. Else, and for up to 4 samples at a point: a pool without a product. A half-angle is
+ * Which sampler. With 16 samples or more at a point and a lobe whose half-angle is at least 0.1 radians, or where the
+ * hits of a pixel share a product (reuse_cone) and it is at least 0.02: prepare a product. 16 samples or more of a lobe
+ * from 0.02 to 0.1: a pool with candidates of the product. Else: a pool without a product. A half-angle is
  * sqrt(alpha_x alpha_y) for GGX, acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several lobes that of
  * the widest with at least a tenth of the weight. Mirrors: sample the BRDF.
  *

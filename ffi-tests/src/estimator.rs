@@ -162,7 +162,10 @@ impl Method {
 /// The sampler that the library's header names ("Which sampler") for a material, samples of a point and hits of a pixel.
 fn by_rule(material: &Material, n: usize, hits: usize) -> Method {
     let half_angle = material.widest_half_angle();
-    if half_angle >= 0.02 && hits > 1 {
+    if material.measured.is_some() {
+        // A pool evaluates four candidates a pick: not where an evaluation is dear.
+        Method::Wis
+    } else if half_angle >= 0.02 && hits > 1 {
         Method::WisReuse
     } else if n <= 4 || half_angle < 0.02 {
         Method::WisPool(4)

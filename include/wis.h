@@ -496,18 +496,6 @@ typedef struct wis_tree_info {
   double error;
 } wis_tree_info;
 
-/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
-/// and squares before those inside them.
-typedef struct wis_wavelets {
-  /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
-  uint32_t position;
-  /// The square has the width 2^-level.
-  uint32_t level;
-  /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
-  /// those that were dropped.
-  float detail[3];
-} wis_wavelets;
-
 /// The wavelets of a square of n axes that a set keeps.
 typedef struct wis_details {
   /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
@@ -520,6 +508,18 @@ typedef struct wis_details {
   /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
   float detail[16];
 } wis_details;
+
+/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
+/// and squares before those inside them.
+typedef struct wis_wavelets {
+  /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
+  uint32_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
+  /// those that were dropped.
+  float detail[3];
+} wis_wavelets;
 
 /// How to turn a map.
 typedef struct wis_turned_config {
@@ -1113,17 +1113,24 @@ enum wis_status wis_tree_blend(uint32_t tree_count,
                                struct wis_tree_info *info,
                                struct wis_diagnostic *diagnostic);
 
-/// The fewest of a tree's largest wavelets (wis_triple_select) that leave a relative L2 error of at most `error`, 0 or more.
+/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
+/// `error`, 0 or more.
 /// Costs 33 visits of each square.
 enum wis_status wis_triple_terms(const struct wis_tree *tree,
                                  double error,
                                  uint32_t *terms);
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// is asked to keep by those who threshold. One visit of each square.
+/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square.
 enum wis_status wis_triple_at_least(const struct wis_tree *tree,
                                     double threshold,
                                     uint32_t *terms);
+
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients.
+enum wis_status wis_sparse_select(const struct wis_tree *tree,
+                                  uint32_t keep,
+                                  struct wis_details *kept,
+                                  uint32_t *kept_count);
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
 /// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is

@@ -10,6 +10,7 @@
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
+pub mod approximate;
 pub mod combine;
 pub mod descent;
 pub mod environment;

@@ -1,12 +1,12 @@
-//! Sparse sets of wavelets, not only rooted ones: their product without decompression, how many an error needs, and the
-//! tree of what a set means, which can be sampled.
+//! Sparse sets of wavelets, not only rooted ones: their product without decompression, and the tree of what a set means,
+//! which can be sampled.
 //!
 //! Free thresholding (Clarberg et al. 2005, Section 4.1; Ng et al. 2004) keeps single wavelets wherever they are. The sum of
 //! such a set may be negative. Products and integrals take it as it is; a tree raises it to a floor, and then it is the
 //! raised function that is sampled, whose pdf is told and whose averages are stored.
 
 use crate::morton::MAX_DEPTH;
-use crate::tree::{Link, Tree};
+use crate::tree::Link;
 use crate::triple::Wavelets;
 
 /// A function on the square: its average, and wavelets in order.
@@ -90,7 +90,7 @@ pub fn is_ordered(list: &[Details], axes: u32) -> bool {
 }
 
 /// Bits of a position below those of a level.
-fn shift(axes: u32, level: u32) -> u32 {
+pub(crate) fn shift(axes: u32, level: u32) -> u32 {
     axes * MAX_DEPTH.saturating_sub(level)
 }
 
@@ -129,7 +129,7 @@ impl Place {
 /// Sums over c of (-1)^popcount(f & c) value(c), for every f below 2^axes: averages from details, and, but for a factor
 /// 2^axes, details from averages.
 #[inline(never)]
-fn transform(values: &mut [f64; 16], axes: u32) {
+pub(crate) fn transform(values: &mut [f64; 16], axes: u32) {
     for axis in 0..axes.min(4) {
         for c in (0..1usize << axes.min(4)).filter(|c| c >> axis & 1 == 0) {
             let (low, high) = (values[c & 15], values[(c | 1 << axis) & 15]);
@@ -331,42 +331,4 @@ impl<'a, W: Element> Way<'a, W> {
         transform(&mut values, self.axes);
         values
     }
-}
-
-/// The fewest of a tree's largest wavelets that leave a relative L2 error of at most `error`.
-pub fn terms(tree: &Tree<4>, error: f64) -> u32 {
-    // Energies are ordered as the bits of their sizes: bisection finds the size down to which wavelets are needed.
-    let above = |threshold: u32| {
-        let (mut count, mut kept, mut all) = (0u32, 0.0f64, f64::from(tree.average()) * f64::from(tree.average()));
-        crate::triple::each_size(tree, |size| {
-            let energy = f64::from(size) * f64::from(size);
-            all += energy;
-            if size > 0.0 && size.to_bits() >= threshold {
-                (count, kept) = (count + 1, kept + energy);
-            }
-        });
-        let mean = f64::from(tree.average());
-        (count, max_f64(all - mean * mean - kept, 0.0), all)
-    };
-    let (_, _, all) = above(0);
-    let allowed = error * error * all;
-    let (mut low, mut high) = (0u32, f32::INFINITY.to_bits());
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        (low, high) = if above(middle).1 <= allowed { (middle, high) } else { (low, middle) };
-    }
-    let (count, lost, _) = above(low);
-    // Of those that are just as large as the last one some may still go.
-    let each = f64::from(f32::from_bits(low)) * f64::from(f32::from_bits(low));
-    let ties = count - above(high).0;
-    let spare = if each > 0.0 { (max_f64(allowed - lost, 0.0) / each) as u32 } else { 0 };
-    count - spare.min(ties)
-}
-
-/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, in the units of the input, of
-/// which stored values are `1 / scale`.
-pub fn at_least(tree: &Tree<4>, threshold: f64, scale: f64) -> u32 {
-    let mut count = 0;
-    crate::triple::each_size(tree, |size| count += u32::from(size > 0.0 && f64::from(size) * scale >= threshold));
-    count
 }

@@ -6,10 +6,11 @@ mod support;
 use std::ptr::{null, null_mut};
 use stored::{Random, Stored};
 use support::Memory;
+use wis::approximate::{self, at_least, terms};
 use wis::ffi::MemorySize;
 use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
-use wis::sparse::{Details, Set, Sparse, at_least, is_ordered, multiply, squares, terms, to_tree};
+use wis::sparse::{Details, Set, Sparse, is_ordered, multiply, squares, to_tree};
 use wis::status::Status;
 use wis::tree::{Link, Tree};
 use wis::triple::{self, Wavelets};
@@ -220,6 +221,76 @@ fn at_depth(tree: &Tree<4>) -> Vec<f64> {
     (0..SIDE * SIDE).map(pixel).collect()
 }
 
+/// Of one to four axes, through C: all wavelets are the function, few are its largest, in order, and as many as an error
+/// asks for leave that error, measured in pixels.
+#[test]
+fn the_largest_of_any_axes() {
+    fn check<const N: usize, const C: usize>(random: &mut Random) {
+        let (axes, depth) = (N as u32, [0, 6, 4, 3, 2][N]);
+        let image: Vec<f32> = (0..1usize << (axes * depth)).map(|_| (4.0 * random.unit()).exp() * 1e6).collect();
+        let size = size_of::<TreeConfig>() as u32;
+        let config = TreeConfig { size, dimensions: axes, depth, error_budget: 0.0, pixels: image.as_ptr() };
+        let (mut need, mut handle) = (MemorySize::default(), null());
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        // SAFETY: the configuration describes the pixels, and the blocks are as long as was asked for.
+        let _memory = unsafe {
+            assert_eq!(wis_tree_size(&config, &mut need, null_mut()), Status::Ok);
+            let (mut memory, mut scratch) = (Memory::new(need.bytes), Memory::new(need.scratch_bytes));
+            let (place, work, room) = (memory.pointer(), scratch.pointer(), need.scratch_bytes);
+            let status = wis_tree_init(&config, place, need.bytes, work, room, &mut handle, &mut info, null_mut());
+            assert_eq!(status, Status::Ok);
+            memory
+        };
+        let select = |keep: usize| {
+            let (mut list, mut count) = (vec![Details::default(); keep], 0);
+            // SAFETY: there is room for `keep` elements.
+            let status = unsafe { wis_sparse_select(handle, keep as u32, list.as_mut_ptr(), &mut count) };
+            assert_eq!(status, Status::Ok);
+            list.truncate(count as usize);
+            assert!(is_ordered(&list, axes));
+            list
+        };
+        let mut morton = vec![0.0f32; image.len()];
+        wis::morton::copy_from_c_order::<N>(depth, &image, &mut morton).unwrap();
+        let off = |list: &[Details]| {
+            let pixels = pixels_of(axes, depth, Set { average: info.average, wavelets: list });
+            let squares: f64 = pixels.iter().zip(&morton).map(|(a, b)| (a - f64::from(*b)).powi(2)).sum();
+            (squares / morton.iter().map(|b| f64::from(*b).powi(2)).sum::<f64>()).sqrt()
+        };
+        let all = select(image.len());
+        assert!(off(&all) < 1e-5, "{N}: {}", off(&all));
+        let orthonormal = |list: &[Details]| -> Vec<f64> {
+            let of = |w: &Details| w.detail.map(|d| f64::from(d.abs()) * 0.5f64.powf(f64::from(axes * w.level) / 2.0));
+            let mut sizes: Vec<f64> = list.iter().flat_map(of).filter(|size| *size > 0.0).collect();
+            sizes.sort_by(|a, b| b.total_cmp(a));
+            sizes
+        };
+        let sizes = orthonormal(&all);
+        for keep in [0, 1, 7, sizes.len() / 2, sizes.len()] {
+            let kept = orthonormal(&select(keep));
+            assert_eq!(kept.len(), keep);
+            assert!(kept.iter().zip(&sizes).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{N}: {keep}");
+        }
+        for error in [0.0, 0.02, 0.1, 0.3] {
+            let mut terms = 0;
+            // SAFETY: the handle is alive.
+            assert_eq!(unsafe { wis_triple_terms(handle, error, &mut terms) }, Status::Ok);
+            assert!(off(&select(terms as usize)) <= error + 1e-5, "{N}: {error} with {terms}");
+            assert!(terms == 0 || off(&select(terms as usize - 1)) > error - 1e-5, "{N}: {error}");
+            let mut above = 0;
+            let smallest = sizes[(sizes.len() / 3).max(1) - 1];
+            // SAFETY: as above.
+            assert_eq!(unsafe { wis_triple_at_least(handle, 0.99999 * smallest, &mut above) }, Status::Ok);
+            assert_eq!(above as usize, (sizes.len() / 3).max(1), "{N}");
+        }
+    }
+    let mut random = Random(31);
+    check::<1, 2>(&mut random);
+    check::<2, 4>(&mut random);
+    check::<3, 8>(&mut random);
+    check::<4, 16>(&mut random);
+}
+
 /// So many wavelets leave no more than the error, and one less leaves more.
 #[test]
 fn terms_are_the_fewest() {
@@ -238,7 +309,7 @@ fn terms_are_the_fewest() {
         let stored = Stored::<4>::complete::<2>(DEPTH, &image);
         let tree = stored.tree();
         let mut all = vec![Wavelets::default(); SIDE * SIDE];
-        let used = triple::select(&tree, (SIDE * SIDE) as u32, 1.0, &mut all);
+        let used = approximate::select(&tree, (SIDE * SIDE) as u32, 1.0, &mut all);
         let energy = |list: &[Wavelets]| -> f64 {
             let own = |w: &Wavelets| {
                 w.detail.map(|d| f64::from(d).powi(2)).iter().sum::<f64>() * 0.25f64.powi(w.level as i32)
@@ -257,7 +328,7 @@ fn terms_are_the_fewest() {
             let count = terms(&tree, error);
             let lost = |keep: u32| {
                 let mut list = vec![Wavelets::default(); keep as usize];
-                let used = triple::select(&tree, keep, 1.0, &mut list);
+                let used = approximate::select(&tree, keep, 1.0, &mut list);
                 ((energy(&all) - energy(&list[..used])).max(0.0) / whole).sqrt()
             };
             assert!(lost(count) <= error + 1e-4, "{error}: {} with {count}", lost(count));

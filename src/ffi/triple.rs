@@ -2,6 +2,7 @@
 
 use super::tree::{Tree, square_tree};
 use super::{Checked, Failure, answer, borrow, out, slice, slice_mut};
+use crate::approximate;
 use crate::combine::WIS_MAX_BLEND;
 use crate::status::Status;
 use crate::triple::{self, Quadtree, Wavelets};
@@ -89,7 +90,7 @@ pub unsafe extern "C" fn wis_triple_select(
             let (tree, scale) = square_tree(tree, 1)?;
             let wavelets = slice_mut(wavelets, keep as usize, 3)?;
             let target = out(wavelet_count, 4)?;
-            target.write(triple::select(&tree, keep, scale, wavelets) as u32);
+            target.write(approximate::select(&tree, keep, scale, wavelets) as u32);
         }
         Ok(())
     })
@@ -113,7 +114,7 @@ pub unsafe extern "C" fn wis_triple_select_squares(
             let (tree, scale) = square_tree(tree, 1)?;
             let wavelets = slice_mut(wavelets, keep as usize, 3)?;
             let target = out(wavelet_count, 4)?;
-            target.write(triple::select_squares(&tree, keep, scale, wavelets) as u32);
+            target.write(approximate::select_squares(&tree, keep, scale, wavelets) as u32);
         }
         Ok(())
     })

@@ -137,6 +137,7 @@ pub const TABLE: &[Entry] = table! {
     wis_triple_multiply(
         e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average
     );
+    wis_sparse_select(tree, keep, kept, kept_count);
     wis_sparse_multiply(
         n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average
     );

@@ -4,7 +4,8 @@ use super::super::triple::list;
 use super::super::{
     Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
 };
-use super::{Header, MAGIC, Stored, Tree, TreeInfo, check_results, publish, square_tree};
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
+use crate::approximate;
 use crate::numeric::{exp2i, exponent};
 use crate::sparse::{self, Details, Element, Set, Sparse};
 use crate::status::Status;
@@ -13,7 +14,8 @@ use crate::triple::Wavelets;
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-/// The fewest of a tree's largest wavelets (wis_triple_select) that leave a relative L2 error of at most `error`, 0 or more.
+/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
+/// `error`, 0 or more.
 /// Costs 33 visits of each square.
 ///
 /// # Safety
@@ -26,15 +28,16 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: 
         }
         // SAFETY: the caller's contract.
         unsafe {
-            let (tree, _) = square_tree(tree, 1)?;
-            out(terms, 3)?.write(sparse::terms(&tree, error));
+            let object = Object::view(tree, 1)?;
+            let target = out(terms, 3)?;
+            target.write(with_axes!(object.header.dimensions, 1, terms_for(&object, error))?);
         }
         Ok(())
     })
 }
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// is asked to keep by those who threshold. One visit of each square.
+/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -46,11 +49,56 @@ pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, 
         }
         // SAFETY: the caller's contract.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
-            out(terms, 3)?.write(sparse::at_least(&tree, threshold, scale));
+            let object = Object::view(tree, 1)?;
+            let target = out(terms, 3)?;
+            target.write(with_axes!(object.header.dimensions, 1, terms_above(&object, threshold))?);
         }
         Ok(())
     })
+}
+
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sparse_select(
+    tree: *const Tree,
+    keep: u32,
+    kept: *mut Details,
+    kept_count: *mut u32,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let object = Object::view(tree, 1)?;
+            let (list, target) = (slice_mut(kept, keep as usize, 3)?, out(kept_count, 4)?);
+            target.write(with_axes!(object.header.dimensions, 1, largest(&object, keep, list))?);
+        }
+        Ok(())
+    })
+}
+
+/// # Safety
+/// The object is a tree of this version, of `N` axes; so for the two below.
+unsafe fn largest<const N: usize, const C: usize>(object: &Object, keep: u32, out: &mut [Details]) -> Checked<u32> {
+    // SAFETY: the caller's contract.
+    let tree = unsafe { object.tree::<C>() };
+    Ok(approximate::select(&tree, keep, exp2i(object.header.exponent), out) as u32)
+}
+
+/// # Safety
+/// As [`largest`].
+unsafe fn terms_for<const N: usize, const C: usize>(object: &Object, error: f64) -> Checked<u32> {
+    // SAFETY: the caller's contract.
+    Ok(approximate::terms(&unsafe { object.tree::<C>() }, error))
+}
+
+/// # Safety
+/// As [`largest`].
+unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold: f64) -> Checked<u32> {
+    // SAFETY: the caller's contract.
+    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, exp2i(object.header.exponent)))
 }
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values

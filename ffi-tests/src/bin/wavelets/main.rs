@@ -73,7 +73,7 @@ mirror direction (`wis_table_*`), and the product at a shading point without tur
 *Free sets of wavelets.* `wis_triple_select` keeps a number of wavelets, `wis_triple_terms` says how many an error needs,
 `wis_triple_multiply` multiplies any two sets without decompression, and `wis_tree_of_wavelets` makes a tree of one that can
 be sampled: values below a floor are raised to it, in average, sample and pdf alike.
-`wis_sparse_multiply` and `wis_tree_of_details` do the same for one to four axes.
+`wis_sparse_select`, `wis_sparse_multiply` and `wis_tree_of_details` do the same for one to four axes.
 
 *Blends.* `wis_tree_blend` adds up to sixteen trees with weights; a product of two such sums is the bilinear blend of all pairs,
 since the inner product of details is bilinear. `wis_tree_of_environment` turns a map when a direction is asked for.

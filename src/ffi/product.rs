@@ -277,6 +277,11 @@ pub unsafe extern "C" fn wis_product_describe(
 /// An approximation of the integral over directions of luminance x luminance of BRDF x cosine, without visibility, in
 /// the units of the map. An approximation: a ratio or control variate that uses it inherits its error.
 ///
+/// Estimates from N samples, f L the luminance or colour of radiance x BRDF x cosine and V the visibility of each: the mean of
+/// f L V / pdf is unbiased (Clarberg et al. 2005, Eq. 8). This integral times the share of samples with V = 1 (Eq. 11), or
+/// times sum(f L V / pdf) / sum(f L / pdf), is free of noise where nothing is blocked, and biased by the integral's error:
+/// better for a few samples, worse from 64 on.
+///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]

@@ -78,7 +78,12 @@ be sampled: values below a floor are raised to it, in average, sample and pdf al
 *Blends.* `wis_tree_blend` adds up to sixteen trees with weights; a product of two such sums is the bilinear blend of all pairs,
 since the inner product of details is bilinear. `wis_tree_of_environment` turns a map when a direction is asked for.
 
-*Colour.* A `wis_table` samples by luminance and evaluates red, green and blue (`wis_table_eval`, `wis_table_estimate_rgb`).
+*Estimators* ([report.md](report.md), absolute error, geometric mean of 48 cells; 1, 4, 16, 64 samples): unbiased (Eq. 8) .39, .19,
+.088, .042; pre-integrated (Eq. 11) .25, .14, .088, .069; the ratio of shadowed and unshadowed times the integral .25, .13,
+.086, .070. The biased ones stop at the error of the integral, and win for up to 4 samples.
+
+*Colour.* Directions are sampled by luminance; a client divides its own colour by the pdf, so that each sample has the hue of
+its light and BRDF, and `wis_product_estimate_rgb` integrates in colour. A `wis_table` samples by luminance and evaluates red, green and blue (`wis_table_eval`, `wis_table_estimate_rgb`).
 "#;
 
 /// What is written, and the light of all figures.

@@ -53,8 +53,8 @@ something to sample (`wis_tree_multiply`). `make relight` relights the vertices 
 What does not hold: 10 to 30 times faster than a sum over pixels at 1 % of error. A term costs about 30 ns, a pixel 0.3 ns
 in eight lanes, and 1 % of error takes 3 to 10 % of the terms of these inputs; wavelets are ahead below .5 % of the terms,
 where the error is 6 % (Lambert on six faces) and more. Against pixels that are stored as wavelets and must be decompressed
-first (30 to 38 us) they win 25 to 40 times at .1 % of the terms, 8 times at .5 %, 4 to 5 times at 1 %, and about tie at 1 %
-of error. What they save is memory: 1 to 2 kB a vertex in place of 64 to 98.
+first (30 to 40 us) they win 26 to 54 times at .1 % of the terms, 8 to 12 times at .5 %, 4 to 7 times at 1 %, and lose a
+little at 1 % of error. What they save is memory: 1 to 2 kB a vertex in place of 64 to 98.
 
 What helps more than dropping terms: where many vertices share a BRDF, as all of one normal or one reflected direction do,
 light x BRDF is multiplied once for a frame, and each vertex adds up what it sees of the product, exactly, in 2 to 4 us (six faces).
@@ -62,7 +62,7 @@ light x BRDF is multiplied once for a frame, and each vertex adds up what it see
 The octahedral square needs more of its wavelets than six faces do: its axes lie askew to the horizon, so that visibility
 has more squares for its pixels, and its 64 x 64 or 128 x 128 pixels are fewer than 24576.
 
-Time grows as the .91th power of the terms over three decades (Fig. 3 has slope 1), error falls as the 1.4th.
+Time grows as the .8th to .94th power of the terms over three decades (Fig. 3 has slope 1), error falls as the .9th to 1.2th.
 
 Operations of the linear algorithm: 12.3 a pixel (a test counts 21 multiplications and 14 additions a square, and area and
 sum); the paper says 13, its form takes 16.3 when factored. Averages are stored, which makes the parent sums free.

@@ -156,7 +156,7 @@ fn layout_of_sum<const N: usize, const C: usize>(squares: usize) -> Checked<Layo
     layout::<C, WIS_MAX_BLEND>(squares)
 }
 
-/// The caller's memory.
+/// The caller's memory: arguments 4 to 7 of both calls.
 struct Blocks {
     scratch: Block,
     scratch_bytes: usize,
@@ -168,7 +168,7 @@ struct Blocks {
 /// The blocks are the caller's to write.
 unsafe fn multiply<const N: usize, const C: usize>(factors: &Factors, blocks: &Blocks) -> Checked<Header> {
     // SAFETY: the caller's contract.
-    match unsafe { run::<C, MAX_FACTORS>(factors.trees(), &Times, factors.exponent, blocks, 4)? } {
+    match unsafe { run::<C, MAX_FACTORS>(factors.trees(), &Times, factors.exponent, blocks)? } {
         Some(header) => Ok(header),
         None => Err(Failure::too_small(6, layout_of_product::<N, C>(count::<N, C>(factors)?)?.bytes)),
     }
@@ -184,7 +184,6 @@ unsafe fn run<const C: usize, const K: usize>(
     rule: &impl Rule<K>,
     exponent: i32,
     blocks: &Blocks,
-    memory_argument: u32,
 ) -> Checked<Option<Header>> {
     let room = blocks.scratch_bytes / (size_of::<[f64; C]>() + size_of::<Place<K>>() + size_of::<Link>());
     let Layout { places, links, .. } = layout::<C, K>(room)?;
@@ -198,15 +197,14 @@ unsafe fn run<const C: usize, const K: usize>(
         let Some(result) = kernel::combine::<C, K>(trees, rule, &mut parts) else { return Ok(None) };
         let (squares, dimensions) = (result.squares as usize, C.trailing_zeros());
         let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
-        let block = Block::new(blocks.memory, blocks.bytes, stored.bytes, memory_argument)?;
+        let block = Block::new(blocks.memory, blocks.bytes, stored.bytes, 4)?;
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
         let links = block.slice::<Link>(stored.links, 0, squares);
         let (power, average) = kernel::store(parts.values.get(..squares).unwrap_or(&[]), result.mean, kept);
         for (link, from) in links.iter_mut().zip(parts.links.iter()) {
             *link = *from;
         }
-        let depth =
-            trees.iter().map(Factor::depth).fold(0, |deepest, depth| if depth > deepest { depth } else { deepest });
+        let depth = trees.iter().map(Factor::depth).max().unwrap_or(0);
         let mut header = Header {
             magic: MAGIC,
             bytes: stored.bytes as u64,
@@ -360,7 +358,7 @@ unsafe fn add<const N: usize, const C: usize>(terms: &Terms, weights: &[f64], bl
     let (scaled, largest) = stored_weights(terms, weights);
     let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
     // SAFETY: the caller's contract.
-    match unsafe { run::<C, WIS_MAX_BLEND>(trees, &Weighted(scaled), largest, blocks, 4)? } {
+    match unsafe { run::<C, WIS_MAX_BLEND>(trees, &Weighted(scaled), largest, blocks)? } {
         Some(header) => Ok(header),
         None => Err(Failure::too_small(6, layout_of_sum::<N, C>(count_sum::<N, C>(terms, &scaled)?)?.bytes)),
     }

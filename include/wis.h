@@ -496,6 +496,26 @@ typedef struct wis_tree_info {
   double error;
 } wis_tree_info;
 
+/// How to rotate a map.
+typedef struct wis_rotated_config {
+  /// sizeof(wis_rotated_config).
+  uint32_t size;
+  /// The tree has 2^depth pixels along each axis; 0 to 12. The paper has 6 and 7.
+  uint32_t depth;
+  /// Each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large as what it
+  /// stands for; 2 is a good start.
+  uint32_t places;
+  /// As wis_tree_config.
+  float error_budget;
+  /// The share of the map's mean that is added to each pixel, 0 or more: what keeps the pdf above 0 wherever there is light.
+  float least;
+  /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
+  const float *world_from_map;
+  /// The same from the frame of the tree: the direction about which the map is rotated is its third column. Null is the
+  /// identity.
+  const float *world_from_tree;
+} wis_rotated_config;
+
 /// The wavelets of a square of n axes that a set keeps.
 typedef struct wis_details {
   /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
@@ -520,26 +540,6 @@ typedef struct wis_wavelets {
   /// those that were dropped.
   float detail[3];
 } wis_wavelets;
-
-/// How to turn a map.
-typedef struct wis_turned_config {
-  /// sizeof(wis_turned_config).
-  uint32_t size;
-  /// The tree has 2^depth pixels along each axis; 0 to 12. The paper has 6 and 7.
-  uint32_t depth;
-  /// Each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large as what it
-  /// stands for; 2 is a good start.
-  uint32_t places;
-  /// As wis_tree_config.
-  float error_budget;
-  /// The share of the map's mean that is added to each pixel, 0 or more: what keeps the pdf above 0 wherever there is light.
-  float least;
-  /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
-  const float *world_from_map;
-  /// The same from the frame of the tree: the direction about which the map is turned is its third column. Null is the
-  /// identity.
-  const float *world_from_tree;
-} wis_turned_config;
 
 /// A non-standard Haar function of n variables: the product of functions of one level.
 typedef struct wis_basis_function {
@@ -1118,6 +1118,25 @@ enum wis_status wis_tree_blend(uint32_t tree_count,
                                struct wis_tree_info *info,
                                struct wis_diagnostic *diagnostic);
 
+/// The memory that wis_tree_of_environment needs at most. Does not read the transforms.
+enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *config,
+                                             struct wis_memory_size *size,
+                                             struct wis_diagnostic *diagnostic);
+
+/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
+/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
+/// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
+/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
+enum wis_status wis_tree_of_environment(const struct wis_environment *environment,
+                                        const struct wis_rotated_config *config,
+                                        void *memory,
+                                        size_t bytes,
+                                        void *scratch,
+                                        size_t scratch_bytes,
+                                        const struct wis_tree **tree,
+                                        struct wis_tree_info *info,
+                                        struct wis_diagnostic *diagnostic);
+
 /// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
 /// `error`, 0 or more.
 /// Costs 33 visits of each square.
@@ -1206,25 +1225,6 @@ enum wis_status wis_tree_of_details(uint32_t dimensions,
                                     const struct wis_tree **tree,
                                     struct wis_tree_info *info,
                                     struct wis_diagnostic *diagnostic);
-
-/// The memory that wis_tree_of_environment needs at most. Does not read the transforms.
-enum wis_status wis_tree_of_environment_size(const struct wis_turned_config *config,
-                                             struct wis_memory_size *size,
-                                             struct wis_diagnostic *diagnostic);
-
-/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is turned about a
-/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
-/// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
-/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
-enum wis_status wis_tree_of_environment(const struct wis_environment *environment,
-                                        const struct wis_turned_config *config,
-                                        void *memory,
-                                        size_t bytes,
-                                        void *scratch,
-                                        size_t scratch_bytes,
-                                        const struct wis_tree **tree,
-                                        struct wis_tree_info *info,
-                                        struct wis_diagnostic *diagnostic);
 
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant

@@ -210,7 +210,7 @@ public:
                                    scratch.bytes(), &handle_, info, diagnostic));
     }
     /// The luminance of an environment in another frame.
-    status of_environment(const environment &light, const wis_turned_config &config, wis_tree_info *info = nullptr,
+    status of_environment(const environment &light, const wis_rotated_config &config, wis_tree_info *info = nullptr,
                           wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;

@@ -29,6 +29,7 @@ pub mod product;
 pub mod prune;
 pub mod query;
 pub mod reuse;
+pub mod rotated;
 pub mod sampler;
 #[allow(unsafe_code)]
 pub mod simd;
@@ -41,7 +42,6 @@ pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod tripling;
-pub mod turned;
 pub mod visibility;
 pub mod warp;
 pub mod wide;

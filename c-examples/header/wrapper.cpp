@@ -13,7 +13,7 @@ int use_trees(const wis::environment &environment, wis::tree &tree, wis::visibil
     const wis::status answers[] = {
         tree.init(wis::sized<wis_tree_config>()),
         tree.of_wavelets(1.0, nullptr, 0, 0.0),
-        tree.of_environment(environment, wis::sized<wis_turned_config>()),
+        tree.of_environment(environment, wis::sized<wis_rotated_config>()),
         blend.blend(trees, weights, 1),
         product.multiply(tree, blend),
         product.average(integral),

@@ -816,7 +816,7 @@ impl Density for Product<'_> {
     }
 }
 
-/// How a map is turned: see `wis_turned_config`. Matrices row by row.
+/// How a map is turned: see `wis_rotated_config`. Matrices row by row.
 pub struct Turn {
     pub depth: u32,
     pub places: u32,
@@ -898,8 +898,8 @@ impl Tree {
 
     /// A map in another frame.
     pub fn of_environment(environment: &Environment, turn: &Turn) -> Result<Tree> {
-        let config = raw::wis_turned_config {
-            size: size_of::<raw::wis_turned_config>() as u32,
+        let config = raw::wis_rotated_config {
+            size: size_of::<raw::wis_rotated_config>() as u32,
             depth: turn.depth,
             places: turn.places,
             error_budget: turn.error_budget,

@@ -100,7 +100,7 @@ impl Mesh {
         self.vertices.iter().fold(start, |(low, high), &v| (low.min(v), high.max(v)))
     }
 
-    /// Turned about the z axis by an angle in radians.
+    /// Rotated about the z axis by an angle in radians.
     pub fn turned(&self, angle: f32) -> Mesh {
         let turn = Mat3::from_rotation_z(angle);
         Mesh { vertices: self.vertices.iter().map(|&v| turn * v).collect(), triangles: self.triangles.clone() }

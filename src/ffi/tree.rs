@@ -12,8 +12,8 @@ use core::ffi::c_void;
 use core::ptr::null_mut;
 
 pub mod combine;
+pub mod rotated;
 pub mod sparse;
-pub mod turned;
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.

@@ -9,7 +9,7 @@ use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRA
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
 use wis::ffi::strata::StrataConfig;
 use wis::ffi::table::Table;
-use wis::ffi::tree::turned::TurnedConfig;
+use wis::ffi::tree::rotated::RotatedConfig;
 use wis::ffi::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::pool::Pick;
@@ -66,7 +66,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_product_config" => align_of::<ProductConfig>(),
         "wis_product_info" => align_of::<ProductInfo>(),
         "wis_callback_brdf" => align_of::<CallbackBrdf>(),
-        "wis_turned_config" => align_of::<TurnedConfig>(),
+        "wis_rotated_config" => align_of::<RotatedConfig>(),
         "wis_tree_config" => align_of::<TreeConfig>(),
         "wis_tree_info" => align_of::<TreeInfo>(),
         handle if handle.ends_with('*') => align_of::<*const u8>(),

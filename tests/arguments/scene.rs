@@ -12,8 +12,8 @@ use wis::ffi::product::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::combine::*;
+use wis::ffi::tree::rotated::*;
 use wis::ffi::tree::sparse::*;
-use wis::ffi::tree::turned::*;
 use wis::ffi::tree::*;
 use wis::ffi::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
@@ -280,7 +280,7 @@ impl Scene {
             "const wis_environment_config *map" => self.environment_config(),
             "const wis_strata_config *config" => strata_config(),
             "const wis_product_config *config" => product_config(),
-            "const wis_turned_config *config" => turned_config(),
+            "const wis_rotated_config *config" => rotated_config(),
             "const wis_tree_config *config" => self.tree_config(),
             "const wis_query *query" if name == "wis_products_prepare" => query().repeat(COUNT),
             "const wis_query *query" => query(),
@@ -387,7 +387,7 @@ impl Scene {
             "wis_tree_multiply" => self.multiply_size,
             "wis_tree_blend" => self.blend_size,
             "wis_tree_of_environment" => {
-                let (config, mut size) = (Block::new(&turned_config(), 0), MemorySize::default());
+                let (config, mut size) = (Block::new(&rotated_config(), 0), MemorySize::default());
                 // SAFETY: both pointers are valid.
                 let status = unsafe { wis_tree_of_environment_size(config.pointer().cast(), &mut size, null_mut()) };
                 expect_ok(status);
@@ -440,9 +440,9 @@ fn details() -> Vec<u8> {
     ])
 }
 
-fn turned_config() -> Vec<u8> {
-    plain(|config: &mut TurnedConfig| {
-        config.size = size_of::<TurnedConfig>() as u32;
+fn rotated_config() -> Vec<u8> {
+    plain(|config: &mut RotatedConfig| {
+        config.size = size_of::<RotatedConfig>() as u32;
         (config.depth, config.places, config.least) = (2, 2, 0.25);
         (config.world_from_map, config.world_from_tree) = (null(), ROTATION.as_ptr());
     })

@@ -10,7 +10,7 @@ use std::ptr::null;
 use wis::ffi::environment::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
-use wis::ffi::tree::turned::TurnedConfig;
+use wis::ffi::tree::rotated::RotatedConfig;
 use wis::query::*;
 use wis::status::Status;
 
@@ -117,9 +117,9 @@ fn tree_configurations() {
 }
 
 #[test]
-fn turned_configurations() {
+fn rotated_configurations() {
     static SCALED: [f32; 9] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-    let faults: &[Fault<TurnedConfig>] = &[
+    let faults: &[Fault<RotatedConfig>] = &[
         ("depth 13", |c| c.depth = 13, INVALID),
         ("depth max", |c| c.depth = u32::MAX, INVALID),
         ("no places", |c| c.places = 0, INVALID),
@@ -131,9 +131,9 @@ fn turned_configurations() {
         ("least infinite", |c| c.least = f32::INFINITY, INVALID),
         ("least NaN", |c| c.least = f32::NAN, INVALID),
     ];
-    check_faults("const wis_turned_config *config", faults);
+    check_faults("const wis_rotated_config *config", faults);
     let (scene, build) = (Scene::new(), function("wis_tree_of_environment"));
-    let edits: [fn(&mut TurnedConfig); 2] =
+    let edits: [fn(&mut RotatedConfig); 2] =
         [|c| c.world_from_map = SCALED.as_ptr(), |c| c.world_from_tree = SCALED.as_ptr()];
     for edit in edits {
         let mut call = Call::valid(&scene, &build);

@@ -26,7 +26,7 @@ const SOURCES: [&str; 15] = [
     "src/grid.rs",
     "src/sparse.rs",
     "src/combine.rs",
-    "src/turned.rs",
+    "src/rotated.rs",
     "src/visibility.rs",
     "src/status.rs",
 ];

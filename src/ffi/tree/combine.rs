@@ -26,10 +26,8 @@ pub unsafe extern "C" fn wis_tree_multiply_size(
             let factors = Factors::read(e, f, g)?;
             let size = out(size, 4)?;
             let squares = with_axes!(factors.dimensions, 2, count(&factors))?;
-            let overflow = Failure::new(Status::Overflow, 2);
-            let stored = Stored::new(factors.dimensions, squares).ok_or(overflow)?;
-            let scratch_bytes = with_axes!(factors.dimensions, 2, layout_of_product(squares))?.bytes;
-            size.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes });
+            let scratch = with_axes!(factors.dimensions, 2, layout_of_product(squares))?;
+            size.write(needed(factors.dimensions, squares, &scratch)?);
         }
         Ok(())
     })
@@ -156,6 +154,12 @@ fn layout_of_sum<const N: usize, const C: usize>(squares: usize) -> Checked<Layo
     layout::<C, WIS_MAX_BLEND>(squares)
 }
 
+/// What a result of so many squares needs.
+fn needed(dimensions: u32, squares: usize, scratch: &Layout) -> Checked<MemorySize> {
+    let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
+    Ok(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: scratch.bytes })
+}
+
 /// The caller's memory: arguments 4 to 7 of both calls.
 struct Blocks {
     scratch: Block,
@@ -240,11 +244,9 @@ pub unsafe extern "C" fn wis_tree_blend_size(
         unsafe {
             let terms = Terms::read(tree_count, trees)?;
             let size = out(size, 3)?;
-            let overflow = Failure::new(Status::Overflow, 2);
             let squares = with_axes!(terms.dimensions, 2, count_sum(&terms, &[1.0; WIS_MAX_BLEND]))?;
-            let stored = Stored::new(terms.dimensions, squares).ok_or(overflow)?;
-            let scratch_bytes = with_axes!(terms.dimensions, 2, layout_of_sum(squares))?.bytes;
-            size.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes });
+            let scratch = with_axes!(terms.dimensions, 2, layout_of_sum(squares))?;
+            size.write(needed(terms.dimensions, squares, &scratch)?);
         }
         Ok(())
     })

@@ -235,7 +235,7 @@ impl Page {
             for (errors, count) in errors.iter_mut().zip(COUNTS) {
                 let mut hammersley = vec![[0.0; 2]; count];
                 client::hammersley(&mut hammersley)?;
-                // Turned by a random vector, or all pixels would have the same points.
+                // Rotated by a random vector, or all pixels would have the same points.
                 let turn = random(2 * number + 1, 1)[0];
                 for u in &mut hammersley {
                     *u = [0, 1].map(|axis| (u[axis] + turn[axis]).fract());

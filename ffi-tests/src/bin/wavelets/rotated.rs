@@ -191,7 +191,7 @@ impl Turning<'_> {
 }
 
 const LESSON: &str = "The product by a table is the one to use: it needs no turned maps, follows the map down to its texels, and is faster to
-prepare. Turned trees win nowhere here: their pixels are as coarse as the grid, so that a lamp is as wide as a pixel, and
+prepare. Rotated trees win nowhere here: their pixels are as coarse as the grid, so that a lamp is as wide as a pixel, and
 the nearest direction of the grid is off by up to half a cell, which is more than such a lamp.";
 
 /// The point of the octahedral square for a direction in the frame of the trees.

@@ -1,18 +1,18 @@
-//! Maps in other frames in C.
+//! Rotated maps in C.
 
 use super::super::environment::{Environment, view};
 use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized};
 use super::{Request, Tree, TreeConfig, TreeInfo, build, check_results, publish};
+use crate::rotated::{Rotated, WIS_MAX_PLACES};
 use crate::status::Status;
-use crate::turned::{Turned, WIS_MAX_PLACES};
 use core::ffi::c_void;
 use core::ptr::null;
 
-/// How to turn a map.
+/// How to rotate a map.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct TurnedConfig {
-    /// sizeof(wis_turned_config).
+pub struct RotatedConfig {
+    /// sizeof(wis_rotated_config).
     pub size: u32,
     /// The tree has 2^depth pixels along each axis; 0 to 12. The paper has 6 and 7.
     pub depth: u32,
@@ -25,7 +25,7 @@ pub struct TurnedConfig {
     pub least: f32,
     /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
     pub world_from_map: *const f32,
-    /// The same from the frame of the tree: the direction about which the map is turned is its third column. Null is the
+    /// The same from the frame of the tree: the direction about which the map is rotated is its third column. Null is the
     /// identity.
     pub world_from_tree: *const f32,
 }
@@ -36,7 +36,7 @@ pub struct TurnedConfig {
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_tree_of_environment_size(
-    config: *const TurnedConfig,
+    config: *const RotatedConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
@@ -53,7 +53,7 @@ pub unsafe extern "C" fn wis_tree_of_environment_size(
     })
 }
 
-/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is turned about a
+/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
 /// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
 /// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
 /// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
@@ -63,7 +63,7 @@ pub unsafe extern "C" fn wis_tree_of_environment_size(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_tree_of_environment(
     environment: *const Environment,
-    config: *const TurnedConfig,
+    config: *const RotatedConfig,
     memory: *mut c_void,
     bytes: usize,
     scratch: *mut c_void,
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn wis_tree_of_environment(
         // SAFETY: the caller's contract; the pixels stand behind what the build needs.
         unsafe {
             let environment = view(environment, 1)?;
-            let config: &TurnedConfig = sized(config, 2)?;
+            let config: &RotatedConfig = sized(config, 2)?;
             let request = Request { exponent: environment.header.exponent, memory: 3, ..request(config, 2)? };
             let frames = [frame(config.world_from_map.cast(), 2)?, frame(config.world_from_tree.cast(), 2)?];
             check_results(tree, 7, info, 8)?;
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn wis_tree_of_environment(
             let scratch = Block::new(scratch.cast(), scratch_bytes, layout.bytes, 5)?;
             Block::new(memory.cast(), bytes, 0, 3)?;
             let pixels = scratch.slice::<f32>(layout.pixels, 0, 1 << (2 * request.depth));
-            Turned::new(environment.light(), frames, request.depth, config.places, config.least).fill(pixels);
+            Rotated::new(environment.light(), frames, request.depth, config.places, config.least).fill(pixels);
             let header = build::<2, 4>(&request, pixels, &scratch, memory.cast(), bytes)?;
             publish(memory.cast(), &header, tree, info);
         }
@@ -93,7 +93,7 @@ pub unsafe extern "C" fn wis_tree_of_environment(
 }
 
 /// What is to be built.
-fn request(config: &TurnedConfig, argument: u32) -> Checked<Request> {
+fn request(config: &RotatedConfig, argument: u32) -> Checked<Request> {
     let invalid = Failure::new(Status::InvalidArgument, argument);
     let size = size_of::<TreeConfig>() as u32;
     let (depth, error_budget) = (config.depth, config.error_budget);

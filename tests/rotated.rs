@@ -1,4 +1,4 @@
-//! Maps in other frames: against the environment itself, for rotations and mirrors, and what is added.
+//! Rotated maps: against the environment itself, for rotations and mirrors, and what is added.
 
 mod support;
 
@@ -6,7 +6,7 @@ use std::ptr::{null, null_mut};
 use support::{Memory, Random};
 use wis::ffi::MemorySize;
 use wis::ffi::environment::*;
-use wis::ffi::tree::turned::*;
+use wis::ffi::tree::rotated::*;
 use wis::ffi::tree::*;
 use wis::sphere;
 use wis::status::Status;
@@ -47,8 +47,8 @@ fn environment(radiance: impl Fn([f64; 3]) -> f32) -> (Memory, *const Environmen
     }
 }
 
-/// The tree of a turned map, and its average.
-fn turned(environment: *const Environment, config: &TurnedConfig) -> (Memory, TreeInfo) {
+/// The tree of a rotated map, and its average.
+fn rotated(environment: *const Environment, config: &RotatedConfig) -> (Memory, TreeInfo) {
     let (mut size, mut tree) = (MemorySize::default(), null());
     let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
     // SAFETY: the blocks are as long as was asked for.
@@ -73,10 +73,10 @@ fn turned(environment: *const Environment, config: &TurnedConfig) -> (Memory, Tr
     }
 }
 
-fn config(depth: u32, frame: &[f32; 9]) -> TurnedConfig {
-    let size = size_of::<TurnedConfig>() as u32;
+fn config(depth: u32, frame: &[f32; 9]) -> RotatedConfig {
+    let size = size_of::<RotatedConfig>() as u32;
     let (world_from_map, world_from_tree) = (null(), frame.as_ptr());
-    TurnedConfig { size, depth, places: 4, error_budget: 0.0, least: 0.0, world_from_map, world_from_tree }
+    RotatedConfig { size, depth, places: 4, error_budget: 0.0, least: 0.0, world_from_map, world_from_tree }
 }
 
 /// Row by row: a rotation, mirrored if asked for.
@@ -109,7 +109,7 @@ fn light_is_where_it_was() {
     let mut random = Random(5);
     for k in 0..6 {
         let frame = random_frame(&mut random, k % 2 == 1);
-        let (tree, info) = turned(handle, &config(6, &frame));
+        let (tree, info) = rotated(handle, &config(6, &frame));
         let mean = power / (4.0 * std::f64::consts::PI);
         assert!((info.average / mean - 1.0).abs() < 0.01, "{} {mean}", info.average);
         for _ in 0..500 {
@@ -138,14 +138,14 @@ fn light_is_where_it_was() {
 fn the_least_and_the_frames() {
     let (_memory, handle) = environment(luminance);
     let frame = random_frame(&mut Random(7), false);
-    let plain = turned(handle, &TurnedConfig { world_from_tree: null(), ..config(5, &frame) });
-    let both = turned(handle, &TurnedConfig { world_from_map: frame.as_ptr(), ..config(5, &frame) });
+    let plain = rotated(handle, &RotatedConfig { world_from_tree: null(), ..config(5, &frame) });
+    let both = rotated(handle, &RotatedConfig { world_from_map: frame.as_ptr(), ..config(5, &frame) });
     assert!((plain.1.average / both.1.average - 1.0).abs() < 1e-3);
-    let more = turned(handle, &TurnedConfig { least: 0.5, ..config(5, &frame) });
-    let less = turned(handle, &config(5, &frame));
+    let more = rotated(handle, &RotatedConfig { least: 0.5, ..config(5, &frame) });
+    let less = rotated(handle, &config(5, &frame));
     // The map's own mean is not that of the look-ups, but for a per cent.
     let added = (more.1.average - less.1.average) / less.1.average;
     assert!((added - 0.5).abs() < 0.01, "{added}");
     let (_memory, black) = environment(|_| 0.0);
-    assert_eq!(turned(black, &TurnedConfig { least: 1.0, ..config(5, &frame) }).1.average, 0.0);
+    assert_eq!(rotated(black, &RotatedConfig { least: 1.0, ..config(5, &frame) }).1.average, 0.0);
 }

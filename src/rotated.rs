@@ -1,4 +1,4 @@
-//! A map in another frame: the light about a direction as pixels of the octahedral square of that frame.
+//! A rotated map: the light about a direction as pixels of the octahedral square of that frame.
 //!
 //! Clarberg et al. 2005, Section 5.1, turn the map about every direction of a grid so that light and BRDF meet in one
 //! frame. Here a pixel is the mean of a few places in it, each the stored average of the cell of the map that it lies in:
@@ -14,7 +14,7 @@ pub const WIS_MAX_PLACES: u32 = 16;
 
 /// A map as another frame sees it.
 #[derive(Clone, Copy)]
-pub struct Turned<'a> {
+pub struct Rotated<'a> {
     light: Tree<'a, 4>,
     world_from_map: Frame,
     world_from_tree: Frame,
@@ -27,7 +27,7 @@ pub struct Turned<'a> {
     is_heap: bool,
 }
 
-impl<'a> Turned<'a> {
+impl<'a> Rotated<'a> {
     /// The map on 2^depth x 2^depth pixels, each the mean of `places` x `places` (1 to [`WIS_MAX_PLACES`]), to which the share
     /// `least` of the map's mean is added.
     pub fn new(
@@ -40,7 +40,7 @@ impl<'a> Turned<'a> {
         let level = depth + places.next_power_of_two().trailing_zeros();
         let level = level.min(light.depth());
         let is_heap = complete_len::<4>(light.depth()) == Some(light.heap());
-        Turned { light, world_from_map, world_from_tree, depth, places, least, level, is_heap }
+        Rotated { light, world_from_map, world_from_tree, depth, places, least, level, is_heap }
     }
 
     /// Fills pixels in C order, in the units that the map stores.

@@ -14,7 +14,7 @@ use wis::query::{Lobe, Query, WIS_LOBE_PHONG};
 use wis::simd::{LANES, Lanes, Native, Portable};
 use wis::sphere::Frame;
 use wis::tree::{Tree, build, complete_len};
-use wis::wide;
+use wis::wide::{self, GROUPS, TOGETHER};
 
 /// Ordinary numbers, and those at which operations differ.
 fn numbers() -> Vec<f32> {
@@ -76,9 +76,45 @@ fn operations<F: Lanes>() {
     }
 }
 
+/// Whole numbers: squares of a heap, their children, and what is stored for them.
+fn whole_numbers<F: Lanes>() {
+    let numbers: [u32; LANES] = [0, 1, 2, 20, 84, u32::MAX, 1 << 31, (1 << 31) - 1];
+    let index = F::index(numbers);
+    assert_eq!(F::numbers(index), numbers);
+    assert_eq!(F::highest_bits(index), 0b0110_0000);
+    for bound in [0, 1, 3, 21, 1 << 31, u32::MAX] {
+        let below = F::bits(F::below(index, bound));
+        assert!(numbers.iter().enumerate().all(|(i, &n)| (below >> i & 1 == 1) == (n < bound)), "{bound}");
+    }
+    let children = F::numbers(F::child(index, [F::mask(0b1100), F::mask(0b1010)]));
+    for (i, (child, number)) in children.into_iter().zip(numbers).enumerate() {
+        let c = 2 * (0b1100 >> i & 1) + (0b1010 >> i & 1);
+        assert_eq!(child, number.wrapping_mul(4).wrapping_add(1 + c));
+    }
+    let other = F::index([7; LANES]);
+    let chosen = F::numbers(F::select_index(F::mask(0b0101_0101), index, other));
+    assert!((0..LANES).all(|i| chosen[i] == if i % 2 == 0 { numbers[i] } else { 7 }));
+    let rows: Vec<[f32; 4]> = (0..90).map(|i| [i as f32, 0.5, -1.0, 2.0 * i as f32]).collect();
+    for index in [numbers, [0, 1, 89, 3, 4, 5, 6, 7]] {
+        let columns = F::gather(&rows, F::index(index)).map(F::to_array);
+        for (i, number) in index.into_iter().enumerate() {
+            let row = rows.get(number as usize).copied().unwrap_or_default();
+            assert!((0..4).all(|k| columns[k][i] == row[k]), "{number}");
+        }
+    }
+    let whole: [[u32; 4]; LANES] = std::array::from_fn(|i| [i as u32, u32::MAX, 0x7f80_0001, 3]);
+    let columns = F::transpose_index(std::array::from_fn(|i| &whole[i])).map(F::numbers);
+    assert!((0..LANES).all(|i| (0..4).all(|k| columns[k][i] == whole[i][k])));
+}
+
 #[test]
 fn lanes_are_scalar_operations() {
     on_all_lanes!(operations);
+}
+
+#[test]
+fn lanes_of_whole_numbers() {
+    on_all_lanes!(whole_numbers);
 }
 
 /// A tree with a hot texel, dark squares and texels far apart in size.
@@ -99,17 +135,32 @@ fn same_walk<F: Lanes>() {
     let light = Light(Tree::complete(6, average, &squares).unwrap());
     let turned = Frame::new(&[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]).unwrap();
     for frame in [Frame::IDENTITY, turned] {
-        for first in (0..1 << 16).step_by(LANES) {
-            let mut u: [[f32; 2]; LANES] = std::array::from_fn(|i| sobol(9, first + i as u32));
+        for first in (0..1 << 16).step_by(TOGETHER) {
+            // Any number of lanes, also fewer than a group.
+            let count = if first % 5 == 0 { 1 + (first / 16) as usize % TOGETHER } else { TOGETHER };
+            let mut u: Vec<[f32; 2]> = (0..count as u32).map(|i| sobol(9, first + i)).collect();
             if first == 0 {
-                u = [[0.0; 2], [1.0; 2], [f32::NAN, 0.5], [-1.0, 2.0], [0.5; 2], [1e-40; 2], [0.0, 1.0], [0.25, 0.75]];
+                u = vec![
+                    [0.0; 2],
+                    [1.0; 2],
+                    [f32::NAN, 0.5],
+                    [-1.0, 2.0],
+                    [0.5; 2],
+                    [1e-40; 2],
+                    [0.0, 1.0],
+                    [-0.0, 0.75],
+                ];
             }
-            let samples = wide::sample::<F, _>(&light, &frame, u);
-            let expected: [Sample; LANES] = u.map(|u| descent::sample(&light, &frame, u));
+            let mut samples = vec![Sample::default(); u.len()];
+            wide::sample::<F, _>([&light; GROUPS], &frame, &u, &mut samples);
+            let expected: Vec<Sample> = u.iter().map(|u| descent::sample(&light, &frame, *u)).collect();
             assert_eq!(samples, expected);
-            let wi: [[f32; 3]; LANES] = std::array::from_fn(|i| if i % 2 == 0 { samples[i].wi } else { uniform(u[i]) });
-            let pdf = wi.map(|wi| descent::pdf(&light, &frame, wi).unwrap_or(0.0));
-            assert_eq!(wide::pdf::<F, _>(&light, &frame, wi), pdf);
+            let direction = |(i, u): (usize, &[f32; 2])| if i % 2 == 0 { samples[i].wi } else { uniform(*u) };
+            let wi: Vec<[f32; 3]> = u.iter().enumerate().map(direction).collect();
+            let expected: Vec<f32> = wi.iter().map(|wi| descent::pdf(&light, &frame, *wi).unwrap_or(0.0)).collect();
+            let mut values = vec![0.0; wi.len()];
+            wide::pdf::<F, _>([&light; GROUPS], &frame, &wi, &mut values);
+            assert_eq!(values, expected);
         }
     }
 }

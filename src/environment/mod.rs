@@ -21,7 +21,7 @@ use crate::descent::Density;
 use crate::numeric::{ContentHash, exp2i};
 use crate::simd::{LANES, Lanes};
 use crate::tree::{Link, Mark, Tree};
-use crate::wide::{ALL, Walker, WideDensity};
+use crate::wide::{ALL, GROUPS, Walker, WideDensity};
 use core::f64::consts::PI;
 
 /// How a tree is stored.
@@ -178,53 +178,58 @@ impl Density for Light<'_> {
 }
 
 /// Eight places in a tree.
-pub(crate) struct Descent<'a> {
+pub(crate) struct Descent<'a, F: Lanes> {
     tree: Tree<'a, 4>,
-    squares: [u32; LANES],
+    squares: F::Index,
     /// The lanes that stand at a square, as bits.
     pub walks: u32,
 }
 
-impl<'a> Descent<'a> {
+impl<'a, F: Lanes> Descent<'a, F> {
     /// Starts at squares; those of lanes that are not in `walks` do not matter.
     #[inline(always)]
     pub fn from(tree: Tree<'a, 4>, squares: [u32; LANES], walks: u32) -> Self {
+        let squares = F::select_index(F::mask(walks), F::index(squares), F::index([0; LANES]));
         Descent { tree, squares, walks }
     }
 
     /// The averages of the children, child by child.
     #[inline(always)]
-    pub fn children<F: Lanes>(&self) -> [F; 4] {
-        let squares = self.tree.squares();
-        F::transpose(self.squares.map(|square| squares.get(square as usize).unwrap_or(&[0.0; 4])))
+    pub fn children(&self) -> [F; 4] {
+        F::gather(self.tree.squares(), self.squares)
     }
 
-    /// Goes to the children on the sides; lanes whose child is a cell end there.
+    /// Goes to the children on the sides; lanes whose child is a cell stay and end there.
     #[inline(always)]
-    pub fn step<F: Lanes>(&mut self, sides: [F::Mask; 2]) {
-        let mut walks = 0;
-        let heap = self.tree.heap();
+    pub fn step(&mut self, sides: [F::Mask; 2]) {
         let children = F::child(self.squares, sides);
-        for (i, &child) in children.iter().enumerate() {
-            walks |= u32::from(child < heap) << i;
-        }
-        // Lanes that leave the heap, or are behind it, ask one by one.
+        let in_heap = F::below(children, self.tree.heap());
+        let walks = F::bits(in_heap) & self.walks;
         let leaving = self.walks & !walks;
-        if leaving != 0 && !self.tree.links().is_empty() {
-            let sides = [F::bits(sides[0]), F::bits(sides[1])];
-            for (i, (square, child)) in self.squares.iter_mut().zip(children).enumerate() {
-                let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
-                if leaving >> i & 1 == 0 {
-                    *square = child;
-                } else if let Some(child) = self.tree.child_square(*square, c) {
-                    *square = child;
-                    walks |= 1 << i;
-                }
-            }
-        } else {
+        if leaving == 0 && walks == ALL {
             self.squares = children;
+            return;
         }
-        self.walks &= walks;
+        self.squares = F::select_index(F::mask(walks), children, self.squares);
+        self.walks = walks;
+        if leaving != 0 && !self.tree.links().is_empty() {
+            self.leave(sides, leaving);
+        }
+    }
+
+    /// Lanes that leave the heap, or are behind it, ask one by one.
+    #[inline(always)]
+    fn leave(&mut self, sides: [F::Mask; 2], leaving: u32) {
+        let sides = [F::bits(sides[0]), F::bits(sides[1])];
+        let mut squares = F::numbers(self.squares);
+        for (i, square) in squares.iter_mut().enumerate().filter(|(i, _)| leaving >> i & 1 == 1) {
+            let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
+            if let Some(child) = self.tree.child_square(*square, c) {
+                *square = child;
+                self.walks |= 1 << i;
+            }
+        }
+        self.squares = F::index(squares);
     }
 }
 
@@ -242,15 +247,24 @@ impl WideDensity for Light<'_> {
     }
 
     #[inline(always)]
-    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
-        let start = if self.0.root_square().is_some() { ALL } else { 0 };
-        let mut descent = Descent::from(self.0, [0; LANES], start);
+    fn walk_wide<F: Lanes>(
+        groups: [&Self; GROUPS],
+        walks: [u32; GROUPS],
+        walkers: &mut [impl Walker<F>; GROUPS],
+    ) -> [([F; 4], u32); GROUPS] {
+        let mut descents = [0, 1].map(|g: usize| {
+            let tree = groups[g].0;
+            let starts = if tree.root_square().is_some() { walks[g] } else { 0 };
+            Descent::<F>::from(tree, [0; LANES], starts)
+        });
         let mut levels = 0;
-        while descent.walks != 0 && levels < crate::tree::MAX_REFINED {
-            let sides = walker.choose(F::mask(descent.walks), descent.children());
-            descent.step::<F>(sides);
+        while descents.iter().any(|descent| descent.walks != 0) && levels < crate::tree::MAX_REFINED {
+            for (descent, walker) in descents.iter_mut().zip(walkers.iter_mut()).filter(|(d, _)| d.walks != 0) {
+                let sides = walker.choose(descent.walks, descent.children());
+                descent.step(sides);
+            }
             levels += 1;
         }
-        ([F::splat(1.0); 4], descent.walks)
+        descents.map(|descent| ([F::splat(1.0); 4], descent.walks))
     }
 }

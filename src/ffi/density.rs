@@ -3,9 +3,8 @@
 
 use super::{Checked, Failure, Strided, borrow, out};
 use crate::descent::{self, Density, Sample};
-use crate::simd::LANES;
 use crate::sphere::Frame;
-use crate::wide::WideDensity;
+use crate::wide::{GROUPS, TOGETHER, WideDensity};
 
 /// So many calls together cost less in lanes than one by one.
 const FEWEST: usize = 3;
@@ -45,30 +44,29 @@ pub(super) unsafe fn sample_n<D: WideDensity>(
     let u = Strided::<2>::new(u.0, u.1, count, argument)?;
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 2)?;
     let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 4)?;
-    let mut first = 0;
-    while first < count {
-        let here = (count - first).min(LANES);
-        let mut points = [[0.5; 2]; LANES];
-        for (i, point) in points.iter_mut().enumerate().take(here) {
+    for first in (0..count).step_by(TOGETHER) {
+        let here = (count - first).min(TOGETHER);
+        let (mut points, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
+        let (points, samples) =
+            (points.get_mut(..here).unwrap_or_default(), samples.get_mut(..here).unwrap_or_default());
+        for (i, point) in points.iter_mut().enumerate() {
             // SAFETY: the caller's contract; the index is below the count.
             *point = unsafe { u.read(first + i) };
         }
-        let mut samples = [Sample::default(); LANES];
         if here < FEWEST {
-            for (lane, (sample, point)) in samples.iter_mut().zip(points).enumerate().take(here) {
-                *sample = descent::sample(density.one(lane), frame, point);
+            for (lane, (sample, point)) in samples.iter_mut().zip(points.iter()).enumerate() {
+                *sample = descent::sample(density.one(lane), frame, *point);
             }
         } else {
-            samples = density.sample_all(frame, points);
+            D::sample_all([density; GROUPS], frame, points, samples);
         }
-        for (i, sample) in samples.into_iter().enumerate().take(here) {
+        for (i, sample) in samples.iter().enumerate() {
             // SAFETY: as above.
             unsafe {
                 wi.write(first + i, sample.wi);
                 pdf.write(first + i, [sample.pdf]);
             }
         }
-        first += here;
     }
     Ok(())
 }
@@ -107,27 +105,26 @@ pub(super) unsafe fn pdf_n<D: WideDensity>(
 ) -> Checked<()> {
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
     let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 2)?;
-    let mut first = 0;
-    while first < count {
-        let here = (count - first).min(LANES);
-        let mut directions = [[0.0; 3]; LANES];
-        for (i, direction) in directions.iter_mut().enumerate().take(here) {
+    for first in (0..count).step_by(TOGETHER) {
+        let here = (count - first).min(TOGETHER);
+        let (mut directions, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+        let (directions, values) =
+            (directions.get_mut(..here).unwrap_or_default(), values.get_mut(..here).unwrap_or_default());
+        for (i, direction) in directions.iter_mut().enumerate() {
             // SAFETY: the caller's contract; the index is below the count.
             *direction = unsafe { wi.read(first + i) };
         }
-        let mut values = [0.0; LANES];
         if here < FEWEST {
-            for (lane, (value, direction)) in values.iter_mut().zip(directions).enumerate().take(here) {
-                *value = descent::pdf(density.one(lane), frame, direction).unwrap_or(0.0);
+            for (lane, (value, direction)) in values.iter_mut().zip(directions.iter()).enumerate() {
+                *value = descent::pdf(density.one(lane), frame, *direction).unwrap_or(0.0);
             }
         } else {
-            values = density.pdf_all(frame, directions);
+            D::pdf_all([density; GROUPS], frame, directions, values);
         }
-        for (i, value) in values.into_iter().enumerate().take(here) {
+        for (i, value) in values.iter().enumerate() {
             // SAFETY: as above.
-            unsafe { pdf.write(first + i, [value]) };
+            unsafe { pdf.write(first + i, [*value]) };
         }
-        first += here;
     }
     Ok(())
 }

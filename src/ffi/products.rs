@@ -11,7 +11,7 @@ use crate::query::Query;
 use crate::reuse::Reuse;
 use crate::simd::LANES;
 use crate::status::Status;
-use crate::wide::WideDensity;
+use crate::wide::{GROUPS, TOGETHER, WideDensity};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -84,14 +84,15 @@ pub unsafe extern "C" fn wis_products_sample(
             let wi = Strided::<3>::new(wi, wi_stride, count, 6)?;
             let pdf = Strided::<1>::new(pdf, pdf_stride, count, 8)?;
             for_each_group(view(environment, 1)?, count, product, |first, points| {
-                let mut here = [[0.5; 2]; LANES];
-                here.iter_mut()
-                    .enumerate()
-                    .take(points.count)
-                    .for_each(|(lane, u_here)| *u_here = u.read(first + lane));
-                for (lane, sample) in points.sample(here).into_iter().enumerate().take(points.count) {
-                    wi.write(first + lane, sample.wi);
-                    pdf.write(first + lane, [sample.pdf]);
+                let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
+                let here = here.get_mut(..points.count).unwrap_or_default();
+                for (i, u_here) in here.iter_mut().enumerate() {
+                    *u_here = u.read(first + i);
+                }
+                points.sample(here, &mut samples);
+                for (i, sample) in samples.iter().enumerate().take(here.len()) {
+                    wi.write(first + i, sample.wi);
+                    pdf.write(first + i, [sample.pdf]);
                 }
             })
         }
@@ -119,20 +120,21 @@ pub unsafe extern "C" fn wis_products_pdf(
             let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
             let pdf = Strided::<1>::new(pdf, pdf_stride, count, 6)?;
             for_each_group(view(environment, 1)?, count, product, |first, points| {
-                let mut here = [[0.0; 3]; LANES];
-                here.iter_mut()
-                    .enumerate()
-                    .take(points.count)
-                    .for_each(|(lane, wi_here)| *wi_here = wi.read(first + lane));
-                for (lane, value) in points.pdf(here).into_iter().enumerate().take(points.count) {
-                    pdf.write(first + lane, [value]);
+                let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+                let here = here.get_mut(..points.count).unwrap_or_default();
+                for (i, wi_here) in here.iter_mut().enumerate() {
+                    *wi_here = wi.read(first + i);
+                }
+                points.pdf(here, &mut values);
+                for (i, value) in values.iter().enumerate().take(here.len()) {
+                    pdf.write(first + i, [*value]);
                 }
             })
         }
     })
 }
 
-/// Opens eight products at a time and hands them over with the number of the first.
+/// Opens as many products at a time as are sampled together and hands them over with the number of the first.
 ///
 /// # Safety
 /// The pointer is null or points to `count` handles, each null or of a product.
@@ -148,56 +150,60 @@ unsafe fn for_each_group<'a>(
     }
     // SAFETY: the caller's contract.
     let handles = unsafe { slice(product, count, 3)? };
-    for (group, handles) in handles.chunks(LANES).enumerate() {
+    for (group, handles) in handles.chunks(TOGETHER).enumerate() {
         let &[first, ..] = handles else { break };
         // SAFETY: the caller's contract.
         let first = unsafe { Opened::of(environment, first, 3)? };
-        let mut points = Points { opened: [first; LANES], count: handles.len(), one_frame: true };
+        let mut points = Points { opened: [first; TOGETHER], count: handles.len(), one_frame: true };
         for (slot, &handle) in points.opened.iter_mut().zip(handles) {
             // SAFETY: the caller's contract.
             *slot = unsafe { Opened::of(environment, handle, 3)? };
             points.one_frame &= slot.frame == first.frame;
         }
-        run(group * LANES, &points);
+        run(group * TOGETHER, &points);
     }
     Ok(())
 }
 
-/// Up to eight products; what is left of the eight repeats the first.
+/// Products that are sampled together; what is left of the room repeats the first.
 struct Points<'a> {
-    opened: [Opened<'a>; LANES],
+    opened: [Opened<'a>; TOGETHER],
     count: usize,
     /// Whether the map is turned the same way for all.
     one_frame: bool,
 }
 
 impl<'a> Points<'a> {
-    fn group<'p>(&'p self) -> Group<'p, 'a> {
-        let [a, b, c, d, e, f, g, h] = &self.opened;
-        Group([&a.cells, &b.cells, &c.cells, &d.cells, &e.cells, &f.cells, &g.cells, &h.cells])
+    fn groups<'p>(&'p self) -> [Group<'p, 'a>; GROUPS] {
+        let (low, high) = self.opened.split_at(LANES);
+        [low, high].map(|opened| {
+            let mut products = [&self.opened[0].cells; LANES];
+            for (slot, opened) in products.iter_mut().zip(opened) {
+                *slot = &opened.cells;
+            }
+            Group(products)
+        })
     }
 
     #[inline(always)]
-    fn sample(&self, u: [[f32; 2]; LANES]) -> [Sample; LANES] {
+    fn sample(&self, u: &[[f32; 2]], samples: &mut [Sample]) {
         if self.one_frame {
-            return self.group().sample_all(&self.opened[0].frame, u);
+            let groups = self.groups();
+            return Group::sample_all(groups.each_ref(), &self.opened[0].frame, u, samples);
         }
-        let mut samples = [Sample::default(); LANES];
         for ((sample, point), u) in samples.iter_mut().zip(&self.opened).zip(u) {
-            *sample = descent::sample(&point.cells, &point.frame, u);
+            *sample = descent::sample(&point.cells, &point.frame, *u);
         }
-        samples
     }
 
     #[inline(always)]
-    fn pdf(&self, wi: [[f32; 3]; LANES]) -> [f32; LANES] {
+    fn pdf(&self, wi: &[[f32; 3]], values: &mut [f32]) {
         if self.one_frame {
-            return self.group().pdf_all(&self.opened[0].frame, wi);
+            let groups = self.groups();
+            return Group::pdf_all(groups.each_ref(), &self.opened[0].frame, wi, values);
         }
-        let mut values = [0.0; LANES];
         for ((value, point), wi) in values.iter_mut().zip(&self.opened).zip(wi) {
-            *value = descent::pdf(&point.cells, &point.frame, wi).unwrap_or(0.0);
+            *value = descent::pdf(&point.cells, &point.frame, *wi).unwrap_or(0.0);
         }
-        values
     }
 }

@@ -16,7 +16,7 @@ use crate::environment::Descent;
 use crate::numeric::{inverse_power, select};
 use crate::simd::{LANES, Lanes};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
-use crate::wide::{self, ALL, Walker, WideDensity};
+use crate::wide::{self, ALL, GROUPS, Walker, WideDensity};
 
 /// Set in a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
@@ -186,11 +186,18 @@ impl<F: Lanes> Parts<F> {
 
     /// As [`Part::child`], for the lanes that walk.
     #[inline(always)]
-    fn step(&mut self, walks: F::Mask, sides: [F::Mask; 2]) {
+    fn step(&mut self, walks: u32, sides: [F::Mask; 2]) {
         let half = F::splat(0.5) * self.size;
+        if walks == ALL {
+            for axis in [0, 1] {
+                self.origin[axis] = self.origin[axis] + F::only(sides[axis], half);
+            }
+            self.size = half;
+            return;
+        }
+        let walks = F::mask(walks);
         for axis in [0, 1] {
-            let origin = self.origin[axis];
-            self.origin[axis] = F::select(F::and(walks, sides[axis]), origin + half, origin);
+            self.origin[axis] = self.origin[axis] + F::only(F::and(walks, sides[axis]), half);
         }
         self.size = F::select(walks, half, self.size);
     }
@@ -222,52 +229,88 @@ impl<'a> WideDensity for Group<'_, 'a> {
     }
 
     #[inline(always)]
-    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32) {
-        walk_lanes(self.0, walker)
+    fn walk_wide<F: Lanes>(
+        groups: [&Self; GROUPS],
+        walks: [u32; GROUPS],
+        walkers: &mut [impl Walker<F>; GROUPS],
+    ) -> [([F; 4], u32); GROUPS] {
+        let mut places = [0, 1].map(|g: usize| Place::<F>::root(groups[g].0, walks[g]));
+        let mut levels = 0;
+        while places.iter().any(|place| place.walks != 0) && levels < MAX_DEPTH {
+            for (place, walker) in places.iter_mut().zip(walkers.iter_mut()).filter(|(place, _)| place.walks != 0) {
+                place.step(walker);
+            }
+            levels += 1;
+        }
+        let mut below = places.map(|place| place.leaf());
+        while below.iter().any(|below| below.descent.walks != 0) && levels < 2 * MAX_DEPTH {
+            for (below, walker) in below.iter_mut().zip(walkers.iter_mut()).filter(|(b, _)| b.descent.walks != 0) {
+                let walks = below.descent.walks;
+                let sides = walker.choose(walks, below.parts.masses(below.descent.children()));
+                below.parts.step(walks, sides);
+                below.descent.step(sides);
+            }
+            levels += 1;
+        }
+        below.map(|below| (below.parts.values(0.0, 1.0), below.failed | below.descent.walks))
     }
 }
 
-/// Walks a product in each lane. The light is that of the first.
-#[inline(always)]
-fn walk_lanes<F: Lanes>(products: [&Product; LANES], walker: &mut impl Walker<F>) -> ([F; 4], u32) {
-    let mut links = [0; LANES];
-    let (mut walks, mut failed, mut levels) = (ALL, 0u32, 0);
-    while walks != 0 && levels < MAX_DEPTH {
+/// Where eight lanes stand in the squares of their products.
+struct Place<'p, 'a, F: Lanes> {
+    products: [&'p Product<'a>; LANES],
+    links: F::Index,
+    /// The lanes that stand at a square, as bits.
+    walks: u32,
+}
+
+/// Where eight lanes stand below their leaves.
+struct Below<'a, F: Lanes> {
+    parts: Parts<F>,
+    descent: Descent<'a, F>,
+    failed: u32,
+}
+
+impl<'p, 'a, F: Lanes> Place<'p, 'a, F> {
+    #[inline(always)]
+    fn root(products: [&'p Product<'a>; LANES], walks: u32) -> Self {
+        let links = F::select_index(F::mask(walks), F::index([0; LANES]), F::index([u32::MAX; LANES]));
+        Place { products, links, walks }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, walker: &mut impl Walker<F>) {
         // A damaged tree ends in a leaf that does not exist.
         const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
         let mut squares = [&NOTHING; LANES];
-        for ((square, product), link) in squares.iter_mut().zip(products).zip(links) {
+        for ((square, product), link) in squares.iter_mut().zip(self.products).zip(F::numbers(self.links)) {
             *square = product.squares.get(link as usize).unwrap_or(&NOTHING);
         }
-        let sides = walker.choose(F::mask(walks), F::transpose(squares.map(|square| &square.weights)));
-        let sides = [F::bits(sides[0]), F::bits(sides[1])];
-        for (i, (link, square)) in links.iter_mut().zip(squares).enumerate() {
-            let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
-            let next = square.links.get(c as usize).copied().unwrap_or(u32::MAX);
-            *link = if walks >> i & 1 == 1 { next } else { *link };
-            walks &= !((next >> 31) << i);
+        let [s1, s2] = walker.choose(self.walks, F::transpose(squares.map(|square| &square.weights)));
+        let [a, b, c, d] = F::transpose_index(squares.map(|square| &square.links));
+        let next = F::select_index(s1, F::select_index(s2, d, c), F::select_index(s2, b, a));
+        self.links = if self.walks == ALL { next } else { F::select_index(F::mask(self.walks), next, self.links) };
+        self.walks = ALL & !F::highest_bits(self.links);
+    }
+
+    /// Goes on below the leaves. The light is that of the first product.
+    #[inline(always)]
+    fn leaf(self) -> Below<'a, F> {
+        const DARK: Leaf = Leaf { corners: [0.0; 4], square: NO_SQUARE, light: 0, index: [0; 2], level: 0 };
+        let (mut leaves, mut failed) = ([&DARK; LANES], self.walks);
+        for (i, ((slot, product), link)) in leaves.iter_mut().zip(self.products).zip(F::numbers(self.links)).enumerate()
+        {
+            match product.leaves.get((link & !LEAF) as usize) {
+                Some(leaf) => *slot = leaf,
+                None => failed |= 1 << i,
+            }
         }
-        levels += 1;
-    }
-    failed |= walks;
-    const DARK: Leaf = Leaf { corners: [0.0; 4], square: NO_SQUARE, light: 0, index: [0; 2], level: 0 };
-    let mut leaves = [&DARK; LANES];
-    for (i, ((slot, product), link)) in leaves.iter_mut().zip(products).zip(links).enumerate() {
-        match product.leaves.get((link & !LEAF) as usize) {
-            Some(leaf) => *slot = leaf,
-            None => failed |= 1 << i,
+        let squares = leaves.map(|leaf| leaf.square);
+        let lit = ALL & !F::highest_bits(F::index(squares)) & !failed;
+        Below {
+            parts: Parts::whole(F::transpose(leaves.map(|leaf| &leaf.corners))),
+            descent: Descent::from(self.products[0].light, squares, lit),
+            failed,
         }
     }
-    let mut parts = Parts::whole(F::transpose(leaves.map(|leaf| &leaf.corners)));
-    let squares = leaves.map(|leaf| leaf.square);
-    let lit = squares.iter().rev().fold(0, |bits, &square| bits << 1 | u32::from(square != NO_SQUARE));
-    let mut descent = Descent::from(products[0].light, squares, lit & !failed);
-    while descent.walks != 0 && levels < 2 * MAX_DEPTH {
-        let walks = F::mask(descent.walks);
-        let sides = walker.choose(walks, parts.masses(descent.children()));
-        parts.step(walks, sides);
-        descent.step::<F>(sides);
-        levels += 1;
-    }
-    (parts.values(0.0, 1.0), failed | descent.walks)
 }

@@ -4,10 +4,10 @@ use super::{LANES, Lanes};
 use core::arch::x86_64::{
     __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256,
     _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps128_ps256, _mm256_castsi256_ps,
-    _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_div_ps, _mm256_insertf128_ps, _mm256_loadu_ps, _mm256_loadu_si256,
+    _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_div_ps, _mm256_insertf128_ps, _mm256_loadu_ps,
     _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set_epi32, _mm256_set1_epi32,
-    _mm256_set1_ps, _mm256_shuffle_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_storeu_ps, _mm256_storeu_si256,
-    _mm256_sub_epi32, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+    _mm256_set1_ps, _mm256_shuffle_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_storeu_ps, _mm256_sub_epi32,
+    _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps, _mm256_xor_si256,
 };
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -39,6 +39,7 @@ operator!(Div, div, _mm256_div_ps);
 
 impl Lanes for Avx2 {
     type Mask = Avx2;
+    type Index = Avx2;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -157,16 +158,63 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn child(squares: [u32; LANES], sides: [Self; 2]) -> [u32; LANES] {
-        let mut children = [0; LANES];
-        // SAFETY: as in `splat`; load and store are of the arrays. A set mask is -1 as an integer.
+    fn index(numbers: [u32; LANES]) -> Self {
+        Self::from_array(numbers.map(f32::from_bits))
+    }
+
+    #[inline(always)]
+    fn numbers(index: Self) -> [u32; LANES] {
+        index.to_array().map(f32::to_bits)
+    }
+
+    #[inline(always)]
+    fn transpose_index(rows: [&[u32; 4]; LANES]) -> [Self; 4] {
+        // SAFETY: numbers of both kinds have the same size and alignment, and any bits are one.
+        Self::transpose(rows.map(|row| unsafe { &*row.as_ptr().cast() }))
+    }
+
+    #[inline(always)]
+    fn select_index(mask: Self, a: Self, b: Self) -> Self {
+        Self::select(mask, a, b)
+    }
+
+    #[inline(always)]
+    fn below(index: Self, bound: u32) -> Self {
+        // AVX2 compares signed numbers only: both are moved by half of the range.
+        // SAFETY: the value shows that there is AVX2.
         unsafe {
-            let square = _mm256_slli_epi32::<2>(_mm256_loadu_si256(squares.as_ptr().cast()));
-            let [first, second] = sides.map(|side| _mm256_castps_si256(side.0));
-            let c = _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(1), second), _mm256_add_epi32(first, first));
-            _mm256_storeu_si256(children.as_mut_ptr().cast(), _mm256_add_epi32(square, c));
+            let half = _mm256_set1_epi32(i32::MIN);
+            let bound = _mm256_xor_si256(_mm256_set1_epi32(bound as i32), half);
+            let index = _mm256_xor_si256(_mm256_castps_si256(index.0), half);
+            Avx2(_mm256_castsi256_ps(_mm256_cmpgt_epi32(bound, index)))
         }
-        children
+    }
+
+    #[inline(always)]
+    fn highest_bits(index: Self) -> u32 {
+        Self::bits(index)
+    }
+
+    #[inline(always)]
+    fn child(squares: Self, [first, second]: [Self; 2]) -> Self {
+        // SAFETY: the value shows that there is AVX2. A set mask is -1 as an integer.
+        unsafe {
+            let (first, second) = (_mm256_castps_si256(first.0), _mm256_castps_si256(second.0));
+            let c = _mm256_sub_epi32(_mm256_sub_epi32(_mm256_set1_epi32(1), second), _mm256_add_epi32(first, first));
+            let square = _mm256_slli_epi32::<2>(_mm256_castps_si256(squares.0));
+            Avx2(_mm256_castsi256_ps(_mm256_add_epi32(square, c)))
+        }
+    }
+
+    #[inline(always)]
+    fn gather(rows: &[[f32; 4]], index: Self) -> [Self; 4] {
+        let exist = Self::bits(Self::below(index, rows.len().min(u32::MAX as usize) as u32));
+        if exist != 0xff {
+            return Self::gather_each(rows, index);
+        }
+        let start = rows.as_ptr();
+        // SAFETY: every number is below the number of rows.
+        Self::transpose(Self::numbers(index).map(|number| unsafe { &*start.add(number as usize) }))
     }
 
     #[inline(always)]

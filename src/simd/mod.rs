@@ -37,6 +37,8 @@ pub trait Lanes:
 {
     /// A truth value for each lane.
     type Mask: Copy;
+    /// An unsigned whole number for each lane.
+    type Index: Copy;
 
     /// The same number in all lanes.
     fn splat(x: f32) -> Self;
@@ -70,17 +72,43 @@ pub trait Lanes:
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Either.
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// One whole number for each lane.
+    fn index(numbers: [u32; LANES]) -> Self::Index;
+    /// The whole numbers of all lanes.
+    fn numbers(index: Self::Index) -> [u32; LANES];
+    /// As [`Lanes::transpose`].
+    fn transpose_index(rows: [&[u32; 4]; LANES]) -> [Self::Index; 4];
+    /// `a` where the mask is set, elsewhere `b`.
+    fn select_index(mask: Self::Mask, a: Self::Index, b: Self::Index) -> Self::Index;
+    /// index < bound.
+    fn below(index: Self::Index, bound: u32) -> Self::Mask;
+    /// The highest bits of the whole numbers as bits, lane 0 lowest.
+    fn highest_bits(index: Self::Index) -> u32;
     /// Four times each number, plus 1, plus 2 where the first mask is set, plus 1 where the second is: the child of a
     /// square in heap order.
-    fn child(squares: [u32; LANES], sides: [Self::Mask; 2]) -> [u32; LANES];
+    fn child(squares: Self::Index, sides: [Self::Mask; 2]) -> Self::Index;
+    /// The transposed rows of these numbers; 0 for a row that does not exist.
+    fn gather(rows: &[[f32; 4]], index: Self::Index) -> [Self; 4];
     /// The mask with the lanes whose bits are set, lane 0 lowest.
     fn mask(bits: u32) -> Self::Mask;
     /// The lanes of a mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u32;
 
+    /// As [`Lanes::gather`], row by row.
+    #[inline(always)]
+    fn gather_each(rows: &[[f32; 4]], index: Self::Index) -> [Self; 4] {
+        Self::transpose(Self::numbers(index).map(|number| rows.get(number as usize).unwrap_or(&[0.0; 4])))
+    }
+
+    /// `a` where the mask is set, elsewhere 0.
+    #[inline(always)]
+    fn only(mask: Self::Mask, a: Self) -> Self {
+        Self::select(mask, a, Self::splat(0.0))
+    }
+
     /// 1 where the mask is set, elsewhere 0.
     #[inline(always)]
     fn unit(mask: Self::Mask) -> Self {
-        Self::select(mask, Self::splat(1.0), Self::splat(0.0))
+        Self::only(mask, Self::splat(1.0))
     }
 }

@@ -49,6 +49,7 @@ operator!(Div, div);
 
 impl Lanes for Portable {
     type Mask = u32;
+    type Index = [u32; LANES];
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -136,6 +137,41 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn index(numbers: [u32; LANES]) -> [u32; LANES] {
+        numbers
+    }
+
+    #[inline(always)]
+    fn numbers(index: [u32; LANES]) -> [u32; LANES] {
+        index
+    }
+
+    #[inline(always)]
+    fn transpose_index(rows: [&[u32; 4]; LANES]) -> [[u32; LANES]; 4] {
+        let [a, b, c, d] = [0, 1, 2, 3];
+        [a, b, c, d].map(|k: usize| rows.map(|row| row[k & 3]))
+    }
+
+    #[inline(always)]
+    fn select_index(mask: u32, a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
+        let mut lanes = b;
+        for ((i, lane), a) in lanes.iter_mut().enumerate().zip(a) {
+            *lane = if mask >> i & 1 == 1 { a } else { *lane };
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn below(index: [u32; LANES], bound: u32) -> u32 {
+        index.iter().rev().fold(0, |bits, &number| bits << 1 | u32::from(number < bound))
+    }
+
+    #[inline(always)]
+    fn highest_bits(index: [u32; LANES]) -> u32 {
+        index.iter().rev().fold(0, |bits, &number| bits << 1 | number >> 31)
+    }
+
+    #[inline(always)]
     fn child(squares: [u32; LANES], sides: [u32; 2]) -> [u32; LANES] {
         let mut children = squares;
         for (i, child) in children.iter_mut().enumerate() {
@@ -143,6 +179,11 @@ impl Lanes for Portable {
             *child = child.wrapping_mul(4).wrapping_add(1 + c);
         }
         children
+    }
+
+    #[inline(always)]
+    fn gather(rows: &[[f32; 4]], index: [u32; LANES]) -> [Self; 4] {
+        Self::gather_each(rows, index)
     }
 
     #[inline(always)]

@@ -3,10 +3,10 @@
 use super::{LANES, Lanes};
 use core::arch::x86_64::{
     __m128, _mm_add_epi32, _mm_add_ps, _mm_and_ps, _mm_and_si128, _mm_andnot_ps, _mm_castps_si128, _mm_castsi128_ps,
-    _mm_cmpeq_epi32, _mm_cmple_ps, _mm_cmplt_ps, _mm_div_ps, _mm_loadu_ps, _mm_loadu_si128, _mm_max_ps, _mm_min_ps,
+    _mm_cmpeq_epi32, _mm_cmple_ps, _mm_cmplt_epi32, _mm_cmplt_ps, _mm_div_ps, _mm_loadu_ps, _mm_max_ps, _mm_min_ps,
     _mm_movehl_ps, _mm_movelh_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_set_epi32, _mm_set1_epi32, _mm_set1_ps,
-    _mm_slli_epi32, _mm_sqrt_ps, _mm_storeu_ps, _mm_storeu_si128, _mm_sub_epi32, _mm_sub_ps, _mm_unpackhi_ps,
-    _mm_unpacklo_ps,
+    _mm_slli_epi32, _mm_sqrt_ps, _mm_storeu_ps, _mm_sub_epi32, _mm_sub_ps, _mm_unpackhi_ps, _mm_unpacklo_ps,
+    _mm_xor_si128,
 };
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -42,6 +42,7 @@ operator!(Div, div, _mm_div_ps);
 
 impl Lanes for Sse2 {
     type Mask = Sse2;
+    type Index = Sse2;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -154,19 +155,67 @@ impl Lanes for Sse2 {
     }
 
     #[inline(always)]
-    fn child(squares: [u32; LANES], sides: [Self; 2]) -> [u32; LANES] {
-        let mut children = [0; LANES];
-        let (from, to) = (squares.as_ptr(), children.as_mut_ptr());
-        for half in [0, 1] {
-            // SAFETY: SSE2 is part of x86-64; load and store lie in the arrays. A set mask is -1 as an integer.
-            unsafe {
-                let square = _mm_slli_epi32::<2>(_mm_loadu_si128(from.add(4 * half).cast()));
-                let [first, second] = sides.map(|side| _mm_castps_si128(side.0[half]));
-                let c = _mm_sub_epi32(_mm_sub_epi32(_mm_set1_epi32(1), second), _mm_add_epi32(first, first));
-                _mm_storeu_si128(to.add(4 * half).cast(), _mm_add_epi32(square, c));
-            }
+    fn index(numbers: [u32; LANES]) -> Self {
+        Self::from_array(numbers.map(f32::from_bits))
+    }
+
+    #[inline(always)]
+    fn numbers(index: Self) -> [u32; LANES] {
+        index.to_array().map(f32::to_bits)
+    }
+
+    #[inline(always)]
+    fn transpose_index(rows: [&[u32; 4]; LANES]) -> [Self; 4] {
+        // SAFETY: numbers of both kinds have the same size and alignment, and any bits are one.
+        Self::transpose(rows.map(|row| unsafe { &*row.as_ptr().cast() }))
+    }
+
+    #[inline(always)]
+    fn select_index(mask: Self, a: Self, b: Self) -> Self {
+        Self::select(mask, a, b)
+    }
+
+    #[inline(always)]
+    fn below(index: Self, bound: u32) -> Self {
+        // SSE2 compares signed numbers only: both are moved by half of the range.
+        // SAFETY: SSE2 is part of x86-64.
+        unsafe {
+            let half = _mm_set1_epi32(i32::MIN);
+            let bound = _mm_xor_si128(_mm_set1_epi32(bound as i32), half);
+            Sse2(index.0.map(|a| {
+                let index = _mm_xor_si128(_mm_castps_si128(a), half);
+                _mm_castsi128_ps(_mm_cmplt_epi32(index, bound))
+            }))
         }
-        children
+    }
+
+    #[inline(always)]
+    fn highest_bits(index: Self) -> u32 {
+        Self::bits(index)
+    }
+
+    #[inline(always)]
+    fn child(squares: Self, [first, second]: [Self; 2]) -> Self {
+        // SAFETY: SSE2 is part of x86-64.
+        let of = |square, first, second| unsafe {
+            // A set mask is -1 as an integer.
+            let (first, second) = (_mm_castps_si128(first), _mm_castps_si128(second));
+            let c = _mm_sub_epi32(_mm_sub_epi32(_mm_set1_epi32(1), second), _mm_add_epi32(first, first));
+            _mm_castsi128_ps(_mm_add_epi32(_mm_slli_epi32::<2>(_mm_castps_si128(square)), c))
+        };
+        let ([a, b], [c, d], [e, f]) = (squares.0, first.0, second.0);
+        Sse2([of(a, c, e), of(b, d, f)])
+    }
+
+    #[inline(always)]
+    fn gather(rows: &[[f32; 4]], index: Self) -> [Self; 4] {
+        let exist = Self::bits(Self::below(index, rows.len().min(u32::MAX as usize) as u32));
+        if exist != 0xff {
+            return Self::gather_each(rows, index);
+        }
+        let start = rows.as_ptr();
+        // SAFETY: every number is below the number of rows.
+        Self::transpose(Self::numbers(index).map(|number| unsafe { &*start.add(number as usize) }))
     }
 
     #[inline(always)]

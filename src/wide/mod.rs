@@ -19,10 +19,17 @@ pub const ALL: u32 = (1 << LANES) - 1;
 
 /// What decides where eight walks go.
 pub trait Walker<F: Lanes> {
-    /// Given the lanes that still walk and the masses of the four children, the sides that the lanes take along both
-    /// axes; what it answers for other lanes does not matter.
-    fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2];
+    /// Given the lanes that still walk, as bits, and the masses of the four children, the sides that the lanes take
+    /// along both axes; what it answers for other lanes does not matter.
+    fn choose(&mut self, walks: u32, masses: [F; 4]) -> [F::Mask; 2];
 }
+
+/// Groups of eight lanes that walk together. One group waits for most of its time: for a quotient, for a square from a far
+/// cache. Two groups wait for each other's.
+pub const GROUPS: usize = 2;
+
+/// Samples or directions of one call.
+pub const TOGETHER: usize = GROUPS * LANES;
 
 /// Densities that eight lanes can walk at once: one for all, or one for each.
 pub trait WideDensity {
@@ -32,30 +39,35 @@ pub trait WideDensity {
     fn one(&self, lane: usize) -> &Self::One;
     /// The lanes that have something to sample, as bits.
     fn positive(&self) -> u32;
-    /// Walks from the whole square to eight cells. Returns the corners of the cells as [`Density::walk`] does, and the
-    /// lanes that failed as bits.
-    fn walk_wide<F: Lanes>(&self, walker: &mut impl Walker<F>) -> ([F; 4], u32);
+    /// The lanes of `walks` (bits, for each group) walk from the whole square to cells. Returns the corners of the cells
+    /// as [`Density::walk`] does, and the lanes that failed as bits.
+    fn walk_wide<F: Lanes>(
+        groups: [&Self; GROUPS],
+        walks: [u32; GROUPS],
+        walkers: &mut [impl Walker<F>; GROUPS],
+    ) -> [([F; 4], u32); GROUPS];
 
-    /// A sample in each lane. One function for all callers, since it is large.
+    /// A sample in each lane of up to two groups. One function for all callers, since it is large.
     #[inline(never)]
-    fn sample_all(&self, frame: &Frame, u: [[f32; 2]; LANES]) -> [Sample; LANES]
+    fn sample_all(groups: [&Self; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample])
     where
         Self: Sized,
     {
-        sample::<Native, Self>(self, frame, u)
+        sample::<Native, Self>(groups, frame, u, samples)
     }
 
-    /// The pdf of a direction in each lane; 0 for one that is not of unit length.
+    /// The pdf of a direction in each lane of up to two groups; 0 for one that is not of unit length.
     #[inline(never)]
-    fn pdf_all(&self, frame: &Frame, wi: [[f32; 3]; LANES]) -> [f32; LANES]
+    fn pdf_all(groups: [&Self; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32])
     where
         Self: Sized,
     {
-        pdf::<Native, Self>(self, frame, wi)
+        pdf::<Native, Self>(groups, frame, wi, values)
     }
 }
 
 /// Walks where random numbers lead.
+#[derive(Clone, Copy)]
 struct Sampling<F> {
     /// Where in the cell.
     inside: [F; 2],
@@ -67,20 +79,36 @@ struct Sampling<F> {
 
 impl<F: Lanes> Walker<F> for Sampling<F> {
     #[inline(always)]
-    fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2] {
+    fn choose(&mut self, walks: u32, masses: [F; 4]) -> [F::Mask; 2] {
         let (sides, inside, factor) = take_quad(masses, self.inside);
-        for axis in [0, 1] {
-            let index = self.index[axis];
-            self.inside[axis] = F::select(walks, inside[axis], self.inside[axis]);
-            self.index[axis] = F::select(walks, index + index + F::unit(sides[axis]), index);
-        }
-        self.width = F::select(walks, F::splat(0.5) * self.width, self.width);
-        self.product = F::select(walks, self.product * factor, self.product);
+        let [i, j] = self.index;
+        let next = Sampling {
+            inside,
+            index: [i + i + F::unit(sides[0]), j + j + F::unit(sides[1])],
+            width: F::splat(0.5) * self.width,
+            product: self.product * factor,
+        };
+        *self = if walks == ALL { next } else { self.and_where(F::mask(walks), next) };
         sides
     }
 }
 
+impl<F: Lanes> Sampling<F> {
+    /// `next` where the mask is set.
+    #[inline(always)]
+    fn and_where(&self, mask: F::Mask, next: Self) -> Self {
+        let select = |a: [F; 2], b: [F; 2]| [F::select(mask, a[0], b[0]), F::select(mask, a[1], b[1])];
+        Sampling {
+            inside: select(next.inside, self.inside),
+            index: select(next.index, self.index),
+            width: F::select(mask, next.width, self.width),
+            product: F::select(mask, next.product, self.product),
+        }
+    }
+}
+
 /// Walks to points of the square.
+#[derive(Clone, Copy)]
 struct Locating<F> {
     /// The place inside the cell.
     rest: [F; 2],
@@ -89,76 +117,112 @@ struct Locating<F> {
 
 impl<F: Lanes> Walker<F> for Locating<F> {
     #[inline(always)]
-    fn choose(&mut self, walks: F::Mask, masses: [F; 4]) -> [F::Mask; 2] {
+    fn choose(&mut self, walks: u32, masses: [F; 4]) -> [F::Mask; 2] {
         // Doubling and taking away what is above 1 are exact: the next binary digit of each coordinate.
         let one = F::splat(1.0);
         let doubled = [self.rest[0] + self.rest[0], self.rest[1] + self.rest[1]];
         let sides = [one.le(doubled[0]), one.le(doubled[1])];
-        for axis in [0, 1] {
-            self.rest[axis] = F::select(walks, doubled[axis] - F::unit(sides[axis]), self.rest[axis]);
+        let rest = [doubled[0] - F::unit(sides[0]), doubled[1] - F::unit(sides[1])];
+        let product = self.product * quad_density(masses, sides);
+        if walks == ALL {
+            *self = Locating { rest, product };
+        } else {
+            let mask = F::mask(walks);
+            self.rest = [F::select(mask, rest[0], self.rest[0]), F::select(mask, rest[1], self.rest[1])];
+            self.product = F::select(mask, product, self.product);
         }
-        self.product = F::select(walks, self.product * quad_density(masses, sides), self.product);
         sides
     }
 }
 
-/// Eight times [`descent::sample`].
+/// As many times [`descent::sample`] as there are `u`, at most [`TOGETHER`].
 #[inline(always)]
-pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: [[f32; 2]; LANES]) -> [Sample; LANES] {
-    let positive = density.positive();
-    if positive == 0 {
-        return [Sample::default(); LANES];
-    }
-    let clamped = u.map(descent::clamp);
+pub fn sample<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
-    let inside = [F::from_array(clamped.map(|u| u[0])), F::from_array(clamped.map(|u| u[1]))];
-    let mut sampling = Sampling { inside, index: [zero; 2], width: one, product: one };
-    let (corners, failed) = density.walk_wide(&mut sampling);
-    let Sampling { inside, index, width, product } = sampling;
-    let place = sample_bilinear(corners, inside);
-    let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
-    let world = sphere::to_world(frame, sphere::direction(s));
-    let (back, unit) = sphere::to_square(frame, world);
-    let offset = [back[0] / width, back[1] / width];
-    let within = [within(index[0], offset[0]), within(index[1], offset[1])];
-    let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
-    let sound = F::bits(F::and(F::and(within[0], within[1]), unit)) & positive & !failed;
-    let (pdf, [x, y, z]) = (per_solid_angle(value).to_array(), to_arrays(world));
-    let mut samples = [Sample::default(); LANES];
-    for (i, (sample, u)) in samples.iter_mut().zip(u).enumerate() {
-        *sample = if sound >> i & 1 == 1 {
-            Sample { wi: [x[i & 7], y[i & 7], z[i & 7]], pdf: pdf[i & 7] }
-        } else {
-            descent::sample(density.one(i), frame, u)
-        };
+    let start = Sampling { inside: [zero; 2], index: [zero; 2], width: one, product: one };
+    let (mut walkers, mut walks) = ([start; GROUPS], [0; GROUPS]);
+    for (((walker, walks), density), u) in walkers.iter_mut().zip(&mut walks).zip(groups).zip(u.chunks(LANES)) {
+        let [x, y] = columns(u, [0.5; 2]);
+        walker.inside = [clamp(F::from_array(x)), clamp(F::from_array(y))];
+        *walks = density.positive() & first_lanes(u.len());
     }
-    samples
-}
-
-/// Eight times [`descent::pdf`]; 0 for a direction that is not of unit length.
-#[inline(always)]
-pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: [[f32; 3]; LANES]) -> [f32; LANES] {
-    let positive = density.positive();
-    if positive == 0 {
-        return [0.0; LANES];
-    }
-    let world = [F::from_array(wi.map(|w| w[0])), F::from_array(wi.map(|w| w[1])), F::from_array(wi.map(|w| w[2]))];
-    let (rest, unit) = sphere::to_square(frame, world);
-    let mut locating = Locating { rest, product: F::splat(1.0) };
-    let (corners, failed) = density.walk_wide(&mut locating);
-    let failed = failed | (ALL & !positive);
-    let Locating { rest, product } = locating;
-    let zero = F::splat(0.0);
-    let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
-    let mut pdf = F::select(unit, per_solid_angle(value), zero).to_array();
-    if failed != 0 {
-        for (i, (pdf, wi)) in pdf.iter_mut().zip(wi).enumerate() {
-            if failed >> i & 1 == 1 {
-                *pdf = descent::pdf(density.one(i), frame, wi).unwrap_or(0.0);
-            }
+    let cells = D::walk_wide(groups, walks, &mut walkers);
+    let parts = u.chunks(LANES).zip(samples.chunks_mut(LANES)).zip(groups);
+    for ((((u, samples), density), (corners, failed)), (walker, walks)) in
+        parts.zip(cells).zip(walkers.iter().zip(walks))
+    {
+        let Sampling { inside, index, width, product } = *walker;
+        let place = sample_bilinear(corners, inside);
+        let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
+        let world = sphere::to_world(frame, sphere::direction(s));
+        let (back, unit) = sphere::to_square(frame, world);
+        let offset = [back[0] / width, back[1] / width];
+        let within = [within(index[0], offset[0]), within(index[1], offset[1])];
+        let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
+        let sound = F::bits(F::and(F::and(within[0], within[1]), unit)) & walks & !failed;
+        let (pdf, [x, y, z]) = (per_solid_angle(value).to_array(), to_arrays(world));
+        for (i, (sample, &u)) in samples.iter_mut().zip(u).enumerate() {
+            *sample = if sound >> i & 1 == 1 {
+                Sample { wi: [x[i & 7], y[i & 7], z[i & 7]], pdf: pdf[i & 7] }
+            } else {
+                descent::sample(density.one(i), frame, u)
+            };
         }
     }
-    pdf
+}
+
+/// As many times [`descent::pdf`] as there are `wi`, at most [`TOGETHER`]; 0 for a direction that is not of unit length.
+#[inline(always)]
+pub fn pdf<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+    let zero = F::splat(0.0);
+    let start = Locating { rest: [zero; 2], product: F::splat(1.0) };
+    let (mut walkers, mut walks, mut units) = ([start; GROUPS], [0; GROUPS], [0; GROUPS]);
+    let parts = walkers.iter_mut().zip(walks.iter_mut().zip(&mut units)).zip(groups);
+    for (((walker, (walks, units)), density), wi) in parts.zip(wi.chunks(LANES)) {
+        let [x, y, z] = columns(wi, [0.0; 3]);
+        let (rest, unit) = sphere::to_square(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
+        walker.rest = rest;
+        (*walks, *units) = (density.positive() & first_lanes(wi.len()), F::bits(unit));
+    }
+    let cells = D::walk_wide(groups, walks, &mut walkers);
+    let parts = wi.chunks(LANES).zip(values.chunks_mut(LANES)).zip(groups).zip(cells);
+    for ((((wi, values), density), (corners, failed)), ((walker, walks), units)) in
+        parts.zip(walkers.iter().zip(walks).zip(units))
+    {
+        let Locating { rest, product } = *walker;
+        let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
+        let pdf = F::only(F::mask(units), per_solid_angle(value)).to_array();
+        let sound = walks & !failed;
+        for (i, (value, &wi)) in values.iter_mut().zip(wi).enumerate() {
+            *value =
+                if sound >> i & 1 == 1 { pdf[i & 7] } else { descent::pdf(density.one(i), frame, wi).unwrap_or(0.0) };
+        }
+    }
+}
+
+/// The columns of at most eight rows; lanes without a row get those of `rest`.
+#[inline(always)]
+fn columns<const N: usize>(rows: &[[f32; N]], rest: [f32; N]) -> [[f32; LANES]; N] {
+    let mut columns = rest.map(|x| [x; LANES]);
+    for (i, row) in rows.iter().enumerate() {
+        for (column, x) in columns.iter_mut().zip(row) {
+            column[i & 7] = *x;
+        }
+    }
+    columns
+}
+
+/// The bits of the first lanes.
+#[inline(always)]
+fn first_lanes(count: usize) -> u32 {
+    if count < LANES { (1 << count) - 1 } else { ALL }
+}
+
+/// As [`descent::clamp`].
+#[inline(always)]
+fn clamp<F: Lanes>(u: F) -> F {
+    let number = F::select(u.le(u), u, F::splat(0.5));
+    number.max(F::splat(0.0)).min(F::splat(descent::ONE_MINUS_EPSILON))
 }
 
 /// Whether a coordinate in units of cells lies in a cell.

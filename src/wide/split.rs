@@ -26,17 +26,19 @@ fn probability<F: Lanes>(lower: F, side: F::Mask) -> F {
     (F::unit(side) - lower).abs()
 }
 
-/// The side that `u` falls into and its position inside that side.
+/// The side that `u` falls into, its position inside that side, and the side's probability.
 #[inline(always)]
-fn take<F: Lanes>(lower: F, u: F) -> (F::Mask, F) {
+fn take<F: Lanes>(lower: F, u: F) -> (F::Mask, F, F) {
     let side = lower.le(u);
-    let offset = u - F::unit(side) * lower;
-    (side, (offset / probability(lower, side)).min(F::splat(ONE_MINUS_EPSILON)))
+    let offset = u - F::only(side, lower);
+    let probability = probability(lower, side);
+    (side, (offset / probability).min(F::splat(ONE_MINUS_EPSILON)), probability)
 }
 
+/// The factor by which a side of this probability multiplies the density.
 #[inline(always)]
-fn density<F: Lanes>(lower: F, side: F::Mask) -> F {
-    F::splat(2.0) * probability(lower, side)
+fn twice<F: Lanes>(probability: F) -> F {
+    probability + probability
 }
 
 /// Sends points of squares into their children: the sides along both axes, the points inside, and the factor of the
@@ -44,12 +46,11 @@ fn density<F: Lanes>(lower: F, side: F::Mask) -> F {
 #[inline(always)]
 pub fn take_quad<F: Lanes>(masses: [F; 4], u: [F; 2]) -> ([F::Mask; 2], [F; 2], F) {
     let [m0, m1, m2, m3] = masses;
-    let (low, high) = (lower_side(m0, m1), lower_side(m2, m3));
     let first = lower_side(m0 + m1, m2 + m3);
-    let (b1, v) = take(first, u[0]);
-    let second = F::select(b1, high, low);
-    let (b2, w) = take(second, u[1]);
-    ([b1, b2], [v, w], density(first, b1) * density(second, b2))
+    let (b1, v, p) = take(first, u[0]);
+    let second = lower_side(F::select(b1, m2, m0), F::select(b1, m3, m1));
+    let (b2, w, q) = take(second, u[1]);
+    ([b1, b2], [v, w], twice(p) * twice(q))
 }
 
 /// The factor by which the two splits that lead to a child multiply the density.
@@ -58,5 +59,5 @@ pub fn quad_density<F: Lanes>(masses: [F; 4], [b1, b2]: [F::Mask; 2]) -> F {
     let [m0, m1, m2, m3] = masses;
     let first = lower_side(m0 + m1, m2 + m3);
     let second = lower_side(F::select(b1, m2, m0), F::select(b1, m3, m1));
-    density(first, b1) * density(second, b2)
+    twice(probability(first, b1)) * twice(probability(second, b2))
 }

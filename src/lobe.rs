@@ -97,6 +97,8 @@ pub struct Lobes<'a> {
     /// By how much cosines are widened for hits that share a product.
     reuse: Reuse,
     count: usize,
+    /// Whether all lobes are Lambert's, which needs no direction but the normal.
+    is_diffuse: bool,
     table: Table<'a>,
     prepared: [Prepared; WIS_MAX_LOBES],
     raw: [Lobe; WIS_MAX_LOBES],
@@ -138,6 +140,7 @@ impl<'a> Lobes<'a> {
             flags: query.flags,
             reuse: Reuse::NONE,
             count,
+            is_diffuse: lobes.iter().all(|lobe| lobe.kind == WIS_LOBE_LAMBERT),
             table: table.unwrap_or(Table::NOTHING).seen(wo),
             prepared,
             raw: query.lobe,
@@ -159,8 +162,12 @@ impl<'a> Lobes<'a> {
             let whole = self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
             cosine = if whole { self.reuse.widen(cosine.abs()).copysign(cosine) } else { self.reuse.widen(cosine) };
         }
-        let local = [dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())), cosine];
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
+        let mut local = [zero, zero, cosine];
+        if !self.is_diffuse {
+            local[0] = dot(wi, splat(self.tangent.to_array()));
+            local[1] = dot(wi, splat(self.bitangent.to_array()));
+        }
         let mut sum = zero;
         for lobe in self.prepared.iter().take(self.count) {
             sum = sum

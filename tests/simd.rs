@@ -73,6 +73,8 @@ fn operations<F: Lanes>() {
         for (i, row) in rows.iter().enumerate() {
             assert!((0..4).all(|k| bits(columns[k][i]) == bits(row[k])));
         }
+        let back = F::rows(F::transpose(std::array::from_fn(|i| &rows[i])));
+        assert!(back.iter().flatten().zip(rows.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
 }
 
@@ -91,6 +93,9 @@ fn whole_numbers<F: Lanes>() {
         let c = 2 * (0b1100 >> i & 1) + (0b1010 >> i & 1);
         assert_eq!(child, number.wrapping_mul(4).wrapping_add(1 + c));
     }
+    let sums = F::numbers(F::add_index(index, F::index([3; LANES])));
+    assert!(sums.into_iter().zip(numbers).all(|(sum, number)| sum == number.wrapping_add(3)));
+    assert_eq!(F::with_bits(index).to_array().map(f32::to_bits), numbers);
     let other = F::index([7; LANES]);
     let chosen = F::numbers(F::select_index(F::mask(0b0101_0101), index, other));
     assert!((0..LANES).all(|i| chosen[i] == if i % 2 == 0 { numbers[i] } else { 7 }));

@@ -9,7 +9,7 @@ use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, Peak};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
-use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Square};
+use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Room, Split, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
@@ -594,9 +594,13 @@ impl Brdf for Callback {
 /// The most directions that a product asks for at once.
 const MAX_ASKED: usize = 5 * LANES;
 
-/// Where the parts of a product's block stand while it is built: header, squares and leaves, then the cells.
+/// Where the parts of a product's block stand while it is built: header, squares and leaves, then what is needed only
+/// to build.
 struct Layout {
+    room: Room,
     cells: usize,
+    priorities: usize,
+    splits: usize,
     bytes: usize,
 }
 
@@ -614,9 +618,27 @@ impl Layout {
         let squares = budget.squares as usize;
         let leaves = squares.checked_mul(3)?.checked_add(1)?;
         let stored = squares * size_of::<Square>() + leaves * size_of::<Leaf>();
+        let room = Room::new(budget.squares)?;
         let cells = (Layout::SQUARES + stored).next_multiple_of(WIS_ALIGNMENT);
-        let bytes = product::cell_count(budget.squares)? as usize * size_of::<Cell>();
-        Some(Layout { cells, bytes: (cells + bytes).next_multiple_of(WIS_ALIGNMENT) })
+        let priorities = cells + room.cells * size_of::<Cell>();
+        let splits = priorities + room.priorities * size_of::<f32>();
+        let bytes = (splits + room.splits * size_of::<Split>()).next_multiple_of(WIS_ALIGNMENT);
+        Some(Layout { room, cells, priorities, splits, bytes })
+    }
+
+    /// The room for cells.
+    ///
+    /// # Safety
+    /// The block is the caller's to write, and of nobody else while the cells live.
+    unsafe fn scratch<'a>(&self, block: &Block) -> product::Cells<'a> {
+        // SAFETY: the caller's contract; the parts do not overlap.
+        unsafe {
+            product::Cells {
+                cells: block.slice(self.cells, 0, self.room.cells),
+                priorities: block.slice(self.priorities, 0, self.room.priorities),
+                splits: block.slice(self.splits, 0, self.room.splits),
+            }
+        }
     }
 }
 
@@ -655,15 +677,15 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
 }
 
 /// The building of a product, on any lanes.
-struct Building<'a, B> {
+struct Building<'a, 'c, B> {
     environment: &'a kernel::Environment<'a>,
     frame: &'a Frame,
     brdf: &'a mut B,
-    options: Options<'a>,
-    cells: &'a mut [Cell],
+    options: Options,
+    cells: &'a mut product::Cells<'c>,
 }
 
-impl<B: Brdf> Kernel for Building<'_, B> {
+impl<B: Brdf> Kernel for Building<'_, '_, B> {
     type Output = Result<Built>;
 
     #[inline(always)]
@@ -709,13 +731,27 @@ pub(super) unsafe fn prepare_with<B: Brdf>(
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, argument))?;
         let block = Block::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
         let target = out(product, argument + 3)?;
-        let room = product::cell_count(budget.squares).unwrap_or(0) as usize;
-        let cells = block.slice::<Cell>(layout.cells, 0, room);
-        let options = Options { budget, reuse: Reuse::new(reuse_cone), prior: prior.as_ref() };
-        let building = Building { environment, frame, brdf, options, cells: &mut *cells };
+        let mut cells = layout.scratch(&block);
+        let options = Options { budget, reuse: Reuse::new(reuse_cone) };
+        let building = Building { environment, frame, brdf, options, cells: &mut cells };
         let built = if B::IS_SLOW { building.run::<Native>() } else { simd::run(level, building) };
         let built = built.map_err(|status| Failure::new(status, argument - 1))?;
-        store(&block, &built, cells, (query, reuse_cone), frame, environment.header.content_id);
+        let header = Header {
+            magic: MAGIC,
+            bytes: 0,
+            environment: environment.header.content_id,
+            query,
+            frame: frame.to_array(),
+            average: 0.0,
+            exponent: built.exponent,
+            squares: built.squares,
+            leaves: built.leaves(),
+            evaluations: built.evaluations,
+            reuse_cone,
+            visible: 0.0,
+            reserved: [0; 2],
+        };
+        store(&block, header, cells.into_used(built.cells as usize, built.squares as usize), prior.as_ref());
         target.write(memory.cast_const().cast());
     }
     Ok(())
@@ -725,37 +761,15 @@ pub(super) unsafe fn prepare_with<B: Brdf>(
 ///
 /// # Safety
 /// The block is the caller's to write.
-unsafe fn store(
-    block: &Block,
-    built: &Built,
-    cells: &[Cell],
-    (query, reuse_cone): (Query, f32),
-    frame: &Frame,
-    environment: u64,
-) {
-    let (squares, leaves) = (built.squares as usize, built.leaves as usize);
+unsafe fn store(block: &Block, header: Header, mut cells: product::Cells, prior: Option<&[f32; WIS_PRIOR_CELLS]>) {
+    let (squares, leaves) = (header.squares as usize, header.leaves as usize);
     let leaves_at = Layout::SQUARES + squares * size_of::<Square>();
-    let header = Header {
-        magic: MAGIC,
-        bytes: (leaves_at + leaves * size_of::<Leaf>()) as u64,
-        environment,
-        query,
-        frame: frame.to_array(),
-        average: built.average,
-        exponent: built.exponent,
-        squares: built.squares,
-        leaves: built.leaves,
-        evaluations: built.evaluations,
-        reuse_cone,
-        visible: built.visible,
-        reserved: [0; 2],
-    };
-    let used = cells.get(..built.cells as usize).unwrap_or(&[]);
     // SAFETY: the caller's contract; squares and leaves end before the cells begin.
     unsafe {
-        product::emit(used, block.slice(Layout::SQUARES, 0, squares), block.slice(leaves_at, 0, leaves));
+        let to = (block.slice(Layout::SQUARES, 0, squares), block.slice(leaves_at, 0, leaves));
+        let [average, visible] = cells.emit(prior, to);
         if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
-            *slot = header;
+            *slot = Header { bytes: (leaves_at + leaves * size_of::<Leaf>()) as u64, average, visible, ..header };
         }
     }
 }

@@ -1,17 +1,18 @@
 //! Building a product: which cells to refine, what a leaf weighs, and the floor under it. Up to eight cells are split
 //! side by side.
 
+use super::Parts;
 use super::base::{BASE, Base};
+use super::cells::{Batch, COARSE, Cell, Cells, NEAR, Place, Room, Split};
 use super::peak::Shape;
-use super::{LEAF, Leaf, Parts, Square};
 use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
-use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::{Frame, cell_chord};
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
+use crate::wide::ALL;
 use crate::wide::vector::{direction_in, dot, splat};
 use glam::Vec3;
 
@@ -32,13 +33,11 @@ impl Budget {
 
 /// How to build.
 #[derive(Clone, Copy, Debug)]
-pub struct Options<'a> {
+pub struct Options {
     /// What may be spent.
     pub budget: Budget,
     /// Which normals the product is to serve.
     pub reuse: Reuse,
-    /// The factors of a visibility prior.
-    pub prior: Option<&'a [f32; WIS_PRIOR_CELLS]>,
 }
 
 /// Splits that the peaks of narrow lobes may cause.
@@ -52,48 +51,6 @@ const BASE_SQUARES: u32 = 5;
 /// New values that a split needs.
 const NEW: usize = 5;
 
-/// A cell under construction.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Cell {
-    /// BRDF x cosine at the corners, as evaluated.
-    corners: [f32; 4],
-    /// The average light.
-    light: f32,
-    /// The environment's square for this cell, or [`NO_SQUARE`].
-    square: u32,
-    /// As in [`Leaf`].
-    above: u32,
-    /// The average product.
-    weight: f32,
-    /// How much a split is worth.
-    priority: f32,
-    /// The first of four children; 0 for a leaf.
-    children: u32,
-    /// Its number among the squares or leaves.
-    number: u32,
-    level: u32,
-    index: [u16; 2],
-    /// Whether it lies near a narrow lobe's peak and is too coarse for it.
-    coarse: u32,
-    /// Whether it lies near a peak at all: only then its children may.
-    near_peak: u32,
-    /// The least value of a corner; below 0 if the cell is wholly below the horizon.
-    floor: f32,
-}
-
-impl Cell {
-    /// The corners, not below the floor.
-    fn raised(&self) -> [f32; 4] {
-        if self.floor < 0.0 { [0.0; 4] } else { self.corners.map(|c| max(c, self.floor)) }
-    }
-
-    fn leaf(&self) -> Leaf {
-        let (square, light) = (self.square, self.above);
-        Leaf { corners: self.raised(), square, light, index: self.index, level: self.level }
-    }
-}
-
 /// What a build made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Built {
@@ -101,54 +58,25 @@ pub struct Built {
     pub cells: u32,
     /// Inner nodes.
     pub squares: u32,
-    /// Leaves.
-    pub leaves: u32,
     /// BRDF evaluations.
     pub evaluations: u32,
-    /// The average product over the square; 0 if there is nothing to sample.
-    pub average: f32,
-    /// The same with the factors of the visibility prior.
-    pub visible: f32,
     /// The stored values of the BRDF are its own times `2^-exponent`.
     pub exponent: i32,
 }
 
-/// The cells that a budget of squares needs.
-pub fn cell_count(squares: u32) -> Option<u32> {
-    squares.checked_mul(4)?.checked_add(1)
-}
-
-/// Up to eight cells to split.
-#[derive(Clone, Copy, Default)]
-struct Batch {
-    cells: [usize; LANES],
-    count: usize,
-}
-
-impl Batch {
-    fn push(&mut self, cell: usize) {
-        if let Some(slot) = self.cells.get_mut(self.count) {
-            *slot = cell;
-            self.count += 1;
-        }
-    }
-
-    fn iter(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.cells.into_iter().enumerate().take(self.count)
-    }
-
-    /// The lanes in use as bits.
-    fn lanes(&self) -> u32 {
-        (1 << self.count) - 1
+impl Built {
+    /// Leaves; 0 if there is nothing to sample.
+    pub fn leaves(&self) -> u32 {
+        if self.squares == 0 { 0 } else { 3 * self.squares + 1 }
     }
 }
 
 /// A build in progress.
-struct Builder<'a, B: Brdf> {
+struct Builder<'a, 'c, B: Brdf> {
     light: Tree<'a, 4>,
     frame: &'a Frame,
     brdf: &'a mut B,
-    cells: &'a mut [Cell],
+    to: &'a mut Cells<'c>,
     used: usize,
     squares: u32,
     evaluations: u32,
@@ -173,7 +101,7 @@ struct Builder<'a, B: Brdf> {
 /// Builds the cells of a product.
 ///
 /// # Errors
-/// [`Status::MemoryTooSmall`] if `cells` is shorter than [`cell_count`] of the budget,
+/// [`Status::MemoryTooSmall`] if there is less room for cells than [`Room`] tells for the budget,
 /// [`Status::CallbackFailed`] if the BRDF gives a value that is NaN, infinite or negative.
 #[inline(always)]
 pub fn build<F: Lanes, B: Brdf>(
@@ -181,11 +109,11 @@ pub fn build<F: Lanes, B: Brdf>(
     frame: &Frame,
     brdf: &mut B,
     options: &Options,
-    cells: &mut [Cell],
+    cells: &mut Cells,
 ) -> Result<Built> {
     let budget = options.budget;
-    let needed = cell_count(budget.squares).ok_or(Status::Overflow)?;
-    if budget.squares == 0 || cells.len() < needed as usize {
+    let room = Room::new(budget.squares).ok_or(Status::Overflow)?;
+    if budget.squares == 0 || !cells.fits(room) {
         return Err(Status::MemoryTooSmall);
     }
     let base = Base::evaluate::<F, B>(frame, brdf)?;
@@ -195,18 +123,21 @@ pub fn build<F: Lanes, B: Brdf>(
     let mut builder = Builder::new(light, frame, brdf, cells, &base);
     builder.horizon = options.reuse.horizon();
     let (mut batch, mut new) = builder.base::<F>(&base, budget);
+    let mut parents = Parents::load(&builder, &batch);
     loop {
-        builder.split(&batch, new);
-        batch = builder.next(budget);
+        builder.split(&batch, &parents, new);
+        batch = builder.next::<F>(budget);
         if batch.count == 0 {
-            return Ok(builder.finish(options.prior, base.exponent));
+            let (cells, squares, evaluations) = (builder.used as u32, builder.squares, builder.evaluations);
+            return Ok(Built { cells, squares, evaluations, exponent: base.exponent });
         }
-        new = builder.evaluate::<F>(&batch)?;
+        parents = Parents::load(&builder, &batch);
+        new = builder.evaluate(&batch, &parents)?;
     }
 }
 
-impl<'a, B: Brdf> Builder<'a, B> {
-    fn new(light: Tree<'a, 4>, frame: &'a Frame, brdf: &'a mut B, cells: &'a mut [Cell], base: &Base) -> Self {
+impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
+    fn new(light: Tree<'a, 4>, frame: &'a Frame, brdf: &'a mut B, to: &'a mut Cells<'c>, base: &Base) -> Self {
         let scale = exp2i(-base.exponent) as f32;
         // The mean of the base may underflow for very narrow lobes: the second term keeps the floor positive, since
         // the BRDF may well be above 0 between the directions of the base.
@@ -221,7 +152,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
             light,
             frame,
             brdf,
-            cells,
+            to,
             used: 0,
             squares: 0,
             evaluations,
@@ -236,10 +167,6 @@ impl<'a, B: Brdf> Builder<'a, B> {
         }
     }
 
-    fn cell(&self, index: usize) -> Cell {
-        self.cells.get(index).copied().unwrap_or_default()
-    }
-
     /// Makes the root and, if the budget allows, its four children. Returns the cells to split, the root or the
     /// children, and the new values for that.
     #[inline(always)]
@@ -252,121 +179,99 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let between = |i: usize, j: usize, k: usize| {
             [(k, 0), (k, 2 * k), (0, k), (2 * k, k), (k, k)].map(|(di, dj)| value(i + di, j + dj))
         };
-        let root = Cell {
-            corners: corners(0, 0, 4),
-            light: self.light.average(),
-            square: self.light.root_square().unwrap_or(NO_SQUARE),
-            above: NO_SQUARE,
-            near_peak: 1,
-            ..Cell::default()
-        };
+        let peak = if self.peaks[0].is_some() { NEAR } else { 0 };
+        let square = self.light.root_square().unwrap_or(NO_SQUARE);
+        let light = self.light.average();
+        let place = Place { square, light: NO_SQUARE, index: 0, level: 0 };
+        self.add(Cell { corners: corners(0, 0, 4), place, light, peak, ..Cell::default() });
         if budget.squares < BASE_SQUARES {
-            self.write(0, root);
-            self.used = 1;
-            return (Batch { count: 1, ..Batch::default() }, to_lanes(between(0, 0, 2).map(|value| [value; LANES])));
+            return (Batch::run(0, 1), to_lanes(between(0, 0, 2).map(|value| [value; LANES])));
         }
-        let light = self.light.children(root.square);
+        let lights = if square == NO_SQUARE { [light; 4] } else { self.light.children(square) };
         let quarters = [(0, 0), (0, 2), (2, 0), (2, 2)];
-        let children = [0, 1, 2, 3].map(|c: usize| {
-            let (i, j) = quarters.get(c).copied().unwrap_or((0, 0));
-            Cell {
-                corners: corners(i, j, 2),
-                light: if root.square == NO_SQUARE { root.light } else { light.get(c).copied().unwrap_or(0.0) },
-                square: self.child_square(root.square, c as u32),
-                above: if root.square == NO_SQUARE { NO_SQUARE } else { root.square * 4 + c as u32 },
-                level: 1,
-                index: [(i / 2) as u16, (j / 2) as u16],
-                near_peak: 1,
-                ..Cell::default()
-            }
-        });
         let mut new = [[0.0; LANES]; NEW];
-        for (lane, (i, j)) in quarters.into_iter().enumerate() {
+        for ((c, (i, j)), light) in (0u32..).zip(quarters).zip(lights) {
+            let place = Place {
+                square: self.child_square(square, c),
+                light: if square == NO_SQUARE { NO_SQUARE } else { square * 4 + c },
+                index: next_index(0, c),
+                level: 1,
+            };
+            self.add(Cell { corners: corners(i, j, 2), place, light, peak, ..Cell::default() });
             for (row, value) in new.iter_mut().zip(between(i, j, 1)) {
-                if let Some(slot) = row.get_mut(lane) {
-                    *slot = value;
-                }
+                row[c as usize & (LANES - 1)] = value;
             }
         }
-        self.write(0, Cell { children: 1, ..root });
-        for (index, child) in (1..).zip(children) {
-            self.write(index, child);
-        }
-        (self.used, self.squares) = (5, 1);
-        (Batch { cells: [1, 2, 3, 4, 0, 0, 0, 0], count: 4 }, to_lanes(new))
+        self.record(Split { cell: 0, first: 1, apart: 1 });
+        (Batch::run(1, 4), to_lanes(new))
     }
 
-    fn write(&mut self, index: usize, cell: Cell) {
-        if let Some(slot) = self.cells.get_mut(index) {
+    /// Appends a cell that is to be split at once.
+    fn add(&mut self, cell: Cell) {
+        if let Some(slot) = self.to.cells.get_mut(self.used) {
             *slot = cell;
         }
+        if let Some(priority) = self.to.priorities.get_mut(self.used) {
+            *priority = 0.0;
+        }
+        self.used += 1;
     }
 
+    /// Makes an inner node of a cell.
+    #[inline(always)]
+    fn record(&mut self, split: Split) {
+        if let Some(slot) = self.to.splits.get_mut(self.squares as usize) {
+            *slot = split;
+        }
+        if let Some(cell) = self.to.cells.get_mut(split.cell as usize) {
+            cell.inner = self.squares;
+        }
+        if let Some(priority) = self.to.priorities.get_mut(split.cell as usize) {
+            *priority = 0.0;
+        }
+        self.squares += 1;
+    }
+
+    #[inline(always)]
     fn child_square(&self, square: u32, c: u32) -> u32 {
         if square == NO_SQUARE { NO_SQUARE } else { self.light.child_square(square, c).unwrap_or(NO_SQUARE) }
     }
 
     /// The next cells to split: those about a narrow lobe's peak until they are finer than the lobe, then those that
     /// are worth most, until the budget or the gain runs out.
-    fn next(&mut self, budget: Budget) -> Batch {
+    #[inline(always)]
+    fn next<F: Lanes>(&mut self, budget: Budget) -> Batch {
         let mut batch = Batch::default();
-        let room = budget.squares.min(BASE_SQUARES + PEAK_SPLITS).saturating_sub(self.squares);
-        while self.resolved < self.used && batch.count < room.min(LANES as u32) as usize {
-            let coarse = self.cells.get(self.resolved).is_some_and(|cell| cell.coarse != 0 && cell.children == 0);
-            if coarse {
-                batch.push(self.resolved);
+        if self.peaks[0].is_some() {
+            let room = budget.squares.min(BASE_SQUARES + PEAK_SPLITS).saturating_sub(self.squares);
+            let room = room.min(LANES as u32) as usize;
+            while self.resolved < self.used && batch.count < room {
+                let coarse = |cell: &Cell| cell.peak & COARSE != 0 && cell.inner == 0;
+                if self.to.cells.get(self.resolved).is_some_and(coarse) {
+                    batch.push(self.resolved);
+                }
+                self.resolved += 1;
             }
-            self.resolved += 1;
-        }
-        if batch.count > 0 {
-            self.spent_on_peaks = self.evaluations + (batch.count * NEW) as u32;
-            return batch;
+            if batch.count > 0 {
+                self.spent_on_peaks = self.evaluations + (batch.count * NEW) as u32;
+                return batch;
+            }
         }
         let spent = self.evaluations - self.spent_on_peaks + BASE.len() as u32;
         let affordable = budget.evaluations.saturating_sub(spent) / NEW as u32;
         let affordable = affordable.min(budget.squares - self.squares);
         // Nine splits are better chosen as five and then four than as eight and then one.
         let rounds = affordable.div_ceil(LANES as u32).max(1);
-        self.most_valuable(affordable.div_ceil(rounds) as usize)
-    }
-
-    /// The leaves with the highest priority, the best first; equal ones in the order of their index.
-    fn most_valuable(&self, room: usize) -> Batch {
-        let mut best = [(TOLERANCE * self.total, usize::MAX); LANES];
-        let Some(last) = room.checked_sub(1) else { return Batch::default() };
-        let mut worst = best[0].0;
-        for (index, cell) in self.cells.iter().take(self.used).enumerate() {
-            // Inner cells have no priority.
-            if cell.priority <= worst {
-                continue;
-            }
-            let mut candidate = (cell.priority, index);
-            for kept in best.iter_mut().take(room) {
-                if candidate.0 > kept.0 {
-                    core::mem::swap(&mut candidate, kept);
-                }
-            }
-            worst = best[last & (LANES - 1)].0;
-        }
-        let mut batch = Batch::default();
-        best.iter().take(room).filter(|(_, index)| *index != usize::MAX).for_each(|&(_, index)| batch.push(index));
-        batch
+        self.to.most_valuable::<F>(self.used, TOLERANCE * self.total, affordable.div_ceil(rounds) as usize)
     }
 
     /// Evaluates the five new points of each cell of a batch.
     #[inline(always)]
-    fn evaluate<F: Lanes>(&mut self, batch: &Batch) -> Result<[F; NEW]> {
-        let (mut index, mut half) = ([[0.0; LANES]; 2], [1.0; LANES]);
-        for (lane, cell) in batch.iter() {
-            let cell = self.cell(cell);
-            index[0][lane & 7] = f32::from(cell.index[0]);
-            index[1][lane & 7] = f32::from(cell.index[1]);
-            half[lane & 7] = inverse_power(cell.level + 1);
-        }
-        let (x, y, half) = (F::from_array(index[0]), F::from_array(index[1]), F::from_array(half));
+    fn evaluate<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>) -> Result<[F; NEW]> {
+        let [x, y] = parents.index;
         let mut wi = [Asked { wi: splat([0.0; 3]), lanes: batch.lanes() }; NEW];
         for (asked, [i, j]) in wi.iter_mut().zip([[1.0, 0.0], [1.0, 2.0], [0.0, 1.0], [2.0, 1.0], [1.0, 1.0]]) {
-            let s = [(x + x + F::splat(i)) * half, (y + y + F::splat(j)) * half];
+            let s = [(x + x + F::splat(i)) * parents.half, (y + y + F::splat(j)) * parents.half];
             asked.wi = direction_in(self.frame, s);
         }
         let mut f_cos = [F::splat(0.0); NEW];
@@ -381,37 +286,67 @@ impl<'a, B: Brdf> Builder<'a, B> {
     /// Appends the four children of each cell of a batch, whose new values are the lanes of `new`: the middles of the
     /// edges at the lower and upper end of axis 2, at the lower and upper end of axis 1, and the centre.
     #[inline(always)]
-    fn split<F: Lanes>(&mut self, batch: &Batch, new: [F; NEW]) {
-        let parents = Parents::<F>::load(self, batch);
+    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, new: [F; NEW]) {
         let residuals = residuals(parents.corners, new);
         let first = self.used;
+        let mut sum = F::splat(0.0);
         for c in 0..4 {
-            let children = self.weigh(&parents, new, residuals, c);
-            for lane in 0..batch.count {
-                let cell = children.cell(&parents, lane);
-                self.total += cell.weight * area(cell.level);
-                self.write(first + 4 * lane + c as usize, cell);
-            }
+            let children = self.weigh(parents, new, residuals, c);
+            sum = sum + children.weight;
+            self.append(batch, parents, &children);
         }
-        for (lane, index) in batch.iter() {
-            if let Some(cell) = self.cells.get_mut(index) {
-                self.total -= cell.weight * area(cell.level);
-                (cell.children, cell.priority) = ((first + 4 * lane) as u32, 0.0);
-            }
+        self.put(F::splat(0.0));
+        let before = parents.weight * F::splat(4.0);
+        let change = F::only(F::mask(parents.lanes), (sum - before) * parents.half * parents.half);
+        self.total += sum_of_lanes(change.to_array());
+        for (lane, cell) in batch.iter() {
+            self.record(Split { cell: cell as u32, first: (first + lane) as u32, apart: batch.count as u32 });
         }
-        self.used = (first + 4 * batch.count).min(self.cells.len());
-        self.squares += batch.count as u32;
+    }
+
+    /// Writes priorities behind the cells in use, as many as there are lanes.
+    #[inline(always)]
+    fn put<F: Lanes>(&mut self, priority: F) {
+        if let Some(slots) = self.to.priorities.get_mut(self.used..self.used + LANES) {
+            slots.copy_from_slice(&priority.to_array());
+        }
+    }
+
+    /// Appends one child of each cell of a batch.
+    #[inline(always)]
+    fn append<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, children: &Children<F>) {
+        self.put(children.priority);
+        let all = |number: u32| F::index([number; LANES]);
+        let light = F::add_index(parents.above, F::select_index(parents.lit, all(children.c), all(0)));
+        let index = F::add_index(parents.place, all(next_index(0, children.c)));
+        let place = [F::index(children.squares), light, index, parents.level].map(F::with_bits);
+        let near = F::select_index(F::mask(children.near), all(NEAR), all(0));
+        let peak = F::add_index(near, F::select_index(F::mask(children.coarse), all(COARSE), all(0)));
+        let rest = [children.light, children.weight, F::with_bits(peak), F::splat(0.0)];
+        let (corners, raised) = (F::rows(children.corners), F::rows(children.raised));
+        let (place, rest) = (F::rows(place), F::rows(rest));
+        let slots = self.to.cells.get_mut(self.used..self.used + batch.count).unwrap_or_default();
+        for (lane, slot) in slots.iter_mut().enumerate() {
+            let lane = lane & (LANES - 1);
+            // Row by row: a cell that is put together elsewhere and then copied waits for its own parts.
+            slot.corners = corners[lane];
+            slot.raised = raised[lane];
+            slot.place = Place::from_row(&place[lane]);
+            slot.light = rest[lane][0];
+            slot.weight = rest[lane][1];
+            slot.peak = rest[lane][2].to_bits();
+            slot.inner = 0;
+        }
+        self.used += batch.count;
     }
 
     /// The weights of the `c`-th children as leaves, and what splitting them is worth.
     #[inline(always)]
-    fn weigh<F: Lanes>(&self, parents: &Parents<F>, new: [F; NEW], residuals: [F; NEW], c: u32) -> Children {
+    fn weigh<F: Lanes>(&self, parents: &Parents<F>, new: [F; NEW], residuals: [F; NEW], c: u32) -> Children<F> {
         let zero = F::splat(0.0);
         let corners = corners_of_child(parents.corners, new, c);
         let [x, y] = parents.index;
-        let index = [x + x + F::splat((c >> 1) as f32), y + y + F::splat((c & 1) as f32)];
         let width = parents.half;
-        let squares = parents.squares.map(|square| self.child_square(square, c));
         let light = parents.light[c as usize & 3];
         let largest = corners[0].max(corners[1]).max(corners[2].max(corners[3]));
         let smallest = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
@@ -420,6 +355,7 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let unsure = (F::bits(smallest.le(zero)) | parents.near) & parents.lanes;
         if unsure != 0 {
             let half = F::splat(0.5);
+            let index = [x + x + F::splat((c >> 1) as f32), y + y + F::splat((c & 1) as f32)];
             let middle = [(index[0] + half) * width, (index[1] + half) * width];
             let centre = direction_in(self.frame, middle);
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
@@ -441,10 +377,12 @@ impl<'a, B: Brdf> Builder<'a, B> {
                 }
             }
         }
+        let reaches = zero.le(floor);
         let mut raised = corners;
         for corner in &mut raised {
-            *corner = F::select(zero.le(floor), corner.max(floor), zero);
+            *corner = F::only(reaches, corner.max(floor));
         }
+        let squares = self.squares_of_children(parents, c);
         let weight = self.leaf_weight(raised, light, squares);
         let [r0, r1, r2, r3] = raised;
         let mean = F::splat(0.25) * ((r0 + r1) + (r2 + r3));
@@ -452,184 +390,160 @@ impl<'a, B: Brdf> Builder<'a, B> {
         let beyond = residuals_of_child(residuals, c);
         let error = F::splat(0.35) * beyond + F::splat(0.03) * spread;
         let worth = width * width * light * error * error / (mean + F::splat(0.3) * error);
-        let priority = F::select(zero.lt(mean), worth, zero);
+        let divisible = F::and(zero.lt(mean), F::mask(parents.divisible));
         Children {
             c,
-            corners: [corners[0].to_array(), corners[1].to_array(), corners[2].to_array(), corners[3].to_array()],
-            light: light.to_array(),
+            corners,
+            raised,
+            light,
             squares,
-            weight: weight.to_array(),
-            priority: priority.to_array(),
-            floor: floor.to_array(),
+            weight,
+            priority: F::only(divisible, worth),
             near: near & parents.near,
-            coarse: coarse & parents.near,
+            coarse: coarse & parents.near & parents.divisible,
+        }
+    }
+
+    /// The environment's squares for the `c`-th children.
+    #[inline(always)]
+    fn squares_of_children<F: Lanes>(&self, parents: &Parents<F>, c: u32) -> [u32; LANES] {
+        if parents.in_heap {
+            parents.squares.map(|square| square.wrapping_mul(4).wrapping_add(1 + c))
+        } else {
+            parents.squares.map(|square| self.child_square(square, c))
         }
     }
 
     /// The average product over leaves, as the descent below them sees it.
     #[inline(always)]
     fn leaf_weight<F: Lanes>(&self, corners: [F; 4], light: F, squares: [u32; LANES]) -> F {
-        let lit = squares.iter().rev().fold(0, |bits, &square| bits << 1 | u32::from(square != NO_SQUARE));
-        let stored = self.light.squares();
-        let below = F::transpose(squares.map(|square| stored.get(square as usize).unwrap_or(&[0.0; 4])));
-        let masses = Parts::whole(corners).masses(below);
-        let mut weights = masses;
-        for (weight, corner) in weights.iter_mut().zip(corners) {
-            *weight = F::select(F::mask(lit), *weight, light * corner);
+        let squares = F::index(squares);
+        let mut weights = Parts::whole(corners).masses(F::gather(self.light.squares(), squares));
+        // Squares are fewer than 2^31, and NO_SQUARE is more.
+        let dark = F::highest_bits(squares);
+        if dark != 0 {
+            let dark = F::mask(dark);
+            for (weight, corner) in weights.iter_mut().zip(corners) {
+                *weight = F::select(dark, light * corner, *weight);
+            }
         }
         let [a, b, c, d] = weights;
         F::splat(0.25) * ((a + b) + (c + d))
     }
-
-    /// Sums the weights up to the root and numbers squares and leaves.
-    fn finish(self, prior: Option<&[f32; WIS_PRIOR_CELLS]>, exponent: i32) -> Built {
-        let cells = self.cells.get_mut(..self.used).unwrap_or(&mut []);
-        let average = sum_up(cells);
-        let mut visible = average;
-        if let Some(weights) = prior {
-            for cell in cells.iter_mut().filter(|cell| cell.children == 0) {
-                cell.weight *= mean_weight(weights, cell.level, cell.index);
-            }
-            visible = sum_up(cells);
-        }
-        let (mut squares, mut leaves) = (0, 0);
-        for cell in cells.iter_mut() {
-            let counter = if cell.children == 0 { &mut leaves } else { &mut squares };
-            cell.number = *counter;
-            *counter += 1;
-        }
-        Built { cells: self.used as u32, squares, leaves, evaluations: self.evaluations, average, visible, exponent }
-    }
-}
-
-/// Sums the weights of leaves up to the root.
-fn sum_up(cells: &mut [Cell]) -> f32 {
-    for index in (0..cells.len()).rev() {
-        let children = cells.get(index).map_or(0, |cell| cell.children as usize);
-        if children != 0 {
-            let sum = |k: usize| cells.get(children + k).map_or(0.0, |child| child.weight);
-            let weight = 0.25 * ((sum(0) + sum(1)) + (sum(2) + sum(3)));
-            if let Some(cell) = cells.get_mut(index) {
-                cell.weight = weight;
-            }
-        }
-    }
-    cells.first().map_or(0.0, |root| root.weight)
 }
 
 /// Values above this multiple of the largest of the base are cut, so that products stay finite.
 const LARGEST: f32 = 1e9;
 
-fn area(level: u32) -> f32 {
-    inverse_power(2 * level)
+/// The index of child `c` of a cell, both axes in one number.
+fn next_index(index: u32, c: u32) -> u32 {
+    2 * index + (c >> 1 & 1) + ((c & 1) << 16)
 }
 
-/// Writes the squares and leaves of built cells; the slices have the lengths that [`Built`] tells.
-pub fn emit(cells: &[Cell], squares: &mut [Square], leaves: &mut [Leaf]) {
-    for cell in cells {
-        if cell.children == 0 {
-            if let Some(leaf) = leaves.get_mut(cell.number as usize) {
-                *leaf = cell.leaf();
-            }
-        } else if let Some(square) = squares.get_mut(cell.number as usize) {
-            *square = Square::default();
-            let children = cells.iter().skip(cell.children as usize);
-            for ((weight, link), child) in square.weights.iter_mut().zip(&mut square.links).zip(children) {
-                *weight = child.weight;
-                *link = if child.children == 0 { child.number | LEAF } else { child.number };
-            }
-        }
-    }
+/// A sum in a fixed order.
+fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
 /// Cells that are about to be split, one in each lane.
 struct Parents<F: Lanes> {
-    /// The lanes in use, and those that lie near a peak, as bits.
+    /// The lanes in use, those that lie near a peak, and those whose children may be split, as bits.
     lanes: u32,
     near: u32,
+    divisible: u32,
     corners: [F; 4],
+    weight: F,
     index: [F; 2],
     /// The width of a child, and the largest distance from its centre.
     half: F,
     chord: F,
-    squares: [u32; LANES],
     /// The light of each child.
     light: [F; 4],
-    cells: [Cell; LANES],
+    squares: [u32; LANES],
+    /// Whether the squares of all children stand in heap order.
+    in_heap: bool,
+    /// [`Place::light`] of the first children; that of the others is larger by their number in the lanes that are lit.
+    above: F::Index,
+    lit: F::Mask,
+    /// [`Place::index`] and level of the first children.
+    place: F::Index,
+    level: F::Index,
 }
 
 impl<F: Lanes> Parents<F> {
     #[inline(always)]
     fn load<B: Brdf>(builder: &Builder<B>, batch: &Batch) -> Self {
-        let mut cells = [Cell { square: NO_SQUARE, ..Cell::default() }; LANES];
-        for (slot, (_, index)) in cells.iter_mut().zip(batch.iter()) {
-            *slot = builder.cell(index);
-        }
-        let light = |cell: Cell| {
-            if cell.square == NO_SQUARE { [cell.light; 4] } else { builder.light.children(cell.square) }
+        const NOTHING: Cell = Cell {
+            corners: [0.0; 4],
+            raised: [0.0; 4],
+            place: Place { square: 0, light: 0, index: 0, level: 0 },
+            light: 0.0,
+            weight: 0.0,
+            peak: 0,
+            inner: 0,
         };
-        let light = cells.map(light);
-        let mut numbers = [[0.0; LANES]; 4];
-        for (lane, cell) in cells.iter().enumerate() {
-            let of_cell = [
-                f32::from(cell.index[0]),
-                f32::from(cell.index[1]),
-                inverse_power(cell.level + 1),
-                cell_chord(cell.level + 1),
-            ];
-            for (row, number) in numbers.iter_mut().zip(of_cell) {
-                row[lane] = number;
-            }
+        let mut cells = [&NOTHING; LANES];
+        for (slot, (_, index)) in cells.iter_mut().zip(batch.iter()) {
+            *slot = builder.to.cells.get(index).unwrap_or(&NOTHING);
         }
+        let level = cells.map(|cell| cell.place.level + 1);
+        let index = cells.map(|cell| cell.place.index);
+        let squares = cells.map(|cell| cell.place.square);
+        let inner = builder.light.heap().saturating_sub(1) / 4;
+        let in_heap = squares.iter().fold(true, |all, &square| all & (square < inner));
+        let (mut above, mut lit) = (squares.map(|square| square.wrapping_mul(4)), ALL);
+        let light = if squares.contains(&NO_SQUARE) {
+            let light = |cell: &Cell| match cell.place.square {
+                NO_SQUARE => [cell.light; 4],
+                square => builder.light.children(square),
+            };
+            for (lane, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.place.square == NO_SQUARE) {
+                above[lane & (LANES - 1)] = cell.place.light;
+                lit &= !(1 << lane);
+            }
+            F::transpose(cells.map(light).each_ref())
+        } else {
+            F::gather(builder.light.squares(), F::index(squares))
+        };
+        let near = if builder.peaks[0].is_some() {
+            cells.iter().rev().fold(0, |bits, cell| bits << 1 | (cell.peak & NEAR))
+        } else {
+            0
+        };
+        let (x, y) = (index.map(|index| (index & 0xffff) as f32), index.map(|index| (index >> 16) as f32));
+        let index = F::index(index);
         Parents {
             lanes: batch.lanes(),
-            near: cells.iter().rev().fold(0, |bits, cell| bits << 1 | u32::from(cell.near_peak != 0)),
-            corners: F::transpose(cells.each_ref().map(|cell| &cell.corners)),
-            index: [F::from_array(numbers[0]), F::from_array(numbers[1])],
-            half: F::from_array(numbers[2]),
-            chord: F::from_array(numbers[3]),
-            squares: cells.map(|cell| cell.square),
-            light: F::transpose(light.each_ref()),
-            cells,
+            near,
+            divisible: F::bits(F::below(F::index(level), MAX_DEPTH)) & batch.lanes(),
+            corners: F::transpose(cells.map(|cell| &cell.corners)),
+            weight: F::from_array(cells.map(|cell| cell.weight)),
+            index: [F::from_array(x), F::from_array(y)],
+            half: F::from_array(level.map(inverse_power)),
+            chord: F::from_array(level.map(cell_chord)),
+            light,
+            squares,
+            in_heap,
+            above: F::index(above),
+            lit: F::mask(lit),
+            place: F::add_index(index, index),
+            level: F::index(level),
         }
     }
 }
 
 /// One child of each of eight cells.
-struct Children {
+struct Children<F> {
     c: u32,
-    corners: [[f32; LANES]; 4],
-    light: [f32; LANES],
+    corners: [F; 4],
+    /// The corners, not below the floor; 0 if a cell is wholly below the horizon.
+    raised: [F; 4],
+    light: F,
     squares: [u32; LANES],
-    weight: [f32; LANES],
-    priority: [f32; LANES],
-    floor: [f32; LANES],
+    weight: F,
+    priority: F,
     near: u32,
     coarse: u32,
-}
-
-impl Children {
-    #[inline(always)]
-    fn cell<F: Lanes>(&self, parents: &Parents<F>, lane: usize) -> Cell {
-        let lane = lane & (LANES - 1);
-        let parent = &parents.cells[lane];
-        let level = parent.level + 1;
-        let deepest = level >= MAX_DEPTH;
-        Cell {
-            corners: self.corners.map(|corner| corner[lane]),
-            light: self.light[lane],
-            square: self.squares[lane],
-            above: if parent.square == NO_SQUARE { parent.above } else { parent.square * 4 + self.c },
-            weight: self.weight[lane],
-            priority: if deepest { 0.0 } else { self.priority[lane] },
-            level,
-            index: [2 * parent.index[0] + (self.c >> 1) as u16, 2 * parent.index[1] + (self.c & 1) as u16],
-            coarse: if deepest { 0 } else { self.coarse >> lane & 1 },
-            near_peak: self.near >> lane & 1,
-            floor: self.floor[lane],
-            ..Cell::default()
-        }
-    }
 }
 
 /// The corners of child `c` from its parent's corners and five new values.

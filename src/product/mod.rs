@@ -7,9 +7,11 @@
 
 mod base;
 mod build;
+mod cells;
 mod peak;
 
-pub use build::{Budget, Built, Cell, Options, build, cell_count, emit};
+pub use build::{Budget, Built, Options, build};
+pub use cells::{Cell, Cells, Room, Split};
 
 use crate::descent::{Density, lerp};
 use crate::environment::Descent;

@@ -21,8 +21,9 @@ pub struct Shape<F: Lanes> {
     centre: V3<F>,
     /// No point of a cell is farther from its centre.
     chord: F,
-    /// The vectors from the centres to the middles of the upper edges, if any cell is small enough to be flat.
-    half_axes: Option<[V3<F>; 2]>,
+    /// The vectors from the centres to the middles of the upper edges, of cells small enough to be flat; if none is, 0:
+    /// the compiler may compute with them before it looks whether any is, and denormal numbers would be slow.
+    half_axes: [V3<F>; 2],
     flat: F::Mask,
     area: F,
 }
@@ -46,12 +47,11 @@ impl<F: Lanes> Shape<F> {
         let half = F::splat(0.5) * width;
         let [x, y] = middle;
         let flat = width.le(F::splat(FLAT_WIDTH));
-        let half_axes = if F::bits(flat) != 0 {
+        let mut half_axes = [splat([0.0; 3]); 2];
+        if F::bits(flat) != 0 {
             let (along, across) = (direction_in(frame, [x + half, y]), direction_in(frame, [x, y + half]));
-            Some([subtract(along, centre), subtract(across, centre)])
-        } else {
-            None
-        };
+            half_axes = [subtract(along, centre), subtract(across, centre)];
+        }
         Shape { centre, chord, half_axes, flat, area: width * width }
     }
 
@@ -77,12 +77,10 @@ impl<F: Lanes> Shape<F> {
         let along = dot(offset, offset).sqrt().le(F::splat(radii[0]) + self.chord);
         let across = dot(offset, splat(peak.across.to_array())).abs().le(F::splat(radii[1]) + self.chord);
         let close = F::and(along, across);
-        match self.half_axes {
-            Some(axes) if F::bits(F::and(close, self.flat)) != 0 => {
-                F::select_mask(self.flat, F::and(close, overlaps(peak, radii, offset, axes)), close)
-            }
-            _ => close,
+        if F::bits(F::and(close, self.flat)) == 0 {
+            return close;
         }
+        F::select_mask(self.flat, F::and(close, overlaps(peak, radii, offset, self.half_axes)), close)
     }
 }
 

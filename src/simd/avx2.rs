@@ -2,12 +2,13 @@
 
 use super::{LANES, Lanes};
 use core::arch::x86_64::{
-    __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256,
-    _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps128_ps256, _mm256_castsi256_ps,
-    _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_div_ps, _mm256_insertf128_ps, _mm256_loadu_ps,
-    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set_epi32, _mm256_set1_epi32,
-    _mm256_set1_ps, _mm256_shuffle_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_storeu_ps, _mm256_sub_epi32,
-    _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps, _mm256_xor_si256,
+    __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm_storeu_ps, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps,
+    _mm256_and_si256, _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps128_ps256,
+    _mm256_castps256_ps128, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_div_ps,
+    _mm256_extractf128_ps, _mm256_insertf128_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
+    _mm256_mul_ps, _mm256_or_ps, _mm256_set_epi32, _mm256_set1_epi32, _mm256_set1_ps, _mm256_shuffle_ps,
+    _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_storeu_ps, _mm256_sub_epi32, _mm256_sub_ps, _mm256_unpackhi_ps,
+    _mm256_unpacklo_ps, _mm256_xor_si256,
 };
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -71,16 +72,22 @@ impl Lanes for Avx2 {
                 let low = _mm256_castps128_ps256(_mm_loadu_ps(low.as_ptr()));
                 _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(high.as_ptr()))
             };
-            let (a, b, c, d) = (pair(a, e), pair(b, f), pair(c, g), pair(d, h));
-            let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
-            let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
-            [
-                Avx2(_mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low)),
-                Avx2(_mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low)),
-                Avx2(_mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high)),
-                Avx2(_mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high)),
-            ]
+            transpose_registers([pair(a, e), pair(b, f), pair(c, g), pair(d, h)]).map(Avx2)
         }
+    }
+
+    #[inline(always)]
+    fn rows([a, b, c, d]: [Self; 4]) -> [[f32; 4]; LANES] {
+        let mut rows = [[0.0; 4]; LANES];
+        // Rows i and i + 4 share a register.
+        for (i, pair) in transpose_registers([a.0, b.0, c.0, d.0]).into_iter().enumerate() {
+            // SAFETY: the value shows that there is AVX2; the stores are to the rows.
+            unsafe {
+                _mm_storeu_ps(rows[i & 3].as_mut_ptr(), _mm256_castps256_ps128(pair));
+                _mm_storeu_ps(rows[i & 3 | 4].as_mut_ptr(), _mm256_extractf128_ps::<1>(pair));
+            }
+        }
+        rows
     }
 
     #[inline(always)]
@@ -179,6 +186,17 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn add_index(a: Self, b: Self) -> Self {
+        // SAFETY: the value shows that there is AVX2.
+        unsafe { Avx2(_mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(a.0), _mm256_castps_si256(b.0)))) }
+    }
+
+    #[inline(always)]
+    fn with_bits(index: Self) -> Self {
+        index
+    }
+
+    #[inline(always)]
     fn below(index: Self, bound: u32) -> Self {
         // AVX2 compares signed numbers only: both are moved by half of the range.
         // SAFETY: the value shows that there is AVX2.
@@ -231,5 +249,21 @@ impl Lanes for Avx2 {
     fn bits(mask: Self) -> u32 {
         // SAFETY: the value shows that there is AVX2.
         unsafe { _mm256_movemask_ps(mask.0) as u32 }
+    }
+}
+
+/// Both halves of four registers, each transposed. Whoever has registers of AVX2 has AVX2.
+#[inline(always)]
+fn transpose_registers([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+    // SAFETY: the registers show that there is AVX2.
+    unsafe {
+        let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+        let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
+            _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+        ]
     }
 }

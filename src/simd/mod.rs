@@ -48,6 +48,8 @@ pub trait Lanes:
     fn to_array(self) -> [f32; LANES];
     /// Element `k` of lane `i`'s row in lane `i` of result `k`.
     fn transpose(rows: [&[f32; 4]; LANES]) -> [Self; 4];
+    /// The inverse of [`Lanes::transpose`].
+    fn rows(columns: [Self; 4]) -> [[f32; 4]; LANES];
     /// The square root.
     fn sqrt(self) -> Self;
     /// The number without its sign.
@@ -80,6 +82,10 @@ pub trait Lanes:
     fn transpose_index(rows: [&[u32; 4]; LANES]) -> [Self::Index; 4];
     /// `a` where the mask is set, elsewhere `b`.
     fn select_index(mask: Self::Mask, a: Self::Index, b: Self::Index) -> Self::Index;
+    /// The sum, wrapping.
+    fn add_index(a: Self::Index, b: Self::Index) -> Self::Index;
+    /// Numbers with the bits of whole numbers, which mean nothing as numbers: to be moved together with some that do.
+    fn with_bits(index: Self::Index) -> Self;
     /// index < bound.
     fn below(index: Self::Index, bound: u32) -> Self::Mask;
     /// The highest bits of the whole numbers as bits, lane 0 lowest.

@@ -73,6 +73,15 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn rows(columns: [Self; 4]) -> [[f32; 4]; LANES] {
+        let mut rows = [[0.0; 4]; LANES];
+        for (i, row) in rows.iter_mut().enumerate() {
+            *row = columns.map(|column| column.0[i & (LANES - 1)]);
+        }
+        rows
+    }
+
+    #[inline(always)]
     fn sqrt(self) -> Self {
         self.each(sqrt)
     }
@@ -159,6 +168,20 @@ impl Lanes for Portable {
             *lane = if mask >> i & 1 == 1 { a } else { *lane };
         }
         lanes
+    }
+
+    #[inline(always)]
+    fn add_index(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
+        let mut lanes = a;
+        for (a, b) in lanes.iter_mut().zip(b) {
+            *a = a.wrapping_add(b);
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn with_bits(index: [u32; LANES]) -> Self {
+        Portable(index.map(f32::from_bits))
     }
 
     #[inline(always)]

@@ -78,6 +78,19 @@ impl Lanes for Sse2 {
     }
 
     #[inline(always)]
+    fn rows([a, b, c, d]: [Self; 4]) -> [[f32; 4]; LANES] {
+        let mut rows = [[0.0; 4]; LANES];
+        for half in [0, 1] {
+            let four = transpose_registers([a.0[half], b.0[half], c.0[half], d.0[half]]);
+            for (row, register) in rows.iter_mut().skip(4 * half).zip(four) {
+                // SAFETY: SSE2 is part of x86-64; the store is to the row.
+                unsafe { _mm_storeu_ps(row.as_mut_ptr(), register) };
+            }
+        }
+        rows
+    }
+
+    #[inline(always)]
     fn sqrt(self) -> Self {
         // SAFETY: SSE2 is part of x86-64.
         Sse2(self.0.map(|a| unsafe { _mm_sqrt_ps(a) }))
@@ -176,6 +189,17 @@ impl Lanes for Sse2 {
     }
 
     #[inline(always)]
+    fn add_index(a: Self, b: Self) -> Self {
+        // SAFETY: SSE2 is part of x86-64.
+        a.with(b, |a, b| unsafe { _mm_castsi128_ps(_mm_add_epi32(_mm_castps_si128(a), _mm_castps_si128(b))) })
+    }
+
+    #[inline(always)]
+    fn with_bits(index: Self) -> Self {
+        index
+    }
+
+    #[inline(always)]
     fn below(index: Self, bound: u32) -> Self {
         // SSE2 compares signed numbers only: both are moved by half of the range.
         // SAFETY: SSE2 is part of x86-64.
@@ -240,8 +264,13 @@ impl Lanes for Sse2 {
 #[inline(always)]
 fn transpose4(rows: [&[f32; 4]; 4]) -> [__m128; 4] {
     // SAFETY: SSE2 is part of x86-64; each load is of the four numbers of a row.
+    transpose_registers(rows.map(|row| unsafe { _mm_loadu_ps(row.as_ptr()) }))
+}
+
+#[inline(always)]
+fn transpose_registers([a, b, c, d]: [__m128; 4]) -> [__m128; 4] {
+    // SAFETY: SSE2 is part of x86-64.
     unsafe {
-        let [a, b, c, d] = rows.map(|row| _mm_loadu_ps(row.as_ptr()));
         let (ab_low, ab_high) = (_mm_unpacklo_ps(a, b), _mm_unpackhi_ps(a, b));
         let (cd_low, cd_high) = (_mm_unpacklo_ps(c, d), _mm_unpackhi_ps(c, d));
         [

@@ -647,6 +647,20 @@ enum wis_status wis_environment_sample_n(const struct wis_environment *environme
                                          float *pdf,
                                          size_t pdf_stride);
 
+/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
+/// thirds of the time.
+enum wis_status wis_environment_sample_lanes(const struct wis_environment *environment,
+                                             uint32_t distribution,
+                                             const float world_from_map[9],
+                                             uint32_t cpu_level,
+                                             size_t count,
+                                             const float *u,
+                                             size_t u_stride,
+                                             float *wi,
+                                             size_t wi_stride,
+                                             float *pdf,
+                                             size_t pdf_stride);
+
 /// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with.
 enum wis_status wis_environment_pdf(const struct wis_environment *environment,
                                     uint32_t distribution,
@@ -663,6 +677,18 @@ enum wis_status wis_environment_pdf_n(const struct wis_environment *environment,
                                       size_t wi_stride,
                                       float *pdf,
                                       size_t pdf_stride);
+
+/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
+/// thirds of the time.
+enum wis_status wis_environment_pdf_lanes(const struct wis_environment *environment,
+                                          uint32_t distribution,
+                                          const float world_from_map[9],
+                                          uint32_t cpu_level,
+                                          size_t count,
+                                          const float *wi,
+                                          size_t wi_stride,
+                                          float *pdf,
+                                          size_t pdf_stride);
 
 /// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
 enum wis_status wis_environment_invert(const struct wis_environment *environment,
@@ -903,6 +929,19 @@ enum wis_status wis_product_sample_n(const struct wis_environment *environment,
                                      float *pdf,
                                      size_t pdf_stride);
 
+/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
+/// the time.
+enum wis_status wis_product_sample_lanes(const struct wis_environment *environment,
+                                         const struct wis_product *product,
+                                         uint32_t cpu_level,
+                                         size_t count,
+                                         const float *u,
+                                         size_t u_stride,
+                                         float *wi,
+                                         size_t wi_stride,
+                                         float *pdf,
+                                         size_t pdf_stride);
+
 /// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with, and
 /// above 0 wherever radiance x BRDF x cosine is.
 enum wis_status wis_product_pdf(const struct wis_environment *environment,
@@ -918,6 +957,17 @@ enum wis_status wis_product_pdf_n(const struct wis_environment *environment,
                                   size_t wi_stride,
                                   float *pdf,
                                   size_t pdf_stride);
+
+/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
+/// the time.
+enum wis_status wis_product_pdf_lanes(const struct wis_environment *environment,
+                                      const struct wis_product *product,
+                                      uint32_t cpu_level,
+                                      size_t count,
+                                      const float *wi,
+                                      size_t wi_stride,
+                                      float *pdf,
+                                      size_t pdf_stride);
 
 /// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
 enum wis_status wis_product_invert(const struct wis_environment *environment,
@@ -949,6 +999,18 @@ enum wis_status wis_products_sample(const struct wis_environment *environment,
                                     float *pdf,
                                     size_t pdf_stride);
 
+/// As wis_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+enum wis_status wis_products_sample_lanes(const struct wis_environment *environment,
+                                          uint32_t cpu_level,
+                                          size_t count,
+                                          const struct wis_product *const *product,
+                                          const float *u,
+                                          size_t u_stride,
+                                          float *wi,
+                                          size_t wi_stride,
+                                          float *pdf,
+                                          size_t pdf_stride);
+
 /// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
 /// that is not of unit length. Strides as above.
 enum wis_status wis_products_pdf(const struct wis_environment *environment,
@@ -958,6 +1020,16 @@ enum wis_status wis_products_pdf(const struct wis_environment *environment,
                                  size_t wi_stride,
                                  float *pdf,
                                  size_t pdf_stride);
+
+/// As wis_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+enum wis_status wis_products_pdf_lanes(const struct wis_environment *environment,
+                                       uint32_t cpu_level,
+                                       size_t count,
+                                       const struct wis_product *const *product,
+                                       const float *wi,
+                                       size_t wi_stride,
+                                       float *pdf,
+                                       size_t pdf_stride);
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
 /// storage, resolution and error budget do not matter.

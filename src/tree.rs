@@ -324,6 +324,14 @@ impl<'a, const C: usize> Tree<'a, C> {
         if (child as usize) < self.squares.len() { Some(child) } else { None }
     }
 
+    /// Whether a square may have a child in heap order or behind the heap: false only if it has none.
+    #[inline(always)]
+    pub(crate) fn may_have(&self, square: u32, child: u32) -> bool {
+        let Some(cell) = child.checked_sub(self.heap) else { return true };
+        square >= self.heap
+            || self.marks.get((cell / 32) as usize).is_some_and(|mark| mark.bits >> (cell % 32) & 1 == 1)
+    }
+
     /// The square below a finest cell of the heap, which is numbered in Morton order as heap order goes on.
     #[inline]
     fn refinement(&self, cell: u32) -> Option<u32> {

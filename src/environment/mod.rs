@@ -213,18 +213,20 @@ impl<'a, F: Lanes> Descent<'a, F> {
         self.squares = F::select_index(F::mask(walks), children, self.squares);
         self.walks = walks;
         if leaving != 0 && !self.tree.links().is_empty() {
-            self.leave(sides, leaving);
+            self.leave(sides, F::numbers(children), leaving);
         }
     }
 
     /// Lanes that leave the heap, or are behind it, ask one by one.
     #[inline(always)]
-    fn leave(&mut self, sides: [F::Mask; 2], leaving: u32) {
+    fn leave(&mut self, sides: [F::Mask; 2], children: [u32; LANES], leaving: u32) {
         let sides = [F::bits(sides[0]), F::bits(sides[1])];
         let mut squares = F::numbers(self.squares);
-        for (i, square) in squares.iter_mut().enumerate().filter(|(i, _)| leaving >> i & 1 == 1) {
+        for (i, (square, child)) in squares.iter_mut().zip(children).enumerate() {
+            // Most cells of the heap are not refined.
+            let asks = leaving >> i & 1 == 1 && self.tree.may_have(*square, child);
             let c = 2 * (sides[0] >> i & 1) + (sides[1] >> i & 1);
-            if let Some(child) = self.tree.child_square(*square, c) {
+            if let Some(child) = asks.then(|| self.tree.child_square(*square, c)).flatten() {
                 *square = child;
                 self.walks |= 1 << i;
             }
@@ -257,11 +259,15 @@ impl WideDensity for Light<'_> {
             let starts = if tree.root_square().is_some() { walks[g] } else { 0 };
             Descent::<F>::from(tree, [0; LANES], starts)
         });
-        let mut levels = 0;
-        while descents.iter().any(|descent| descent.walks != 0) && levels < crate::tree::MAX_REFINED {
-            for (descent, walker) in descents.iter_mut().zip(walkers.iter_mut()).filter(|(d, _)| d.walks != 0) {
-                let sides = walker.choose(descent.walks, descent.children());
-                descent.step(sides);
+        let (mut levels, mut walks) = (0, true);
+        while walks && levels < crate::tree::MAX_REFINED {
+            walks = false;
+            for (descent, walker) in descents.iter_mut().zip(walkers.iter_mut()) {
+                if descent.walks != 0 {
+                    let sides = walker.choose(descent.walks, descent.children());
+                    descent.step(sides);
+                    walks |= descent.walks != 0;
+                }
             }
             levels += 1;
         }

@@ -35,6 +35,7 @@ pub(super) unsafe fn sample<D: Density>(
 #[inline(always)]
 pub(super) unsafe fn sample_n<D: WideDensity>(
     (density, frame): (&D, &Frame),
+    cpu_level: u32,
     count: usize,
     u: (*const f32, usize),
     wi: (*mut f32, usize),
@@ -58,7 +59,7 @@ pub(super) unsafe fn sample_n<D: WideDensity>(
                 *sample = descent::sample(density.one(lane), frame, *point);
             }
         } else {
-            D::sample_all([density; GROUPS], frame, points, samples);
+            D::sample_all(cpu_level, [density; GROUPS], frame, points, samples);
         }
         for (i, sample) in samples.iter().enumerate() {
             // SAFETY: as above.
@@ -98,6 +99,7 @@ pub(super) unsafe fn pdf<D: Density>(
 #[inline(always)]
 pub(super) unsafe fn pdf_n<D: WideDensity>(
     (density, frame): (&D, &Frame),
+    cpu_level: u32,
     count: usize,
     wi: (*const f32, usize),
     pdf: (*mut f32, usize),
@@ -119,7 +121,7 @@ pub(super) unsafe fn pdf_n<D: WideDensity>(
                 *value = descent::pdf(density.one(lane), frame, *direction).unwrap_or(0.0);
             }
         } else {
-            D::pdf_all([density; GROUPS], frame, directions, values);
+            D::pdf_all(cpu_level, [density; GROUPS], frame, directions, values);
         }
         for (i, value) in values.iter().enumerate() {
             // SAFETY: as above.

@@ -10,6 +10,7 @@ use super::{
 use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::environment::{Header, Light, MAGIC};
+use crate::simd::BASELINE;
 use crate::sphere::Frame;
 use crate::status::Status;
 use crate::tree::{Link, Mark, Tree};
@@ -384,7 +385,35 @@ pub unsafe extern "C" fn wis_environment_sample_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::sample_n((&light, &frame), count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 5)
+            density::sample_n((&light, &frame), BASELINE, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 5)
+        }
+    })
+}
+
+/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
+/// thirds of the time.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_environment_sample_lanes(
+    environment: *const Environment,
+    distribution: u32,
+    world_from_map: *const [f32; 9],
+    cpu_level: u32,
+    count: usize,
+    u: *const f32,
+    u_stride: usize,
+    wi: *mut f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let (light, frame) = light(environment, distribution, world_from_map)?;
+            density::sample_n((&light, &frame), cpu_level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }
@@ -429,7 +458,33 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::pdf_n((&light, &frame), count, (wi, wi_stride), (pdf, pdf_stride), 5)
+            density::pdf_n((&light, &frame), BASELINE, count, (wi, wi_stride), (pdf, pdf_stride), 5)
+        }
+    })
+}
+
+/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
+/// thirds of the time.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_environment_pdf_lanes(
+    environment: *const Environment,
+    distribution: u32,
+    world_from_map: *const [f32; 9],
+    cpu_level: u32,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let (light, frame) = light(environment, distribution, world_from_map)?;
+            density::pdf_n((&light, &frame), cpu_level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }

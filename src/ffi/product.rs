@@ -13,7 +13,7 @@ use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
-use crate::simd::{self, Kernel, LANES, Lanes, Native};
+use crate::simd::{self, BASELINE, Kernel, LANES, Lanes, Native};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use crate::table::Table;
@@ -368,11 +368,47 @@ pub unsafe extern "C" fn wis_product_sample_n(
             let opened = Opened::new(environment, product)?;
             density::sample_n(
                 (&Group::of(&opened.cells), &opened.frame),
+                BASELINE,
                 count,
                 (u, u_stride),
                 (wi, wi_stride),
                 (pdf, pdf_stride),
                 4,
+            )
+        }
+    })
+}
+
+/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
+/// the time.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_sample_lanes(
+    environment: *const Environment,
+    product: *const Product,
+    cpu_level: u32,
+    count: usize,
+    u: *const f32,
+    u_stride: usize,
+    wi: *mut f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            density::sample_n(
+                (&Group::of(&opened.cells), &opened.frame),
+                cpu_level,
+                count,
+                (u, u_stride),
+                (wi, wi_stride),
+                (pdf, pdf_stride),
+                5,
             )
         }
     })
@@ -417,7 +453,46 @@ pub unsafe extern "C" fn wis_product_pdf_n(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let opened = Opened::new(environment, product)?;
-            density::pdf_n((&Group::of(&opened.cells), &opened.frame), count, (wi, wi_stride), (pdf, pdf_stride), 4)
+            density::pdf_n(
+                (&Group::of(&opened.cells), &opened.frame),
+                BASELINE,
+                count,
+                (wi, wi_stride),
+                (pdf, pdf_stride),
+                4,
+            )
+        }
+    })
+}
+
+/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
+/// the time.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_product_pdf_lanes(
+    environment: *const Environment,
+    product: *const Product,
+    cpu_level: u32,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(core::ptr::null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let opened = Opened::new(environment, product)?;
+            density::pdf_n(
+                (&Group::of(&opened.cells), &opened.frame),
+                cpu_level,
+                count,
+                (wi, wi_stride),
+                (pdf, pdf_stride),
+                5,
+            )
         }
     })
 }

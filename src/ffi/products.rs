@@ -9,7 +9,7 @@ use crate::lobe::Lobes;
 use crate::product::Group;
 use crate::query::Query;
 use crate::reuse::Reuse;
-use crate::simd::LANES;
+use crate::simd::{BASELINE, LANES};
 use crate::status::Status;
 use crate::wide::{GROUPS, TOGETHER, WideDensity};
 use core::ffi::c_void;
@@ -78,25 +78,68 @@ pub unsafe extern "C" fn wis_products_sample(
     pdf_stride: usize,
 ) -> Status {
     answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
+        // SAFETY: the caller's contract.
         unsafe {
-            let u = Strided::<2>::new(u, u_stride, count, 4)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 6)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 8)?;
-            for_each_group(view(environment, 1)?, count, product, |first, points| {
-                let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
-                let here = here.get_mut(..points.count).unwrap_or_default();
-                for (i, u_here) in here.iter_mut().enumerate() {
-                    *u_here = u.read(first + i);
-                }
-                points.sample(here, &mut samples);
-                for (i, sample) in samples.iter().enumerate().take(here.len()) {
-                    wi.write(first + i, sample.wi);
-                    pdf.write(first + i, [sample.pdf]);
-                }
-            })
+            sample_each(BASELINE, 3, (environment, count, product), (u, u_stride), (wi, wi_stride), (pdf, pdf_stride))
         }
     })
+}
+
+/// As wis_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_products_sample_lanes(
+    environment: *const Environment,
+    cpu_level: u32,
+    count: usize,
+    product: *const *const Product,
+    u: *const f32,
+    u_stride: usize,
+    wi: *mut f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            sample_each(cpu_level, 4, (environment, count, product), (u, u_stride), (wi, wi_stride), (pdf, pdf_stride))
+        }
+    })
+}
+
+/// One sample of each product; `argument` is the position of the handles.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+unsafe fn sample_each(
+    cpu_level: u32,
+    argument: u32,
+    (environment, count, product): (*const Environment, usize, *const *const Product),
+    u: (*const f32, usize),
+    wi: (*mut f32, usize),
+    pdf: (*mut f32, usize),
+) -> Checked<()> {
+    // SAFETY: the caller's contract; indices stay below `count`.
+    unsafe {
+        let u = Strided::<2>::new(u.0, u.1, count, argument + 1)?;
+        let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 3)?;
+        let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 5)?;
+        for_each_group(view(environment, 1)?, count, (product, argument), |first, points| {
+            let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
+            let here = here.get_mut(..points.count).unwrap_or_default();
+            for (i, u_here) in here.iter_mut().enumerate() {
+                *u_here = u.read(first + i);
+            }
+            points.sample(cpu_level, here, &mut samples);
+            for (i, sample) in samples.iter().enumerate().take(here.len()) {
+                wi.write(first + i, sample.wi);
+                pdf.write(first + i, [sample.pdf]);
+            }
+        })
+    }
 }
 
 /// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
@@ -115,23 +158,59 @@ pub unsafe extern "C" fn wis_products_pdf(
     pdf_stride: usize,
 ) -> Status {
     answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 6)?;
-            for_each_group(view(environment, 1)?, count, product, |first, points| {
-                let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
-                let here = here.get_mut(..points.count).unwrap_or_default();
-                for (i, wi_here) in here.iter_mut().enumerate() {
-                    *wi_here = wi.read(first + i);
-                }
-                points.pdf(here, &mut values);
-                for (i, value) in values.iter().enumerate().take(here.len()) {
-                    pdf.write(first + i, [*value]);
-                }
-            })
-        }
+        // SAFETY: the caller's contract.
+        unsafe { pdf_each(BASELINE, 3, (environment, count, product), (wi, wi_stride), (pdf, pdf_stride)) }
     })
+}
+
+/// As wis_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_products_pdf_lanes(
+    environment: *const Environment,
+    cpu_level: u32,
+    count: usize,
+    product: *const *const Product,
+    wi: *const f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe { pdf_each(cpu_level, 4, (environment, count, product), (wi, wi_stride), (pdf, pdf_stride)) }
+    })
+}
+
+/// One pdf for each product; `argument` is the position of the handles.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+unsafe fn pdf_each(
+    cpu_level: u32,
+    argument: u32,
+    (environment, count, product): (*const Environment, usize, *const *const Product),
+    wi: (*const f32, usize),
+    pdf: (*mut f32, usize),
+) -> Checked<()> {
+    // SAFETY: the caller's contract; indices stay below `count`.
+    unsafe {
+        let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 1)?;
+        let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 3)?;
+        for_each_group(view(environment, 1)?, count, (product, argument), |first, points| {
+            let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+            let here = here.get_mut(..points.count).unwrap_or_default();
+            for (i, wi_here) in here.iter_mut().enumerate() {
+                *wi_here = wi.read(first + i);
+            }
+            points.pdf(cpu_level, here, &mut values);
+            for (i, value) in values.iter().enumerate().take(here.len()) {
+                pdf.write(first + i, [*value]);
+            }
+        })
+    }
 }
 
 /// Opens as many products at a time as are sampled together and hands them over with the number of the first.
@@ -142,22 +221,22 @@ pub unsafe extern "C" fn wis_products_pdf(
 unsafe fn for_each_group<'a>(
     environment: kernel::Environment<'a>,
     count: usize,
-    product: *const *const Product,
+    (product, argument): (*const *const Product, u32),
     mut run: impl FnMut(usize, &Points<'a>),
 ) -> Checked<()> {
     if count == 0 {
         return Ok(());
     }
     // SAFETY: the caller's contract.
-    let handles = unsafe { slice(product, count, 3)? };
+    let handles = unsafe { slice(product, count, argument)? };
     for (group, handles) in handles.chunks(TOGETHER).enumerate() {
         let &[first, ..] = handles else { break };
         // SAFETY: the caller's contract.
-        let first = unsafe { Opened::of(environment, first, 3)? };
+        let first = unsafe { Opened::of(environment, first, argument)? };
         let mut points = Points { opened: [first; TOGETHER], count: handles.len(), one_frame: true };
         for (slot, &handle) in points.opened.iter_mut().zip(handles) {
             // SAFETY: the caller's contract.
-            *slot = unsafe { Opened::of(environment, handle, 3)? };
+            *slot = unsafe { Opened::of(environment, handle, argument)? };
             points.one_frame &= slot.frame == first.frame;
         }
         run(group * TOGETHER, &points);
@@ -186,10 +265,10 @@ impl<'a> Points<'a> {
     }
 
     #[inline(always)]
-    fn sample(&self, u: &[[f32; 2]], samples: &mut [Sample]) {
+    fn sample(&self, cpu_level: u32, u: &[[f32; 2]], samples: &mut [Sample]) {
         if self.one_frame {
             let groups = self.groups();
-            return Group::sample_all(groups.each_ref(), &self.opened[0].frame, u, samples);
+            return Group::sample_all(cpu_level, groups.each_ref(), &self.opened[0].frame, u, samples);
         }
         for ((sample, point), u) in samples.iter_mut().zip(&self.opened).zip(u) {
             *sample = descent::sample(&point.cells, &point.frame, *u);
@@ -197,10 +276,10 @@ impl<'a> Points<'a> {
     }
 
     #[inline(always)]
-    fn pdf(&self, wi: &[[f32; 3]], values: &mut [f32]) {
+    fn pdf(&self, cpu_level: u32, wi: &[[f32; 3]], values: &mut [f32]) {
         if self.one_frame {
             let groups = self.groups();
-            return Group::pdf_all(groups.each_ref(), &self.opened[0].frame, wi, values);
+            return Group::pdf_all(cpu_level, groups.each_ref(), &self.opened[0].frame, wi, values);
         }
         for ((value, point), wi) in values.iter_mut().zip(&self.opened).zip(wi) {
             *value = descent::pdf(&point.cells, &point.frame, *wi).unwrap_or(0.0);

@@ -237,20 +237,29 @@ impl<'a> WideDensity for Group<'_, 'a> {
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS] {
         let mut places = [0, 1].map(|g: usize| Place::<F>::root(groups[g].0, walks[g]));
-        let mut levels = 0;
-        while places.iter().any(|place| place.walks != 0) && levels < MAX_DEPTH {
-            for (place, walker) in places.iter_mut().zip(walkers.iter_mut()).filter(|(place, _)| place.walks != 0) {
-                place.step(walker);
+        let (mut levels, mut going) = (0, true);
+        while going && levels < MAX_DEPTH {
+            going = false;
+            for (place, walker) in places.iter_mut().zip(walkers.iter_mut()) {
+                if place.walks != 0 {
+                    place.step(walker);
+                    going |= place.walks != 0;
+                }
             }
             levels += 1;
         }
         let mut below = places.map(|place| place.leaf());
-        while below.iter().any(|below| below.descent.walks != 0) && levels < 2 * MAX_DEPTH {
-            for (below, walker) in below.iter_mut().zip(walkers.iter_mut()).filter(|(b, _)| b.descent.walks != 0) {
+        going = true;
+        while going && levels < 2 * MAX_DEPTH {
+            going = false;
+            for (below, walker) in below.iter_mut().zip(walkers.iter_mut()) {
                 let walks = below.descent.walks;
-                let sides = walker.choose(walks, below.parts.masses(below.descent.children()));
-                below.parts.step(walks, sides);
-                below.descent.step(sides);
+                if walks != 0 {
+                    let sides = walker.choose(walks, below.parts.masses(below.descent.children()));
+                    below.parts.step(walks, sides);
+                    below.descent.step(sides);
+                    going |= below.descent.walks != 0;
+                }
             }
             levels += 1;
         }

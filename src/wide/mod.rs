@@ -9,7 +9,7 @@ mod split;
 pub mod vector;
 
 use crate::descent::{self, Density, Sample};
-use crate::simd::{LANES, Lanes, Native};
+use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, SPHERE};
 use split::{quad_density, take_quad};
 use vector::to_arrays;
@@ -47,22 +47,55 @@ pub trait WideDensity {
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS];
 
-    /// A sample in each lane of up to two groups. One function for all callers, since it is large.
+    /// A sample in each lane of up to two groups, on the lanes of a level. One function for all callers, since it is
+    /// large.
     #[inline(never)]
-    fn sample_all(groups: [&Self; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample])
+    fn sample_all(level: u32, groups: [&Self; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample])
     where
         Self: Sized,
     {
-        sample::<Native, Self>(groups, frame, u, samples)
+        simd::run(level, Samples { groups, frame, u, samples });
     }
 
     /// The pdf of a direction in each lane of up to two groups; 0 for one that is not of unit length.
     #[inline(never)]
-    fn pdf_all(groups: [&Self; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32])
+    fn pdf_all(level: u32, groups: [&Self; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32])
     where
         Self: Sized,
     {
-        pdf::<Native, Self>(groups, frame, wi, values)
+        simd::run(level, Pdfs { groups, frame, wi, values });
+    }
+}
+
+struct Samples<'a, D> {
+    groups: [&'a D; GROUPS],
+    frame: &'a Frame,
+    u: &'a [[f32; 2]],
+    samples: &'a mut [Sample],
+}
+
+impl<D: WideDensity> Kernel for Samples<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) {
+        sample::<F, D>(self.groups, self.frame, self.u, self.samples);
+    }
+}
+
+struct Pdfs<'a, D> {
+    groups: [&'a D; GROUPS],
+    frame: &'a Frame,
+    wi: &'a [[f32; 3]],
+    values: &'a mut [f32],
+}
+
+impl<D: WideDensity> Kernel for Pdfs<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) {
+        pdf::<F, D>(self.groups, self.frame, self.wi, self.values);
     }
 }
 

@@ -561,7 +561,8 @@ extern "C" {
 const char *wis_status_string(uint32_t status);
 
 /// The highest cpu_level that this processor and the library have: 0 baseline, 1 AVX2. Asking takes microseconds in a
-/// virtual machine: ask once and keep the answer. Levels above the answer are not for this processor.
+/// virtual machine: ask once, keep the answer, and hand it to preparations (wis_product_config) and to the calls that end
+/// in _lanes. Levels above the answer are not for this processor.
 uint32_t wis_cpu_detect(void);
 
 /// WIS_VERSION of the library that is linked.

@@ -88,6 +88,20 @@ fn many_are_as_many_single_calls() {
                 let status = wis_products_pdf(light, count, handles, place, stride, asked.as_mut_ptr(), 0);
                 assert_eq!(status, Status::Ok);
             }
+            let (mut wider, mut wider_pdf, level) = (vec![[0.0f32; 3]; count], vec![0.0; count], wis::simd::detect());
+            let (place, probability) = (wider.as_mut_ptr().cast(), wider_pdf.as_mut_ptr());
+            // SAFETY: as above.
+            unsafe {
+                let random = u.as_ptr().cast();
+                let sampled =
+                    wis_products_sample_lanes(light, level, count, handles, random, 0, place, 0, probability, 0);
+                assert_eq!(sampled, Status::Ok);
+                assert!(wider_pdf.iter().zip(&pdf).all(|(a, b)| a.to_bits() == b.to_bits()));
+                assert!(wider.iter().zip(&wi).all(|(a, b)| a[..] == b[..3]));
+                let asked = wis_products_pdf_lanes(light, level, count, handles, place, 0, probability, 0);
+                assert_eq!(asked, Status::Ok);
+                assert!(wider_pdf.iter().zip(&pdf).all(|(a, b)| a.to_bits() == b.to_bits()));
+            }
             for (k, single) in singles.iter().enumerate() {
                 let expected = single.sample(u[k]);
                 let [x, y, z, gap] = wi[k];

@@ -48,8 +48,9 @@ static wis_status draw_points(Workspace *w, const ShadingPoint *point, uint32_t 
 }
 
 static wis_status draw_environment(const Lighting *l, Workspace *w, uint32_t distribution, uint32_t count) {
-    return wis_environment_sample_n(l->environment, distribution, light_world_from_map, count, w->u[0],
-                                    sizeof w->u[0], w->wi[0], sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
+    return wis_environment_sample_lanes(l->environment, distribution, light_world_from_map, l->product.cpu_level, count,
+                                        w->u[0], sizeof w->u[0], w->wi[0], sizeof w->wi[0], w->pdf,
+                                        sizeof w->pdf[0]);
 }
 
 static void draw_bsdf(Workspace *w, const Bsdf *b, uint32_t count) {
@@ -109,8 +110,8 @@ static wis_status by_mis(const Lighting *l, Workspace *w, const Bsdf *b, uint32_
     }
     if (status == WIS_OK) {
         draw_bsdf(w, b, n_bsdf);
-        status = wis_environment_pdf_n(l->environment, distribution, light_world_from_map, n_bsdf, w->wi[0],
-                                       sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
+        status = wis_environment_pdf_lanes(l->environment, distribution, light_world_from_map, l->product.cpu_level,
+                                           n_bsdf, w->wi[0], sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
     }
     if (status == WIS_OK) {
         weigh_mis(l, w, b, n_bsdf, n_light, n_bsdf, out + n_light);
@@ -127,8 +128,8 @@ static wis_status by_product(const Lighting *l, Workspace *w, const Bsdf *b, uin
     const wis_product *product;
     wis_status status = prepare(l, w, b, &product);
     if (status == WIS_OK) {
-        status = wis_product_sample_n(l->environment, product, count, w->u[0], sizeof w->u[0], w->wi[0],
-                                      sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
+        status = wis_product_sample_lanes(l->environment, product, l->product.cpu_level, count, w->u[0], sizeof w->u[0],
+                                          w->wi[0], sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
     }
     if (status == WIS_OK) {
         weigh_all(l, w, b, count, out);

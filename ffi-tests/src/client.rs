@@ -361,10 +361,11 @@ impl Density for Light<'_> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
         // SAFETY: as in `sample`; the slices hold `u.len()` elements.
         check(unsafe {
-            raw::wis_environment_sample_n(
+            raw::wis_environment_sample_lanes(
                 self.environment.handle(),
                 self.distribution,
                 self.matrix(),
+                cpu_level(),
                 u.len(),
                 u.as_ptr().cast(),
                 0,
@@ -389,10 +390,11 @@ impl Density for Light<'_> {
         assert!(wi.len() == pdf.len());
         // SAFETY: as in `sample_n`.
         check(unsafe {
-            raw::wis_environment_pdf_n(
+            raw::wis_environment_pdf_lanes(
                 self.environment.handle(),
                 self.distribution,
                 self.matrix(),
+                cpu_level(),
                 wi.len(),
                 wi.as_ptr().cast(),
                 0,
@@ -746,7 +748,7 @@ impl Points<'_> {
         let (light, handles, u) = (self.environment.handle(), self.handles.as_ptr(), u.as_ptr().cast());
         let (wi, pdf) = (wi.as_mut_ptr().cast(), pdf.as_mut_ptr());
         // SAFETY: the handles are alive, and the slices hold an element for each.
-        check(unsafe { raw::wis_products_sample(light, count, handles, u, 0, wi, 0, pdf, 0) })
+        check(unsafe { raw::wis_products_sample_lanes(light, cpu_level(), count, handles, u, 0, wi, 0, pdf, 0) })
     }
 
     /// The pdf of a direction for each.
@@ -755,7 +757,7 @@ impl Points<'_> {
         assert!(wi.len() == count && pdf.len() == count);
         let (light, handles, wi) = (self.environment.handle(), self.handles.as_ptr(), wi.as_ptr().cast());
         // SAFETY: as in `sample`.
-        check(unsafe { raw::wis_products_pdf(light, count, handles, wi, 0, pdf.as_mut_ptr(), 0) })
+        check(unsafe { raw::wis_products_pdf_lanes(light, cpu_level(), count, handles, wi, 0, pdf.as_mut_ptr(), 0) })
     }
 }
 
@@ -771,9 +773,10 @@ impl Density for Product<'_> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
         // SAFETY: both handles are alive, and the slices hold `u.len()` elements.
         check(unsafe {
-            raw::wis_product_sample_n(
+            raw::wis_product_sample_lanes(
                 self.environment.handle(),
                 self.handle,
+                cpu_level(),
                 u.len(),
                 u.as_ptr().cast(),
                 0,
@@ -796,9 +799,10 @@ impl Density for Product<'_> {
         assert!(wi.len() == pdf.len());
         // SAFETY: as in `sample_n`.
         check(unsafe {
-            raw::wis_product_pdf_n(
+            raw::wis_product_pdf_lanes(
                 self.environment.handle(),
                 self.handle,
+                cpu_level(),
                 wi.len(),
                 wi.as_ptr().cast(),
                 0,

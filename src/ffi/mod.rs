@@ -79,7 +79,8 @@ pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
 }
 
 /// The highest cpu_level that this processor and the library have: 0 baseline, 1 AVX2. Asking takes microseconds in a
-/// virtual machine: ask once and keep the answer. Levels above the answer are not for this processor.
+/// virtual machine: ask once, keep the answer, and hand it to preparations (wis_product_config) and to the calls that end
+/// in _lanes. Levels above the answer are not for this processor.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_cpu_detect() -> u32 {
     crate::simd::detect()

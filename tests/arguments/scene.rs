@@ -250,6 +250,7 @@ impl Scene {
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" if name.starts_with("wis_tree_of") => 2,
             "count" => COUNT,
+            "cpu_level" => wis::simd::detect() as usize,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,

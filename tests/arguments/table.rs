@@ -60,6 +60,12 @@ pub const TABLE: &[Entry] = table! {
     );
     wis_environment_pdf(environment, distribution, world_from_map, wi, pdf);
     wis_environment_pdf_n(environment, distribution, world_from_map, count, wi, wi_stride, pdf, pdf_stride);
+    wis_environment_sample_lanes(
+        environment, distribution, world_from_map, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride
+    );
+    wis_environment_pdf_lanes(
+        environment, distribution, world_from_map, cpu_level, count, wi, wi_stride, pdf, pdf_stride
+    );
     wis_environment_invert(environment, distribution, world_from_map, wi, u);
     wis_pixel_seed(x, y, pass);
     wis_points_hammersley(first, count, total, out, stride);
@@ -71,6 +77,10 @@ pub const TABLE: &[Entry] = table! {
     wis_products_prepare(environment, count, query, config, memory, bytes, product, diagnostic);
     wis_products_sample(environment, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride);
     wis_products_pdf(environment, count, product, wi, wi_stride, pdf, pdf_stride);
+    wis_products_sample_lanes(
+        environment, cpu_level, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride
+    );
+    wis_products_pdf_lanes(environment, cpu_level, count, product, wi, wi_stride, pdf, pdf_stride);
     wis_table_directions(slice, slice_count, depth, offset, wo, wi, wi_stride);
     wis_table_eval(table, query, count, wi, wi_stride, f_cos, f_cos_stride);
     wis_product_prepare_table(environment, table, query, config, memory, bytes, product, diagnostic);
@@ -101,6 +111,8 @@ pub const TABLE: &[Entry] = table! {
     wis_product_sample_n(environment, product, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
     wis_product_pdf(environment, product, wi, pdf);
     wis_product_pdf_n(environment, product, count, wi, wi_stride, pdf, pdf_stride);
+    wis_product_sample_lanes(environment, product, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
+    wis_product_pdf_lanes(environment, product, cpu_level, count, wi, wi_stride, pdf, pdf_stride);
     wis_product_invert(environment, product, wi, u);
     wis_haar_forward(dimensions, depth, count, values);
     wis_haar_inverse(dimensions, depth, count, values);

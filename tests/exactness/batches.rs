@@ -5,9 +5,10 @@ use crate::support::{Environment, Product, Random};
 use crate::{DISTRIBUTIONS, bits, maps};
 use wis::descent::Sample;
 use wis::ffi::environment::{
-    WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, wis_environment_pdf_n, wis_environment_sample_n,
+    WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, wis_environment_pdf_lanes, wis_environment_pdf_n,
+    wis_environment_sample_lanes, wis_environment_sample_n,
 };
-use wis::ffi::product::{wis_product_pdf_n, wis_product_sample_n};
+use wis::ffi::product::{wis_product_pdf_lanes, wis_product_pdf_n, wis_product_sample_lanes, wis_product_sample_n};
 use wis::status::Status;
 
 /// An array of elements of `N` floats a stride apart, in which untouched floats stay NaN.
@@ -69,26 +70,44 @@ impl Batch {
         assert!(self.wi.gaps_are_untouched() && self.pdf.gaps_are_untouched() && self.asked.gaps_are_untouched());
     }
 
-    fn run_product(&mut self, product: &Product) {
+    /// The baseline by the call without a level, others by name.
+    fn run_product(&mut self, level: Option<u32>, product: &Product) {
         let (e, p, n) = (product.environment.handle, product.handle, self.count);
         let (u, wi, pdf) = (self.u.parts(), self.wi.parts(), self.pdf.parts());
         let asked = self.asked.parts();
         // SAFETY: all arrays have n elements.
         unsafe {
-            assert_eq!(wis_product_sample_n(e, p, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1), Status::Ok);
-            assert_eq!(wis_product_pdf_n(e, p, n, wi.0, wi.1, asked.0, asked.1), Status::Ok);
+            let [sampled, asked] = match level {
+                None => [
+                    wis_product_sample_n(e, p, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_product_pdf_n(e, p, n, wi.0, wi.1, asked.0, asked.1),
+                ],
+                Some(l) => [
+                    wis_product_sample_lanes(e, p, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_product_pdf_lanes(e, p, l, n, wi.0, wi.1, asked.0, asked.1),
+                ],
+            };
+            assert_eq!((sampled, asked), (Status::Ok, Status::Ok));
         }
     }
 
-    fn run_light(&mut self, environment: &Environment, distribution: u32, matrix: &[f32; 9]) {
+    fn run_light(&mut self, level: Option<u32>, environment: &Environment, distribution: u32, matrix: &[f32; 9]) {
         let (e, d, n) = (environment.handle, distribution, self.count);
         let (u, wi, pdf) = (self.u.parts(), self.wi.parts(), self.pdf.parts());
         let asked = self.asked.parts();
         // SAFETY: all arrays have n elements.
         unsafe {
-            let status = wis_environment_sample_n(e, d, matrix, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1);
-            assert_eq!(status, Status::Ok);
-            assert_eq!(wis_environment_pdf_n(e, d, matrix, n, wi.0, wi.1, asked.0, asked.1), Status::Ok);
+            let [sampled, asked] = match level {
+                None => [
+                    wis_environment_sample_n(e, d, matrix, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_environment_pdf_n(e, d, matrix, n, wi.0, wi.1, asked.0, asked.1),
+                ],
+                Some(l) => [
+                    wis_environment_sample_lanes(e, d, matrix, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_environment_pdf_lanes(e, d, matrix, l, n, wi.0, wi.1, asked.0, asked.1),
+                ],
+            };
+            assert_eq!((sampled, asked), (Status::Ok, Status::Ok));
         }
     }
 }
@@ -102,11 +121,13 @@ fn batches_are_single_calls() {
         for (point, count) in grid(&map).iter().zip([0, 1, 2, 3, 7, 8, 9, 31, 64, 100].into_iter().cycle()) {
             let mut batch = Batch::new(&mut random, count);
             let product = point.prepare(&environment);
-            batch.run_product(&product);
-            batch.check(|u| product.sample(u));
-            for distribution in DISTRIBUTIONS {
-                batch.run_light(&environment, distribution, &point.world_from_map);
-                batch.check(|u| environment.sample(distribution, Some(&point.world_from_map), u));
+            for level in [None, Some(0), Some(wis::simd::detect())] {
+                batch.run_product(level, &product);
+                batch.check(|u| product.sample(u));
+                for distribution in DISTRIBUTIONS {
+                    batch.run_light(level, &environment, distribution, &point.world_from_map);
+                    batch.check(|u| environment.sample(distribution, Some(&point.world_from_map), u));
+                }
             }
         }
     }

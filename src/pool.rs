@@ -25,36 +25,50 @@ pub type Key = u64;
 const CELLS: f32 = 256.0;
 const DIGIT_BITS: u32 = 8;
 const DIGITS: usize = 1 << DIGIT_BITS;
-/// Up to so many keys insertion is faster than counting digits.
-const FEW: usize = 24;
+/// Up to so many keys it is faster to count the smaller ones of each than to count digits.
+const FEW: usize = 32;
 
 /// The places of eight directions on the curve; they need not be of unit length.
 #[inline(always)]
 pub fn places<F: Lanes>(wi: V3<F>) -> [u32; LANES] {
-    let (zero, one, half) = (F::splat(0.0), F::splat(1.0), F::splat(0.5));
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let [x, y, z] = wi;
     let norm = (x.abs() + y.abs() + z.abs()).max(F::splat(f32::MIN_POSITIVE));
     let (x, y) = (x / norm, y / norm);
     let south = z.lt(zero);
     let folded_x = F::select(south, (one - y.abs()).copysign(x), x);
     let folded_y = F::select(south, (one - x.abs()).copysign(y), y);
-    let scale = F::splat(0.5 * CELLS);
-    let (column, row) = ((folded_x + one) * scale, (folded_y + one) * scale);
-    let last = F::splat(CELLS - 1.0) + half;
-    // A NaN takes the second operand, 0.
-    let (columns, rows) = (column.max(zero).min(last).to_array(), row.max(zero).min(last).to_array());
+    let (columns, rows) = (cells(folded_x).to_array(), cells(folded_y).to_array());
     let mut places = [0; LANES];
     for ((place, column), row) in places.iter_mut().zip(columns).zip(rows) {
-        *place = 2 * spread(row as u32) + spread(column as u32);
+        *place = 2 * spread(row.to_bits()) + spread(column.to_bits());
     }
     places
 }
 
-/// Bit i of a byte as bit 2 i.
+/// The cells along an axis of coordinates in [-1, 1], in the lowest bits of a number: so large a number has no room for
+/// fractions, and the cell is what half a cell less is rounded to. A NaN becomes cell 0.
+#[inline(always)]
+fn cells<F: Lanes>(coordinate: F) -> F {
+    const WHOLE: f32 = 8_388_608.0;
+    let cell = (coordinate + F::splat(1.0)) * F::splat(0.5 * CELLS) - F::splat(0.5);
+    cell.max(F::splat(0.0)).min(F::splat(CELLS - 1.0)) + F::splat(WHOLE)
+}
+
+/// Bit i of the lowest byte as bit 2 i.
 fn spread(bits: u32) -> u32 {
-    let bits = (bits | bits << 4) & 0x0f0f;
-    let bits = (bits | bits << 2) & 0x3333;
-    (bits | bits << 1) & 0x5555
+    const SPREAD: [u16; 256] = {
+        let mut spread = [0; 256];
+        let mut byte = 0;
+        while byte < 256 {
+            let bits = (byte | byte << 4) & 0x0f0f;
+            let bits = (bits | bits << 2) & 0x3333;
+            spread[byte] = ((bits | bits << 1) & 0x5555) as u16;
+            byte += 1;
+        }
+        spread
+    };
+    u32::from(SPREAD[(bits & 0xff) as usize])
 }
 
 /// The key of a candidate.
@@ -69,23 +83,29 @@ fn candidate(key: Key) -> u32 {
 /// Sorts keys, whose candidates ascend; `spare` is as long.
 pub fn sort(keys: &mut [Key], spare: &mut [Key]) {
     if keys.len() <= FEW {
-        insert(keys);
+        rank(keys, spare);
         return;
     }
     distribute(keys, spare, 32);
     distribute(spare, keys, 32 + DIGIT_BITS);
 }
 
-fn insert(keys: &mut [Key]) {
-    for end in 1..keys.len() {
-        let mut place = end;
-        while let Some(&[low, high]) = place.checked_sub(1).and_then(|low| keys.get(low..=place)?.first_chunk::<2>()) {
-            if low <= high {
-                break;
-            }
-            keys.swap(place - 1, place);
-            place -= 1;
+/// Sorts few keys by the number of smaller ones, without a branch that could be mispredicted.
+fn rank(keys: &mut [Key], spare: &mut [Key]) {
+    // Place, then number: as the keys, in less room. What is left of it is larger than all.
+    let mut small = [i32::MAX; FEW];
+    for ((number, slot), &key) in (0i32..).zip(&mut small).zip(keys.iter()) {
+        *slot = ((key >> 32) as i32 & 0xffff) << 8 | number;
+    }
+    let small = small.get(..keys.len().next_multiple_of(LANES)).unwrap_or_default();
+    for (own, &key) in small.iter().zip(keys.iter()) {
+        let smaller = small.iter().map(|other| i32::from(other < own)).sum::<i32>();
+        if let Some(slot) = spare.get_mut(smaller as usize) {
+            *slot = key;
         }
+    }
+    for (key, sorted) in keys.iter_mut().zip(spare) {
+        *key = *sorted;
     }
 }
 
@@ -111,23 +131,32 @@ fn distribute(from: &[Key], to: &mut [Key], shift: u32) {
     }
 }
 
-/// Picks `count` times from sorted keys, in the order of the curve; hands each picked candidate to `emit` once.
-/// Returns the sum of the weights. Each candidate is picked `count weight / sum` times in expectation over u in [0, 1).
-pub fn pick(keys: &[Key], weight: impl Fn(u32) -> f32, count: u32, u: f32, mut emit: impl FnMut(Pick)) -> f64 {
-    let sum: f64 = keys.iter().map(|&key| f64::from(weight(candidate(key)))).sum();
-    if !(sum > 0.0) {
-        return 0.0;
-    }
+/// Picks `count` times from sorted keys whose weights have a `sum` above 0, in the order of the curve; hands each picked
+/// candidate to `emit` once. Each candidate is picked `count weight / sum` times in expectation over u in [0, 1).
+pub fn pick(keys: &[Key], weight: impl Fn(u32) -> f32, sum: f64, (count, u): (u32, f32), mut emit: impl FnMut(Pick)) {
     let (n, u) = (f64::from(count), f64::from(u));
-    let (mut passed, mut taken) = (0.0, 0);
+    let (per_pick, picks) = (sum / n, n / sum);
+    let (mut passed, mut taken, mut last) = (0.0, 0, 0);
+    // The next threshold (j + u) sum / n.
+    let mut threshold = u * per_pick;
     for &key in keys {
         passed += f64::from(weight(candidate(key)));
-        // The thresholds (j + u) / n below the part that has passed; at the end it is exactly 1.
-        let reached = libm::ceil(passed / sum * n - u) as u32;
-        if reached > taken {
+        if passed > threshold && taken < count {
+            let reached = whole_above(passed * picks - u).max(taken + 1).min(count);
             emit(Pick { candidate: candidate(key), multiplicity: reached - taken });
             taken = reached;
+            threshold = (f64::from(taken) + u) * per_pick;
         }
+        last = candidate(key);
     }
-    sum
+    // Weights in another order have another sum, in the last of its digits.
+    if taken < count {
+        emit(Pick { candidate: last, multiplicity: count - taken });
+    }
+}
+
+/// The least whole number that is not below `x`, for `x` from -1 to 2^32.
+fn whole_above(x: f64) -> u32 {
+    let below = x as u32;
+    below.saturating_add(u32::from(x > f64::from(below)))
 }

@@ -187,13 +187,14 @@ impl Batch {
         }
     }
 
-    /// Divides each sample by a density of the library's pdf and that of the BRDF.
-    pub fn weigh_by_drawn(&mut self, density: impl Fn(f32, f32) -> f32) {
-        let pdfs = self.pdf_drawn.iter().zip(&self.pdf_bsdf);
-        for (reflected, (drawn, bsdf)) in self.reflected[..self.count].iter_mut().zip(pdfs) {
-            let density = density(*drawn, *bsdf);
-            *reflected = if *reflected > 0.0 && density > 0.0 { *reflected / density } else { 0.0 };
-        }
+    /// Divides each sample by a density of the library's pdf and that of the BRDF, as [`Batch::weigh`].
+    pub fn weigh_by_drawn(&mut self, density: impl Fn(F8, F8) -> F8) {
+        let drawn = self.pdf_drawn.len();
+        self.pdf_drawn.resize(padded(self.count), 0.0);
+        std::mem::swap(&mut self.pdf_drawn, &mut self.pdf_light);
+        self.weigh(|_, drawn, bsdf| density(drawn, bsdf));
+        std::mem::swap(&mut self.pdf_drawn, &mut self.pdf_light);
+        self.pdf_drawn.truncate(drawn);
     }
 
     /// Multiplies each weighed sample by a factor.

@@ -430,7 +430,7 @@ impl Sampler {
     fn product(&mut self, product: &Product, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         self.batch.from_density(product, n)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
-        self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
+        self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(n as f32));
         self.take_all();
         Ok(())
     }
@@ -456,7 +456,7 @@ impl Sampler {
             self.batch.push_drawn(wi, pdf);
         }
         self.batch.evaluate(bsdf, setting.light, setting.plain);
-        self.batch.weigh_by_drawn(|pdf, _| pdf * drawn.len() as f32);
+        self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(drawn.len() as f32));
         self.take_all();
         Ok(())
     }
@@ -467,6 +467,7 @@ impl Sampler {
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(product)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
+        let expected = expected.map(F8::splat);
         self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
         self.take_all();
         Ok(())
@@ -499,7 +500,7 @@ impl Sampler {
         self.batch.from_bsdf(bsdf, half);
         self.batch.ask(density)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
-        self.batch.weigh_by_drawn(|drawn, bsdf| half as f32 * (drawn + bsdf));
+        self.batch.weigh_by_drawn(|drawn, bsdf| F8::splat(half as f32) * (drawn + bsdf));
         let Some(prior) = prior else { return self.pick(n) };
         // Candidates weigh what is likely to be seen of them, and their picks make up for it.
         self.factors.resize(self.batch.len(), 0.0);
@@ -531,7 +532,7 @@ impl Sampler {
     fn limit(&mut self, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         self.batch.from_dense((dense, setting.grid), n);
         self.batch.evaluate(bsdf, setting.light, setting.plain);
-        self.batch.weigh_by_drawn(|pdf, _| pdf * n as f32);
+        self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(n as f32));
         self.take_all();
         Ok(())
     }
@@ -541,7 +542,7 @@ impl Sampler {
         let Sampler { batch, candidates, picks, .. } = self;
         batch.from_dense((dense, setting.grid), n * CANDIDATES);
         batch.evaluate(bsdf, setting.light, setting.plain);
-        batch.weigh_by_drawn(|pdf, _| pdf * (n * CANDIDATES) as f32);
+        batch.weigh_by_drawn(|pdf, _| pdf * F8::splat((n * CANDIDATES) as f32));
         let offset = batch.points(Stream::Choice, 1)[0][0];
         candidates.pick(batch, n, offset, picks);
         Ok(())

@@ -74,22 +74,19 @@ pub unsafe extern "C" fn wis_pool_pick(
             let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
             let keys = block.slice::<Key>(0, 0, count);
             let spare = block.slice::<Key>(count * size_of::<Key>(), 0, count);
-            let used = gather(count, |i| wi.read(i), |i| weight.read(i)[0], keys)?;
+            let (used, sum) = gather(count, |i| wi.read(i), |i| weight.read(i)[0], keys)?;
             let (keys, spare) = (keys.get_mut(..used).unwrap_or(&mut []), spare.get_mut(..used).unwrap_or(&mut []));
             pool::sort(keys, spare);
             let mut written = 0u32;
-            let sum = pool::pick(
-                keys,
-                |i| weight.read(i as usize)[0],
-                picks,
-                clamp_u(u),
-                |pick| {
-                    if let Some(slot) = chosen.get_mut(written as usize) {
-                        *slot = pick;
-                        written += 1;
-                    }
-                },
-            );
+            let emit = |pick| {
+                if let Some(slot) = chosen.get_mut(written as usize) {
+                    *slot = pick;
+                    written += 1;
+                }
+            };
+            if sum > 0.0 {
+                pool::pick(keys, |i| weight.read(i as usize)[0], sum, (picks, clamp_u(u)), emit);
+            }
             pick_count.write(written);
             weight_sum.write(sum);
         }
@@ -97,14 +94,14 @@ pub unsafe extern "C" fn wis_pool_pick(
     })
 }
 
-/// Writes the keys of the candidates that can be picked; answers how many there are.
+/// Writes the keys of the candidates that can be picked; answers how many there are, and the sum of their weights.
 fn gather(
     count: usize,
     wi: impl Fn(usize) -> [f32; 3],
     weight: impl Fn(usize) -> f32,
     keys: &mut [Key],
-) -> Checked<usize> {
-    let mut used = 0;
+) -> Checked<(usize, f64)> {
+    let (mut used, mut sum) = (0, 0.0);
     for first in (0..count).step_by(LANES) {
         let here = (count - first).min(LANES);
         let mut axes = [[0.0; LANES]; 3];
@@ -120,13 +117,15 @@ fn gather(
             if !(0.0..=f32::MAX).contains(&weight) {
                 return Err(Failure::new(Status::InvalidArgument, 4));
             }
-            if let Some(slot) = keys.get_mut(used).filter(|_| weight > 0.0) {
+            // Every key is written, and its place only kept if it can be picked: there is nothing to predict.
+            if let Some(slot) = keys.get_mut(used) {
                 *slot = pool::key(place, (first + i) as u32);
-                used += 1;
             }
+            used += usize::from(weight > 0.0);
+            sum += f64::from(weight);
         }
     }
-    Ok(used)
+    Ok((used, sum))
 }
 
 fn scratch_bytes(count: usize) -> Checked<usize> {

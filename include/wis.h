@@ -16,7 +16,7 @@
  * hits of a pixel share a product (reuse_cone) and it is at least 0.02: prepare a product. 16 samples or more of a lobe
  * from 0.02 to 0.1: a pool with candidates of the product. Else: a pool without a product. A half-angle is
  * sqrt(alpha_x alpha_y) for GGX, acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several lobes that of
- * the widest with at least a tenth of the weight. A pool evaluates four candidates a pick: where the BRDF is dear, as
+ * the widest with at least a tenth of the weight. A pool evaluates 4 to 16 candidates a pick: where the BRDF is dear, as
  * a callback or a large table, prepare a product from the first sample on. Mirrors: sample the BRDF.
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
@@ -784,8 +784,9 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
 /// nothing is prepared, or where lobes are too narrow for a product.
 ///
-/// Draw k N candidates (k = 4 is a good choice), half of them from wis_environment_sample_n with
-/// WIS_DISTRIBUTION_COMPENSATED (or from wis_product_sample_n where a product is prepared) and half from the BRDF.
+/// Draw k N candidates, half of them from wis_environment_sample_lanes with WIS_DISTRIBUTION_COMPENSATED (or from
+/// wis_product_sample_lanes where a product is prepared) and half from the BRDF. Good choices are k = 16 for a single
+/// pick (up to eight samples in a call cost little more than two), 8 for up to four picks and 4 for more.
 /// With g = luminance of radiance x BRDF x cosine, by the client's own evaluation, the weight of candidate x is
 /// g(x) / (n_e p_e(x) + n_b p_b(x)), for n_e and n_b candidates from densities p_e and p_b. Then `picks` = N rays,
 /// fewer where a candidate is picked more than once, give the estimate

@@ -163,18 +163,27 @@ impl Method {
 fn by_rule(material: &Material, n: usize, hits: usize) -> Method {
     let half_angle = material.widest_half_angle();
     if material.measured.is_some() {
-        // A pool evaluates four candidates a pick: not where an evaluation is dear.
+        // A pool evaluates four candidates a pick and more: not where an evaluation is dear.
         Method::Wis
     } else if half_angle >= 0.02 && hits > 1 {
         Method::WisReuse
     } else if n <= 4 || half_angle < 0.02 {
-        Method::WisPool(4)
+        Method::WisPool(candidates(n))
     } else if half_angle < 0.1 {
-        Method::WisTreePool(4)
+        Method::WisTreePool(candidates(n))
     } else if n >= 16 {
         Method::Wis
     } else {
-        Method::WisPool(4)
+        Method::WisPool(candidates(n))
+    }
+}
+
+/// Candidates of a pool for each of so many picks, as wis_pool_pick advises.
+fn candidates(picks: usize) -> usize {
+    match picks {
+        0..=1 => 16,
+        2..=4 => 8,
+        _ => 4,
     }
 }
 

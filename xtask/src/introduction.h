@@ -16,7 +16,7 @@
  * hits of a pixel share a product (reuse_cone) and it is at least 0.02: prepare a product. 16 samples or more of a lobe
  * from 0.02 to 0.1: a pool with candidates of the product. Else: a pool without a product. A half-angle is
  * sqrt(alpha_x alpha_y) for GGX, acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several lobes that of
- * the widest with at least a tenth of the weight. A pool evaluates four candidates a pick: where the BRDF is dear, as
+ * the widest with at least a tenth of the weight. A pool evaluates 4 to 16 candidates a pick: where the BRDF is dear, as
  * a callback or a large table, prepare a product from the first sample on. Mirrors: sample the BRDF.
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and

@@ -46,8 +46,6 @@ impl Peak {
 
 /// What a product asks of a BRDF at a shading point.
 pub trait Brdf {
-    /// Whether its own time is so long that wider lanes about it save nothing worth a copy of the code.
-    const IS_SLOW: bool;
     /// The normal of the hemisphere outside which the BRDF is 0, or `None` for the whole sphere.
     fn hemisphere(&self) -> Option<Vec3>;
     /// Whether it can be above 0 anywhere.
@@ -289,8 +287,6 @@ impl<'a> Lobes<'a> {
 }
 
 impl Brdf for Lobes<'_> {
-    const IS_SLOW: bool = false;
-
     fn hemisphere(&self) -> Option<Vec3> {
         if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 { None } else { Some(self.normal) }
     }

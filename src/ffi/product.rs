@@ -7,13 +7,13 @@ use super::{
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
-use crate::lobe::{Asked, Brdf, Lobes, Peak};
+use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
 use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Room, Split, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
-use crate::simd::{self, BASELINE, Kernel, LANES, Lanes, Native};
+use crate::simd::{self, BASELINE, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use crate::table::Table;
@@ -186,8 +186,8 @@ pub unsafe extern "C" fn wis_product_prepare(
             let environment = view(environment, 1)?;
             let query = *sized(query, 2)?;
             let lobes = Lobes::new(&query, None).map_err(|status| Failure::new(status, 2))?;
-            let mut lobes = lobes.widened(Reuse::new(read_config(config, 3)?.reuse_cone));
-            prepare(&environment, query, &mut lobes, (config, 3), (memory, bytes), product)
+            let lobes = lobes.widened(Reuse::new(read_config(config, 3)?.reuse_cone));
+            prepare(&environment, query, Material::Lobes(lobes), (config, 3), (memory, bytes), product)
         }
     })
 }
@@ -211,8 +211,8 @@ pub unsafe extern "C" fn wis_product_prepare_callback(
         // SAFETY: the caller's contract.
         unsafe {
             let environment = view(environment, 1)?;
-            let mut brdf = Callback::new(sized(brdf, 2)?)?;
-            prepare(&environment, Query::default(), &mut brdf, (config, 3), (memory, bytes), product)
+            let brdf = Material::Callback(Callback::new(sized(brdf, 2)?)?);
+            prepare(&environment, Query::default(), brdf, (config, 3), (memory, bytes), product)
         }
     })
 }
@@ -591,7 +591,7 @@ pub(super) unsafe fn estimate_coloured<'a>(
 }
 
 /// The client's BRDF.
-struct Callback {
+pub(super) struct Callback {
     hemisphere: Option<Vec3>,
     peak: Option<Peak>,
     eval: unsafe extern "C" fn(*mut c_void, usize, *const f32, *mut f32) -> c_int,
@@ -619,21 +619,48 @@ impl Callback {
     }
 }
 
-impl Brdf for Callback {
-    const IS_SLOW: bool = true;
+/// What products are prepared for. One type, since each would have its own copy of the preparation.
+#[allow(clippy::large_enum_variant)]
+pub(super) enum Material<'a> {
+    Lobes(Lobes<'a>),
+    Callback(Callback),
+}
 
+impl Brdf for Material<'_> {
     fn hemisphere(&self) -> Option<Vec3> {
-        self.hemisphere
+        match self {
+            Material::Lobes(lobes) => lobes.hemisphere(),
+            Material::Callback(callback) => callback.hemisphere,
+        }
     }
 
     fn may_reflect(&self) -> bool {
-        true
+        match self {
+            Material::Lobes(lobes) => lobes.may_reflect(),
+            Material::Callback(_) => true,
+        }
     }
 
     fn peaks(&self) -> impl Iterator<Item = Peak> {
-        self.peak.into_iter()
+        let mut peaks = [None; MAX_PEAKS];
+        match self {
+            Material::Lobes(lobes) => peaks.iter_mut().zip(lobes.peaks()).for_each(|(slot, peak)| *slot = Some(peak)),
+            Material::Callback(callback) => peaks[0] = callback.peak,
+        }
+        peaks.into_iter().flatten()
     }
 
+    #[inline(always)]
+    fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
+        match self {
+            Material::Lobes(lobes) => lobes.eval(wi, f_cos),
+            Material::Callback(callback) => callback.eval(wi, f_cos),
+        }
+    }
+}
+
+impl Callback {
+    #[inline(never)]
     fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
         let mut directions = [[0.0f32; 3]; MAX_ASKED];
         let mut count = 0;
@@ -752,20 +779,20 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
 }
 
 /// The building of a product, on any lanes.
-struct Building<'a, 'c, B> {
+struct Building<'a, 'c, 'm> {
     environment: &'a kernel::Environment<'a>,
     frame: &'a Frame,
-    brdf: &'a mut B,
+    material: &'a mut Material<'m>,
     options: Options,
     cells: &'a mut product::Cells<'c>,
 }
 
-impl<B: Brdf> Kernel for Building<'_, '_, B> {
+impl Kernel for Building<'_, '_, '_> {
     type Output = Result<Built>;
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> Result<Built> {
-        product::build::<F, B>(self.environment.light(), self.frame, self.brdf, &self.options, self.cells)
+        product::build::<F, Material>(self.environment.light(), self.frame, self.material, &self.options, self.cells)
     }
 }
 
@@ -773,10 +800,10 @@ impl<B: Brdf> Kernel for Building<'_, '_, B> {
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
-pub(super) unsafe fn prepare<B: Brdf>(
+pub(super) unsafe fn prepare(
     environment: &kernel::Environment,
     query: Query,
-    brdf: &mut B,
+    material: Material,
     (config, argument): (*const ProductConfig, u32),
     (memory, bytes): (*mut c_void, usize),
     product: *mut *const Product,
@@ -784,7 +811,7 @@ pub(super) unsafe fn prepare<B: Brdf>(
     // SAFETY: the caller's contract.
     unsafe {
         let settings = read_config(config, argument)?;
-        prepare_with(environment, query, brdf, (&settings, argument), (memory, bytes), product)
+        prepare_with(environment, query, material, (&settings, argument), (memory, bytes), product)
     }
 }
 
@@ -792,10 +819,10 @@ pub(super) unsafe fn prepare<B: Brdf>(
 ///
 /// # Safety
 /// As [`prepare`].
-pub(super) unsafe fn prepare_with<B: Brdf>(
+pub(super) unsafe fn prepare_with(
     environment: &kernel::Environment,
     query: Query,
-    brdf: &mut B,
+    mut material: Material,
     (settings, argument): (&Settings, u32),
     (memory, bytes): (*mut c_void, usize),
     product: *mut *const Product,
@@ -808,9 +835,8 @@ pub(super) unsafe fn prepare_with<B: Brdf>(
         let target = out(product, argument + 3)?;
         let mut cells = layout.scratch(&block);
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };
-        let building = Building { environment, frame, brdf, options, cells: &mut cells };
-        let built = if B::IS_SLOW { building.run::<Native>() } else { simd::run(level, building) };
-        let built = built.map_err(|status| Failure::new(status, argument - 1))?;
+        let building = Building { environment, frame, material: &mut material, options, cells: &mut cells };
+        let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
         let header = Header {
             magic: MAGIC,
             bytes: 0,

@@ -1,7 +1,7 @@
 //! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
 
 use super::environment::{Environment, view};
-use super::product::{Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config};
+use super::product::{Material, Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config};
 use super::tree::{Tree, square_tree};
 use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, out, pointer, sized, slice};
 use crate::lobe::Lobes;
@@ -129,8 +129,8 @@ pub unsafe extern "C" fn wis_product_prepare_table(
             let environment = view(environment, 1)?;
             let query = *sized(query, 3)?;
             let (lobes, ..) = lobes((table, 2), (&query, 3))?;
-            let mut lobes = lobes.widened(Reuse::new(read_config(config, 4)?.reuse_cone));
-            prepare(&environment, query, &mut lobes, (config, 4), (memory, bytes), product)
+            let lobes = lobes.widened(Reuse::new(read_config(config, 4)?.reuse_cone));
+            prepare(&environment, query, Material::Lobes(lobes), (config, 4), (memory, bytes), product)
         }
     })
 }

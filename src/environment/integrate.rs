@@ -82,7 +82,10 @@ fn rectangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 
     match pixels.layout {
         Layout::LatLong => latlong_cell(pixels, texels, x, y, &mut sum),
         Layout::Octahedral => octahedral_cell(pixels, texels, x, y, &mut sum),
-        Layout::Cube => cube_rectangle(pixels, texels, Corner::of(x, y), &mut sum),
+        Layout::Cube => {
+            let mut room = NO_POLYGONS;
+            cube_rectangle(pixels, texels, Corner::of(x, y), (&mut room, &mut sum));
+        }
     }
     sum
 }
@@ -93,11 +96,13 @@ fn latlong_cell<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f6
     let fold = |s: [f64; 2]| if s[0] >= 0.5 { s.map(|s| 2.0 * s - 1.0) } else { [1.0 - 2.0 * s[1], 1.0 - 2.0 * s[0]] };
     let (a, b) = (fold(x), fold(y));
     let octant = |south| Octant { pixels, positive: [x[0] >= 0.5, y[0] >= 0.5], south };
-    let (north, _) = Polygon::rectangle(a, b).split([-1.0, 1.0, 1.0]);
     let mirror = |s: [f64; 2]| [1.0 - s[1], 1.0 - s[0]];
-    let (south, _) = Polygon::rectangle(mirror(b), mirror(a)).split([-1.0, 1.0, 1.0]);
-    octant(false).integrate(texels, &north, sum);
-    octant(true).integrate(texels, &south, sum);
+    let mut room = [Polygon::EMPTY; 4];
+    for (south, whole) in [(false, Polygon::rectangle(a, b)), (true, Polygon::rectangle(mirror(b), mirror(a)))] {
+        let [part, beyond, ..] = &mut room;
+        whole.split_into([-1.0, 1.0, 1.0], part, beyond);
+        octant(south).integrate(texels, &mut room, sum);
+    }
     sum.value = sum.value.map(|v| 0.25 * v);
 }
 
@@ -115,31 +120,38 @@ impl Octant<'_> {
         SQRT_2 * libm::sin(0.5 * PI * f64::from(k) / f64::from(self.pixels.height))
     }
 
-    /// Adds a polygon, row by row.
-    fn integrate<const N: usize>(&self, texels: &impl Texels<N>, polygon: &Polygon, sum: &mut Sum<N>) {
-        if polygon.is_empty() {
+    /// Adds a polygon, the first of `room`, row by row.
+    fn integrate<const N: usize>(&self, texels: &impl Texels<N>, room: &mut [Polygon; 4], sum: &mut Sum<N>) {
+        let [mut rest, mut beyond, strip, spare] = room.each_mut();
+        if rest.is_empty() {
             return;
         }
-        let [nearest, farthest] = polygon.range(|v| v[0] + v[1]);
+        let [nearest, farthest] = rest.range(|v| v[0] + v[1]);
         let height = f64::from(self.pixels.height);
         let start = libm::floor(libm::asin((nearest / SQRT_2).min(1.0)) * 2.0 / PI * height - 1e-6).max(0.0);
-        let mut rest = *polygon;
         for k in start as u32..self.pixels.height {
             let end = self.radius(k + 1);
-            let (strip, beyond) = rest.split([-end, 1.0, 1.0]);
+            rest.split_into([-end, 1.0, 1.0], strip, beyond);
             if !strip.is_empty() {
                 let y = if self.south { self.pixels.height - 1 - k } else { k };
-                self.integrate_row(texels, &strip, y, sum);
+                // What is left of the polygon has been cut into strip and beyond: its room is free.
+                self.integrate_row(texels, [&mut *strip, &mut *rest, &mut *spare], y, sum);
             }
             if beyond.is_empty() || end > farthest {
                 break;
             }
-            rest = beyond;
+            core::mem::swap(&mut rest, &mut beyond);
         }
     }
 
-    /// Adds a strip of one row, column by column in the order of t.
-    fn integrate_row<const N: usize>(&self, texels: &impl Texels<N>, strip: &Polygon, y: u32, sum: &mut Sum<N>) {
+    /// Adds a strip of one row, the first of three polygons, column by column in the order of t.
+    fn integrate_row<const N: usize>(
+        &self,
+        texels: &impl Texels<N>,
+        [mut rest, mut beyond, piece]: [&mut Polygon; 3],
+        y: u32,
+        sum: &mut Sum<N>,
+    ) {
         let width = f64::from(self.pixels.width);
         let (start, step) = match self.positive {
             [true, true] => (0.0, 0.25 * width),
@@ -148,22 +160,21 @@ impl Octant<'_> {
             [true, false] => (width, -0.25 * width),
         };
         let turns = |v: &[f64; 2]| if v[0] + v[1] > 1e-12 { v[1] / (v[0] + v[1]) } else { 0.5 };
-        let [low, high] = strip.range(turns);
+        let [low, high] = rest.range(turns);
         let mut column = libm::floor(start + step * low);
-        let mut rest = *strip;
         loop {
             let border = if step > 0.0 { column + 1.0 } else { column };
             let t = (border - start) / step;
             let x = column.max(0.0).min(width - 1.0) as u32;
-            let (piece, beyond) = rest.split([0.0, -t, 1.0 - t]);
+            rest.split_into([0.0, -t, 1.0 - t], piece, beyond);
             if !piece.is_empty() {
-                sum.add(&piece, texels.texel(x, y));
+                sum.add(piece, texels.texel(x, y));
             }
             column += if step > 0.0 { 1.0 } else { -1.0 };
             if beyond.is_empty() || t >= high || !(-1.0..=width).contains(&column) {
                 break;
             }
-            rest = beyond;
+            core::mem::swap(&mut rest, &mut beyond);
         }
     }
 }
@@ -203,6 +214,10 @@ fn overlap(range: [f64; 2], low: f64, high: f64) -> [f64; 2] {
 /// Cells of a cube map are subdivided at most this often: an error of 4^-8 of a texel edge's chord.
 const CUBE_SUBDIVISIONS: u32 = 4;
 
+/// Where polygons are cut.
+type Room = [Polygon; 5];
+const NO_POLYGONS: Room = [Polygon::EMPTY; 5];
+
 /// The integral of a cube map over a rectangle of the square.
 ///
 /// Chords make an error that falls fourfold with each halving of the edges, so one halving tells the error, and
@@ -219,9 +234,10 @@ fn cube_cell<const N: usize>(
         [([x[0], mx], [y[0], my]), ([x[0], mx], [my, y[1]]), ([mx, x[1]], [y[0], my]), ([mx, x[1]], [my, y[1]])];
     // Directions cost most, and corners are shared.
     let [a, b, c] = [x[0], mx, x[1]].map(|x| [y[0], my, y[1]].map(|y| Corner::at([x, y])));
-    let over = |corners: [Corner; 4]| {
+    let mut room = NO_POLYGONS;
+    let mut over = |corners: [Corner; 4]| {
         let mut sum = Sum::new();
-        cube_rectangle(pixels, texels, corners, &mut sum);
+        cube_rectangle(pixels, texels, corners, (&mut room, &mut sum));
         sum.value
     };
     let coarse = over([a[0], a[2], c[0], c[2]]);
@@ -262,16 +278,16 @@ fn cube_rectangle<const N: usize>(
     pixels: &Pixels,
     texels: &impl Texels<N>,
     [p00, p01, p10, p11]: [Corner; 4],
-    sum: &mut Sum<N>,
+    (room, sum): (&mut Room, &mut Sum<N>),
 ) {
     // The diagonal of the square through the quadrant is where its derivative jumps (the equator).
     let [x, y] = p00.place;
     if (x < 0.5) == (y < 0.5) {
-        cube_triangle(pixels, texels, [p00, p10, p01], sum);
-        cube_triangle(pixels, texels, [p11, p01, p10], sum);
+        cube_triangle(pixels, texels, [p00, p10, p01], (&mut *room, &mut *sum));
+        cube_triangle(pixels, texels, [p11, p01, p10], (&mut *room, &mut *sum));
     } else {
-        cube_triangle(pixels, texels, [p01, p00, p11], sum);
-        cube_triangle(pixels, texels, [p10, p11, p00], sum);
+        cube_triangle(pixels, texels, [p01, p00, p11], (&mut *room, &mut *sum));
+        cube_triangle(pixels, texels, [p10, p11, p00], (&mut *room, &mut *sum));
     }
 }
 
@@ -294,13 +310,18 @@ impl Corner {
 }
 
 /// Adds a triangle of the square, face by face, row by row, column by column.
-fn cube_triangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, corners: [Corner; 3], sum: &mut Sum<N>) {
+fn cube_triangle<const N: usize>(
+    pixels: &Pixels,
+    texels: &impl Texels<N>,
+    corners: [Corner; 3],
+    (room, sum): (&mut Room, &mut Sum<N>),
+) {
     let plane = Linear::new(corners);
     let triangle = Polygon::new(&corners.map(|corner| corner.place));
     // Faces are convex: most triangles lie on one.
     let [first, others @ ..] = corners.map(|corner| cube(corner.direction).0);
     if others == [first; 2] {
-        return cube_face(pixels, texels, first, &triangle, plane.face(first), sum);
+        return cube_face(pixels, texels, first, &triangle, plane.face(first), (room, sum));
     }
     for face in 0..6 {
         let (s, t, major) = plane.face(face);
@@ -313,7 +334,7 @@ fn cube_triangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, corne
             inside = inside.split(line).1;
         }
         if !inside.is_empty() {
-            cube_face(pixels, texels, face, &inside, (s, t, major), sum);
+            cube_face(pixels, texels, face, &inside, (s, t, major), (&mut *room, &mut *sum));
         }
     }
 }
@@ -325,39 +346,40 @@ fn cube_face<const N: usize>(
     face: u32,
     polygon: &Polygon,
     (s, t, major): (Line, Line, Line),
-    sum: &mut Sum<N>,
+    (room, sum): (&mut Room, &mut Sum<N>),
 ) {
     let n = pixels.width;
     let border = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
     // The first and the last texel along an axis that a polygon may touch.
     let touched = |line: Line, part: &Polygon| {
         let [low, high] = part.range(|v| at(line, v) / at(major, v)).map(|c| (c + 1.0) * 0.5 * f64::from(n));
-        [low - 1e-9, high + 1e-9].map(|c| (libm::floor(c).max(0.0) as u32).min(n - 1))
+        // Of what is not negative, the whole part is the floor.
+        [low - 1e-9, high + 1e-9].map(|c| (c.max(0.0) as u32).min(n - 1))
     };
     let (rows, columns) = (touched(t, polygon), touched(s, polygon));
     if rows[0] == rows[1] && columns[0] == columns[1] {
         return sum.add(polygon, texels.texel(columns[0], face * n + rows[0]));
     }
-    let mut below = *polygon;
+    let [mut below, mut next, mut right, mut beyond, piece] = room.each_mut();
+    *below = *polygon;
     for row in rows[0]..n {
-        let (strip, next) = below.split(minus(t, scaled(major, border(row + 1))));
-        let (mut right, strip_is_there) = (strip, !strip.is_empty());
-        if strip_is_there {
-            for column in touched(s, &strip)[0]..n {
-                let (piece, beyond) = right.split(minus(s, scaled(major, border(column + 1))));
+        below.split_into(minus(t, scaled(major, border(row + 1))), right, next);
+        if !right.is_empty() {
+            for column in touched(s, right)[0]..n {
+                right.split_into(minus(s, scaled(major, border(column + 1))), piece, beyond);
                 if !piece.is_empty() {
-                    sum.add(&piece, texels.texel(column, face * n + row));
+                    sum.add(piece, texels.texel(column, face * n + row));
                 }
                 if beyond.is_empty() {
                     break;
                 }
-                right = beyond;
+                core::mem::swap(&mut right, &mut beyond);
             }
         }
         if next.is_empty() {
             break;
         }
-        below = next;
+        core::mem::swap(&mut below, &mut next);
     }
 }
 

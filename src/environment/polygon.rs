@@ -14,7 +14,8 @@ pub struct Polygon {
 }
 
 impl Polygon {
-    const EMPTY: Polygon = Polygon { vertices: [[0.0; 2]; CAPACITY], len: 0 };
+    /// No vertex.
+    pub const EMPTY: Polygon = Polygon { vertices: [[0.0; 2]; CAPACITY], len: 0 };
 
     /// A polygon with the given vertices, in order.
     pub fn new(vertices: &[[f64; 2]]) -> Polygon {
@@ -62,11 +63,16 @@ impl Polygon {
 
     /// The parts on the negative and on the positive side of a line; an empty part has less than three vertices.
     pub fn split(&self, line: Line) -> (Polygon, Polygon) {
-        let side = |v: &[f64; 2]| line[0] + line[1] * v[0] + line[2] * v[1];
         let (mut negative, mut positive) = (Polygon::EMPTY, Polygon::EMPTY);
-        let Some(last) = self.vertices().last() else {
-            return (negative, positive);
-        };
+        self.split_into(line, &mut negative, &mut positive);
+        (negative, positive)
+    }
+
+    /// As [`Polygon::split`], into polygons whose vertices are forgotten: many cuts cost less without new ones.
+    pub fn split_into(&self, line: Line, negative: &mut Polygon, positive: &mut Polygon) {
+        (negative.len, positive.len) = (0, 0);
+        let side = |v: &[f64; 2]| line[0] + line[1] * v[0] + line[2] * v[1];
+        let Some(last) = self.vertices().last() else { return };
         let (mut a, mut side_a) = (*last, side(last));
         let (mut any_negative, mut any_positive) = (false, false);
         for &b in self.vertices() {
@@ -87,7 +93,12 @@ impl Polygon {
             any_positive |= side_b > 0.0;
             (a, side_a) = (b, side_b);
         }
-        (if any_negative { negative } else { Polygon::EMPTY }, if any_positive { positive } else { Polygon::EMPTY })
+        if !any_negative {
+            negative.len = 0;
+        }
+        if !any_positive {
+            positive.len = 0;
+        }
     }
 
     /// The smallest and the largest value of a function over the vertices.

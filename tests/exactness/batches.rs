@@ -1,12 +1,13 @@
 //! Batches with strides of any size give the bits of single calls.
 
 use crate::support::scenes::grid;
-use crate::support::{Environment, Product, Random};
+use crate::support::{Environment, Product, Random, build};
 use crate::{DISTRIBUTIONS, bits, maps};
 use wis::descent::Sample;
 use wis::ffi::environment::{
-    WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, wis_environment_pdf_lanes, wis_environment_pdf_n,
-    wis_environment_sample_lanes, wis_environment_sample_n,
+    EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST,
+    WIS_STORAGE_SPARSE, wis_environment_pdf_lanes, wis_environment_pdf_n, wis_environment_sample_lanes,
+    wis_environment_sample_n,
 };
 use wis::ffi::product::{wis_product_pdf_lanes, wis_product_pdf_n, wis_product_sample_lanes, wis_product_sample_n};
 use wis::status::Status;
@@ -131,4 +132,36 @@ fn batches_are_single_calls() {
             }
         }
     }
+}
+
+/// So they do where lanes leave the heap of a tree: below cells that are refined, and in sparse trees.
+#[test]
+fn lanes_that_leave_the_heap_are_single_calls() {
+    let mut random = Random(72);
+    let mut refined = 0;
+    for map in maps() {
+        let flags = WIS_ENVIRONMENT_NEAREST | WIS_ENVIRONMENT_COMPENSATED;
+        let sparse = EnvironmentConfig {
+            storage: WIS_STORAGE_SPARSE,
+            error_budget: 0.001,
+            ..map.config(64, WIS_ENVIRONMENT_COMPENSATED)
+        };
+        for environment in [map.build(0, flags), build(&sparse).expect("the map is valid")] {
+            let cells = u64::from(environment.info.resolution).pow(2);
+            refined += u32::from(environment.info.squares > cells / 3);
+            for point in grid(&map).iter().take(12) {
+                let mut batch = Batch::new(&mut random, 64);
+                let product = point.prepare(&environment);
+                for level in [None, Some(wis::simd::detect())] {
+                    batch.run_product(level, &product);
+                    batch.check(|u| product.sample(u));
+                    for distribution in DISTRIBUTIONS {
+                        batch.run_light(level, &environment, distribution, &point.world_from_map);
+                        batch.check(|u| environment.sample(distribution, Some(&point.world_from_map), u));
+                    }
+                }
+            }
+        }
+    }
+    assert!(refined > 0, "no map has refined cells");
 }

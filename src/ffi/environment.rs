@@ -381,13 +381,22 @@ pub unsafe extern "C" fn wis_environment_sample_n(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(core::ptr::null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::sample_n((&light, &frame), BASELINE, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 5)
-        }
-    })
+    // SAFETY: the caller's contract.
+    unsafe {
+        wis_environment_sample_lanes(
+            environment,
+            distribution,
+            world_from_map,
+            BASELINE,
+            count,
+            u,
+            u_stride,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
+    }
 }
 
 /// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
@@ -454,13 +463,20 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(core::ptr::null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::pdf_n((&light, &frame), BASELINE, count, (wi, wi_stride), (pdf, pdf_stride), 5)
-        }
-    })
+    // SAFETY: the caller's contract.
+    unsafe {
+        wis_environment_pdf_lanes(
+            environment,
+            distribution,
+            world_from_map,
+            BASELINE,
+            count,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
+    }
 }
 
 /// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two

@@ -362,21 +362,10 @@ pub unsafe extern "C" fn wis_product_sample_n(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(core::ptr::null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let opened = Opened::new(environment, product)?;
-            density::sample_n(
-                (&Group::of(&opened.cells), &opened.frame),
-                BASELINE,
-                count,
-                (u, u_stride),
-                (wi, wi_stride),
-                (pdf, pdf_stride),
-                4,
-            )
-        }
-    })
+    // SAFETY: the caller's contract.
+    unsafe {
+        wis_product_sample_lanes(environment, product, BASELINE, count, u, u_stride, wi, wi_stride, pdf, pdf_stride)
+    }
 }
 
 /// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
@@ -449,20 +438,8 @@ pub unsafe extern "C" fn wis_product_pdf_n(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(core::ptr::null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let opened = Opened::new(environment, product)?;
-            density::pdf_n(
-                (&Group::of(&opened.cells), &opened.frame),
-                BASELINE,
-                count,
-                (wi, wi_stride),
-                (pdf, pdf_stride),
-                4,
-            )
-        }
-    })
+    // SAFETY: the caller's contract.
+    unsafe { wis_product_pdf_lanes(environment, product, BASELINE, count, wi, wi_stride, pdf, pdf_stride) }
 }
 
 /// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of

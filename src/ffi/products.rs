@@ -77,12 +77,10 @@ pub unsafe extern "C" fn wis_products_sample(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            sample_each(BASELINE, 3, (environment, count, product), (u, u_stride), (wi, wi_stride), (pdf, pdf_stride))
-        }
-    })
+    // SAFETY: the caller's contract.
+    unsafe {
+        wis_products_sample_lanes(environment, BASELINE, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride)
+    }
 }
 
 /// As wis_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
@@ -103,43 +101,25 @@ pub unsafe extern "C" fn wis_products_sample_lanes(
     pdf_stride: usize,
 ) -> Status {
     answer(null_mut(), || {
-        // SAFETY: the caller's contract.
+        // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
-            sample_each(cpu_level, 4, (environment, count, product), (u, u_stride), (wi, wi_stride), (pdf, pdf_stride))
+            let u = Strided::<2>::new(u, u_stride, count, 5)?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 7)?;
+            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 9)?;
+            for_each_group(view(environment, 1)?, count, product, |first, points| {
+                let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
+                let here = here.get_mut(..points.count).unwrap_or_default();
+                for (i, u_here) in here.iter_mut().enumerate() {
+                    *u_here = u.read(first + i);
+                }
+                points.sample(cpu_level, here, &mut samples);
+                for (i, sample) in samples.iter().enumerate().take(here.len()) {
+                    wi.write(first + i, sample.wi);
+                    pdf.write(first + i, [sample.pdf]);
+                }
+            })
         }
     })
-}
-
-/// One sample of each product; `argument` is the position of the handles.
-///
-/// # Safety
-/// Pointers are null or point to `count` elements.
-unsafe fn sample_each(
-    cpu_level: u32,
-    argument: u32,
-    (environment, count, product): (*const Environment, usize, *const *const Product),
-    u: (*const f32, usize),
-    wi: (*mut f32, usize),
-    pdf: (*mut f32, usize),
-) -> Checked<()> {
-    // SAFETY: the caller's contract; indices stay below `count`.
-    unsafe {
-        let u = Strided::<2>::new(u.0, u.1, count, argument + 1)?;
-        let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 3)?;
-        let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 5)?;
-        for_each_group(view(environment, 1)?, count, (product, argument), |first, points| {
-            let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
-            let here = here.get_mut(..points.count).unwrap_or_default();
-            for (i, u_here) in here.iter_mut().enumerate() {
-                *u_here = u.read(first + i);
-            }
-            points.sample(cpu_level, here, &mut samples);
-            for (i, sample) in samples.iter().enumerate().take(here.len()) {
-                wi.write(first + i, sample.wi);
-                pdf.write(first + i, [sample.pdf]);
-            }
-        })
-    }
 }
 
 /// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
@@ -157,10 +137,8 @@ pub unsafe extern "C" fn wis_products_pdf(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe { pdf_each(BASELINE, 3, (environment, count, product), (wi, wi_stride), (pdf, pdf_stride)) }
-    })
+    // SAFETY: the caller's contract.
+    unsafe { wis_products_pdf_lanes(environment, BASELINE, count, product, wi, wi_stride, pdf, pdf_stride) }
 }
 
 /// As wis_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
@@ -179,38 +157,23 @@ pub unsafe extern "C" fn wis_products_pdf_lanes(
     pdf_stride: usize,
 ) -> Status {
     answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe { pdf_each(cpu_level, 4, (environment, count, product), (wi, wi_stride), (pdf, pdf_stride)) }
+        // SAFETY: the caller's contract; indices stay below `count`.
+        unsafe {
+            let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
+            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 7)?;
+            for_each_group(view(environment, 1)?, count, product, |first, points| {
+                let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+                let here = here.get_mut(..points.count).unwrap_or_default();
+                for (i, wi_here) in here.iter_mut().enumerate() {
+                    *wi_here = wi.read(first + i);
+                }
+                points.pdf(cpu_level, here, &mut values);
+                for (i, value) in values.iter().enumerate().take(here.len()) {
+                    pdf.write(first + i, [*value]);
+                }
+            })
+        }
     })
-}
-
-/// One pdf for each product; `argument` is the position of the handles.
-///
-/// # Safety
-/// Pointers are null or point to `count` elements.
-unsafe fn pdf_each(
-    cpu_level: u32,
-    argument: u32,
-    (environment, count, product): (*const Environment, usize, *const *const Product),
-    wi: (*const f32, usize),
-    pdf: (*mut f32, usize),
-) -> Checked<()> {
-    // SAFETY: the caller's contract; indices stay below `count`.
-    unsafe {
-        let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 1)?;
-        let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 3)?;
-        for_each_group(view(environment, 1)?, count, (product, argument), |first, points| {
-            let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
-            let here = here.get_mut(..points.count).unwrap_or_default();
-            for (i, wi_here) in here.iter_mut().enumerate() {
-                *wi_here = wi.read(first + i);
-            }
-            points.pdf(cpu_level, here, &mut values);
-            for (i, value) in values.iter().enumerate().take(here.len()) {
-                pdf.write(first + i, [*value]);
-            }
-        })
-    }
 }
 
 /// Opens as many products at a time as are sampled together and hands them over with the number of the first.
@@ -221,22 +184,22 @@ unsafe fn pdf_each(
 unsafe fn for_each_group<'a>(
     environment: kernel::Environment<'a>,
     count: usize,
-    (product, argument): (*const *const Product, u32),
+    product: *const *const Product,
     mut run: impl FnMut(usize, &Points<'a>),
 ) -> Checked<()> {
     if count == 0 {
         return Ok(());
     }
     // SAFETY: the caller's contract.
-    let handles = unsafe { slice(product, count, argument)? };
+    let handles = unsafe { slice(product, count, 4)? };
     for (group, handles) in handles.chunks(TOGETHER).enumerate() {
         let &[first, ..] = handles else { break };
         // SAFETY: the caller's contract.
-        let first = unsafe { Opened::of(environment, first, argument)? };
+        let first = unsafe { Opened::of(environment, first, 4)? };
         let mut points = Points { opened: [first; TOGETHER], count: handles.len(), one_frame: true };
         for (slot, &handle) in points.opened.iter_mut().zip(handles) {
             // SAFETY: the caller's contract.
-            *slot = unsafe { Opened::of(environment, handle, argument)? };
+            *slot = unsafe { Opened::of(environment, handle, 4)? };
             points.one_frame &= slot.frame == first.frame;
         }
         run(group * TOGETHER, &points);

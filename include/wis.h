@@ -648,8 +648,8 @@ enum wis_status wis_environment_sample_n(const struct wis_environment *environme
                                          float *pdf,
                                          size_t pdf_stride);
 
-/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
-/// thirds of the time.
+/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// quarters of the time.
 enum wis_status wis_environment_sample_lanes(const struct wis_environment *environment,
                                              uint32_t distribution,
                                              const float world_from_map[9],
@@ -679,8 +679,8 @@ enum wis_status wis_environment_pdf_n(const struct wis_environment *environment,
                                       float *pdf,
                                       size_t pdf_stride);
 
-/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
-/// thirds of the time.
+/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// quarters of the time.
 enum wis_status wis_environment_pdf_lanes(const struct wis_environment *environment,
                                           uint32_t distribution,
                                           const float world_from_map[9],
@@ -931,8 +931,8 @@ enum wis_status wis_product_sample_n(const struct wis_environment *environment,
                                      float *pdf,
                                      size_t pdf_stride);
 
-/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
-/// the time.
+/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// of the time.
 enum wis_status wis_product_sample_lanes(const struct wis_environment *environment,
                                          const struct wis_product *product,
                                          uint32_t cpu_level,
@@ -960,8 +960,8 @@ enum wis_status wis_product_pdf_n(const struct wis_environment *environment,
                                   float *pdf,
                                   size_t pdf_stride);
 
-/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
-/// the time.
+/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// of the time.
 enum wis_status wis_product_pdf_lanes(const struct wis_environment *environment,
                                       const struct wis_product *product,
                                       uint32_t cpu_level,

@@ -399,8 +399,8 @@ pub unsafe extern "C" fn wis_environment_sample_n(
     }
 }
 
-/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
-/// thirds of the time.
+/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// quarters of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -479,8 +479,8 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
     }
 }
 
-/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two
-/// thirds of the time.
+/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// quarters of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

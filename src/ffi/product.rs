@@ -368,8 +368,8 @@ pub unsafe extern "C" fn wis_product_sample_n(
     }
 }
 
-/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
-/// the time.
+/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -442,8 +442,8 @@ pub unsafe extern "C" fn wis_product_pdf_n(
     unsafe { wis_product_pdf_lanes(environment, product, BASELINE, count, wi, wi_stride, pdf, pdf_stride) }
 }
 
-/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in two thirds of
-/// the time.
+/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

@@ -989,7 +989,7 @@ enum wis_status wis_products_prepare(const struct wis_environment *environment,
                                      const struct wis_product **product,
                                      struct wis_diagnostic *diagnostic);
 
-/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a third of the time.
+/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a quarter of the time.
 /// Strides are in bytes from one element to the next; 0: packed.
 enum wis_status wis_products_sample(const struct wis_environment *environment,
                                     size_t count,

@@ -60,7 +60,7 @@ pub unsafe extern "C" fn wis_products_prepare(
     })
 }
 
-/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a third of the time.
+/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a quarter of the time.
 /// Strides are in bytes from one element to the next; 0: packed.
 ///
 /// # Safety

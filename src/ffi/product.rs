@@ -9,7 +9,7 @@ use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
-use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Room, Split, Square};
+use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Room, Scratch, Split, Square};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
@@ -709,10 +709,10 @@ impl Layout {
     ///
     /// # Safety
     /// The block is the caller's to write, and of nobody else while the cells live.
-    unsafe fn scratch<'a>(&self, block: &Block) -> product::Cells<'a> {
+    unsafe fn scratch<'a>(&self, block: &Block) -> Scratch<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
-            product::Cells {
+            Scratch {
                 cells: block.slice(self.cells, 0, self.room.cells),
                 priorities: block.slice(self.priorities, 0, self.room.priorities),
                 splits: block.slice(self.splits, 0, self.room.splits),
@@ -761,7 +761,7 @@ struct Building<'a, 'c, 'm> {
     frame: &'a Frame,
     material: &'a mut Material<'m>,
     options: Options,
-    cells: &'a mut product::Cells<'c>,
+    scratch: &'a mut Scratch<'c>,
 }
 
 impl Kernel for Building<'_, '_, '_> {
@@ -769,7 +769,7 @@ impl Kernel for Building<'_, '_, '_> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> Result<Built> {
-        product::build::<F, Material>(self.environment.light(), self.frame, self.material, &self.options, self.cells)
+        product::build::<F, Material>(self.environment.light(), self.frame, self.material, &self.options, self.scratch)
     }
 }
 
@@ -810,9 +810,9 @@ pub(super) unsafe fn prepare_with(
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, argument))?;
         let block = Block::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
         let target = out(product, argument + 3)?;
-        let mut cells = layout.scratch(&block);
+        let mut scratch = layout.scratch(&block);
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };
-        let building = Building { environment, frame, material: &mut material, options, cells: &mut cells };
+        let building = Building { environment, frame, material: &mut material, options, scratch: &mut scratch };
         let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
         let header = Header {
             magic: MAGIC,
@@ -829,7 +829,7 @@ pub(super) unsafe fn prepare_with(
             visible: 0.0,
             reserved: [0; 2],
         };
-        store(&block, header, cells.into_used(built.cells as usize, built.squares as usize), prior.as_ref());
+        store(&block, header, scratch.into_used(built.cells as usize, built.squares as usize), prior.as_ref());
         target.write(memory.cast_const().cast());
     }
     Ok(())
@@ -839,13 +839,13 @@ pub(super) unsafe fn prepare_with(
 ///
 /// # Safety
 /// The block is the caller's to write.
-unsafe fn store(block: &Block, header: Header, mut cells: product::Cells, prior: Option<&[f32; WIS_PRIOR_CELLS]>) {
+unsafe fn store(block: &Block, header: Header, mut scratch: Scratch, prior: Option<&[f32; WIS_PRIOR_CELLS]>) {
     let (squares, leaves) = (header.squares as usize, header.leaves as usize);
     let leaves_at = Layout::SQUARES + squares * size_of::<Square>();
     // SAFETY: the caller's contract; squares and leaves end before the cells begin.
     unsafe {
         let to = (block.slice(Layout::SQUARES, 0, squares), block.slice(leaves_at, 0, leaves));
-        let [average, visible] = cells.emit(prior, to);
+        let [average, visible] = scratch.emit(prior, to);
         if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
             *slot = Header { bytes: (leaves_at + leaves * size_of::<Leaf>()) as u64, average, visible, ..header };
         }

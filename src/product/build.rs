@@ -3,7 +3,7 @@
 
 use super::Parts;
 use super::base::{BASE, Base};
-use super::cells::{Batch, COARSE, Cell, Cells, NEAR, Place, Room, Split};
+use super::cells::{Batch, COARSE, Cell, NEAR, Place, Room, Scratch, Split};
 use super::peak::Shape;
 use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
@@ -76,7 +76,7 @@ struct Builder<'a, 'c, B: Brdf> {
     light: Tree<'a, 4>,
     frame: &'a Frame,
     brdf: &'a mut B,
-    to: &'a mut Cells<'c>,
+    to: &'a mut Scratch<'c>,
     used: usize,
     squares: u32,
     evaluations: u32,
@@ -109,18 +109,18 @@ pub fn build<F: Lanes, B: Brdf>(
     frame: &Frame,
     brdf: &mut B,
     options: &Options,
-    cells: &mut Cells,
+    scratch: &mut Scratch,
 ) -> Result<Built> {
     let budget = options.budget;
     let room = Room::new(budget.squares).ok_or(Status::Overflow)?;
-    if budget.squares == 0 || !cells.fits(room) {
+    if budget.squares == 0 || !scratch.fits(room) {
         return Err(Status::MemoryTooSmall);
     }
     let base = Base::evaluate::<F, B>(frame, brdf)?;
     if !(light.average() > 0.0 && brdf.may_reflect()) {
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
-    let mut builder = Builder::new(light, frame, brdf, cells, &base);
+    let mut builder = Builder::new(light, frame, brdf, scratch, &base);
     builder.horizon = options.reuse.horizon();
     let (mut batch, mut new) = builder.base::<F>(&base, budget);
     let mut parents = Parents::load(&builder, &batch);
@@ -137,7 +137,7 @@ pub fn build<F: Lanes, B: Brdf>(
 }
 
 impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
-    fn new(light: Tree<'a, 4>, frame: &'a Frame, brdf: &'a mut B, to: &'a mut Cells<'c>, base: &Base) -> Self {
+    fn new(light: Tree<'a, 4>, frame: &'a Frame, brdf: &'a mut B, to: &'a mut Scratch<'c>, base: &Base) -> Self {
         let scale = exp2i(-base.exponent) as f32;
         // The mean of the base may underflow for very narrow lobes: the second term keeps the floor positive, since
         // the BRDF may well be above 0 between the directions of the base.

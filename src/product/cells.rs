@@ -95,8 +95,8 @@ impl Room {
     }
 }
 
-/// Cells in the caller's memory.
-pub struct Cells<'a> {
+/// What a product is built in, in the caller's memory.
+pub struct Scratch<'a> {
     /// The cells; the root first.
     pub cells: &'a mut [Cell],
     /// How much splitting a leaf is worth; 0 for cells that are none.
@@ -105,16 +105,16 @@ pub struct Cells<'a> {
     pub splits: &'a mut [Split],
 }
 
-impl Cells<'_> {
+impl Scratch<'_> {
     /// Whether there is room for a budget.
     pub fn fits(&self, room: Room) -> bool {
         let (cells, priorities) = (self.cells.len() >= room.cells, self.priorities.len() >= room.priorities);
         cells && priorities && self.splits.len() >= room.splits
     }
 
-    /// The cells `used` of which are in use without those behind them.
+    /// What is in use of it.
     pub fn into_used(self, used: usize, squares: usize) -> Self {
-        Cells {
+        Scratch {
             cells: self.cells.get_mut(..used).unwrap_or_default(),
             priorities: self.priorities,
             splits: self.splits.get_mut(..squares).unwrap_or_default(),

@@ -11,7 +11,7 @@ mod cells;
 mod peak;
 
 pub use build::{Budget, Built, Options, build};
-pub use cells::{Cell, Cells, Room, Split};
+pub use cells::{Cell, Room, Scratch, Split};
 
 use crate::descent::{Density, lerp};
 use crate::environment::Descent;
@@ -236,19 +236,19 @@ impl<'a> WideDensity for Group<'_, 'a> {
         walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS] {
-        let mut places = [0, 1].map(|g: usize| Place::<F>::root(groups[g].0, walks[g]));
+        let mut above = [0, 1].map(|g: usize| Above::<F>::root(groups[g].0, walks[g]));
         let (mut levels, mut going) = (0, true);
         while going && levels < MAX_DEPTH {
             going = false;
-            for (place, walker) in places.iter_mut().zip(walkers.iter_mut()) {
-                if place.walks != 0 {
-                    place.step(walker);
-                    going |= place.walks != 0;
+            for (above, walker) in above.iter_mut().zip(walkers.iter_mut()) {
+                if above.walks != 0 {
+                    above.step(walker);
+                    going |= above.walks != 0;
                 }
             }
             levels += 1;
         }
-        let mut below = places.map(|place| place.leaf());
+        let mut below = above.map(|above| above.leaf());
         going = true;
         while going && levels < 2 * MAX_DEPTH {
             going = false;
@@ -268,7 +268,7 @@ impl<'a> WideDensity for Group<'_, 'a> {
 }
 
 /// Where eight lanes stand in the squares of their products.
-struct Place<'p, 'a, F: Lanes> {
+struct Above<'p, 'a, F: Lanes> {
     products: [&'p Product<'a>; LANES],
     links: F::Index,
     /// The lanes that stand at a square, as bits.
@@ -282,11 +282,11 @@ struct Below<'a, F: Lanes> {
     failed: u32,
 }
 
-impl<'p, 'a, F: Lanes> Place<'p, 'a, F> {
+impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
     #[inline(always)]
     fn root(products: [&'p Product<'a>; LANES], walks: u32) -> Self {
         let links = F::select_index(F::mask(walks), F::index([0; LANES]), F::index([u32::MAX; LANES]));
-        Place { products, links, walks }
+        Above { products, links, walks }
     }
 
     #[inline(always)]

@@ -8,6 +8,8 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod level;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
@@ -15,6 +17,8 @@ mod sse2;
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
 pub use level::{AVX2, BASELINE, Kernel, detect, run};
+#[cfg(target_arch = "aarch64")]
+pub use neon::Neon;
 pub use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
@@ -25,7 +29,10 @@ use core::ops::{Add, Div, Mul, Sub};
 #[cfg(target_arch = "x86_64")]
 pub type Native = Sse2;
 /// The lanes that every processor of this target has.
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(target_arch = "aarch64")]
+pub type Native = Neon;
+/// The lanes that every processor of this target has.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub type Native = Portable;
 
 /// Numbers in a [`Lanes`].

@@ -50,6 +50,8 @@ pub trait Brdf {
     fn hemisphere(&self) -> Option<Vec3>;
     /// Whether it can be above 0 anywhere.
     fn may_reflect(&self) -> bool;
+    /// Whether it varies so slowly that a base of 8 x 8 cells shows it.
+    fn is_smooth(&self) -> bool;
     /// The narrow lobes.
     fn peaks(&self) -> impl Iterator<Item = Peak>;
     /// Writes the luminance of BRDF x cosine, finite and not negative, for the directions that are asked for; what it
@@ -294,6 +296,10 @@ impl Brdf for Lobes<'_> {
     fn may_reflect(&self) -> bool {
         let lit = self.wo.z > 0.0 || self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
         lit && self.prepared.iter().take(self.count).any(|lobe| self.matters(lobe))
+    }
+
+    fn is_smooth(&self) -> bool {
+        self.is_diffuse
     }
 
     fn peaks(&self) -> impl Iterator<Item = Peak> {

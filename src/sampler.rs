@@ -32,8 +32,8 @@ pub struct Header {
     pub exponent: i32,
     /// Inner nodes.
     pub squares: u32,
-    /// Leaves.
-    pub leaves: u32,
+    /// Inner nodes of its base.
+    pub base: u32,
     /// BRDF evaluations that the build spent.
     pub evaluations: u32,
     /// Normals within this angle of the query's may use the product.
@@ -45,7 +45,7 @@ pub struct Header {
 }
 
 /// "wis-prd" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x01");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x02");
 
 impl Header {
     /// The frame in which the product was prepared.

@@ -72,8 +72,8 @@ fn budgets_are_kept() {
                 let info = product.info();
                 assert!((1..=max_squares).contains(&info.squares), "{} of {max_squares}", info.squares);
                 assert_eq!(info.leaves, 3 * info.squares + 1);
-                // The peaks of narrow lobes may ask for 24 splits of 5 values, and for their own values.
-                assert!(info.evaluations <= max_evaluations.max(18) + 24 * 5 + 4, "{}", info.evaluations);
+                // The base is spent in any case; the peaks of narrow lobes may ask for 24 splits of 5 values, and for their own.
+                assert!(info.evaluations <= max_evaluations.max(66) + 24 * 5 + 4, "{}", info.evaluations);
                 for _ in 0..100 {
                     let sample = product.sample([random.f32(), random.f32()]);
                     assert!(sample.pdf > 0.0 && product.pdf(sample.wi) == sample.pdf);
@@ -147,7 +147,9 @@ fn callbacks_give_the_product_of_the_same_lobes() {
     for (half_angle, lobes) in [(0.0, vec![lambert(0.7)]), phong(20.0), phong(500.0)] {
         for (_, normal, wo) in views(map.key()) {
             let query = query(single(normal), single(wo), &lobes);
-            let product = environment.prepare(&query, &product_config());
+            // What a product of Lambert's lobes spends of itself is less than a callback's.
+            let config = ProductConfig { max_evaluations: 106, ..product_config() };
+            let product = environment.prepare(&query, &config);
             let client = Client { query, spoilt: None, returns: 0 };
             let called = prepare_callback(&environment, &client, half_angle).unwrap();
             assert!((called.estimate() / product.estimate() - 1.0).abs() < 1e-3);

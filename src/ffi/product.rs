@@ -9,7 +9,7 @@ use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
-use crate::product::{self, Budget, Built, Cell, Group, Leaf, Options, Product as Cells, Room, Scratch, Split, Square};
+use crate::product::{self, Budget, Built, Cell, Group, Node, Options, Product as Cells, Room, Scratch};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
@@ -264,7 +264,7 @@ pub unsafe extern "C" fn wis_product_describe(
             info.write(ProductInfo {
                 size: size_of::<ProductInfo>() as u32,
                 squares: header.squares,
-                leaves: header.leaves,
+                leaves: if header.squares == 0 { 0 } else { 3 * header.squares + 1 },
                 evaluations: header.evaluations,
                 bytes: header.bytes,
                 environment: header.environment,
@@ -532,11 +532,11 @@ impl<'a> Opened<'a> {
             }
             let bytes = header.bytes as usize;
             let block = Block::new(product.cast_mut().cast(), bytes, bytes, argument)?;
-            let (squares, leaves) = (header.squares as usize, header.leaves as usize);
             let cells = Cells {
                 light: environment.light(),
-                squares: block.slice(Layout::SQUARES, 0, squares),
-                leaves: block.slice(Layout::SQUARES + squares * size_of::<Square>(), 0, leaves),
+                nodes: block.slice(Layout::NODES, 0, nodes(header.squares)),
+                base: header.base,
+                squares: header.squares,
                 average: header.average,
             };
             Ok(Opened { environment, header, cells, frame: header.frame() })
@@ -611,6 +611,13 @@ impl Brdf for Material<'_> {
         }
     }
 
+    fn is_smooth(&self) -> bool {
+        match self {
+            Material::Lobes(lobes) => lobes.is_smooth(),
+            Material::Callback(_) => false,
+        }
+    }
+
     fn may_reflect(&self) -> bool {
         match self {
             Material::Lobes(lobes) => lobes.may_reflect(),
@@ -639,7 +646,12 @@ impl Brdf for Material<'_> {
 impl Callback {
     #[inline(never)]
     fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
-        let mut directions = [[0.0f32; 3]; MAX_ASKED];
+        wi.chunks(MOST_GROUPS).zip(f_cos.chunks_mut(MOST_GROUPS)).try_for_each(|(wi, f_cos)| self.call(wi, f_cos))
+    }
+
+    /// One call of the client's function.
+    fn call<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
+        let mut directions = [[0.0f32; 3]; MOST_GROUPS * LANES];
         let mut count = 0;
         for Asked { wi, lanes } in wi {
             let [x, y, z] = to_arrays(*wi);
@@ -650,7 +662,7 @@ impl Callback {
                 }
             }
         }
-        let mut values = [f32::NAN; MAX_ASKED];
+        let mut values = [f32::NAN; MOST_GROUPS * LANES];
         // SAFETY: both arrays hold `count` elements; the function is the client's.
         let answer = unsafe { (self.eval)(self.user, count, directions.as_ptr().cast(), values.as_mut_ptr()) };
         let mut values = values.into_iter().take(count);
@@ -670,16 +682,20 @@ impl Callback {
     }
 }
 
-/// The most directions that a product asks for at once.
-const MAX_ASKED: usize = 5 * LANES;
+/// The most groups of eight directions that a client's function is asked for at once.
+const MOST_GROUPS: usize = 5;
 
-/// Where the parts of a product's block stand while it is built: header, squares and leaves, then what is needed only
-/// to build.
+/// The nodes of a product of so many squares.
+fn nodes(squares: u32) -> usize {
+    if squares == 0 { 0 } else { 4 * squares as usize + 1 }
+}
+
+/// Where the parts of a product's block stand while it is built: header and nodes, then what is needed only to build.
 struct Layout {
     room: Room,
     cells: usize,
     priorities: usize,
-    splits: usize,
+    slots: usize,
     bytes: usize,
 }
 
@@ -691,31 +707,29 @@ impl Settings {
 }
 
 impl Layout {
-    const SQUARES: usize = size_of::<Header>().next_multiple_of(WIS_ALIGNMENT);
+    const NODES: usize = size_of::<Header>().next_multiple_of(WIS_ALIGNMENT);
 
     fn new(budget: Budget) -> Option<Layout> {
-        let squares = budget.squares as usize;
-        let leaves = squares.checked_mul(3)?.checked_add(1)?;
-        let stored = squares * size_of::<Square>() + leaves * size_of::<Leaf>();
         let room = Room::new(budget.squares)?;
-        let cells = (Layout::SQUARES + stored).next_multiple_of(WIS_ALIGNMENT);
+        let cells = (Layout::NODES + room.nodes * size_of::<Node>()).next_multiple_of(WIS_ALIGNMENT);
         let priorities = cells + room.cells * size_of::<Cell>();
-        let splits = priorities + room.priorities * size_of::<f32>();
-        let bytes = (splits + room.splits * size_of::<Split>()).next_multiple_of(WIS_ALIGNMENT);
-        Some(Layout { room, cells, priorities, splits, bytes })
+        let slots = priorities + room.priorities * size_of::<f32>();
+        let bytes = (slots + room.squares * size_of::<u32>()).next_multiple_of(WIS_ALIGNMENT);
+        Some(Layout { room, cells, priorities, slots, bytes })
     }
 
-    /// The room for cells.
+    /// The room that a product is built in.
     ///
     /// # Safety
-    /// The block is the caller's to write, and of nobody else while the cells live.
+    /// The block is the caller's to write, and of nobody else while the room lives.
     unsafe fn scratch<'a>(&self, block: &Block) -> Scratch<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             Scratch {
+                nodes: block.slice(Self::NODES, 0, self.room.nodes),
                 cells: block.slice(self.cells, 0, self.room.cells),
                 priorities: block.slice(self.priorities, 0, self.room.priorities),
-                splits: block.slice(self.splits, 0, self.room.splits),
+                slots: block.slice(self.slots, 0, self.room.squares),
             }
         }
     }
@@ -814,40 +828,26 @@ pub(super) unsafe fn prepare_with(
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };
         let building = Building { environment, frame, material: &mut material, options, scratch: &mut scratch };
         let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
+        let [average, visible] = scratch.finish(built.base, built.squares, prior.as_ref());
         let header = Header {
             magic: MAGIC,
-            bytes: 0,
+            bytes: (Layout::NODES + nodes(built.squares) * size_of::<Node>()) as u64,
             environment: environment.header.content_id,
             query,
             frame: frame.to_array(),
-            average: 0.0,
+            average,
             exponent: built.exponent,
             squares: built.squares,
-            leaves: built.leaves(),
+            base: built.base,
             evaluations: built.evaluations,
             reuse_cone,
-            visible: 0.0,
+            visible,
             reserved: [0; 2],
         };
-        store(&block, header, scratch.into_used(built.cells as usize, built.squares as usize), prior.as_ref());
+        if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
+            *slot = header;
+        }
         target.write(memory.cast_const().cast());
     }
     Ok(())
-}
-
-/// Writes a built product to the front of its block.
-///
-/// # Safety
-/// The block is the caller's to write.
-unsafe fn store(block: &Block, header: Header, mut scratch: Scratch, prior: Option<&[f32; WIS_PRIOR_CELLS]>) {
-    let (squares, leaves) = (header.squares as usize, header.leaves as usize);
-    let leaves_at = Layout::SQUARES + squares * size_of::<Square>();
-    // SAFETY: the caller's contract; squares and leaves end before the cells begin.
-    unsafe {
-        let to = (block.slice(Layout::SQUARES, 0, squares), block.slice(leaves_at, 0, leaves));
-        let [average, visible] = scratch.emit(prior, to);
-        if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
-            *slot = Header { bytes: (leaves_at + leaves * size_of::<Leaf>()) as u64, average, visible, ..header };
-        }
-    }
 }

@@ -1,124 +1,106 @@
-//! The cells of a product under construction, in the caller's memory, and the squares and leaves that become of them.
+//! A product under construction, in the caller's memory. Nodes are written where they will stay: a leaf that is split
+//! gives its place to its first child.
 //!
-//! What a round computes side by side comes and goes in rows of four numbers. Priorities are an array of their own: the
-//! best leaves are found eight at a time.
+//! Squares are numbered in the order of their making. The first `base` of them are a complete tree and stand, followed
+//! by its `3 base + 1` leaves, at the front; every later square q stands at node `4 q + 1` before three of its children.
+//! Leaves are numbered from the first one on, later squares among them.
 
-use super::{LEAF, Leaf, Square};
+use super::start::LEAST_SQUARES;
+use super::{LEAF, Node};
 use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::simd::{LANES, Lanes};
 
-/// Set in [`Cell::peak`]: it lies near a narrow lobe's peak.
+/// A cell that lies near a narrow lobe's peak.
 pub const NEAR: u32 = 1;
-/// Set in [`Cell::peak`]: and is too coarse for it.
-pub const COARSE: u32 = 2;
 
-/// A cell under construction: four rows of four numbers.
+/// What is known of a leaf besides its node, while it may be split.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cell {
     /// BRDF x cosine at the corners, as evaluated.
     pub corners: [f32; 4],
-    /// The same, not below the floor.
-    pub raised: [f32; 4],
-    /// Where it stands.
-    pub place: Place,
-    /// The average light.
-    pub light: f32,
-    /// The average product.
-    pub weight: f32,
-    /// [`NEAR`] and [`COARSE`]. Only cells near a peak have children near it.
-    pub peak: u32,
-    /// The square that it has become; 0 for a leaf. (The root, square 0, is nobody's child.)
-    pub inner: u32,
-}
-
-/// Where a cell stands; as in [`Leaf`], but for the index.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Place {
-    /// The environment's square for the cell, or NO_SQUARE.
-    pub square: u32,
-    /// Four times the environment's square above the cell plus the child that contains it, or NO_SQUARE.
-    pub light: u32,
-    /// Along axis 1, and 2^16 times that along axis 2.
-    pub index: u32,
-    /// Among 2^level cells along each axis.
-    pub level: u32,
-}
-
-impl Place {
-    /// From the bits of a row.
-    #[inline(always)]
-    pub fn from_row(&[square, light, index, level]: &[f32; 4]) -> Place {
-        let [square, light, index, level] = [square.to_bits(), light.to_bits(), index.to_bits(), level.to_bits()];
-        Place { square, light, index, level }
-    }
+    /// The average light and product, and the bits of two words.
+    pub rest: [f32; 4],
 }
 
 impl Cell {
-    /// What it is as a leaf.
-    #[inline(always)]
-    fn leaf(&self) -> Leaf {
-        let Place { square, light, index, level } = self.place;
-        Leaf { corners: self.raised, square, light, index: [index as u16, (index >> 16) as u16], level }
-    }
-}
+    /// No cell.
+    pub const NOTHING: Cell = Cell { corners: [0.0; 4], rest: [0.0; 4] };
 
-/// A cell that was split. Child `c` is cell `first + c * apart`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Split {
-    /// The cell.
-    pub cell: u32,
-    /// Its first child.
-    pub first: u32,
-    /// The distance from a child to the next.
-    pub apart: u32,
+    /// The average light.
+    pub fn light(&self) -> f32 {
+        self.rest[0]
+    }
+
+    /// The average product.
+    pub fn weight(&self) -> f32 {
+        self.rest[1]
+    }
+
+    /// [`NEAR`] if it lies near a narrow lobe's peak, else 0. Only such cells have children near it.
+    pub fn near(&self) -> u32 {
+        self.rest[2].to_bits()
+    }
+
+    /// Four times the node of the square above plus which child it is.
+    pub fn slot(&self) -> u32 {
+        self.rest[3].to_bits()
+    }
 }
 
 /// How much room a budget of squares needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
+    /// Nodes.
+    pub nodes: usize,
     /// Cells.
     pub cells: usize,
     /// Priorities: whole groups of lanes are written.
     pub priorities: usize,
     /// Squares.
-    pub splits: usize,
+    pub squares: usize,
 }
 
 impl Room {
     /// For a budget of squares.
     pub fn new(squares: u32) -> Option<Room> {
-        let cells = squares.checked_mul(4)?.checked_add(1)? as usize;
-        Some(Room { cells, priorities: cells.checked_add(LANES)?, splits: squares as usize })
+        let squares = squares.max(LEAST_SQUARES);
+        let nodes = squares.checked_mul(4)?.checked_add(1)? as usize;
+        Some(Room { nodes, cells: nodes, priorities: nodes.checked_add(LANES)?, squares: squares as usize })
     }
 }
 
 /// What a product is built in, in the caller's memory.
 pub struct Scratch<'a> {
-    /// The cells; the root first.
+    /// The product itself.
+    pub nodes: &'a mut [Node],
+    /// What is known of leaves.
     pub cells: &'a mut [Cell],
-    /// How much splitting a leaf is worth; 0 for cells that are none.
+    /// How much splitting a leaf is worth, with the sign set if it is too coarse for a peak; 0 for what is none.
     pub priorities: &'a mut [f32],
-    /// The cell and the children of each square.
-    pub splits: &'a mut [Split],
+    /// [`Cell::slot`] of each later square.
+    pub slots: &'a mut [u32],
 }
 
 impl Scratch<'_> {
     /// Whether there is room for a budget.
     pub fn fits(&self, room: Room) -> bool {
-        let (cells, priorities) = (self.cells.len() >= room.cells, self.priorities.len() >= room.priorities);
-        cells && priorities && self.splits.len() >= room.splits
+        let (nodes, cells) = (self.nodes.len() >= room.nodes, self.cells.len() >= room.cells);
+        nodes && cells && self.priorities.len() >= room.priorities && self.slots.len() >= room.squares
     }
 
-    /// What is in use of it.
-    pub fn into_used(self, used: usize, squares: usize) -> Self {
-        Scratch {
-            cells: self.cells.get_mut(..used).unwrap_or_default(),
-            priorities: self.priorities,
-            splits: self.splits.get_mut(..squares).unwrap_or_default(),
+    /// The first leaves that are too coarse for a peak, at most `room` and at most eight.
+    #[inline(always)]
+    pub fn coarse<F: Lanes>(&self, used: usize, room: usize) -> Batch {
+        let mut batch = Batch::default();
+        for (first, eight) in self.groups(used) {
+            let mut coarse = F::highest_bits(F::index(eight.map(f32::to_bits)));
+            while coarse != 0 && batch.count < room.min(LANES) {
+                batch.push(first as usize + coarse.trailing_zeros() as usize);
+                coarse &= coarse - 1;
+            }
         }
+        batch
     }
 
     /// The leaves of more than a priority that are worth most, at most `room` and at most eight, the best first; of
@@ -129,14 +111,12 @@ impl Scratch<'_> {
         // Numbers that are not negative are ordered as their bits.
         let mut best = [0u64; LANES];
         let mut worst = least;
-        let groups = self.priorities.chunks_exact(LANES).take(used.div_ceil(LANES));
-        for (first, eight) in (0u32..).step_by(LANES).zip(groups) {
-            let Some(eight) = eight.first_chunk::<LANES>() else { continue };
-            let mut better = F::bits(F::splat(worst).lt(F::from_array(*eight)));
+        for (first, eight) in self.groups(used) {
+            let mut better = F::bits(F::splat(worst).lt(F::from_array(*eight).abs()));
             while better != 0 {
                 let lane = better.trailing_zeros();
                 better &= better - 1;
-                let priority = eight[lane as usize & (LANES - 1)].to_bits();
+                let priority = eight[lane as usize & (LANES - 1)].abs().to_bits();
                 let mut candidate = u64::from(priority) << 32 | u64::from(!(first + lane));
                 for kept in &mut best {
                     (*kept, candidate) = if candidate > *kept { (candidate, *kept) } else { (*kept, candidate) };
@@ -152,40 +132,58 @@ impl Scratch<'_> {
         batch
     }
 
-    /// Writes the squares and leaves, and answers the average product, without and with the factors of a prior.
-    pub fn emit(&mut self, prior: Option<&[f32; WIS_PRIOR_CELLS]>, to: (&mut [Square], &mut [Leaf])) -> [f32; 2] {
-        let (squares, leaves) = to;
-        let average = self.link(squares, leaves);
-        let Some(factors) = prior else { return [average; 2] };
-        for cell in self.cells.iter_mut().filter(|cell| cell.inner == 0) {
-            let leaf = cell.leaf();
-            cell.weight *= mean_weight(factors, leaf.level, leaf.index);
-        }
-        [average, self.link(squares, leaves)]
+    /// Eight priorities at a time, and the number of the first.
+    #[inline(always)]
+    fn groups(&self, used: usize) -> impl Iterator<Item = (u32, &[f32; LANES])> {
+        let groups = self.priorities.chunks_exact(LANES).take(used.div_ceil(LANES));
+        (0u32..).step_by(LANES).zip(groups.filter_map(|eight| eight.first_chunk()))
     }
 
-    /// Sums the weights of leaves up to the root, and links squares and leaves. Children come after their parents.
-    fn link(&mut self, squares: &mut [Square], leaves: &mut [Leaf]) -> f32 {
-        let mut count = 0u32;
-        for (split, square) in self.splits.iter().zip(squares).rev() {
-            let mut k = split.first as usize;
-            for (weight, link) in square.weights.iter_mut().zip(&mut square.links) {
-                let Some(cell) = self.cells.get(k) else { continue };
-                // A leaf is written in any case, and counted if it is one: most are, in no order to be predicted.
-                if let Some(leaf) = leaves.get_mut(count as usize) {
-                    *leaf = cell.leaf();
-                }
-                *weight = cell.weight;
-                *link = if cell.inner == 0 { count | LEAF } else { cell.inner };
-                count += u32::from(cell.inner == 0);
-                k += split.apart as usize;
-            }
-            let [a, b, c, d] = square.weights;
-            if let Some(cell) = self.cells.get_mut(split.cell as usize) {
-                cell.weight = 0.25 * ((a + b) + (c + d));
+    /// Completes the averages of squares, and answers that of the product, without and with the factors of a prior.
+    pub fn finish(&mut self, base: u32, squares: u32, prior: Option<&[f32; WIS_PRIOR_CELLS]>) -> [f32; 2] {
+        if squares == 0 {
+            return [0.0; 2];
+        }
+        let average = self.sum_up(base, squares);
+        let Some(factors) = prior else { return [average; 2] };
+        for square in 0..squares as usize {
+            let place = if square < base as usize { square } else { 4 * square + 1 };
+            let Some(&node) = self.nodes.get(place) else { continue };
+            let factor = node.links.map(|link| self.factor(link, factors));
+            if let Some(node) = self.nodes.get_mut(place) {
+                node.values.iter_mut().zip(factor).for_each(|(value, factor)| *value *= factor);
             }
         }
-        self.cells.first().map_or(0.0, |root| root.weight)
+        [average, self.sum_up(base, squares)]
+    }
+
+    /// The factor of a prior for a leaf; 1 for a square.
+    fn factor(&self, link: u32, factors: &[f32; WIS_PRIOR_CELLS]) -> f32 {
+        if link & LEAF == 0 {
+            return 1.0;
+        }
+        let leaf = self.nodes.get((link & !LEAF) as usize).copied().unwrap_or(Node::NOTHING);
+        mean_weight(factors, leaf.level(), leaf.index())
+    }
+
+    /// Sums averages up to the root. Children come after their parents.
+    fn sum_up(&mut self, base: u32, squares: u32) -> f32 {
+        let mean = |[a, b, c, d]: [f32; 4]| 0.25 * ((a + b) + (c + d));
+        let slots = self.slots.get(base as usize..squares as usize).unwrap_or_default();
+        for (later, &slot) in slots.iter().enumerate().rev() {
+            let average = self.nodes.get(4 * (base as usize + later) + 1).map_or(0.0, |node| mean(node.values));
+            if let Some(node) = self.nodes.get_mut(slot as usize / 4) {
+                node.values[slot as usize & 3] = average;
+            }
+        }
+        let squares = self.nodes.get_mut(..base as usize).unwrap_or_default();
+        for above in (0..squares.len() / 4).rev() {
+            let Some(children) = squares.get(4 * above + 1..).and_then(|children| children.first_chunk::<4>()) else {
+                continue;
+            };
+            squares[above].values = children.map(|child| mean(child.values));
+        }
+        squares.first().map_or(0.0, |root| mean(root.values))
     }
 }
 
@@ -198,13 +196,6 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Cells one after the other.
-    pub fn run(first: usize, count: usize) -> Batch {
-        let mut batch = Batch::default();
-        (first..first + count).for_each(|cell| batch.push(cell));
-        batch
-    }
-
     /// Adds a cell, if there is room.
     #[inline(always)]
     pub fn push(&mut self, cell: usize) {

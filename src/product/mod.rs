@@ -9,9 +9,11 @@ mod base;
 mod build;
 mod cells;
 mod peak;
+mod start;
+mod weigh;
 
 pub use build::{Budget, Built, Options, build};
-pub use cells::{Cell, Room, Scratch, Split};
+pub use cells::{Cell, Room, Scratch};
 
 use crate::descent::{Density, lerp};
 use crate::environment::Descent;
@@ -23,39 +25,61 @@ use crate::wide::{self, ALL, GROUPS, Walker, WideDensity};
 /// Set in a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
 
-/// An inner node: the average products of its four children, and where they stand.
+/// A node of the tree: four numbers and four words.
+///
+/// A square, an inner node, holds the average products of its four children and their links: where they stand, with
+/// [`LEAF`] set if they are leaves. A leaf, a cell in which the BRDF is bilinear, holds BRDF x cosine at its corners, not
+/// below the floor; the environment's square for it, or [`NO_SQUARE`]; four times the environment's square above it plus
+/// the child that contains it, or [`NO_SQUARE`]; its index along axis 1, plus 2^16 times that along axis 2; and its level:
+/// it is one of 2^level cells along each axis.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Square {
-    weights: [f32; 4],
+pub struct Node {
+    values: [f32; 4],
     links: [u32; 4],
 }
 
-/// A cell in which the BRDF is bilinear.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Leaf {
-    /// BRDF x cosine at the corners, not below the floor.
-    corners: [f32; 4],
-    /// The environment's square for this cell, or [`NO_SQUARE`].
-    square: u32,
-    /// Four times the environment's square above the cell plus the child that contains it, or [`NO_SQUARE`].
-    light: u32,
-    /// The cell's place among 2^level cells along each axis.
-    index: [u16; 2],
-    level: u32,
-}
+impl Node {
+    /// A leaf without light.
+    const NOTHING: Node = Node { values: [0.0; 4], links: [NO_SQUARE, NO_SQUARE, 0, 0] };
 
-impl Leaf {
-    /// The centre of the cell in the square.
-    pub fn centre(&self) -> [f32; 2] {
-        let width = inverse_power(self.level);
-        self.index.map(|i| (f32::from(i) + 0.5) * width)
+    /// A leaf that is the whole square.
+    const ROOT: Node = Node { values: [0.0; 4], links: [0, NO_SQUARE, 0, 0] };
+
+    /// A leaf, its links from the bits of a row.
+    #[inline(always)]
+    fn leaf(values: [f32; 4], links: [f32; 4]) -> Node {
+        Node { values, links: links.map(f32::to_bits) }
     }
 
-    /// The environment's square above the cell and the child that contains it; `None` for the whole square.
+    /// The environment's square for a leaf.
+    #[inline(always)]
+    fn square(&self) -> u32 {
+        self.links[0]
+    }
+
+    /// The place of a leaf along both axes.
+    #[inline(always)]
+    fn index(&self) -> [u16; 2] {
+        [self.links[2] as u16, (self.links[2] >> 16) as u16]
+    }
+
+    /// The level of a leaf.
+    #[inline(always)]
+    fn level(&self) -> u32 {
+        self.links[3]
+    }
+
+    /// The centre of a leaf in the square.
+    pub fn centre(&self) -> [f32; 2] {
+        let width = inverse_power(self.level());
+        self.index().map(|i| (f32::from(i) + 0.5) * width)
+    }
+
+    /// The environment's square above a leaf and the child that contains it; `None` for the whole square.
     pub fn light(&self) -> Option<(u32, u32)> {
-        if self.light == NO_SQUARE { None } else { Some((self.light / 4, self.light % 4)) }
+        let light = self.links[1];
+        if light == NO_SQUARE { None } else { Some((light / 4, light % 4)) }
     }
 }
 
@@ -64,22 +88,25 @@ impl Leaf {
 pub struct Product<'a> {
     /// The environment's tree.
     pub light: Tree<'a, 4>,
-    /// Inner nodes; the root first.
-    pub squares: &'a [Square],
-    /// Leaves.
-    pub leaves: &'a [Leaf],
+    /// Squares and leaves; the root first.
+    pub nodes: &'a [Node],
+    /// How many squares stand at the front; a later square q stands at node `4 q + 1`.
+    pub base: u32,
+    /// Squares.
+    pub squares: u32,
     /// The average of the product over the square; 0 if there is nothing to sample.
     pub average: f32,
 }
 
 impl Product<'_> {
     /// Every leaf with its share of the average.
-    pub fn shares(&self) -> impl Iterator<Item = (&Leaf, f32)> {
-        let linked = self.squares.iter().flat_map(|square| square.links.iter().zip(square.weights));
+    pub fn shares(&self) -> impl Iterator<Item = (&Node, f32)> {
+        let place = |square: u32| if square < self.base { square } else { square.wrapping_mul(4).wrapping_add(1) };
+        let squares = (0..self.squares).filter_map(move |square| self.nodes.get(place(square) as usize));
+        let linked = squares.flat_map(|square| square.links.into_iter().zip(square.values));
         linked.filter(|(link, _)| *link & LEAF != 0).filter_map(|(link, weight)| {
-            let leaf = self.leaves.get((link & !LEAF) as usize)?;
-            let area = inverse_power(2 * leaf.level);
-            Some((leaf, weight * area))
+            let leaf = self.nodes.get((link & !LEAF) as usize)?;
+            Some((leaf, weight * inverse_power(2 * leaf.level())))
         })
     }
 }
@@ -133,16 +160,15 @@ impl Density for Product<'_> {
 
     #[inline(always)]
     fn walk(&self, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
-        let mut square = self.squares.first()?;
-        let leaf = loop {
-            let c = choose(square.weights)?;
-            let link = *square.links.get(c as usize)?;
-            if link & LEAF != 0 {
-                break self.leaves.get((link & !LEAF) as usize)?;
-            }
-            square = self.squares.get(link as usize)?;
-        };
-        let mut part = Part { corners: leaf.corners, square: leaf.square, ..Part::NOTHING };
+        let (mut link, mut levels) = (0, 0);
+        // A damaged tree may lead in circles.
+        while link & LEAF == 0 && levels < MAX_DEPTH {
+            let square = self.nodes.get(link as usize)?;
+            link = *square.links.get(choose(square.values)? as usize)?;
+            levels += 1;
+        }
+        let leaf = self.nodes.get((link & !LEAF) as usize)?;
+        let mut part = Part { corners: leaf.values, square: leaf.square(), ..Part::NOTHING };
         while part.square != NO_SQUARE {
             let c = choose(part.masses(self.light.children(part.square)))?;
             part = part.child(c, self.light.child_square(part.square, c).unwrap_or(NO_SQUARE));
@@ -292,12 +318,12 @@ impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
     #[inline(always)]
     fn step(&mut self, walker: &mut impl Walker<F>) {
         // A damaged tree ends in a leaf that does not exist.
-        const NOTHING: Square = Square { weights: [0.0; 4], links: [u32::MAX; 4] };
+        const NOTHING: Node = Node { values: [0.0; 4], links: [u32::MAX; 4] };
         let mut squares = [&NOTHING; LANES];
         for ((square, product), link) in squares.iter_mut().zip(self.products).zip(F::numbers(self.links)) {
-            *square = product.squares.get(link as usize).unwrap_or(&NOTHING);
+            *square = product.nodes.get(link as usize).unwrap_or(&NOTHING);
         }
-        let [s1, s2] = walker.choose(self.walks, F::transpose(squares.map(|square| &square.weights)));
+        let [s1, s2] = walker.choose(self.walks, F::transpose(squares.map(|square| &square.values)));
         let [a, b, c, d] = F::transpose_index(squares.map(|square| &square.links));
         let next = F::select_index(s1, F::select_index(s2, d, c), F::select_index(s2, b, a));
         self.links = if self.walks == ALL { next } else { F::select_index(F::mask(self.walks), next, self.links) };
@@ -307,19 +333,18 @@ impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
     /// Goes on below the leaves. The light is that of the first product.
     #[inline(always)]
     fn leaf(self) -> Below<'a, F> {
-        const DARK: Leaf = Leaf { corners: [0.0; 4], square: NO_SQUARE, light: 0, index: [0; 2], level: 0 };
-        let (mut leaves, mut failed) = ([&DARK; LANES], self.walks);
+        let (mut leaves, mut failed) = ([&Node::NOTHING; LANES], self.walks);
         for (i, ((slot, product), link)) in leaves.iter_mut().zip(self.products).zip(F::numbers(self.links)).enumerate()
         {
-            match product.leaves.get((link & !LEAF) as usize) {
+            match product.nodes.get((link & !LEAF) as usize) {
                 Some(leaf) => *slot = leaf,
                 None => failed |= 1 << i,
             }
         }
-        let squares = leaves.map(|leaf| leaf.square);
+        let squares = leaves.map(|leaf| leaf.square());
         let lit = ALL & !F::highest_bits(F::index(squares)) & !failed;
         Below {
-            parts: Parts::whole(F::transpose(leaves.map(|leaf| &leaf.corners))),
+            parts: Parts::whole(F::transpose(leaves.map(|leaf| &leaf.values))),
             descent: Descent::from(self.products[0].light, squares, lit),
             failed,
         }

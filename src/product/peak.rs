@@ -2,7 +2,7 @@
 
 use crate::lobe::Peak;
 use crate::simd::Lanes;
-use crate::sphere::Frame;
+use crate::sphere::{Frame, cell_chord};
 use crate::wide::vector::{V3, direction_in, dot, splat, subtract};
 
 /// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
@@ -15,6 +15,11 @@ const CORE: f32 = 0.5;
 const FLAT_WIDTH: f32 = 1.0 / 32.0;
 /// No leaf is darker than this share of a peak that it may hold.
 const FLOOR: f32 = 0.1;
+
+/// Whether cells of a level may be too coarse for a peak.
+pub fn is_narrow(peak: &Peak, level: u32) -> bool {
+    DETAIL * peak.radii[1] < cell_chord(level)
+}
 
 /// Where eight cells lie on the sphere.
 pub struct Shape<F: Lanes> {

@@ -205,7 +205,7 @@ fn head(out: &mut String, title: &str, first: &str) -> Result<()> {
 
 /// Error and time against the evaluations that may be spent.
 fn budgets(out: &mut String, lights: &[Light]) -> Result<()> {
-    const BUDGETS: [u32; 7] = [18, 30, 40, 64, 100, 200, 400];
+    const BUDGETS: [u32; 6] = [66, 86, 106, 146, 226, 386];
     head(out, "What evaluations buy", "evaluations")?;
     let mut rows = BUDGETS.map(|_| Row::new());
     let points = points(POINTS);
@@ -266,7 +266,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
             let mut base = Setting::new(&whole, &material);
             let [whole, coarse, spread] = [&whole, &coarse, &spread].map(|lit| Setting::new(lit, &material));
             let truth = truth(&whole, &points)?;
-            base.preparation.max_evaluations = 18;
+            base.preparation.max_evaluations = 66;
             let variants: [(&Setting, Method); 9] = [
                 (&whole, Method::Wis),
                 (&coarse, Method::Wis),

@@ -52,8 +52,8 @@ pub trait Brdf {
     fn may_reflect(&self) -> bool;
     /// Whether it varies so slowly that a base of 8 x 8 cells shows it.
     fn is_smooth(&self) -> bool;
-    /// The narrow lobes.
-    fn peaks(&self) -> impl Iterator<Item = Peak>;
+    /// The narrow lobes, the first ones first.
+    fn peaks(&self) -> [Option<Peak>; MAX_PEAKS];
     /// Writes the luminance of BRDF x cosine, finite and not negative, for the directions that are asked for; what it
     /// writes to other lanes is as sound but means nothing.
     ///
@@ -72,6 +72,14 @@ pub struct Asked<F> {
     pub wi: V3<F>,
     /// The lanes that count, as bits.
     pub lanes: u32,
+}
+
+/// Eight directions in the frame of tangent, bitangent and normal, the cosine widened if hits share the product.
+struct Look<F> {
+    local: V3<F>,
+    unwidened: F,
+    /// The cosine, or 1 if it is part of the BRDF.
+    factor: F,
 }
 
 /// A lobe with everything precomputed that does not depend on wi.
@@ -148,14 +156,13 @@ impl<'a> Lobes<'a> {
     }
 
     /// The same lobes with cosines widened.
-    pub fn widened(self, reuse: Reuse) -> Lobes<'a> {
-        Lobes { reuse, ..self }
+    pub fn widen(&mut self, reuse: Reuse) {
+        self.reuse = reuse;
     }
 
-    /// The luminance of BRDF x cosine for eight directions.
+    /// Eight directions as the lobes see them.
     #[inline(always)]
-    pub fn luminance_wide<F: Lanes>(&self, wi: V3<F>) -> F {
-        let zero = F::splat(0.0);
+    fn look<F: Lanes>(&self, wi: V3<F>) -> Look<F> {
         let unwidened = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
         let mut cosine = unwidened;
         if self.reuse.is_wide() {
@@ -163,33 +170,32 @@ impl<'a> Lobes<'a> {
             cosine = if whole { self.reuse.widen(cosine.abs()).copysign(cosine) } else { self.reuse.widen(cosine) };
         }
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
-        let mut local = [zero, zero, cosine];
-        if !self.is_diffuse {
-            local[0] = dot(wi, splat(self.tangent.to_array()));
-            local[1] = dot(wi, splat(self.bitangent.to_array()));
+        let (x, y) = (dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())));
+        Look { local: [x, y, cosine], unwidened, factor }
+    }
+
+    /// The luminance of a tabulated lobe.
+    #[inline(always)]
+    fn tabulated<F: Lanes>(&self, look: &Look<F>, weight: f32) -> F {
+        let [x, y, cosine] = look.local;
+        let value = self.table.at_wide([x, y, look.unwidened]) * F::splat(weight);
+        // The table holds the cosine itself.
+        if self.reuse.is_wide() {
+            value * (cosine.abs() / look.unwidened.abs().max(F::splat(LEAST_COSINE)))
+        } else {
+            value
         }
-        let mut sum = zero;
-        for lobe in self.prepared.iter().take(self.count) {
-            sum = sum
-                + match *lobe {
-                    Prepared::Table { weight } => {
-                        let value = self.table.at_wide([local[0], local[1], unwidened]);
-                        let value = value * F::splat(weight);
-                        // The table holds the cosine itself.
-                        if self.reuse.is_wide() {
-                            value * (cosine.abs() / unwidened.abs().max(F::splat(LEAST_COSINE)))
-                        } else {
-                            value
-                        }
-                    }
-                    _ => lobe.luminance_wide(self.wo, local, factor),
-                };
-        }
+    }
+
+    /// The sum of the lobes' luminances, finite and 0 where they do not reflect.
+    #[inline(always)]
+    fn bounded<F: Lanes>(&self, look: &Look<F>, sum: F) -> F {
+        let zero = F::splat(0.0);
         let bounded = sum.max(zero).min(F::splat(f32::MAX));
         if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 {
             bounded
         } else if self.wo.z > 0.0 {
-            F::select(zero.lt(cosine), bounded, zero)
+            F::select(zero.lt(look.local[2]), bounded, zero)
         } else {
             zero
         }
@@ -249,6 +255,19 @@ impl<'a> Lobes<'a> {
         lobe.matters() && (!matches!(lobe, Prepared::Table { .. }) || self.table.matters())
     }
 
+    /// Where a lobe is concentrated; `None` if nowhere.
+    fn peak(&self, lobe: &Prepared) -> Option<Peak> {
+        match *lobe {
+            Prepared::Lambert { .. } => None,
+            Prepared::Ggx { alpha, .. } => Some(self.ggx_peak(alpha)),
+            Prepared::Phong { exponent, .. } => Some(Peak::disc(self.mirror(), phong_half_angle(exponent))),
+            Prepared::Table { .. } => {
+                let (direction, radius) = self.table.peak()?;
+                Some(Peak::disc(self.world(direction), radius))
+            }
+        }
+    }
+
     /// The peak of a GGX lobe. A half vector that leans by an angle in the plane of incidence turns wi by twice that
     /// angle, but one that leans across the plane only by `2 cos(theta_o)` times it: at grazing view the lobe is a
     /// narrow blade.
@@ -302,23 +321,46 @@ impl Brdf for Lobes<'_> {
         self.is_diffuse
     }
 
-    fn peaks(&self) -> impl Iterator<Item = Peak> {
+    fn peaks(&self) -> [Option<Peak>; MAX_PEAKS] {
+        let mut peaks = [None; MAX_PEAKS];
         let lit = self.prepared.iter().take(self.count).filter(|lobe| self.matters(lobe) && self.wo.z > 0.0);
-        lit.filter_map(|lobe| match *lobe {
-            Prepared::Lambert { .. } => None,
-            Prepared::Ggx { alpha, .. } => Some(self.ggx_peak(alpha)),
-            Prepared::Phong { exponent, .. } => Some(Peak::disc(self.mirror(), phong_half_angle(exponent))),
-            Prepared::Table { .. } => {
-                let (direction, radius) = self.table.peak()?;
-                Some(Peak::disc(self.world(direction), radius))
-            }
-        })
+        for (slot, peak) in peaks.iter_mut().zip(lit.filter_map(|lobe| self.peak(lobe))) {
+            *slot = Some(peak);
+        }
+        peaks
     }
 
+    /// Lobe by lobe: what a lobe needs is then prepared once for all directions.
     #[inline(always)]
     fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
-        for (asked, out) in wi.iter().zip(f_cos) {
-            *out = self.luminance_wide(asked.wi);
+        f_cos.fill(F::splat(0.0));
+        for lobe in self.prepared.iter().take(self.count) {
+            match *lobe {
+                Prepared::Lambert { albedo } => {
+                    for (sum, asked) in f_cos.iter_mut().zip(wi) {
+                        *sum = *sum + self.look(asked.wi).factor * F::splat(albedo);
+                    }
+                }
+                Prepared::Table { weight } => {
+                    for (sum, asked) in f_cos.iter_mut().zip(wi) {
+                        *sum = *sum + self.tabulated(&self.look(asked.wi), weight);
+                    }
+                }
+                _ if !(self.wo.z > 0.0) => {}
+                Prepared::Ggx { .. } => {
+                    for (sum, asked) in f_cos.iter_mut().zip(wi) {
+                        *sum = *sum + lobe.ggx(self.wo, &self.look(asked.wi));
+                    }
+                }
+                Prepared::Phong { norm, .. } => {
+                    for (sum, asked) in f_cos.iter_mut().zip(wi) {
+                        *sum = *sum + lobe.phong(self.wo, &self.look(asked.wi), norm);
+                    }
+                }
+            }
+        }
+        for (sum, asked) in f_cos.iter_mut().zip(wi) {
+            *sum = self.bounded(&self.look(asked.wi), *sum);
         }
         Ok(())
     }
@@ -363,42 +405,39 @@ impl Prepared {
 }
 
 impl Prepared {
-    /// The lobe's part of [`Lobes::luminance_wide`].
+    /// The luminance of a GGX lobe in eight directions.
     #[inline(always)]
-    fn luminance_wide<F: Lanes>(&self, wo: Vec3, wi: V3<F>, factor: F) -> F {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        if !matches!(self, Prepared::Lambert { .. }) && !(wo.z > 0.0) {
-            return zero;
+    fn ggx<F: Lanes>(&self, wo: Vec3, look: &Look<F>) -> F {
+        let Prepared::Ggx { alpha: [a, b], norm, wo_length, fresnel: [constant, slope] } = *self else {
+            return F::splat(0.0);
+        };
+        let (zero, one, wi) = (F::splat(0.0), F::splat(1.0), look.local);
+        let h = add(wi, splat(wo.to_array()));
+        let squared = dot(h, h);
+        let (x, y) = (h[0] / F::splat(a), h[1] / F::splat(b));
+        let stretched = x * x + y * y + h[2] * h[2];
+        let ratio = squared / stretched;
+        let flat = [F::splat(a) * wi[0], F::splat(b) * wi[1], wi[2]];
+        let smith = wi[2] * F::splat(wo_length) + F::splat(wo.z) * dot(flat, flat).sqrt();
+        let cosine = (F::splat(0.5) * squared.sqrt()).min(one);
+        let shape = F::splat(norm) * ratio * ratio / smith;
+        let finite = F::select(shape.lt(F::splat(f32::MAX)), shape, zero);
+        let grazing = one - cosine;
+        let squared = grazing * grazing;
+        let fresnel = F::splat(constant) + F::splat(slope) * (squared * squared * grazing);
+        F::select(zero.lt(wi[2]), finite * look.factor * fresnel, zero)
+    }
+
+    /// The luminance of a Phong lobe in eight directions.
+    #[inline(always)]
+    fn phong<F: Lanes>(&self, wo: Vec3, look: &Look<F>, norm: f32) -> F {
+        let [x, y, z] = to_arrays(look.local);
+        let mut shape = [0.0; LANES];
+        for (i, shape) in shape.iter_mut().enumerate() {
+            let i = i & (LANES - 1);
+            *shape = self.shape(wo, Vec3::new(x[i], y[i], z[i])).0;
         }
-        match *self {
-            Prepared::Lambert { albedo } => factor * F::splat(albedo),
-            Prepared::Table { .. } => zero,
-            Prepared::Ggx { alpha: [a, b], norm, wo_length, fresnel: [constant, slope] } => {
-                let h = add(wi, splat(wo.to_array()));
-                let squared = dot(h, h);
-                let (x, y) = (h[0] / F::splat(a), h[1] / F::splat(b));
-                let stretched = x * x + y * y + h[2] * h[2];
-                let ratio = squared / stretched;
-                let flat = [F::splat(a) * wi[0], F::splat(b) * wi[1], wi[2]];
-                let smith = wi[2] * F::splat(wo_length) + F::splat(wo.z) * dot(flat, flat).sqrt();
-                let cosine = (F::splat(0.5) * squared.sqrt()).min(one);
-                let shape = F::splat(norm) * ratio * ratio / smith;
-                let finite = F::select(shape.lt(F::splat(f32::MAX)), shape, zero);
-                let grazing = one - cosine;
-                let squared = grazing * grazing;
-                let fresnel = F::splat(constant) + F::splat(slope) * (squared * squared * grazing);
-                F::select(zero.lt(wi[2]), finite * factor * fresnel, zero)
-            }
-            Prepared::Phong { norm, .. } => {
-                let [x, y, z] = to_arrays(wi);
-                let mut shape = [0.0; LANES];
-                for (i, shape) in shape.iter_mut().enumerate() {
-                    let i = i & (LANES - 1);
-                    *shape = self.shape(wo, Vec3::new(x[i], y[i], z[i])).0;
-                }
-                F::from_array(shape) * factor * F::splat(norm)
-            }
-        }
+        F::from_array(shape) * look.factor * F::splat(norm)
     }
 }
 

@@ -43,7 +43,8 @@ pub struct ProductConfig {
     pub cpu_level: u32,
     /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
     pub max_squares: u32,
-    /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 98. At least 18 are spent.
+    /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 66 for Lambert's lobes alone,
+    /// else 106. At least 66 are spent.
     pub max_evaluations: u32,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,
@@ -185,9 +186,10 @@ pub unsafe extern "C" fn wis_product_prepare(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 2)?;
-            let lobes = Lobes::new(&query, None).map_err(|status| Failure::new(status, 2))?;
-            let lobes = lobes.widened(Reuse::new(read_config(config, 3)?.reuse_cone));
-            prepare(&environment, query, Material::Lobes(lobes), (config, 3), (memory, bytes), product)
+            let mut lobes = Lobes::new(&query, None).map_err(|status| Failure::new(status, 2))?;
+            let settings = read_config(config, 3)?;
+            lobes.widen(Reuse::new(settings.reuse_cone));
+            prepare(&environment, query, Material::Lobes(lobes), (&settings, 3), (memory, bytes), product)
         }
     })
 }
@@ -212,7 +214,8 @@ pub unsafe extern "C" fn wis_product_prepare_callback(
         unsafe {
             let environment = view(environment, 1)?;
             let brdf = Material::Callback(Callback::new(sized(brdf, 2)?)?);
-            prepare(&environment, Query::default(), brdf, (config, 3), (memory, bytes), product)
+            let settings = read_config(config, 3)?;
+            prepare(&environment, Query::default(), brdf, (&settings, 3), (memory, bytes), product)
         }
     })
 }
@@ -625,13 +628,11 @@ impl Brdf for Material<'_> {
         }
     }
 
-    fn peaks(&self) -> impl Iterator<Item = Peak> {
-        let mut peaks = [None; MAX_PEAKS];
+    fn peaks(&self) -> [Option<Peak>; MAX_PEAKS] {
         match self {
-            Material::Lobes(lobes) => peaks.iter_mut().zip(lobes.peaks()).for_each(|(slot, peak)| *slot = Some(peak)),
-            Material::Callback(callback) => peaks[0] = callback.peak,
+            Material::Lobes(lobes) => lobes.peaks(),
+            Material::Callback(callback) => [callback.peak, None, None, None],
         }
-        peaks.into_iter().flatten()
     }
 
     #[inline(always)]
@@ -792,25 +793,6 @@ impl Kernel for Building<'_, '_, '_> {
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 pub(super) unsafe fn prepare(
-    environment: &kernel::Environment,
-    query: Query,
-    material: Material,
-    (config, argument): (*const ProductConfig, u32),
-    (memory, bytes): (*mut c_void, usize),
-    product: *mut *const Product,
-) -> Checked<()> {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let settings = read_config(config, argument)?;
-        prepare_with(environment, query, material, (&settings, argument), (memory, bytes), product)
-    }
-}
-
-/// As [`prepare`], with a configuration that was checked.
-///
-/// # Safety
-/// As [`prepare`].
-pub(super) unsafe fn prepare_with(
     environment: &kernel::Environment,
     query: Query,
     mut material: Material,

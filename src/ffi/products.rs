@@ -1,7 +1,7 @@
 //! Many shading points in one call: a wave of hits, a tile of pixels.
 
 use super::environment::{Environment, view};
-use super::product::{Material, Opened, Product, ProductConfig, prepare_with, read_config};
+use super::product::{Material, Opened, Product, ProductConfig, prepare, read_config};
 use super::{Block, Checked, Diagnostic, Failure, Strided, answer, sized, slice, slice_mut};
 use crate::descent::{self, Sample};
 use crate::environment as kernel;
@@ -50,10 +50,10 @@ pub unsafe extern "C" fn wis_products_prepare(
                 let at = |failure: Failure| failure.in_row(3, number);
                 // One at a time: after a struct of another size nothing stands where it ought to.
                 let query = sized(query.wrapping_add(number), 3).map_err(at)?;
-                let lobes = Lobes::new(query, None).map_err(|status| at(status.into()))?;
-                let lobes = lobes.widened(Reuse::new(settings.reuse_cone));
+                let mut lobes = Lobes::new(query, None).map_err(|status| at(status.into()))?;
+                lobes.widen(Reuse::new(settings.reuse_cone));
                 let place = block.slice::<u8>(0, number * each, each).as_mut_ptr().cast();
-                prepare_with(&environment, *query, Material::Lobes(lobes), (&settings, 4), (place, each), handle)?;
+                prepare(&environment, *query, Material::Lobes(lobes), (&settings, 4), (place, each), handle)?;
             }
         }
         Ok(())

@@ -128,9 +128,10 @@ pub unsafe extern "C" fn wis_product_prepare_table(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 3)?;
-            let (lobes, ..) = lobes((table, 2), (&query, 3))?;
-            let lobes = lobes.widened(Reuse::new(read_config(config, 4)?.reuse_cone));
-            prepare(&environment, query, Material::Lobes(lobes), (config, 4), (memory, bytes), product)
+            let (mut lobes, ..) = lobes((table, 2), (&query, 3))?;
+            let settings = read_config(config, 4)?;
+            lobes.widen(Reuse::new(settings.reuse_cone));
+            prepare(&environment, query, Material::Lobes(lobes), (&settings, 4), (memory, bytes), product)
         }
     })
 }

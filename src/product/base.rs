@@ -1,6 +1,6 @@
 //! The first values of the BRDF at a shading point: on a grid of 8 x 8 cells of the square, and at its peaks.
 
-use crate::lobe::{Asked, Brdf, MAX_PEAKS};
+use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, exponent, max};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
@@ -54,8 +54,6 @@ impl Grid {
 
 /// As [`crate::sphere::direction`], of the grid point (i, j) of [`SIDE`] x [`SIDE`] cells.
 const fn grid_direction(i: usize, j: usize) -> [f32; 3] {
-    /// The horizontal part of a direction whose distance from the pole is k quarters.
-    const HORIZONTAL: [f32; 5] = [0.0, 0.347_985_26, 0.661_437_8, 0.899_218_4, 1.0];
     /// The cosine of m of k parts of a right angle.
     const COSINE: [[f32; 5]; 5] = [
         [1.0, 0.0, 0.0, 0.0, 0.0],
@@ -73,6 +71,42 @@ const fn grid_direction(i: usize, j: usize) -> [f32; 3] {
     [sx * horizontal * COSINE[k][b], sy * horizontal * COSINE[k][a], if south { -height } else { height }]
 }
 
+/// The directions of the centres of the cells of a row in map space, component by component.
+pub const CENTRES: [[[f32; SIDE]; 3]; SIDE] = {
+    let (mut centres, mut cell) = ([[[0.0; SIDE]; 3]; SIDE], 0);
+    while cell < SIDE * SIDE {
+        let (i, j) = (cell / SIDE, cell % SIDE);
+        let [x, y, z] = centre_direction(i, j);
+        (centres[i][0][j], centres[i][1][j], centres[i][2][j]) = (x, y, z);
+        cell += 1;
+    }
+    centres
+};
+
+/// The horizontal part of a direction whose distance from the pole is k quarters.
+const HORIZONTAL: [f32; 5] = [0.0, 0.347_985_26, 0.661_437_8, 0.899_218_4, 1.0];
+
+/// As [`crate::sphere::direction`], of the centre of cell (i, j).
+const fn centre_direction(i: usize, j: usize) -> [f32; 3] {
+    /// The cosine of `2 m + 1` of `2 k` parts of a right angle.
+    const COSINE: [[f32; 4]; 5] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [core::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, 0.0],
+        [0.923_879_5, 0.382_683_43, 0.0, 0.0],
+        [0.965_925_8, core::f32::consts::FRAC_1_SQRT_2, 0.258_819_04, 0.0],
+        [0.980_785_25, 0.831_469_6, 0.555_570_24, 0.195_090_32],
+    ];
+    let (last, i2, j2) = (2 * SIDE - 1, 2 * i + 1, 2 * j + 1);
+    let (x, y) = (if i2 < SIDE { i2 } else { last + 1 - i2 }, if j2 < SIDE { j2 } else { last + 1 - j2 });
+    let south = x + y < SIDE;
+    let (a, b) = if south { (y, x) } else { (SIDE - x, SIDE - y) };
+    let k = (a + b) / 2;
+    let (horizontal, height) = (HORIZONTAL[k], 1.0 - (k * k) as f32 / 16.0);
+    let (sx, sy) = (if i2 < SIDE { -1.0 } else { 1.0 }, if j2 < SIDE { -1.0 } else { 1.0 });
+    let (cosine, sine) = (COSINE[k][b / 2], COSINE[k][a / 2]);
+    [sx * horizontal * cosine, sy * horizontal * sine, if south { -height } else { height }]
+}
+
 /// The first values of the BRDF, and what follows from them.
 pub struct Base {
     values: [f32; GROUPS * LANES],
@@ -86,7 +120,7 @@ pub struct Base {
 impl Base {
     /// Evaluates the base directions and the peaks.
     #[inline(always)]
-    pub fn evaluate<F: Lanes, B: Brdf>(frame: &Frame, brdf: &mut B) -> Result<Base> {
+    pub fn evaluate<F: Lanes, B: Brdf>(frame: &Frame, brdf: &mut B, peaks: &[Option<Peak>; MAX_PEAKS]) -> Result<Base> {
         let (zero, hemisphere) = (F::splat(0.0), brdf.hemisphere());
         let mut wi = [Asked { wi: splat([0.0, 0.0, 1.0]), lanes: ALL }; GROUPS];
         for (asked, [x, y, z]) in wi.iter_mut().zip(&GRID.directions) {
@@ -95,7 +129,7 @@ impl Base {
         let mut count = BASE;
         if let Some(last) = wi.last_mut() {
             let [mut x, mut y, mut z] = to_arrays(last.wi);
-            for peak in brdf.peaks() {
+            for peak in peaks.iter().flatten() {
                 let lane = count % LANES;
                 [x[lane], y[lane], z[lane]] = peak.direction.to_array();
                 count += 1;
@@ -131,10 +165,19 @@ impl Base {
     #[inline(always)]
     pub fn grid(&self, level: u32) -> [Row; SIDE + 1] {
         let mut rows = [[0.0; 16]; SIDE + 1];
+        let value = |point: u8| self.values.get(usize::from(point)).copied().unwrap_or(0.0);
         let step = SIDE >> level.min(3);
+        if step == 1 {
+            for (row, points) in rows.iter_mut().zip(&GRID.points) {
+                for (value_here, point) in row.iter_mut().skip(1).zip(points) {
+                    *value_here = value(*point);
+                }
+            }
+            return rows;
+        }
         for (row, points) in rows.iter_mut().zip(GRID.points.iter().step_by(step)) {
-            for (value, point) in row.iter_mut().skip(1).zip(points.iter().step_by(step)) {
-                *value = self.values.get(usize::from(*point)).copied().unwrap_or(0.0);
+            for (value_here, point) in row.iter_mut().skip(1).zip(points.iter().step_by(step)) {
+                *value_here = value(*point);
             }
         }
         rows

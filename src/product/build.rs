@@ -6,7 +6,7 @@ use super::peak::is_narrow;
 use super::start::level_of_base;
 use super::weigh::{Eight, Floors, leaf_weight, worth};
 use super::{LEAF, Node};
-use crate::lobe::{Asked, Brdf, MAX_PEAKS};
+use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
@@ -105,11 +105,12 @@ pub fn build<F: Lanes, B: Brdf>(
     if budget.squares == 0 || !scratch.fits(room) {
         return Err(Status::MemoryTooSmall);
     }
-    let base = Base::evaluate::<F, B>(frame, brdf)?;
+    let peaks = brdf.peaks();
+    let base = Base::evaluate::<F, B>(frame, brdf, &peaks)?;
     if !(light.average() > 0.0 && brdf.may_reflect()) {
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
-    let mut builder = Builder::new(light, frame, brdf, scratch, &base, options);
+    let mut builder = Builder::new((light, frame, brdf), scratch, &base, &peaks, options);
     builder.start::<F>(&base);
     loop {
         let batch = builder.next::<F>();
@@ -126,11 +127,10 @@ pub fn build<F: Lanes, B: Brdf>(
 impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
     #[inline(always)]
     fn new(
-        light: Tree<'a, 4>,
-        frame: &'a Frame,
-        brdf: &'a mut B,
+        (light, frame, brdf): (Tree<'a, 4>, &'a Frame, &'a mut B),
         to: &'a mut Scratch<'c>,
         base: &Base,
+        peaks: &[Option<Peak>; MAX_PEAKS],
         options: &Options,
     ) -> Self {
         // The mean of the base may underflow for very narrow lobes: the second term keeps the floor positive, since
@@ -138,10 +138,11 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         let least = max(base.mean * (1.0 / 1024.0), exp2i(-40) as f32);
         let hemisphere = brdf.hemisphere();
         let squares = options.budget.squares;
+        let all = peaks.iter().flatten().zip(base.peaks());
+        let narrow = all.filter(|(peak, _)| is_narrow(peak, level_of_base(squares)));
         let mut peaks = [None; MAX_PEAKS];
-        let narrow = brdf.peaks().zip(base.peaks()).filter(|(peak, _)| is_narrow(peak, level_of_base(squares)));
         for (slot, (peak, value)) in peaks.iter_mut().zip(narrow) {
-            *slot = Some((peak, value));
+            *slot = Some((*peak, value));
         }
         let evaluations = options.budget.evaluations(brdf.is_smooth());
         Builder {
@@ -246,6 +247,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             chord: parents.chord,
             lanes: parents.lanes,
             near: parents.near,
+            centres: None,
         };
         let raised = self.floors.raise(&cells);
         let squares = F::index(self.squares_of_children(parents, c));

@@ -7,6 +7,7 @@
 
 use super::start::LEAST_SQUARES;
 use super::{LEAF, Node};
+use crate::numeric::max;
 use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::simd::{LANES, Lanes};
 
@@ -104,30 +105,29 @@ impl Scratch<'_> {
     }
 
     /// The leaves of more than a priority that are worth most, at most `room` and at most eight, the best first; of
-    /// equal ones the first.
+    /// equal ones the first. They are worth nothing any more.
     #[inline(always)]
-    pub fn most_valuable<F: Lanes>(&self, used: usize, least: f32, room: usize) -> Batch {
-        let Some(last) = room.checked_sub(1).map(|last| last & (LANES - 1)) else { return Batch::default() };
-        // Numbers that are not negative are ordered as their bits.
-        let mut best = [0u64; LANES];
-        let mut worst = least;
-        for (first, eight) in self.groups(used) {
-            let mut better = F::bits(F::splat(worst).lt(F::from_array(*eight).abs()));
-            while better != 0 {
-                let lane = better.trailing_zeros();
-                better &= better - 1;
-                let priority = eight[lane as usize & (LANES - 1)].abs().to_bits();
-                let mut candidate = u64::from(priority) << 32 | u64::from(!(first + lane));
-                for kept in &mut best {
-                    (*kept, candidate) = if candidate > *kept { (candidate, *kept) } else { (*kept, candidate) };
-                }
-                let kept = f32::from_bits((best[last] >> 32) as u32);
-                worst = if kept > least { kept } else { least };
-            }
-        }
+    pub fn most_valuable<F: Lanes>(&mut self, used: usize, least: f32, room: usize) -> Batch {
         let mut batch = Batch::default();
-        for key in best.into_iter().take(room).filter(|&key| key != 0) {
-            batch.push(!(key as u32) as usize);
+        for _ in 0..room.min(LANES) {
+            let mut best = F::splat(0.0);
+            for (_, eight) in self.groups(used) {
+                best = best.max(F::from_array(*eight).abs());
+            }
+            let worth = best.to_array().into_iter().fold(0.0, max);
+            if !(worth > least) {
+                break;
+            }
+            let is_it = |eight: &[f32; LANES]| F::bits(F::splat(worth).le(F::from_array(*eight).abs()));
+            let Some((first, lanes)) = self.groups(used).map(|(first, eight)| (first, is_it(eight))).find(|g| g.1 != 0)
+            else {
+                break;
+            };
+            let number = (first + lanes.trailing_zeros()) as usize;
+            if let Some(priority) = self.priorities.get_mut(number) {
+                *priority = 0.0;
+            }
+            batch.push(number);
         }
         batch
     }

@@ -1,6 +1,6 @@
 //! The start of a product: a complete tree of a few levels, whose leaves are made row by row. A smooth BRDF needs no more.
 
-use super::base::{Base, Row, SIDE};
+use super::base::{Base, CENTRES, Row, SIDE};
 use super::build::{Builder, sum_of_lanes};
 use super::cells::{Cell, NEAR};
 use super::weigh::{Eight, Raised, leaf_weight, worth};
@@ -130,6 +130,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
             chord: F::splat(cell_chord(level)),
             lanes: ALL >> (LANES - (1 << level)),
             near: if self.floors.has_peaks() { ALL } else { 0 },
+            centres: if level == FINEST { CENTRES.get(x) } else { None },
         };
         let raised = self.floors.raise(&cells);
         let light = F::transpose(codes(x).map(|m| &lights.quarters[m]));

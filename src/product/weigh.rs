@@ -3,8 +3,9 @@
 use super::Parts;
 use super::peak::Shape;
 use crate::lobe::{MAX_PEAKS, Peak};
-use crate::simd::Lanes;
+use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
+use crate::wide::sphere::to_world;
 use crate::wide::vector::{direction_in, dot, splat};
 use glam::Vec3;
 
@@ -36,6 +37,8 @@ pub struct Eight<F> {
     /// The lanes in use, and those that may lie near a peak, as bits.
     pub lanes: u32,
     pub near: u32,
+    /// The directions of their centres in map space, if they are known.
+    pub centres: Option<&'static [[f32; LANES]; 3]>,
 }
 
 /// The corners of eight cells, not below the floor, and the lanes that lie near a peak or are too coarse for one.
@@ -65,7 +68,10 @@ impl Floors<'_> {
         if unsure != 0 {
             let (half, [x, y]) = (F::splat(0.5), cells.index);
             let middle = [(x + half) * cells.width, (y + half) * cells.width];
-            let centre = direction_in(self.frame, middle);
+            let centre = match cells.centres {
+                Some([x, y, z]) => to_world(self.frame, [F::from_array(*x), F::from_array(*y), F::from_array(*z)]),
+                None => direction_in(self.frame, middle),
+            };
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
             if let Some(normal) = self.hemisphere {
                 let height = dot(splat(normal.to_array()), centre);

@@ -19,7 +19,7 @@ CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
 
-.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test clean
+.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -93,6 +93,9 @@ wavelets: lib ## go through the claims of wavelet importance sampling and write 
 triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
+
+check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an emulator
+	scripts/check-aarch64.sh
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

@@ -15,6 +15,7 @@ use wis::ffi::MemorySize;
 use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_RGB};
 use wis::ffi::product::{CallbackBrdf, ProductConfig, wis_product_pdf, wis_product_prepare_callback, wis_product_size};
 use wis::query::{Lobe, Query, WIS_LOBE_PHONG, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE};
+use wis::sphere::direction;
 use wis::status::Status;
 
 /// Lobes of each kind, coloured, with the flags of a query.
@@ -158,6 +159,62 @@ fn callbacks_give_the_product_of_the_same_lobes() {
             assert!(agreeing > 980, "{agreeing} of 1000 agree");
         }
     }
+}
+
+unsafe extern "C" fn record(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
+    // SAFETY: the user pointer is a vector, and the arrays have `count` elements.
+    let (asked, wi) = unsafe {
+        std::slice::from_raw_parts_mut(f_cos, count).fill(1.0);
+        (&mut *user.cast::<Vec<[f32; 3]>>(), std::slice::from_raw_parts(wi.cast::<[f32; 3]>(), count))
+    };
+    asked.extend(wi);
+    0
+}
+
+/// A preparation starts with the corners of 8 x 8 cells of the square, each direction once.
+#[test]
+fn the_base_is_a_grid() {
+    let environment = sky(16, 8).build(0, 0);
+    let mut asked: Vec<[f32; 3]> = Vec::new();
+    let brdf = CallbackBrdf {
+        size: size_of::<CallbackBrdf>() as u32,
+        flags: 0,
+        normal: [0.0, 0.0, 1.0],
+        peak: [0.0; 3],
+        half_angle: 0.0,
+        eval: Some(record),
+        user: (&raw mut asked).cast(),
+    };
+    let config = ProductConfig { max_evaluations: 1, ..product_config() };
+    let (mut size, mut handle) = (MemorySize::default(), null());
+    // SAFETY: all pointers are valid.
+    unsafe {
+        assert_eq!(wis_product_size(&config, &mut size, null_mut()), Status::Ok);
+        let mut memory = Memory::new(size.bytes);
+        let (e, start) = (environment.handle, memory.pointer());
+        let status = wis_product_prepare_callback(e, &brdf, &config, start, size.bytes, &mut handle, null_mut());
+        assert_eq!(status, Status::Ok);
+    }
+    assert_eq!(asked.len(), 66);
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    for point in 0..81 {
+        let wi = direction([(point / 9) as f32 / 8.0, (point % 9) as f32 / 8.0]).to_array();
+        assert_eq!(asked.iter().filter(|asked| near(**asked, wi)).count(), 1, "{point}: {wi:?}");
+    }
+}
+
+/// What is spent follows the lobes: Lambert's are done with the base.
+#[test]
+fn lobes_get_what_they_deserve() {
+    let environment = sun(256, 128).build(0, 0);
+    let spent = |lobes: &[Lobe]| {
+        let query = query([0.0, 0.0, 1.0], [0.0, 0.6, 0.8], lobes);
+        environment.prepare(&query, &product_config()).info().evaluations
+    };
+    assert_eq!(spent(&[lambert(0.5)]), 66);
+    assert_eq!(spent(&[lambert(0.5), lambert(0.2)]), 66);
+    // And the value at the lobe's peak.
+    assert_eq!(spent(&[ggx(0.7)]), 107);
 }
 
 #[test]

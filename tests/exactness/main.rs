@@ -8,6 +8,7 @@ mod corners;
 mod determinism;
 mod inversion;
 mod numbers;
+mod platform;
 #[path = "../support/mod.rs"]
 mod support;
 

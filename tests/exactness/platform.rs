@@ -1,0 +1,88 @@
+//! Every platform computes the same bits: digests of environments, products, samples and pdfs, on record. Where the
+//! library is changed on purpose they change, on all platforms alike (`make check-aarch64` looks at another).
+
+use crate::support::{Environment, Map, build, ggx, lambert, product_config, query};
+use crate::{DISTRIBUTIONS, bits};
+use wis::ffi::environment::{EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_SPARSE};
+use wis::ffi::product::ProductConfig;
+use wis::numeric::ContentHash;
+use wis::points::sobol;
+use wis::query::{Lobe, WIS_LOBE_PHONG};
+
+/// A map made by sums and products alone: the mathematical functions of a platform are not the library's.
+fn map() -> Map {
+    Map::latlong(96, 48, |x, y| {
+        let bright = if (x + 96 * y) % 211 == 0 { 700.0 } else { 0.0 };
+        0.1 + ((x * 7 + y * 13) % 17) as f32 * 0.3 + bright
+    })
+}
+
+/// The digest of bytes. Memory is read as the numbers of little-endian processors.
+fn digest(bytes: &[u8]) -> u64 {
+    let mut hash = ContentHash::new();
+    for eight in bytes.chunks(8) {
+        let mut word = [0; 8];
+        word[..eight.len()].copy_from_slice(eight);
+        hash.add(u64::from_le_bytes(word));
+    }
+    hash.finish()
+}
+
+fn lobes() -> [Vec<Lobe>; 5] {
+    let phong = Lobe { kind: WIS_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
+    [vec![lambert(0.8)], vec![ggx(0.5)], vec![ggx(0.2), lambert(0.1)], vec![ggx(0.01)], vec![phong]]
+}
+
+/// Adds the digest of a product for each material, and that of what is drawn from them.
+fn add_products(environment: &Environment, digests: &mut Vec<u64>) {
+    let world_from_map = [0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0];
+    let config = ProductConfig { world_from_map: world_from_map.as_ptr(), ..product_config() };
+    let mut drawn = ContentHash::new();
+    for lobes in lobes() {
+        let product = environment.prepare(&query([0.6, 0.0, 0.8], [0.36, 0.48, 0.8], &lobes), &config);
+        for i in 0..200 {
+            let sample = product.sample(sobol(7, i));
+            bits(sample).into_iter().for_each(|word| drawn.add(word.into()));
+            drawn.add(product.pdf(sample.wi).to_bits().into());
+        }
+        digests.push(digest(product.bytes()));
+    }
+    digests.push(drawn.finish());
+}
+
+/// Environments in both storages, what is drawn from the first, and products of each.
+#[test]
+fn bits_are_on_record() {
+    const RECORD: [u64; 15] = [
+        0xcc2b_3f2e_cbba_d30b,
+        0xc2c7_933b_07e6_4b71,
+        0x4df7_c9b6_c2ec_8a21,
+        0xf2cf_1cf2_e6e4_e63f,
+        0xbf65_8789_3071_14c9,
+        0x1d72_f1f0_fee4_49b5,
+        0xafa4_5992_72af_9809,
+        0xed38_4f4b_a57b_b759,
+        0x38a9_ee48_85b8_1ea5,
+        0xb0f4_af1d_545b_fb49,
+        0xd225_db49_5c08_26e7,
+        0x2075_fc9e_b99d_f19b,
+        0xf10d_0f13_1ba7_47fb,
+        0x2a01_68a6_857b_2ebb,
+        0xc3d3_c430_be12_a3a9,
+    ];
+    let map = map();
+    let config = map.config(64, WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB);
+    let sparse = EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget: 0.01, ..config };
+    let environments = [config, sparse].map(|config| build(&config).unwrap());
+    let mut digests: Vec<u64> = environments.iter().map(|environment| digest(environment.bytes())).collect();
+    let mut drawn = ContentHash::new();
+    for distribution in DISTRIBUTIONS {
+        for i in 0..200 {
+            let sample = environments[0].sample(distribution, None, sobol(3, i));
+            bits(sample).into_iter().for_each(|word| drawn.add(word.into()));
+        }
+    }
+    digests.push(drawn.finish());
+    environments.iter().for_each(|environment| add_products(environment, &mut digests));
+    assert!(digests == RECORD, "{digests:#018x?}");
+}

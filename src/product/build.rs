@@ -28,12 +28,14 @@ pub struct Budget {
 impl Budget {
     /// What is spent if the caller does not say.
     pub const DEFAULT: Budget = Budget { squares: 128, evaluations: 0 };
-    /// The base and so many rounds of eight splits, for BRDFs that are not smooth.
-    const ROUNDS: u32 = 1;
 
-    /// The evaluations, chosen.
-    fn evaluations(&self, is_smooth: bool) -> u32 {
-        let rounds = if is_smooth { 0 } else { Self::ROUNDS };
+    /// The evaluations, chosen: the base and so many rounds of eight splits.
+    fn evaluations(&self, is_smooth: bool, is_narrow: bool) -> u32 {
+        let rounds = match (is_smooth, is_narrow) {
+            (true, _) => 0,
+            (false, false) => 1,
+            (false, true) => 2,
+        };
         if self.evaluations > 0 { self.evaluations } else { BASE as u32 + rounds * (LANES * NEW) as u32 }
     }
 }
@@ -144,7 +146,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         for (slot, (peak, value)) in peaks.iter_mut().zip(narrow) {
             *slot = Some((*peak, value));
         }
-        let evaluations = options.budget.evaluations(brdf.is_smooth());
+        let evaluations = options.budget.evaluations(brdf.is_smooth(), peaks[0].is_some());
         Builder {
             light,
             floors: Floors { frame, hemisphere, horizon: options.reuse.horizon(), least, peaks },

@@ -112,7 +112,7 @@ unsafe extern "C" fn evaluate(user: *mut c_void, count: usize, wi: *const f32, f
 
 /// Prepares a product by callback; `half_angle` 0 announces no narrow lobe.
 fn prepare_callback<'a>(environment: &'a Environment, client: &Client, half_angle: f32) -> Result<Product<'a>, Status> {
-    let config = product_config();
+    let config = ProductConfig { max_evaluations: 106, ..product_config() };
     let brdf = CallbackBrdf {
         size: size_of::<CallbackBrdf>() as u32,
         flags: 0,

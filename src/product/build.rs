@@ -299,11 +299,14 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         for (lane, parent) in batch.iter() {
             let number = if c == 0 { parent } else { (self.node_of(lane) + c - self.base) as usize };
             let lane = lane & (LANES - 1);
+            // Row by row: what is put together elsewhere and then copied waits for its own parts.
             if let Some(node) = self.to.nodes.get_mut(number + self.base as usize) {
-                *node = Node::leaf(values[lane], places[lane]);
+                node.values = values[lane];
+                node.links = places[lane].map(f32::to_bits);
             }
             if let Some(cell) = self.to.cells.get_mut(number) {
-                *cell = Cell { corners: corners[lane], rest: rest[lane] };
+                cell.corners = corners[lane];
+                cell.rest = rest[lane];
             }
             if let Some(priority) = self.to.priorities.get_mut(number) {
                 *priority = priorities[lane];
@@ -318,7 +321,8 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             let (place, slot) = (self.node_of(0), parents.slots[lane & (LANES - 1)]);
             let children = [number as u32 + self.base, place + 1, place + 2, place + 3];
             if let Some(node) = self.to.nodes.get_mut(place as usize) {
-                *node = Node { values: weights[lane & (LANES - 1)], links: children.map(|child| child | LEAF) };
+                node.values = weights[lane & (LANES - 1)];
+                node.links = children.map(|child| child | LEAF);
             }
             if let Some(above) = self.to.nodes.get_mut(slot as usize / 4) {
                 above.links[slot as usize & 3] = place;

@@ -46,12 +46,6 @@ impl Node {
     /// A leaf that is the whole square.
     const ROOT: Node = Node { values: [0.0; 4], links: [0, NO_SQUARE, 0, 0] };
 
-    /// A leaf, its links from the bits of a row.
-    #[inline(always)]
-    fn leaf(values: [f32; 4], links: [f32; 4]) -> Node {
-        Node { values, links: links.map(f32::to_bits) }
-    }
-
     /// The environment's square for a leaf.
     #[inline(always)]
     fn square(&self) -> u32 {

@@ -2,7 +2,7 @@
 
 use super::base::{Base, CENTRES, Row, SIDE};
 use super::build::{Builder, sum_of_lanes};
-use super::cells::{Cell, NEAR};
+use super::cells::NEAR;
 use super::weigh::{Eight, Raised, leaf_weight, worth};
 use super::{LEAF, Node};
 use crate::lobe::Brdf;
@@ -158,7 +158,8 @@ impl<B: Brdf> Builder<'_, '_, B> {
         let (values, leaves) = (F::rows(corners), self.to.nodes.get_mut(self.base as usize..));
         let Some(leaves) = leaves.and_then(|leaves| leaves.first_chunk_mut::<CELLS>()) else { return };
         for (y, m) in codes(x).into_iter().enumerate() {
-            leaves[m] = Node::leaf(values[y], places[y]);
+            leaves[m].values = values[y];
+            leaves[m].links = places[y].map(f32::to_bits);
         }
     }
 
@@ -179,7 +180,8 @@ impl<B: Brdf> Builder<'_, '_, B> {
             return;
         };
         for ((y, m), worth) in codes(x).into_iter().enumerate().zip(worth.to_array()) {
-            cells[m] = Cell { corners: corners[y], rest: rest[y] };
+            cells[m].corners = corners[y];
+            cells[m].rest = rest[y];
             priorities[m] = worth;
         }
     }

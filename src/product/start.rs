@@ -16,12 +16,14 @@ use crate::wide::ALL;
 const FINEST: u32 = 3;
 /// The most leaves of the base.
 const CELLS: usize = SIDE * SIDE;
+/// The last of them: a mask by which the compiler sees that an index is one.
+const LAST: usize = CELLS - 1;
 /// The Morton code of a cell in row 0; those of row x are larger by twice the x-th.
 const MORTON: [usize; SIDE] = [0, 1, 4, 5, 16, 17, 20, 21];
 
 /// The Morton codes of a row of cells.
 fn codes(x: usize) -> [usize; SIDE] {
-    MORTON.map(|y| (2 * MORTON[x & (SIDE - 1)] + y) & (CELLS - 1))
+    MORTON.map(|y| 2 * MORTON[x & (SIDE - 1)] + y)
 }
 
 /// The squares of a complete tree.
@@ -109,7 +111,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
             let row = self.row::<F>(&grid, &lights, x, level);
             sum = sum + F::only(F::mask(row.cells.lanes), row.weight);
             for (m, weight) in codes(x).into_iter().zip(row.weight.to_array()) {
-                weights[m] = weight;
+                weights[m & LAST] = weight;
             }
             self.put_leaves(x, level, &lights, row.raised.corners);
             if goes_on {
@@ -133,7 +135,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
             centres: if level == FINEST { CENTRES.get(x) } else { None },
         };
         let raised = self.floors.raise(&cells);
-        let light = F::transpose(codes(x).map(|m| &lights.quarters[m]));
+        let light = F::transpose(codes(x).map(|m| &lights.quarters[m & LAST]));
         let weight = leaf_weight(raised.corners, light);
         Leaves { cells, raised, light, weight }
     }
@@ -149,7 +151,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
                 (squares, F::add_index(squares, all(u32::MAX)))
             }
             Some(places) => {
-                let here = codes(x).map(|m| places[m]);
+                let here = codes(x).map(|m| places[m & LAST]);
                 (F::index(here.map(|place| place[0])), F::index(here.map(|place| place[1])))
             }
         };
@@ -157,9 +159,9 @@ impl<B: Brdf> Builder<'_, '_, B> {
         let places = F::rows([squares, light, index, all(level)].map(F::with_bits));
         let (values, leaves) = (F::rows(corners), self.to.nodes.get_mut(self.base as usize..));
         let Some(leaves) = leaves.and_then(|leaves| leaves.first_chunk_mut::<CELLS>()) else { return };
-        for (y, m) in codes(x).into_iter().enumerate() {
-            leaves[m].values = values[y];
-            leaves[m].links = places[y].map(f32::to_bits);
+        for (m, (values, place)) in codes(x).into_iter().zip(values.iter().zip(&places)) {
+            leaves[m & LAST].values = *values;
+            leaves[m & LAST].links = place.map(f32::to_bits);
         }
     }
 
@@ -179,10 +181,10 @@ impl<B: Brdf> Builder<'_, '_, B> {
         else {
             return;
         };
-        for ((y, m), worth) in codes(x).into_iter().enumerate().zip(worth.to_array()) {
-            cells[m].corners = corners[y];
-            cells[m].rest = rest[y];
-            priorities[m] = worth;
+        for (m, ((corners, rest), worth)) in codes(x).into_iter().zip(corners.iter().zip(&rest).zip(worth.to_array())) {
+            cells[m & LAST].corners = *corners;
+            cells[m & LAST].rest = *rest;
+            priorities[m & LAST] = worth;
         }
     }
 

@@ -105,7 +105,7 @@ pub struct Lobes<'a> {
     /// By how much cosines are widened for hits that share a product.
     reuse: Reuse,
     count: usize,
-    /// Whether all lobes are Lambert's, which needs no direction but the normal.
+    /// Whether all lobes are Lambert's.
     is_diffuse: bool,
     table: Table<'a>,
     prepared: [Prepared; WIS_MAX_LOBES],
@@ -155,7 +155,7 @@ impl<'a> Lobes<'a> {
         })
     }
 
-    /// The same lobes with cosines widened.
+    /// Widens cosines, for hits that share a product.
     pub fn widen(&mut self, reuse: Reuse) {
         self.reuse = reuse;
     }

@@ -13,11 +13,11 @@ use crate::environment::{Header, Light, MAGIC};
 use crate::simd::BASELINE;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Mark, Tree};
+use crate::tree::{Link, Mark};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
-use stored::{Stored, check_stored};
+use stored::{Stored, check_stored, opened};
 
 /// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
 /// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
@@ -44,7 +44,9 @@ pub const WIS_STORAGE_SPARSE: u32 = 2;
 pub const WIS_ENVIRONMENT_NEAREST: u32 = 1;
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
-/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64).
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). A pyramid keeps it as tables
+/// of its cells, 5 bytes a cell: a sample or a pdf then finds its cell without a walk through the tree. Sparse storage
+/// keeps it as it keeps luminance, 16 bytes a square.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
 pub const WIS_ENVIRONMENT_RGB: u32 = 8;
@@ -153,7 +155,7 @@ pub unsafe extern "C" fn wis_environment_size(
         let (request, _) = unsafe { read_config(config)? };
         let size = out(size, 2)?;
         let overflow = Failure::new(Status::Overflow, 1);
-        let stored = request.stored(request.squares(), request.config.room()).ok_or(overflow)?;
+        let stored = request.stored(request.squares(), request.config.room() as u32).ok_or(overflow)?;
         let scratch = Scratch::of(&request).ok_or(overflow)?;
         let needed = MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: scratch.bytes };
         // SAFETY: checked by `out`.
@@ -305,7 +307,7 @@ pub unsafe extern "C" fn wis_environment_open(
                 return Err(corrupt);
             }
             let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
-            let view = stored.view(&block).ok_or(corrupt)?;
+            let view = stored.environment(memory.cast());
             check_stored(&view).map_err(|_| corrupt)?;
             let (marks, links) = stored.padding(&block);
             if marks.iter().any(|mark| *mark != Mark::default()) || links.iter().any(|link| *link != Link::default()) {
@@ -537,17 +539,17 @@ unsafe fn light<'a>(
 ) -> Checked<(Light<'a>, Frame)> {
     // SAFETY: the caller's contract.
     let environment = unsafe { view(environment, 1)? };
-    let tree = select(&environment, distribution)?;
+    let light = select(&environment, distribution)?;
     // SAFETY: the caller's contract.
-    Ok((Light(tree), unsafe { frame(world_from_map, 3)? }))
+    Ok((light, unsafe { frame(world_from_map, 3)? }))
 }
 
-/// The tree of a distribution.
-fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Tree<'a, 4>> {
+/// The light by a distribution.
+fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Light<'a>> {
     match distribution {
-        WIS_DISTRIBUTION_PLAIN => Ok(environment.light()),
+        WIS_DISTRIBUTION_PLAIN => Ok(Light::plain(environment)),
         WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
-            Ok(environment.compensated())
+            Ok(Light::compensated(environment))
         }
         WIS_DISTRIBUTION_COMPENSATED => Err(Failure::new(Status::NotBuilt, 2)),
         _ => Err(Failure::new(Status::InvalidArgument, 2)),
@@ -562,14 +564,14 @@ fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Check
 pub(super) unsafe fn view<'a>(environment: *const Environment, argument: u32) -> Checked<kernel::Environment<'a>> {
     // SAFETY: the caller's contract; a header is at least aligned.
     let header = unsafe { borrow(environment.cast::<Header>(), argument)? };
-    let mismatch = Failure::new(Status::Mismatch, argument);
-    if header.magic != MAGIC {
-        return Err(mismatch);
+    if environment.addr() % WIS_ALIGNMENT != 0 {
+        return Err(Failure::new(Status::Misaligned, argument));
     }
-    let stored = Stored::of_header(header).ok_or(mismatch)?;
-    let block = Block::new(environment.cast_mut().cast(), stored.bytes, stored.bytes, argument)?;
-    // SAFETY: the object is as long as its header says.
-    unsafe { stored.view(&block).ok_or(mismatch) }
+    if header.magic != MAGIC {
+        return Err(Failure::new(Status::Mismatch, argument));
+    }
+    // SAFETY: the caller's contract.
+    Ok(unsafe { opened(header) })
 }
 
 /// Checks the pointers to the results of a build.

@@ -261,6 +261,11 @@ impl Block {
         Ok(Block { start, bytes: needed })
     }
 
+    /// Its first byte.
+    pub(crate) fn start(&self) -> *mut u8 {
+        self.start
+    }
+
     /// Elements `first..first + count` of the array of `T` at `offset`; empty if they do not fit.
     ///
     /// # Safety

@@ -6,7 +6,7 @@ use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
 use crate::environment::{
     self as kernel, Decoded, Grid, Header, MAGIC, Refined, Refinement, Row, RowError, RowSummary, Spread, Storage,
-    Trees,
+    TableParts, Trees,
 };
 use crate::status::Status;
 use crate::tree::{Link, Mark};
@@ -56,7 +56,7 @@ impl Scratch {
         let when = |condition: bool, count: usize| if condition { count } else { 0 };
         let texels = config.texels();
         let cells = config.cells() as usize * config.cells() as usize;
-        let squares = when(config.storage == Storage::Sparse, request.squares());
+        let squares = when(config.storage == Storage::Sparse, request.squares() as usize);
         let scratch = Scratch {
             rows: part(config.pixels.height as usize, size_of::<RowSummary>())?,
             texels: part(texels, size_of::<f64>())?,
@@ -313,22 +313,25 @@ impl Build {
                 links: self.block.slice(self.scratch.links, 0, config.room()),
                 marks: self.block.slice(self.scratch.marks, 0, config.marks()),
             };
-            let refined = kernel::refine(config, self.decoded(), &self.grid(), &mut below)? as usize;
+            let refined = kernel::refine(config, self.decoded(), &self.grid(), &mut below)?;
             let stored = self.request.stored(self.request.squares(), refined).ok_or_else(overflow)?;
             let block = Block::new(memory, bytes, stored.bytes, 2)?;
-            let count = |part: Option<usize>| if part.is_some() { stored.count } else { 0 };
             let mut header = self.header();
             let mut trees = Trees {
-                plain: block.slice(stored.squares, 0, stored.count),
-                compensated: block.slice(stored.compensated.unwrap_or(0), 0, count(stored.compensated)),
-                rgb: block.slice(stored.rgb.unwrap_or(0), 0, count(stored.rgb)),
+                plain: Stored::part(&block, stored.squares),
+                compensated: Stored::part(&block, stored.compensated),
+                table: stored.table.map(|[starts, guides]| TableParts {
+                    starts: Stored::part(&block, starts),
+                    guides: Stored::part(&block, guides),
+                }),
+                rgb: Stored::part(&block, stored.rgb),
             };
-            let squares = below.squares.get(..refined).unwrap_or(&[]);
+            let squares = below.squares.get(..refined as usize).unwrap_or(&[]);
             kernel::complete(config, &self.grid(), squares, &mut trees, &mut header)?;
-            copy(below.marks, block.slice(stored.marks, 0, stored.mark_count));
-            copy(below.links, block.slice(stored.links, 0, stored.link_count));
-            header.squares = stored.count as u32;
-            seal(&block, &stored, header)
+            copy(below.marks, Stored::part(&block, stored.marks));
+            copy(below.links, Stored::part(&block, stored.links));
+            header.squares = stored.squares.count as u32;
+            Ok(seal(&block, &stored, header))
         }
     }
 
@@ -338,7 +341,7 @@ impl Build {
     /// As [`Build::finish`].
     unsafe fn store_sparse(&self, memory: *mut u8, bytes: usize) -> Checked<Header> {
         let config = &self.request.config;
-        let all = self.request.squares();
+        let all = self.request.squares() as usize;
         let when = |condition: bool, count: usize| if condition { count } else { 0 };
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
@@ -346,26 +349,23 @@ impl Build {
             let mut trees = Trees {
                 plain: self.block.slice(self.scratch.plain, 0, all),
                 compensated: self.block.slice(self.scratch.compensated, 0, when(config.compensated, all)),
+                table: None,
                 rgb: self.block.slice(self.scratch.rgb, 0, when(config.rgb, all)),
             };
             kernel::complete(config, &self.grid(), &[], &mut trees, &mut header)?;
             let savings = self.block.slice::<f64>(self.scratch.savings, 0, all);
             let planned = kernel::plan(config, &header, trees.plain, savings)?;
             let kept = planned.squares as usize;
-            let stored = self.request.stored(kept, 0).ok_or_else(overflow)?;
+            let stored = self.request.stored(planned.squares, 0).ok_or_else(overflow)?;
             let block = Block::new(memory, bytes, stored.bytes, 2)?;
-            let links = block.slice::<Link>(stored.links, 0, kept);
-            kernel::write_kept(config, &header, trees.plain, savings, block.slice(stored.squares, 0, kept), links)?;
+            let links: &mut [Link] = Stored::part(&block, stored.links);
+            kernel::write_kept(config, &header, trees.plain, savings, Stored::part(&block, stored.squares), links)?;
             let sources = self.block.slice::<u32>(self.scratch.sources, 0, kept);
-            if let Some(part) = stored.compensated {
-                kernel::copy_kept(links, sources, trees.compensated, block.slice(part, 0, kept));
-            }
-            if let Some(part) = stored.rgb {
-                kernel::copy_kept(links, sources, trees.rgb, block.slice(part, 0, kept));
-            }
+            kernel::copy_kept(links, sources, trees.compensated, Stored::part(&block, stored.compensated));
+            kernel::copy_kept(links, sources, trees.rgb, Stored::part(&block, stored.rgb));
             header.squares = planned.squares;
             header.error = planned.error;
-            seal(&block, &stored, header)
+            Ok(seal(&block, &stored, header))
         }
     }
 }
@@ -382,7 +382,7 @@ fn copy<T: Copy>(from: &[T], to: &mut [T]) {
 ///
 /// # Safety
 /// The block is the caller's to write and holds everything but the header.
-unsafe fn seal(block: &Block, stored: &Stored, header: Header) -> Checked<Header> {
+unsafe fn seal(block: &Block, stored: &Stored, header: Header) -> Header {
     // SAFETY: the caller's contract; the views do not outlive the statement that made them.
     unsafe {
         let mut header = Header { bytes: stored.bytes as u64, ..header };
@@ -396,8 +396,8 @@ unsafe fn seal(block: &Block, stored: &Stored, header: Header) -> Checked<Header
             }
         };
         write(header);
-        header.content_id = stored.view(block).ok_or(Failure::new(Status::Overflow, 1))?.content_id();
+        header.content_id = stored.environment(block.start().cast()).content_id();
         write(header);
-        Ok(header)
+        header
     }
 }

@@ -22,12 +22,12 @@ pub(in crate::ffi) struct Request {
 
 impl Request {
     /// Squares of the complete tree.
-    pub(super) fn squares(&self) -> usize {
-        complete_len::<4>(self.config.depth).unwrap_or(0) as usize
+    pub(super) fn squares(&self) -> u32 {
+        complete_len::<4>(self.config.depth).unwrap_or(0)
     }
 
     /// The layout with so many squares, of which some lie below the cells of a pyramid.
-    pub(super) fn stored(&self, squares: usize, refined: usize) -> Option<Stored> {
+    pub(super) fn stored(&self, squares: u32, refined: u32) -> Option<Stored> {
         let (depth, sparse) = (self.config.depth, self.config.storage == Storage::Sparse);
         Stored::new(Counts { squares: squares.checked_add(refined)?, refined, depth, sparse }, self.flags)
     }

@@ -2,7 +2,7 @@
 
 use super::super::{Block, WIS_ALIGNMENT};
 use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use crate::environment::{Environment, Header, MAGIC};
+use crate::environment::{Environment, Header, Inverse, MAGIC};
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_DEPTH, Mark, Tree};
 
@@ -15,7 +15,12 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
     };
     tree(header.average, view.squares)?;
     if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 {
-        tree(header.compensated_average, view.compensated)?;
+        // The squares below the cells of a pyramid are linked as those of the plain distribution are.
+        match &view.cells {
+            Some(cells) if !cells.is_sound() => return Err(Status::Corrupt),
+            Some(_) => Tree::<4>::check(header.compensated_average, view.compensated)?,
+            None => tree(header.compensated_average, view.compensated).map(drop)?,
+        }
     }
     let mut colours = view.rgb.iter().flatten().chain([&header.rgb_average]).flatten();
     let finite = [header.power, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value))
@@ -27,51 +32,74 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
 /// How many squares a stored environment has.
 #[derive(Clone, Copy)]
 pub(super) struct Counts {
-    pub(super) squares: usize,
+    pub(super) squares: u32,
     /// Squares below the cells of a pyramid of this depth.
-    pub(super) refined: usize,
+    pub(super) refined: u32,
     pub(super) depth: u32,
     pub(super) sparse: bool,
 }
 
-/// Where the parts of a stored environment stand.
+/// Where an array stands, and its length.
+#[derive(Clone, Copy)]
+pub(super) struct Part {
+    pub(super) offset: usize,
+    pub(super) count: usize,
+}
+
+/// Where the parts of a stored environment stand; what is not kept is empty.
 #[derive(Clone, Copy)]
 pub(super) struct Stored {
-    pub(super) squares: usize,
-    pub(super) marks: usize,
-    pub(super) links: usize,
-    pub(super) compensated: Option<usize>,
-    pub(super) rgb: Option<usize>,
-    pub(super) count: usize,
-    pub(super) mark_count: usize,
-    pub(super) link_count: usize,
+    pub(super) squares: Part,
+    pub(super) marks: Part,
+    pub(super) links: Part,
+    pub(super) compensated: Part,
+    /// The starts and the guides of a table.
+    pub(super) table: Option<[Part; 2]>,
+    pub(super) rgb: Part,
+    depth: u32,
     pub(super) bytes: usize,
 }
 
 impl Stored {
+    /// The layout; `None` if it is longer than memory can be.
     pub(super) fn new(counts: Counts, flags: u32) -> Option<Stored> {
-        let mut end = size_of::<Header>();
-        let mut part = |count: usize, bytes_each: usize| {
+        let (stored, bytes) = Stored::layout(counts, flags);
+        if bytes > isize::MAX as u64 { None } else { Some(stored) }
+    }
+
+    /// The layout and its bytes, which 64 bits always hold: every call on an environment comes through here.
+    #[inline(always)]
+    fn layout(counts: Counts, flags: u32) -> (Stored, u64) {
+        const ALIGNMENT: u64 = WIS_ALIGNMENT as u64;
+        let mut end = size_of::<Header>() as u64;
+        let mut part = |count: u64, bytes_each: usize| {
             let start = end;
-            end = count.checked_mul(bytes_each)?.checked_add(start)?.checked_next_multiple_of(WIS_ALIGNMENT)?;
-            Some(start)
+            end = (start + count * bytes_each as u64 + ALIGNMENT - 1) & !(ALIGNMENT - 1);
+            Part { offset: start as usize, count: count as usize }
         };
-        let count = counts.squares;
-        let link_count = if counts.sparse { count } else { counts.refined };
-        let cells = 1usize << (2 * counts.depth);
-        let mark_count = if counts.sparse || counts.refined == 0 { 0 } else { cells.div_ceil(32) };
-        let squares = part(count, size_of::<[f32; 4]>())?;
-        let marks = part(mark_count, size_of::<Mark>())?;
-        let links = part(link_count, size_of::<Link>())?;
-        let mut when = |flag: u32, bytes_each: usize| {
-            if flags & flag != 0 { part(count, bytes_each).map(Some) } else { Some(None) }
+        let (squares, refined) = (u64::from(counts.squares), u64::from(counts.refined));
+        let when = |condition: bool, count: u64| if condition { count } else { 0 };
+        let has = |flag: u32| flags & flag != 0;
+        let cells = 1u64 << ((2 * counts.depth) & 31);
+        let is_refined = !counts.sparse && refined > 0;
+        let linked = if counts.sparse { squares } else { refined };
+        let mut stored = Stored {
+            squares: part(squares, size_of::<[f32; 4]>()),
+            marks: part(when(is_refined, cells.div_ceil(32)), size_of::<Mark>()),
+            links: part(linked, size_of::<Link>()),
+            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED), linked), size_of::<[f32; 4]>()),
+            table: None,
+            rgb: Part { offset: 0, count: 0 },
+            depth: counts.depth,
+            bytes: 0,
         };
-        let compensated = when(WIS_ENVIRONMENT_COMPENSATED, size_of::<[f32; 4]>())?;
-        let rgb = when(WIS_ENVIRONMENT_RGB, size_of::<[[f32; 3]; 4]>())?;
-        if end > isize::MAX as usize {
-            return None;
+        if has(WIS_ENVIRONMENT_COMPENSATED) && !counts.sparse {
+            let [starts, guides] = Inverse::lengths(counts.depth);
+            stored.table = Some([part(starts, size_of::<u32>()), part(guides, size_of::<u16>())]);
         }
-        Some(Stored { squares, marks, links, compensated, rgb, count, mark_count, link_count, bytes: end })
+        stored.rgb = part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>());
+        stored.bytes = end as usize;
+        (stored, end)
     }
 
     pub(super) fn of_header(header: &Header) -> Option<Stored> {
@@ -83,8 +111,7 @@ impl Stored {
         if header.refined > header.squares || (sparse && header.refined != 0) {
             return None;
         }
-        let (squares, refined) = (header.squares as usize, header.refined as usize);
-        Stored::new(Counts { squares, refined, depth: header.depth, sparse }, header.flags)
+        Stored::new(Counts::of(header), header.flags)
     }
 
     /// The room behind odd numbers of marks and links.
@@ -92,31 +119,69 @@ impl Stored {
     /// # Safety
     /// As [`Block::slice`].
     pub(super) unsafe fn padding<'a>(&self, block: &Block) -> (&'a mut [Mark], &'a mut [Link]) {
+        let Stored { marks, links, .. } = self;
         // SAFETY: the caller's contract; both parts are padded to the alignment of the next.
         unsafe {
             (
-                block.slice(self.marks, self.mark_count, self.mark_count & 1),
-                block.slice(self.links, self.link_count, self.link_count & 1),
+                block.slice(marks.offset, marks.count, marks.count & 1),
+                block.slice(links.offset, links.count, links.count & 1),
             )
         }
     }
 
-    /// The environment in a block.
+    /// A part that is to be written.
     ///
     /// # Safety
-    /// The block holds an environment of this layout that nobody writes.
+    /// As [`Block::slice`].
+    pub(super) unsafe fn part<'a, T>(block: &Block, part: Part) -> &'a mut [T] {
+        // SAFETY: the caller's contract.
+        unsafe { block.slice(part.offset, 0, part.count) }
+    }
+
+    /// The environment that begins with a header.
+    ///
+    /// # Safety
+    /// Behind the header stand the parts of this layout, which nobody writes.
     #[inline(always)]
-    pub(super) unsafe fn view<'a>(&self, block: &Block) -> Option<Environment<'a>> {
-        // SAFETY: the caller's contract; the parts lie inside the block.
+    pub(super) unsafe fn environment<'a>(&self, header: *const Header) -> Environment<'a> {
+        /// # Safety
+        /// The part lies in the object at `start`, aligned for `T`.
+        #[inline(always)]
+        unsafe fn array<'a, T>(start: *const Header, part: Part) -> &'a [T] {
+            // SAFETY: the caller's contract.
+            unsafe { core::slice::from_raw_parts(start.byte_add(part.offset).cast(), part.count) }
+        }
+        // SAFETY: the caller's contract; every part is aligned to WIS_ALIGNMENT.
         unsafe {
-            Some(Environment {
-                header: block.slice::<Header>(0, 0, 1).first()?,
-                squares: block.slice(self.squares, 0, self.count),
-                marks: block.slice(self.marks, 0, self.mark_count),
-                links: block.slice(self.links, 0, self.link_count),
-                compensated: self.compensated.map_or(&[], |offset| block.slice(offset, 0, self.count)),
-                rgb: self.rgb.map_or(&[], |offset| block.slice(offset, 0, self.count)),
-            })
+            Environment {
+                header: &*header,
+                squares: array(header, self.squares),
+                marks: array(header, self.marks),
+                links: array(header, self.links),
+                compensated: array(header, self.compensated),
+                cells: self
+                    .table
+                    .map(|[starts, guides]| Inverse::trusted(self.depth, array(header, starts), array(header, guides))),
+                rgb: array(header, self.rgb),
+            }
         }
     }
+}
+
+impl Counts {
+    #[inline(always)]
+    fn of(header: &Header) -> Counts {
+        let Header { squares, refined, depth, storage, .. } = *header;
+        Counts { squares, refined, depth, sparse: storage == WIS_STORAGE_SPARSE }
+    }
+}
+
+/// The environment that begins with a header.
+///
+/// # Safety
+/// The header is of an environment that this version built or opened.
+#[inline(always)]
+pub(super) unsafe fn opened<'a>(header: &'a Header) -> Environment<'a> {
+    // SAFETY: the caller's contract.
+    unsafe { Stored::layout(Counts::of(header), header.flags).0.environment(header) }
 }

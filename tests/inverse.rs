@@ -8,8 +8,11 @@ const SIDE: u32 = 1 << DEPTH;
 /// Positions are multiples of 2^-30.
 const WHOLE: f64 = (1 << 30) as f64;
 
+/// The weight of a cell.
+type Weight = fn([u32; 2]) -> f64;
+
 /// Weights as maps have them: smooth, dark in places, one cell or row alone, or spread over many orders of magnitude.
-fn weights() -> Vec<(&'static str, fn([u32; 2]) -> f64)> {
+fn weights() -> Vec<(&'static str, Weight)> {
     vec![
         ("constant", |_| 1.0),
         ("smooth", |[i, j]| 1.0 + f64::from(i * j) / 10.0),
@@ -28,7 +31,7 @@ struct Table {
 }
 
 impl Table {
-    fn new(weight: fn([u32; 2]) -> f64) -> Table {
+    fn new(weight: Weight) -> Table {
         let [starts, guides] = Inverse::lengths(DEPTH).map(|len| len as usize);
         let (mut starts, mut guides) = (vec![u32::MAX; starts], vec![u16::MAX; guides]);
         let sum = Inverse::fill(DEPTH, &mut starts, &mut guides, weight);

@@ -795,7 +795,8 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// fewer where a candidate is picked more than once, give the estimate
 /// sum of radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (N g), without bias.
 ///
-/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks. A
+/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks; a single
+/// pick goes through the candidates in their own order. A
 /// candidate is picked N weight / weight_sum times in expectation. Weights that are 0 are never picked; if all are 0,
 /// there are no picks and the estimate is 0. WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
 ///

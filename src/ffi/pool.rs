@@ -37,7 +37,8 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// fewer where a candidate is picked more than once, give the estimate
 /// sum of radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (N g), without bias.
 ///
-/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks. A
+/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks; a single
+/// pick goes through the candidates in their own order. A
 /// candidate is picked N weight / weight_sum times in expectation. Weights that are 0 are never picked; if all are 0,
 /// there are no picks and the estimate is 0. WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
 ///
@@ -75,9 +76,13 @@ pub unsafe extern "C" fn wis_pool_pick(
             let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
             let keys = block.slice::<Key>(0, 0, count);
             let spare = block.slice::<Key>(count * size_of::<Key>(), 0, count);
-            let (used, sum) = gather(count, |i| wi.read(i), |i| weight.read(i)[0], keys)?;
+            // A single pick has no others that it could be spread among.
+            let spread = picks > 1;
+            let (used, sum) = gather(count, |i| wi.read(i), |i| weight.read(i)[0], keys, spread)?;
             let (keys, spare) = (keys.get_mut(..used).unwrap_or(&mut []), spare.get_mut(..used).unwrap_or(&mut []));
-            pool::sort(keys, spare);
+            if spread {
+                pool::sort(keys, spare);
+            }
             let mut written = 0u32;
             let emit = |pick| {
                 if let Some(slot) = chosen.get_mut(written as usize) {
@@ -95,24 +100,20 @@ pub unsafe extern "C" fn wis_pool_pick(
     })
 }
 
-/// Writes the keys of the candidates that can be picked; answers how many there are, and the sum of their weights.
+/// Writes the keys of the candidates that can be picked, in the order in which they came, with their places on the curve
+/// if picks are to be `spread` along it; answers how many there are, and the sum of their weights.
+#[inline(always)]
 fn gather(
     count: usize,
     wi: impl Fn(usize) -> [f32; 3],
     weight: impl Fn(usize) -> f32,
     keys: &mut [Key],
+    spread: bool,
 ) -> Checked<(usize, f64)> {
     let (mut used, mut sum) = (0, 0.0);
     for first in (0..count).step_by(LANES) {
         let here = (count - first).min(LANES);
-        let mut axes = [[0.0; LANES]; 3];
-        for i in 0..here {
-            for (axis, component) in axes.iter_mut().zip(wi(first + i)) {
-                axis[i & (LANES - 1)] = component;
-            }
-        }
-        let [x, y, z] = axes;
-        let places = pool::places([Native::from_array(x), Native::from_array(y), Native::from_array(z)]);
+        let places = if spread { places(here, |i| wi(first + i)) } else { [0; LANES] };
         for (i, place) in places.into_iter().enumerate().take(here) {
             let weight = weight(first + i);
             if !(0.0..=f32::MAX).contains(&weight) {
@@ -127,6 +128,19 @@ fn gather(
         }
     }
     Ok((used, sum))
+}
+
+/// The places on the curve of at most eight directions.
+#[inline(always)]
+fn places(count: usize, wi: impl Fn(usize) -> [f32; 3]) -> [u32; LANES] {
+    let mut axes = [[0.0; LANES]; 3];
+    for i in 0..count {
+        for (axis, component) in axes.iter_mut().zip(wi(i)) {
+            axis[i & (LANES - 1)] = component;
+        }
+    }
+    let [x, y, z] = axes;
+    pool::places([Native::from_array(x), Native::from_array(y), Native::from_array(z)])
 }
 
 fn scratch_bytes(count: usize) -> Checked<usize> {

@@ -162,19 +162,19 @@ impl Method {
 /// The sampler that the library's header names ("Which sampler") for a material, samples of a point and hits of a pixel.
 fn by_rule(material: &Material, n: usize, hits: usize) -> Method {
     let half_angle = material.widest_half_angle();
+    // Lambert's lobes have no peak to resolve: a product of theirs costs no more than one pick of a pool.
+    let enough = if material.is_lambert() { 4 } else { 16 };
     if material.measured.is_some() {
         // A pool evaluates four candidates a pick and more: not where an evaluation is dear.
         Method::Wis
     } else if half_angle >= 0.02 && hits > 1 {
         Method::WisReuse
-    } else if n <= 4 || half_angle < 0.02 {
+    } else if n < enough || half_angle < 0.02 {
         Method::WisPool(candidates(n))
     } else if half_angle < 0.1 {
         Method::WisTreePool(candidates(n))
-    } else if n >= 16 {
-        Method::Wis
     } else {
-        Method::WisPool(candidates(n))
+        Method::Wis
     }
 }
 

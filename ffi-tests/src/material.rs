@@ -80,6 +80,11 @@ impl Material {
         if self.measured.is_some() || self.diffuse > 0.0 { std::f32::consts::FRAC_PI_2 } else { self.alpha }
     }
 
+    /// Whether Lambert's lobe is the only one.
+    pub fn is_lambert(&self) -> bool {
+        self.measured.is_none() && self.specular == 0.0
+    }
+
     /// All that the report measures.
     pub fn all() -> Vec<Material> {
         let ggx = [0.5, 0.2, 0.05, 0.01].map(Material::ggx);

@@ -4,7 +4,7 @@ use super::base::{BASE, Base};
 use super::cells::{Batch, Cell, NEAR, Room, Scratch};
 use super::peak::is_narrow;
 use super::start::level_of_base;
-use super::weigh::{Eight, Floors, leaf_weight, worth};
+use super::weigh::{Eight, Families, Floors, leaf_weight, worth};
 use super::{LEAF, Node};
 use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
@@ -14,7 +14,7 @@ use crate::sphere::{Frame, cell_chord};
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
 use crate::wide::ALL;
-use crate::wide::vector::{direction_in, splat};
+use crate::wide::vector::{V3, direction_in, splat};
 
 /// What a build may spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,7 +203,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
 
     /// Evaluates the five new points of each cell of a batch.
     #[inline(always)]
-    fn evaluate<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>) -> Result<[F; NEW]> {
+    fn evaluate<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>) -> Result<New<F>> {
         let [x, y] = parents.index;
         let mut wi = [Asked { wi: splat([0.0; 3]), lanes: batch.lanes() }; NEW];
         for (asked, [i, j]) in wi.iter_mut().zip([[1.0, 0.0], [1.0, 2.0], [0.0, 1.0], [2.0, 1.0], [1.0, 1.0]]) {
@@ -216,17 +216,18 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         for f in &mut f_cos {
             *f = (*f * F::splat(self.scale)).min(F::splat(LARGEST));
         }
-        Ok(f_cos)
+        Ok(New { wi: wi.map(|asked| asked.wi), f_cos })
     }
 
-    /// Makes squares of the cells of a batch. Each lane of `new` holds the new values: the middles of the edges at the
-    /// lower and upper end of axis 2, at the lower and upper end of axis 1, and the centre.
+    /// Makes squares of the cells of a batch.
     #[inline(always)]
-    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, new: [F; NEW]) {
-        let residuals = residuals(parents.corners, new);
+    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, New { wi, f_cos }: New<F>) {
+        let residuals = residuals(parents.corners, f_cos);
+        let families =
+            if parents.near & parents.lanes != 0 { Some(Families::new(&self.floors, wi, parents.half)) } else { None };
         let mut weights = [F::splat(0.0); 4];
         for (c, weight) in (0u32..).zip(&mut weights) {
-            let children = self.weigh(parents, new, residuals, c);
+            let children = self.weigh(parents, families.as_ref(), f_cos, residuals, c);
             self.put_children(batch, &children);
             *weight = children.weight;
         }
@@ -239,7 +240,14 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
 
     /// Weighs the `c`-th children.
     #[inline(always)]
-    fn weigh<F: Lanes>(&self, parents: &Parents<F>, new: [F; NEW], residuals: [F; NEW], c: u32) -> Children<F> {
+    fn weigh<F: Lanes>(
+        &self,
+        parents: &Parents<F>,
+        families: Option<&Families<F>>,
+        new: [F; NEW],
+        residuals: [F; NEW],
+        c: u32,
+    ) -> Children<F> {
         let all = |number: u32| F::index([number; LANES]);
         let [x, y] = parents.index;
         let cells = Eight {
@@ -251,7 +259,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             near: parents.near,
             centres: None,
         };
-        let raised = self.floors.raise(&cells);
+        let raised = self.floors.raise(&cells, families.map(|families| (families, c)));
         let squares = F::index(self.squares_of_children(parents, c));
         let light = parents.light[c as usize & 3];
         let mut quarters = F::gather(self.light.squares(), squares);
@@ -363,6 +371,13 @@ fn next_index(index: u32, c: u32) -> u32 {
 /// A sum in a fixed order.
 pub fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
+/// The new points of eight cells and their values: the middles of the edges at the lower and upper end of axis 2, at the
+/// lower and upper end of axis 1, and the centres.
+struct New<F> {
+    wi: [V3<F>; NEW],
+    f_cos: [F; NEW],
 }
 
 /// Cells that are about to be split, one in each lane.

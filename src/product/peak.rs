@@ -2,8 +2,8 @@
 
 use crate::lobe::Peak;
 use crate::simd::Lanes;
-use crate::sphere::{Frame, cell_chord};
-use crate::wide::vector::{V3, direction_in, dot, splat, subtract};
+use crate::sphere::cell_chord;
+use crate::wide::vector::{V3, dot, splat, subtract};
 
 /// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
 const REACH: f32 = 1.5;
@@ -11,7 +11,7 @@ const REACH: f32 = 1.5;
 const DETAIL: f32 = 2.5;
 /// A leaf that overlaps the ellipse of this many half-widths may hold the peak itself.
 const CORE: f32 = 0.5;
-/// Cells of this level and finer are flat enough to be taken as parallelograms.
+/// Cells of this width and smaller are flat enough to be taken as parallelograms.
 const FLAT_WIDTH: f32 = 1.0 / 32.0;
 /// No leaf is darker than this share of a peak that it may hold.
 const FLOOR: f32 = 0.1;
@@ -21,16 +21,13 @@ pub fn is_narrow(peak: &Peak, level: u32) -> bool {
     DETAIL * peak.radii[1] < cell_chord(level)
 }
 
-/// Where eight cells lie on the sphere.
+/// Where eight cells lie on the sphere, which may be anything between a quarter of it and a point.
 pub struct Shape<F: Lanes> {
-    centre: V3<F>,
+    /// The world directions of the centres.
+    pub centre: V3<F>,
     /// No point of a cell is farther from its centre.
-    chord: F,
-    /// The vectors from the centres to the middles of the upper edges, of cells small enough to be flat; if none is, 0:
-    /// the compiler may compute with them before it looks whether any is, and denormal numbers would be slow.
-    half_axes: [V3<F>; 2],
-    flat: F::Mask,
-    area: F,
+    pub chord: F,
+    pub width: F,
 }
 
 /// What a peak means to eight cells.
@@ -46,61 +43,124 @@ pub struct Verdict<F: Lanes> {
 }
 
 impl<F: Lanes> Shape<F> {
-    /// Cells by the point and the world direction of their centres, their widths, and their chords.
-    #[inline(always)]
-    pub fn new(frame: &Frame, middle: [F; 2], centre: V3<F>, width: F, chord: F) -> Self {
-        let half = F::splat(0.5) * width;
-        let [x, y] = middle;
-        let flat = width.le(F::splat(FLAT_WIDTH));
-        let mut half_axes = [splat([0.0; 3]); 2];
-        if F::bits(flat) != 0 {
-            let (along, across) = (direction_in(frame, [x + half, y]), direction_in(frame, [x, y + half]));
-            half_axes = [subtract(along, centre), subtract(across, centre)];
-        }
-        Shape { centre, chord, half_axes, flat, area: width * width }
-    }
-
     /// Judges a peak of this value.
     #[inline(always)]
     pub fn judge(&self, peak: &Peak, value: f32) -> Verdict<F> {
         let near = self.is_near(peak, REACH);
-        // All that the lobe reflects lies within about twice its half-widths: a coarse leaf holds no more.
-        let share = (F::splat(peak.radii[0] * peak.radii[1]) / self.area).min(F::splat(FLOOR));
         Verdict {
             near,
-            coarse: F::and(near, F::splat(DETAIL * peak.radii[1]).lt(self.chord)),
+            coarse: F::and(near, is_coarse(peak, self.chord)),
             holds: F::and(near, self.is_near(peak, CORE)),
-            floor: share * F::splat(value),
+            floor: floor(peak, value, self.width),
         }
     }
 
     /// Whether the cells overlap the ellipse of `reach` half-widths about a peak.
     #[inline(always)]
     fn is_near(&self, peak: &Peak, reach: f32) -> F::Mask {
-        let radii = [reach * peak.radii[0], reach * peak.radii[1]];
         let offset = subtract(splat(peak.direction.to_array()), self.centre);
-        let along = dot(offset, offset).sqrt().le(F::splat(radii[0]) + self.chord);
-        let across = dot(offset, splat(peak.across.to_array())).abs().le(F::splat(radii[1]) + self.chord);
-        let close = F::and(along, across);
-        if F::bits(F::and(close, self.flat)) == 0 {
-            return close;
-        }
-        F::select_mask(self.flat, F::and(close, overlaps(peak, radii, offset, self.half_axes)), close)
+        let distance = dot(offset, offset).sqrt();
+        is_close(peak, reach, distance, dot(offset, splat(peak.across.to_array())), self.chord)
     }
 }
 
-/// Whether an ellipse overlaps the cells: in the coordinates of a cell's half axes the cell is [-1, 1]^2.
+/// Whether cells are too coarse for a peak.
 #[inline(always)]
-fn overlaps<F: Lanes>(peak: &Peak, [long, short]: [f32; 2], offset: V3<F>, axes: [V3<F>; 2]) -> F::Mask {
-    let basis = Basis::new(axes);
-    let [x, y] = basis.coordinates(offset);
-    let u = basis.coordinates(splat((peak.along() * long).to_array()));
-    let v = basis.coordinates(splat((peak.across * short).to_array()));
-    // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
-    let border = F::splat(1.02);
-    let within_x = x.abs().le(border + (u[0] * u[0] + v[0] * v[0]).sqrt());
-    let within_y = y.abs().le(border + (u[1] * u[1] + v[1] * v[1]).sqrt());
-    F::and(within_x, within_y)
+fn is_coarse<F: Lanes>(peak: &Peak, chord: F) -> F::Mask {
+    F::splat(DETAIL * peak.radii[1]).lt(chord)
+}
+
+/// All that a lobe reflects lies within about twice its half-widths: a coarse leaf that holds it has no more.
+#[inline(always)]
+fn floor<F: Lanes>(peak: &Peak, value: f32, width: F) -> F {
+    let share = (F::splat(peak.radii[0] * peak.radii[1]) / (width * width)).min(F::splat(FLOOR));
+    share * F::splat(value)
+}
+
+/// Whether cells at a distance from a peak, and from its long axis, may overlap the ellipse of `reach` half-widths.
+#[inline(always)]
+fn is_close<F: Lanes>(peak: &Peak, reach: f32, distance: F, across: F, chord: F) -> F::Mask {
+    let within = distance.le(F::splat(reach * peak.radii[0]) + chord);
+    F::and(within, across.abs().le(F::splat(reach * peak.radii[1]) + chord))
+}
+
+/// Eight cells that are about to be split, small enough to be taken as parallelograms, as a peak sees their children. In
+/// the coordinates of a child's half axes every child is [-1, 1]^2, and their centres are 2 apart.
+#[derive(Clone, Copy)]
+pub struct Family<F: Lanes> {
+    /// The vector from the centre to the peak, in the world and in those coordinates.
+    offset: V3<F>,
+    place: [F; 2],
+    /// How far the ellipse reaches along both coordinates: what of it is to be refined, and its core.
+    extents: [[F; 2]; 2],
+}
+
+/// The half axes of the children of eight cells.
+pub struct Axes<F: Lanes> {
+    centre: V3<F>,
+    basis: Basis<F>,
+}
+
+impl<F: Lanes> Axes<F> {
+    /// Whether children of a width are small enough.
+    #[inline(always)]
+    pub fn are_flat(width: F) -> F::Mask {
+        width.le(F::splat(FLAT_WIDTH))
+    }
+
+    /// From the world directions of the middles of the edges, at the lower and the upper end of axis 2 and then of axis
+    /// 1, and of the centre.
+    #[inline(always)]
+    pub fn new([low2, high2, low1, high1, centre]: [V3<F>; 5]) -> Self {
+        let quarter = F::splat(0.25);
+        let scaled = |v: V3<F>| [v[0] * quarter, v[1] * quarter, v[2] * quarter];
+        Axes { centre, basis: Basis::new([scaled(subtract(high1, low1)), scaled(subtract(high2, low2))]) }
+    }
+
+    /// What a peak sees.
+    #[inline(always)]
+    pub fn family(&self, peak: &Peak) -> Family<F> {
+        let offset = subtract(splat(peak.direction.to_array()), self.centre);
+        let [long, short] = peak.radii;
+        let u = self.basis.coordinates(splat((peak.along() * long).to_array()));
+        let v = self.basis.coordinates(splat((peak.across * short).to_array()));
+        // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
+        let border = F::splat(1.02);
+        let radii = [(u[0] * u[0] + v[0] * v[0]).sqrt(), (u[1] * u[1] + v[1] * v[1]).sqrt()];
+        let (reach, core) = (F::splat(REACH), F::splat(CORE));
+        Family {
+            offset,
+            place: self.basis.coordinates(offset),
+            extents: [
+                [border + reach * radii[0], border + reach * radii[1]],
+                [border + core * radii[0], border + core * radii[1]],
+            ],
+        }
+    }
+
+    /// Judges a peak of this value by the `c`-th children, of this width and chord.
+    #[inline(always)]
+    pub fn judge(&self, family: &Family<F>, (peak, value): (&Peak, f32), c: u32, width: F, chord: F) -> Verdict<F> {
+        let sides = [F::splat(if c & 2 == 0 { -1.0 } else { 1.0 }), F::splat(if c & 1 == 0 { -1.0 } else { 1.0 })];
+        let [along, other] = self.basis.axes;
+        let mut offset = family.offset;
+        for (k, offset) in offset.iter_mut().enumerate() {
+            *offset = *offset - (sides[0] * along[k % 3] + sides[1] * other[k % 3]);
+        }
+        let distance = dot(offset, offset).sqrt();
+        let across = dot(offset, splat(peak.across.to_array()));
+        let place = [(family.place[0] - sides[0]).abs(), (family.place[1] - sides[1]).abs()];
+        let [reach, core] = family.extents;
+        let overlaps = F::and(place[0].le(reach[0]), place[1].le(reach[1]));
+        let near = F::and(overlaps, is_close(peak, REACH, distance, across, chord));
+        let in_core = F::and(place[0].le(core[0]), place[1].le(core[1]));
+        Verdict {
+            near,
+            coarse: F::and(near, is_coarse(peak, chord)),
+            holds: F::and(near, F::and(in_core, is_close(peak, CORE, distance, across, chord))),
+            floor: floor(peak, value, width),
+        }
+    }
 }
 
 /// Two axes that need not be orthogonal, and their Gram matrix.

@@ -134,7 +134,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
             near: if self.floors.has_peaks() { ALL } else { 0 },
             centres: if level == FINEST { CENTRES.get(x) } else { None },
         };
-        let raised = self.floors.raise(&cells);
+        let raised = self.floors.raise(&cells, None);
         let light = F::transpose(codes(x).map(|m| &lights.quarters[m & LAST]));
         let weight = leaf_weight(raised.corners, light);
         Leaves { cells, raised, light, weight }

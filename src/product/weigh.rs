@@ -1,12 +1,12 @@
 //! Eight cells side by side: the floor under their corners, what they weigh as leaves, and what splitting them is worth.
 
 use super::Parts;
-use super::peak::Shape;
+use super::peak::{Axes, Family, Shape, Verdict};
 use crate::lobe::{MAX_PEAKS, Peak};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
 use crate::wide::sphere::to_world;
-use crate::wide::vector::{direction_in, dot, splat};
+use crate::wide::vector::{V3, direction_in, dot, splat};
 use glam::Vec3;
 
 /// No leaf that reaches above the horizon is darker than this share of its largest corner.
@@ -41,6 +41,28 @@ pub struct Eight<F> {
     pub centres: Option<&'static [[f32; LANES]; 3]>,
 }
 
+/// Eight cells that are about to be split, as the peaks see their children.
+pub struct Families<F: Lanes> {
+    axes: Axes<F>,
+    of_peaks: [Family<F>; MAX_PEAKS],
+    /// The lanes whose children are small enough, as bits.
+    flat: u32,
+}
+
+impl<F: Lanes> Families<F> {
+    /// From the world directions of the new points, as [`Axes::new`] takes them, and the width of the children.
+    #[inline(always)]
+    pub fn new(floors: &Floors, new: [V3<F>; 5], width: F) -> Self {
+        let axes = Axes::new(new);
+        let first = floors.peaks[0].map_or(Peak::disc(Vec3::Z, 1.0), |(peak, _)| peak);
+        let mut of_peaks = [axes.family(&first); MAX_PEAKS];
+        for (family, (peak, _)) in of_peaks.iter_mut().zip(floors.peaks.iter().flatten()).skip(1) {
+            *family = axes.family(peak);
+        }
+        Families { axes, of_peaks, flat: F::bits(Axes::are_flat(width)) }
+    }
+}
+
 /// The corners of eight cells, not below the floor, and the lanes that lie near a peak or are too coarse for one.
 pub struct Raised<F> {
     /// 0 if a cell is wholly below the horizon.
@@ -55,40 +77,39 @@ impl Floors<'_> {
         self.peaks[0].is_some()
     }
 
-    /// Raises the corners of cells to the floor.
+    /// Raises the corners of cells to the floor: of the `c`-th children of families, or of any cells.
     #[inline(always)]
-    pub fn raise<F: Lanes>(&self, cells: &Eight<F>) -> Raised<F> {
+    pub fn raise<F: Lanes>(&self, cells: &Eight<F>, children: Option<(&Families<F>, u32)>) -> Raised<F> {
         let zero = F::splat(0.0);
         let [a, b, c, d] = cells.corners;
         let (largest, smallest) = (a.max(b).max(c.max(d)), a.min(b).min(c.min(d)));
         let mut floor = (F::splat(LEAF_FLOOR) * largest).max(F::splat(self.least));
         let (mut near, mut coarse) = (0, 0);
         let nearby = cells.near & cells.lanes;
-        let unsure = (F::bits(smallest.le(zero)) | nearby) & cells.lanes;
-        if unsure != 0 {
-            let (half, [x, y]) = (F::splat(0.5), cells.index);
-            let middle = [(x + half) * cells.width, (y + half) * cells.width];
-            let centre = match cells.centres {
-                Some([x, y, z]) => to_world(self.frame, [F::from_array(*x), F::from_array(*y), F::from_array(*z)]),
-                None => direction_in(self.frame, middle),
-            };
+        let flat = nearby & children.map_or(0, |(families, _)| families.flat);
+        let dark = F::bits(smallest.le(zero)) & cells.lanes;
+        if dark | nearby & !flat != 0 {
+            let centre = self.centres(cells);
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
             if let Some(normal) = self.hemisphere {
                 let height = dot(splat(normal.to_array()), centre);
                 let above = zero.le(height + cells.chord + F::splat(self.horizon));
                 let known = F::select(above, floor, F::splat(-1.0));
-                floor = F::select(F::mask(unsure), known, floor);
+                floor = F::select(F::mask(dark), known, floor);
             }
-            if nearby != 0 {
+            if nearby & !flat != 0 {
                 // Without this the cells at a narrow peak, whose corners are all dark, are missed.
-                let shape = Shape::new(self.frame, middle, centre, cells.width, cells.chord);
+                let shape = Shape { centre, chord: cells.chord, width: cells.width };
                 for (peak, value) in self.peaks.iter().flatten() {
                     let verdict = shape.judge(peak, *value);
-                    near |= F::bits(verdict.near);
-                    coarse |= F::bits(verdict.coarse);
-                    let holds = F::and(verdict.holds, F::and(zero.le(floor), F::mask(nearby)));
-                    floor = F::select(holds, floor.max(verdict.floor), floor);
+                    heed(&verdict, nearby & !flat, [&mut near, &mut coarse], &mut floor);
                 }
+            }
+        }
+        if let Some((families, c)) = children.filter(|_| flat != 0) {
+            for ((peak, value), family) in self.peaks.iter().flatten().zip(&families.of_peaks) {
+                let verdict = families.axes.judge(family, (peak, *value), c, cells.width, cells.chord);
+                heed(&verdict, flat, [&mut near, &mut coarse], &mut floor);
             }
         }
         let reaches = zero.le(floor);
@@ -96,8 +117,27 @@ impl Floors<'_> {
         for corner in &mut corners {
             *corner = F::only(reaches, corner.max(floor));
         }
-        Raised { corners, near: near & nearby, coarse: coarse & nearby }
+        Raised { corners, near, coarse }
     }
+
+    /// The world directions of the centres of cells.
+    #[inline(always)]
+    fn centres<F: Lanes>(&self, cells: &Eight<F>) -> V3<F> {
+        if let Some([x, y, z]) = cells.centres {
+            return to_world(self.frame, [F::from_array(*x), F::from_array(*y), F::from_array(*z)]);
+        }
+        let (half, [x, y]) = (F::splat(0.5), cells.index);
+        direction_in(self.frame, [(x + half) * cells.width, (y + half) * cells.width])
+    }
+}
+
+/// Takes the verdict on some lanes into account; the floor of cells below the horizon stays where it is.
+#[inline(always)]
+fn heed<F: Lanes>(verdict: &Verdict<F>, lanes: u32, [near, coarse]: [&mut u32; 2], floor: &mut F) {
+    *near |= F::bits(verdict.near) & lanes;
+    *coarse |= F::bits(verdict.coarse) & lanes;
+    let holds = F::and(verdict.holds, F::and(F::splat(0.0).le(*floor), F::mask(lanes)));
+    *floor = F::select(holds, floor.max(verdict.floor), *floor);
 }
 
 /// The average products over leaves, as the descent below them sees them, given the light of each quarter.

@@ -208,7 +208,7 @@ impl Batch {
     /// Lane and cell.
     #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.cells.into_iter().enumerate().take(self.count)
+        (0..self.count).map(|lane| (lane, self.cells[lane & (LANES - 1)]))
     }
 
     /// The lanes in use as bits.

@@ -110,8 +110,9 @@ impl<B: Brdf> Builder<'_, '_, B> {
         for x in 0..SIDE >> (FINEST - level) {
             let row = self.row::<F>(&grid, &lights, x, level);
             sum = sum + F::only(F::mask(row.cells.lanes), row.weight);
-            for (m, weight) in codes(x).into_iter().zip(row.weight.to_array()) {
-                weights[m & LAST] = weight;
+            let (codes, weights_here) = (codes(x), row.weight.to_array());
+            for y in 0..SIDE {
+                weights[codes[y] & LAST] = weights_here[y];
             }
             self.put_leaves(x, level, &lights, row.raised.corners);
             if goes_on {
@@ -159,9 +160,12 @@ impl<B: Brdf> Builder<'_, '_, B> {
         let places = F::rows([squares, light, index, all(level)].map(F::with_bits));
         let (values, leaves) = (F::rows(corners), self.to.nodes.get_mut(self.base as usize..));
         let Some(leaves) = leaves.and_then(|leaves| leaves.first_chunk_mut::<CELLS>()) else { return };
-        for (m, (values, place)) in codes(x).into_iter().zip(values.iter().zip(&places)) {
-            leaves[m & LAST].values = *values;
-            leaves[m & LAST].links = place.map(f32::to_bits);
+        // By number: of what is zipped, the compiler keeps the places in memory.
+        let codes = codes(x);
+        for y in 0..SIDE {
+            let leaf = &mut leaves[codes[y] & LAST];
+            leaf.values = values[y];
+            leaf.links = places[y].map(f32::to_bits);
         }
     }
 
@@ -181,10 +185,12 @@ impl<B: Brdf> Builder<'_, '_, B> {
         else {
             return;
         };
-        for (m, ((corners, rest), worth)) in codes(x).into_iter().zip(corners.iter().zip(&rest).zip(worth.to_array())) {
-            cells[m & LAST].corners = *corners;
-            cells[m & LAST].rest = *rest;
-            priorities[m & LAST] = worth;
+        let (codes, worth) = (codes(x), worth.to_array());
+        for y in 0..SIDE {
+            let m = codes[y] & LAST;
+            cells[m].corners = corners[y];
+            cells[m].rest = rest[y];
+            priorities[m] = worth[y];
         }
     }
 

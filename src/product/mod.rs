@@ -314,7 +314,9 @@ impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
         // A damaged tree ends in a leaf that does not exist.
         const NOTHING: Node = Node { values: [0.0; 4], links: [u32::MAX; 4] };
         let mut squares = [&NOTHING; LANES];
-        for ((square, product), link) in squares.iter_mut().zip(self.products).zip(F::numbers(self.links)) {
+        // Lanes that have arrived look at the root: whether a node exists is then always foreseen.
+        let links = F::numbers(F::select_index(F::mask(self.walks), self.links, F::index([0; LANES])));
+        for ((square, product), link) in squares.iter_mut().zip(self.products).zip(links) {
             *square = product.nodes.get(link as usize).unwrap_or(&NOTHING);
         }
         let [s1, s2] = walker.choose(self.walks, F::transpose(squares.map(|square| &square.values)));

@@ -86,9 +86,7 @@
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
-/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). A pyramid keeps it as tables
-/// of its cells, 5 bytes a cell: a sample or a pdf then finds its cell without a walk through the tree. Sparse storage
-/// keeps it as it keeps luminance, 16 bytes a square.
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64).
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.

@@ -16,42 +16,10 @@ use glam::Vec3;
 pub trait Density {
     /// Whether there is anything to sample.
     fn is_positive(&self) -> bool;
-    /// Where the walk to `u` begins: in the whole square, unless a table leads further.
-    #[inline(always)]
-    fn enter(&self, u: [f32; 2]) -> Start {
-        Start { u, ..Start::WHOLE }
-    }
-    /// Where the walk to a point of the square begins: the same cell and density for all `u` that lead there.
-    #[inline(always)]
-    fn enter_at(&self, _: [f32; 2]) -> Start {
-        Start::WHOLE
-    }
-    /// The inverse of [`Density::enter`]: the `u` of a place in the cell in which a walk began.
-    fn leave(&self, _: &Start, u: [f32; 2]) -> [f32; 2] {
-        u
-    }
-    /// Walks from the square of a [`Start`] to a cell: hands the masses of the four children to `choose`, goes to the
-    /// child that it names, and so on. Returns the density of the cell at its corners, up to a factor (corner
-    /// `2 b1 + b2`, bit 0 = lower end of the axis), or `None` if `choose` gave up.
-    fn walk(&self, square: u32, choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]>;
-}
-
-/// Where a walk begins.
-#[derive(Clone, Copy, Debug)]
-pub struct Start {
-    /// A cell of 2^level along each axis.
-    pub cell: Cell,
-    /// The place of `u` in it.
-    pub u: [f32; 2],
-    /// The density of the cell.
-    pub density: f32,
-    /// Its square; [`crate::tree::NO_SQUARE`] if the density is constant there.
-    pub square: u32,
-}
-
-impl Start {
-    /// The whole square, and the first of the squares.
-    pub const WHOLE: Start = Start { cell: Cell::WHOLE, u: [0.0; 2], density: 1.0, square: 0 };
+    /// Walks from the whole square to a cell: hands the masses of the four children to `choose`, goes to the child
+    /// that it names, and so on. Returns the density of the cell at its corners, up to a factor (corner `2 b1 + b2`,
+    /// bit 0 = lower end of the axis), or `None` if `choose` gave up.
+    fn walk(&self, choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]>;
 }
 
 /// A direction in world space and its pdf per solid angle; a pdf of 0 means that there is no sample.
@@ -66,11 +34,9 @@ pub struct Sample {
 
 /// A cell of the square: `index` of 2^level cells along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cell {
-    /// The whole square is level 0.
-    pub level: u32,
-    /// Its place along each axis.
-    pub index: [u32; 2],
+struct Cell {
+    level: u32,
+    index: [u32; 2],
 }
 
 impl Cell {
@@ -149,8 +115,10 @@ pub(crate) fn clamp(u: [f32; 2]) -> [f32; 2] {
 /// The point of the square for `u`.
 #[inline(always)]
 fn sample_square<D: Density>(density: &D, u: [f32; 2]) -> Option<Place> {
-    let Start { mut cell, mut u, density: mut product, square } = density.enter(clamp(u));
-    let corners = density.walk(square, |masses| {
+    let mut cell = Cell::WHOLE;
+    let mut u = clamp(u);
+    let mut product = 1.0;
+    let corners = density.walk(|masses| {
         let (c, inside, factor) = take_quad(masses, u);
         u = inside;
         product *= factor;
@@ -167,11 +135,9 @@ fn sample_square<D: Density>(density: &D, u: [f32; 2]) -> Option<Place> {
 #[inline(always)]
 fn density_at<D: Density>(density: &D, s: [f32; 2]) -> f32 {
     let path = Path::to(s);
-    let Start { cell: Cell { mut level, .. }, density: mut product, square, .. } = density.enter_at(s);
-    if product <= 0.0 {
-        return 0.0;
-    }
-    let corners = density.walk(square, |masses| {
+    let mut level = 0;
+    let mut product = 1.0;
+    let corners = density.walk(|masses| {
         let c = path.child(level);
         product *= quad_density(masses, c);
         level += 1;
@@ -258,20 +224,16 @@ pub fn invert<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> Result<[f
     }
     let path = Path::to(s);
     let mut steps = [([0.0f32; 4], 0u32); MAX_REFINED as usize];
-    let start = density.enter_at(s);
-    if start.density <= 0.0 {
-        return Err(Status::ZeroDensity);
-    }
-    let mut level = start.cell.level;
-    let corners = density.walk(start.square, |masses| {
+    let mut level = 0;
+    let corners = density.walk(|masses| {
         let c = path.child(level);
         *steps.get_mut(level as usize)? = (masses, c);
         level += 1;
         (quad_density(masses, c) > 0.0).then_some(c)
     });
-    let inside = invert_bilinear(corners.ok_or(Status::ZeroDensity)?, path.offset(level));
-    let taken = steps.iter().take(level as usize).skip(start.cell.level as usize).rev();
-    Ok(density.leave(&start, taken.fold(inside, |u, &(masses, c)| undo_quad(masses, c, u))))
+    let start = invert_bilinear(corners.ok_or(Status::ZeroDensity)?, path.offset(level));
+    let taken = steps.iter().take(level as usize).rev();
+    Ok(taken.fold(start, |u, &(masses, c)| undo_quad(masses, c, u)))
 }
 
 /// The point of [0, 1)^2 that the bilinear density with these corners puts at `u`: the marginal along axis 1,

@@ -22,21 +22,6 @@ pub fn encode<const N: usize>(t: [u32; N], depth: u32) -> u64 {
         .fold(0, |code, bit| t.iter().fold(code, |code, t| (code << 1) | u64::from(t.wrapping_shr(bit) & 1)))
 }
 
-/// The Morton code of a cell of a square of 2^16 cells per axis at most, without a loop.
-#[inline(always)]
-pub fn encode_pair([i, j]: [u32; 2]) -> u32 {
-    2 * spread(i) + spread(j)
-}
-
-/// Moves bit k of the lowest 16 to bit 2 k.
-#[inline(always)]
-fn spread(bits: u32) -> u32 {
-    let bits = (bits | bits << 8) & 0x00ff_00ff;
-    let bits = (bits | bits << 4) & 0x0f0f_0f0f;
-    let bits = (bits | bits << 2) & 0x3333_3333;
-    (bits | bits << 1) & 0x5555_5555
-}
-
 /// The cell whose Morton code is `code`: the inverse of [`encode`].
 #[inline]
 pub fn decode<const N: usize>(code: u64, depth: u32) -> [u32; N] {

@@ -222,17 +222,12 @@ impl<'a, const C: usize> Tree<'a, C> {
     }
 
     fn check_averages(&self) -> Result<()> {
-        Self::check(self.average, self.squares)
-    }
-
-    /// Checks the averages of a tree without its links.
-    ///
-    /// # Errors
-    /// [`Status::Corrupt`] if one is not in [0, [`MAX_AVERAGE`]].
-    pub fn check(average: f32, squares: &[[f32; C]]) -> Result<()> {
         let valid = |average: f32| (0.0..=MAX_AVERAGE).contains(&average);
-        let all = valid(average) && squares.iter().flatten().all(|&average| valid(average));
-        if all { Ok(()) } else { Err(Status::Corrupt) }
+        if valid(self.average) && self.squares.iter().flatten().all(|&average| valid(average)) {
+            Ok(())
+        } else {
+            Err(Status::Corrupt)
+        }
     }
 
     /// The number of marked cells.
@@ -303,13 +298,7 @@ impl<'a, const C: usize> Tree<'a, C> {
     /// The square of the unit cube; `None` if the function is constant.
     #[inline]
     pub fn root_square(&self) -> Option<u32> {
-        self.square(0)
-    }
-
-    /// A square by its number, if there is such a one.
-    #[inline]
-    pub fn square(&self, number: u32) -> Option<u32> {
-        if (number as usize) < self.squares.len() { Some(number) } else { None }
+        if self.squares.is_empty() { None } else { Some(0) }
     }
 
     /// The averages of the children of a square; 0 for a square that does not exist.

@@ -2,7 +2,6 @@
 //! independent of each other, so the caller's threads may share them and the bits stay the same.
 
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
-use super::inverse::Inverse;
 use super::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
 use super::refine::{Refined, Spread};
 use super::{Header, Storage};
@@ -230,20 +229,10 @@ pub struct Grid<'a> {
 pub struct Trees<'a> {
     /// Luminance.
     pub plain: &'a mut [[f32; 4]],
-    /// The compensated distribution; if it has a table, only what is below its cells.
+    /// The compensated distribution.
     pub compensated: &'a mut [[f32; 4]],
-    /// The table of the compensated distribution, if one is kept.
-    pub table: Option<Table<'a>>,
     /// RGB.
     pub rgb: &'a mut [[[f32; 3]; 4]],
-}
-
-/// Where the table of a distribution is made: the lengths are those of [`Inverse::lengths`].
-pub struct Table<'a> {
-    /// Starts of cells.
-    pub starts: &'a mut [u32],
-    /// Guides.
-    pub guides: &'a mut [u16],
 }
 
 /// The mean luminance over the sphere, in the units of the input.
@@ -288,10 +277,7 @@ pub fn complete(
     }
     if config.compensated {
         let (heap, below) = halves(trees.compensated, refined)?;
-        header.compensated_average = match &mut trees.table {
-            Some(table) => fill_table(config.depth, table, |t| compensated(light(t)))?,
-            None => fill(config.depth, heap, |t| compensated(light(t)))?,
-        };
+        header.compensated_average = fill(config.depth, heap, |t| compensated(light(t)))?;
         for (square, from) in below.iter_mut().zip(refined) {
             *square = from.luminance.map(|l| compensated(l) as f32);
         }
@@ -354,20 +340,6 @@ fn fill(depth: u32, squares: &mut [[f32; 4]], value: impl Fn([u32; 2]) -> f64) -
         }
     }
     Ok(tree::build::<4>(depth, squares)? as f32)
-}
-
-/// As [`fill`], for a table.
-fn fill_table(depth: u32, table: &mut Table, value: impl Fn([u32; 2]) -> f64) -> Result<f32> {
-    let Table { starts, guides } = table;
-    if Inverse::lengths(depth) != [starts.len(), guides.len()].map(|len| len as u64) {
-        return Err(Status::InvalidArgument);
-    }
-    if depth == 0 {
-        Inverse::fill(depth, starts, guides, |_| 1.0);
-        return fill(depth, &mut [], value);
-    }
-    let sum = Inverse::fill(depth, starts, guides, value);
-    Ok((sum * exp2i(-2 * depth as i32)) as f32)
 }
 
 /// The finest squares with their Morton codes.

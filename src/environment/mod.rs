@@ -2,33 +2,27 @@
 //!
 //! Two storages stand behind one interface: the exact pyramid, and a sparse tree pruned by an error budget.
 //! On its own an environment samples directions in proportion to its luminance, or to the luminance above the mean
-//! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling). Nothing is multiplied by
-//! the compensated distribution, so a pyramid keeps it as tables of its cells, which are found without a walk.
+//! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling).
 
 mod build;
 mod integrate;
-mod inverse;
 mod pixels;
 mod polygon;
 mod refine;
 
 pub use build::{
-    Config, Decoded, Grid, Row, Table as TableParts, Trees, complete, copy_kept, decode, integrate, plan, replacement,
-    write_kept,
+    Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
 };
 pub use integrate::Texels;
-pub use inverse::Inverse;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 pub use refine::{Refined, Refinement, Spread, refine};
 
-use crate::descent::{Cell, Density, Start};
-use crate::morton;
-use crate::numeric::{ContentHash, ONE_MINUS_EPSILON, exp2i, inverse_power};
+use crate::descent::Density;
+use crate::numeric::{ContentHash, exp2i};
 use crate::simd::{LANES, Lanes};
-use crate::tree::{Link, Mark, NO_SQUARE, Tree};
-use crate::wide::{ALL, GROUPS, Locating, Sampling, Walker, WideDensity};
+use crate::tree::{Link, Mark, Tree};
+use crate::wide::{ALL, GROUPS, Walker, WideDensity};
 use core::f64::consts::PI;
-use inverse::Span;
 
 /// How a tree is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +79,7 @@ impl Header {
 }
 
 /// "wis-env" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x02");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x01");
 
 /// An environment in the caller's memory.
 #[derive(Clone, Copy)]
@@ -98,11 +92,8 @@ pub struct Environment<'a> {
     pub marks: &'a [Mark],
     /// The links of sparse storage, or of the squares below the cells of a pyramid.
     pub links: &'a [Link],
-    /// Child averages of the compensated distribution: of all squares in sparse storage, of a pyramid of those below its
-    /// cells. Empty if not built.
+    /// Child averages of the compensated distribution; empty if not built.
     pub compensated: &'a [[f32; 4]],
-    /// The cells of a pyramid by the compensated distribution; `None` if not built.
-    pub cells: Option<Inverse<'a>>,
     /// Child averages of RGB; empty if not built.
     pub rgb: &'a [[[f32; 3]; 4]],
 }
@@ -110,11 +101,20 @@ pub struct Environment<'a> {
 impl<'a> Environment<'a> {
     /// The luminance.
     pub fn light(&self) -> Tree<'a, 4> {
-        let (depth, average) = (self.header.depth, self.header.average);
+        self.tree(self.header.average, self.squares)
+    }
+
+    /// The luminance above the mean.
+    pub fn compensated(&self) -> Tree<'a, 4> {
+        self.tree(self.header.compensated_average, self.compensated)
+    }
+
+    fn tree(&self, average: f32, squares: &'a [[f32; 4]]) -> Tree<'a, 4> {
+        let depth = self.header.depth;
         if self.marks.is_empty() {
-            Tree::trusted(depth, average, self.squares, self.links)
+            Tree::trusted(depth, average, squares, self.links)
         } else {
-            Tree::trusted_refined(depth, average, self.squares, self.marks, self.links)
+            Tree::trusted_refined(depth, average, squares, self.marks, self.links)
         }
     }
 
@@ -144,9 +144,6 @@ impl<'a> Environment<'a> {
         for square in self.squares.iter().chain(self.compensated) {
             hash.add_floats(square);
         }
-        if let Some(cells) = &self.cells {
-            cells.add_to(&mut hash);
-        }
         for mark in self.marks {
             hash.add(u64::from(mark.before) << 32 | u64::from(mark.bits));
         }
@@ -162,109 +159,19 @@ impl<'a> Environment<'a> {
 
 /// The environment's light as a density: constant within a cell.
 #[derive(Clone, Copy)]
-pub struct Light<'a> {
-    /// The whole tree, or what lies below the cells of `table`.
-    tree: Tree<'a, 4>,
-    table: Option<Table<'a>>,
-}
-
-/// Cells that are found without a walk, and which of them go on as squares of the tree.
-#[derive(Clone, Copy)]
-struct Table<'a> {
-    cells: Inverse<'a>,
-    marks: &'a [Mark],
-}
-
-impl<'a> Light<'a> {
-    /// The density of a tree.
-    pub fn of(tree: Tree<'a, 4>) -> Self {
-        Light { tree, table: None }
-    }
-
-    /// The density of cells, of which those that are marked go on in the squares of a sparse tree.
-    pub fn of_cells(cells: Inverse<'a>, marks: &'a [Mark], tree: Tree<'a, 4>) -> Self {
-        Light { tree, table: Some(Table { cells, marks }) }
-    }
-
-    /// Proportional to luminance.
-    pub fn plain(environment: &Environment<'a>) -> Self {
-        Light::of(environment.light())
-    }
-
-    /// Proportional to the luminance above the mean.
-    pub fn compensated(environment: &Environment<'a>) -> Self {
-        let Environment { header, compensated, links, .. } = environment;
-        let tree = Tree::trusted(header.depth, header.compensated_average, compensated, links);
-        match environment.cells {
-            Some(cells) => Light::of_cells(cells, environment.marks, tree),
-            None => Light::of(tree),
-        }
-    }
-}
-
-impl Table<'_> {
-    /// The square of a cell; [`NO_SQUARE`] if it is not refined.
-    #[inline(always)]
-    fn square(&self, index: [u32; 2]) -> u32 {
-        if self.marks.is_empty() {
-            return NO_SQUARE;
-        }
-        self.below(morton::encode_pair(index))
-    }
-
-    /// The square of a cell by its Morton code.
-    #[inline(always)]
-    fn below(&self, cell: u32) -> u32 {
-        let Mark { bits, before } = self.marks.get((cell / 32) as usize).copied().unwrap_or_default();
-        let bit = 1u32.wrapping_shl(cell % 32);
-        if bits & bit == 0 { NO_SQUARE } else { before.wrapping_add((bits & (bit - 1)).count_ones()) }
-    }
-
-    /// The density of a cell, the product of the probabilities of its row and column times the number of cells.
-    #[inline(always)]
-    fn density(&self, row: Span, column: Span) -> f32 {
-        let scale = self.cells.scale();
-        (row.width as f32 * scale) * (column.width as f32 * scale)
-    }
-}
+pub struct Light<'a>(pub Tree<'a, 4>);
 
 impl Density for Light<'_> {
     fn is_positive(&self) -> bool {
-        self.tree.average() > 0.0
+        self.0.average() > 0.0
     }
 
     #[inline(always)]
-    fn enter(&self, u: [f32; 2]) -> Start {
-        let Some(table) = &self.table else { return Start { u, ..Start::WHOLE } };
-        let positions = u.map(inverse::position);
-        let row = table.cells.find(0, positions[0]);
-        let column = table.cells.find(1 + row.cell, positions[1]);
-        let cell = Cell { level: table.cells.depth(), index: [row.cell, column.cell] };
-        let u = [row.inside(positions[0]), column.inside(positions[1])];
-        Start { cell, u, density: table.density(row, column), square: table.square(cell.index) }
-    }
-
-    #[inline(always)]
-    fn enter_at(&self, s: [f32; 2]) -> Start {
-        let Some(table) = &self.table else { return Start::WHOLE };
-        let level = table.cells.depth();
-        let [i, j] = s.map(|s| (s * (1u32 << (level & 31)) as f32) as u32);
-        let density = table.density(table.cells.span(0, i), table.cells.span(1 + i, j));
-        Start { cell: Cell { level, index: [i, j] }, u: [0.0; 2], density, square: table.square([i, j]) }
-    }
-
-    fn leave(&self, start: &Start, u: [f32; 2]) -> [f32; 2] {
-        let Some(table) = &self.table else { return u };
-        let [i, j] = start.cell.index;
-        [table.cells.span(0, i).undo(u[0]), table.cells.span(1 + i, j).undo(u[1])]
-    }
-
-    #[inline(always)]
-    fn walk(&self, square: u32, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
-        let mut square = self.tree.square(square);
+    fn walk(&self, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
+        let mut square = self.0.root_square();
         while let Some(here) = square {
-            let c = choose(self.tree.children(here))?;
-            square = self.tree.child_square(here, c);
+            let c = choose(self.0.children(here))?;
+            square = self.0.child_square(here, c);
         }
         Some([1.0; 4])
     }
@@ -342,52 +249,15 @@ impl WideDensity for Light<'_> {
     }
 
     #[inline(always)]
-    fn enter_wide<F: Lanes>(&self, u: [F; 2]) -> (Sampling<F>, [u32; LANES]) {
-        let Some(table) = &self.table else { return (Sampling::whole(u), [0; LANES]) };
-        let positions = [inverse::positions(u[0]), inverse::positions(u[1])];
-        // All rows before the first column: the look-ups do not wait for one another.
-        let (mut rows, mut columns) = (Spans::default(), Spans::default());
-        for (lane, position) in F::numbers(positions[0]).into_iter().enumerate() {
-            rows.set(lane, table.cells.find(0, position));
-        }
-        for (lane, position) in F::numbers(positions[1]).into_iter().enumerate() {
-            columns.set(lane, table.cells.find(1 + rows.cell[lane & 7], position));
-        }
-        let start = Sampling {
-            inside: [rows.inside::<F>(positions[0]), columns.inside::<F>(positions[1])],
-            index: [F::from_index(F::index(rows.cell)), F::from_index(F::index(columns.cell))],
-            width: F::splat(inverse_power(table.cells.depth())),
-            product: table.density_wide::<F>(&rows, &columns),
-        };
-        (start, table.squares([rows.cell, columns.cell]))
-    }
-
-    #[inline(always)]
-    fn enter_at_wide<F: Lanes>(&self, s: [F; 2]) -> (Locating<F>, [u32; LANES]) {
-        let Some(table) = &self.table else { return (Locating::whole(s), [0; LANES]) };
-        let cells = F::splat((1u32 << (table.cells.depth() & 31)) as f32);
-        let scaled = [s[0] * cells, s[1] * cells];
-        let index = [scaled[0].truncate(), scaled[1].truncate()];
-        let (i, j) = (F::numbers(index[0]), F::numbers(index[1]));
-        let (mut rows, mut columns) = (Spans::default(), Spans::default());
-        for lane in 0..LANES {
-            rows.set(lane, table.cells.span(0, i[lane]));
-            columns.set(lane, table.cells.span(1 + i[lane], j[lane]));
-        }
-        let rest = [scaled[0] - F::from_index(index[0]), scaled[1] - F::from_index(index[1])];
-        (Locating { rest, product: table.density_wide::<F>(&rows, &columns) }, table.squares([i, j]))
-    }
-
-    #[inline(always)]
     fn walk_wide<F: Lanes>(
         groups: [&Self; GROUPS],
-        starts: [(u32, [u32; LANES]); GROUPS],
+        walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS] {
         let mut descents = [0, 1].map(|g: usize| {
-            let (tree, (walks, squares)) = (groups[g].tree, starts[g]);
-            let begins = if tree.squares().is_empty() { 0 } else { walks & !F::highest_bits(F::index(squares)) };
-            Descent::<F>::from(tree, squares, begins)
+            let tree = groups[g].0;
+            let starts = if tree.root_square().is_some() { walks[g] } else { 0 };
+            Descent::<F>::from(tree, [0; LANES], starts)
         });
         let (mut levels, mut walks) = (0, true);
         while walks && levels < crate::tree::MAX_REFINED {
@@ -402,61 +272,5 @@ impl WideDensity for Light<'_> {
             levels += 1;
         }
         descents.map(|descent| ([F::splat(1.0); 4], descent.walks))
-    }
-}
-
-impl Table<'_> {
-    /// As [`Table::density`].
-    #[inline(always)]
-    fn density_wide<F: Lanes>(&self, rows: &Spans, columns: &Spans) -> F {
-        let scale = F::splat(self.cells.scale());
-        let widths = [F::from_index(F::index(rows.width)), F::from_index(F::index(columns.width))];
-        (widths[0] * scale) * (widths[1] * scale)
-    }
-
-    /// As [`Table::square`].
-    #[inline(always)]
-    fn squares(&self, [i, j]: [[u32; LANES]; 2]) -> [u32; LANES] {
-        let mut squares = [NO_SQUARE; LANES];
-        if self.marks.is_empty() {
-            return squares;
-        }
-        // Codes apart from look-ups, so that they are computed side by side.
-        let mut cells = [0; LANES];
-        for (cell, (i, j)) in cells.iter_mut().zip(i.into_iter().zip(j)) {
-            *cell = morton::encode_pair([i, j]);
-        }
-        for (square, cell) in squares.iter_mut().zip(cells) {
-            *square = self.below(cell);
-        }
-        squares
-    }
-}
-
-/// The spans of eight lanes, column by column.
-#[derive(Default)]
-struct Spans {
-    cell: [u32; LANES],
-    start: [u32; LANES],
-    width: [u32; LANES],
-}
-
-impl Spans {
-    #[inline(always)]
-    fn set(&mut self, lane: usize, span: Span) {
-        self.cell[lane & 7] = span.cell;
-        self.start[lane & 7] = span.start;
-        self.width[lane & 7] = span.width;
-    }
-
-    /// As [`Span::inside`].
-    #[inline(always)]
-    fn inside<F: Lanes>(&self, positions: F::Index) -> F {
-        let mut offsets = F::numbers(positions);
-        for (offset, start) in offsets.iter_mut().zip(self.start) {
-            *offset = offset.wrapping_sub(start);
-        }
-        let inside = F::from_index(F::index(offsets)) / F::from_index(F::index(self.width));
-        inside.min(F::splat(ONE_MINUS_EPSILON))
     }
 }

@@ -13,7 +13,7 @@ use crate::environment::{Header, Light, MAGIC};
 use crate::simd::BASELINE;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Mark};
+use crate::tree::{Link, Mark, Tree};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
@@ -44,9 +44,7 @@ pub const WIS_STORAGE_SPARSE: u32 = 2;
 pub const WIS_ENVIRONMENT_NEAREST: u32 = 1;
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
-/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). A pyramid keeps it as tables
-/// of its cells, 5 bytes a cell: a sample or a pdf then finds its cell without a walk through the tree. Sparse storage
-/// keeps it as it keeps luminance, 16 bytes a square.
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64).
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
 pub const WIS_ENVIRONMENT_RGB: u32 = 8;
@@ -539,17 +537,17 @@ unsafe fn light<'a>(
 ) -> Checked<(Light<'a>, Frame)> {
     // SAFETY: the caller's contract.
     let environment = unsafe { view(environment, 1)? };
-    let light = select(&environment, distribution)?;
+    let tree = select(&environment, distribution)?;
     // SAFETY: the caller's contract.
-    Ok((light, unsafe { frame(world_from_map, 3)? }))
+    Ok((Light(tree), unsafe { frame(world_from_map, 3)? }))
 }
 
-/// The light by a distribution.
-fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Light<'a>> {
+/// The tree of a distribution.
+fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Tree<'a, 4>> {
     match distribution {
-        WIS_DISTRIBUTION_PLAIN => Ok(Light::plain(environment)),
+        WIS_DISTRIBUTION_PLAIN => Ok(environment.light()),
         WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
-            Ok(Light::compensated(environment))
+            Ok(environment.compensated())
         }
         WIS_DISTRIBUTION_COMPENSATED => Err(Failure::new(Status::NotBuilt, 2)),
         _ => Err(Failure::new(Status::InvalidArgument, 2)),

@@ -153,8 +153,8 @@ impl Density for Product<'_> {
     }
 
     #[inline(always)]
-    fn walk(&self, square: u32, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
-        let (mut link, mut levels) = (square, 0);
+    fn walk(&self, mut choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]> {
+        let (mut link, mut levels) = (0, 0);
         // A damaged tree may lead in circles.
         while link & LEAF == 0 && levels < MAX_DEPTH {
             let square = self.nodes.get(link as usize)?;
@@ -253,10 +253,10 @@ impl<'a> WideDensity for Group<'_, 'a> {
     #[inline(always)]
     fn walk_wide<F: Lanes>(
         groups: [&Self; GROUPS],
-        starts: [(u32, [u32; LANES]); GROUPS],
+        walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS] {
-        let mut above = [0, 1].map(|g: usize| Above::<F>::from(groups[g].0, starts[g]));
+        let mut above = [0, 1].map(|g: usize| Above::<F>::root(groups[g].0, walks[g]));
         let (mut levels, mut going) = (0, true);
         while going && levels < MAX_DEPTH {
             going = false;
@@ -304,8 +304,8 @@ struct Below<'a, F: Lanes> {
 
 impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
     #[inline(always)]
-    fn from(products: [&'p Product<'a>; LANES], (walks, squares): (u32, [u32; LANES])) -> Self {
-        let links = F::select_index(F::mask(walks), F::index(squares), F::index([u32::MAX; LANES]));
+    fn root(products: [&'p Product<'a>; LANES], walks: u32) -> Self {
+        let links = F::select_index(F::mask(walks), F::index([0; LANES]), F::index([u32::MAX; LANES]));
         Above { products, links, walks }
     }
 

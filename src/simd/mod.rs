@@ -93,10 +93,6 @@ pub trait Lanes:
     fn add_index(a: Self::Index, b: Self::Index) -> Self::Index;
     /// Numbers with the bits of whole numbers, which mean nothing as numbers: to be moved together with some that do.
     fn with_bits(index: Self::Index) -> Self;
-    /// The whole numbers below 2^31 in front of the fractions of numbers from 0 on; of others, anything.
-    fn truncate(self) -> Self::Index;
-    /// The numbers nearest to whole numbers below 2^31; of others, anything.
-    fn from_index(index: Self::Index) -> Self;
     /// index < bound.
     fn below(index: Self::Index, bound: u32) -> Self::Mask;
     /// The highest bits of the whole numbers as bits, lane 0 lowest.

@@ -185,16 +185,6 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn truncate(self) -> [u32; LANES] {
-        self.0.map(|x| x as u32)
-    }
-
-    #[inline(always)]
-    fn from_index(index: [u32; LANES]) -> Self {
-        Portable(index.map(|number| number as f32))
-    }
-
-    #[inline(always)]
     fn below(index: [u32; LANES], bound: u32) -> u32 {
         index.iter().rev().fold(0, |bits, &number| bits << 1 | u32::from(number < bound))
     }

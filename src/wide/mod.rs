@@ -11,7 +11,6 @@ pub mod vector;
 use crate::descent::{self, Density, Sample};
 use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, SPHERE};
-use crate::tree::NO_SQUARE;
 use split::{quad_density, take_quad};
 
 /// Every lane.
@@ -39,21 +38,11 @@ pub trait WideDensity {
     fn one(&self, lane: usize) -> &Self::One;
     /// The lanes that have something to sample, as bits.
     fn positive(&self) -> u32;
-    /// As [`Density::enter`]: where samples begin, and their squares.
-    #[inline(always)]
-    fn enter_wide<F: Lanes>(&self, u: [F; 2]) -> (Sampling<F>, [u32; LANES]) {
-        (Sampling::whole(u), [0; LANES])
-    }
-    /// As [`Density::enter_at`].
-    #[inline(always)]
-    fn enter_at_wide<F: Lanes>(&self, s: [F; 2]) -> (Locating<F>, [u32; LANES]) {
-        (Locating::whole(s), [0; LANES])
-    }
-    /// The lanes that have something to sample (bits, for each group) walk from their squares to cells. Returns the
-    /// corners of the cells as [`Density::walk`] does, and the lanes that failed as bits.
+    /// The lanes of `walks` (bits, for each group) walk from the whole square to cells. Returns the corners of the cells
+    /// as [`Density::walk`] does, and the lanes that failed as bits.
     fn walk_wide<F: Lanes>(
         groups: [&Self; GROUPS],
-        starts: [(u32, [u32; LANES]); GROUPS],
+        walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS];
 
@@ -111,15 +100,13 @@ impl<D: WideDensity> Kernel for Pdfs<'_, D> {
 
 /// Walks where random numbers lead.
 #[derive(Clone, Copy)]
-pub struct Sampling<F> {
+struct Sampling<F> {
     /// Where in the cell.
-    pub inside: [F; 2],
-    /// Which cell.
-    pub index: [F; 2],
-    /// How wide it is.
-    pub width: F,
-    /// Its density.
-    pub product: F,
+    inside: [F; 2],
+    /// Which cell, and how wide it is.
+    index: [F; 2],
+    width: F,
+    product: F,
 }
 
 impl<F: Lanes> Walker<F> for Sampling<F> {
@@ -139,12 +126,6 @@ impl<F: Lanes> Walker<F> for Sampling<F> {
 }
 
 impl<F: Lanes> Sampling<F> {
-    /// In the whole square.
-    #[inline(always)]
-    pub fn whole(u: [F; 2]) -> Self {
-        Sampling { inside: u, index: [F::splat(0.0); 2], width: F::splat(1.0), product: F::splat(1.0) }
-    }
-
     /// `next` where the mask is set.
     #[inline(always)]
     fn and_where(&self, mask: F::Mask, next: Self) -> Self {
@@ -160,19 +141,10 @@ impl<F: Lanes> Sampling<F> {
 
 /// Walks to points of the square.
 #[derive(Clone, Copy)]
-pub struct Locating<F> {
+struct Locating<F> {
     /// The place inside the cell.
-    pub rest: [F; 2],
-    /// The density of the cell.
-    pub product: F,
-}
-
-impl<F: Lanes> Locating<F> {
-    /// In the whole square.
-    #[inline(always)]
-    pub fn whole(s: [F; 2]) -> Self {
-        Locating { rest: s, product: F::splat(1.0) }
-    }
+    rest: [F; 2],
+    product: F,
 }
 
 impl<F: Lanes> Walker<F> for Locating<F> {
@@ -198,17 +170,18 @@ impl<F: Lanes> Walker<F> for Locating<F> {
 /// As many times [`descent::sample`] as there are `u`, at most [`TOGETHER`].
 #[inline(always)]
 pub fn sample<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-    let mut walkers = [Sampling::whole([F::splat(0.0); 2]); GROUPS];
-    let mut starts = [(0, [NO_SQUARE; LANES]); GROUPS];
-    for (((walker, start), density), u) in walkers.iter_mut().zip(&mut starts).zip(groups).zip(u.chunks(LANES)) {
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    let start = Sampling { inside: [zero; 2], index: [zero; 2], width: one, product: one };
+    let (mut walkers, mut walks) = ([start; GROUPS], [0; GROUPS]);
+    for (((walker, walks), density), u) in walkers.iter_mut().zip(&mut walks).zip(groups).zip(u.chunks(LANES)) {
         let [x, y] = columns(u, [0.5; 2]);
-        (*walker, start.1) = density.enter_wide([clamp(F::from_array(x)), clamp(F::from_array(y))]);
-        start.0 = density.positive() & first_lanes(u.len());
+        walker.inside = [clamp(F::from_array(x)), clamp(F::from_array(y))];
+        *walks = density.positive() & first_lanes(u.len());
     }
-    let cells = D::walk_wide(groups, starts, &mut walkers);
+    let cells = D::walk_wide(groups, walks, &mut walkers);
     let parts = u.chunks(LANES).zip(samples.chunks_mut(LANES)).zip(groups);
-    for ((((u, samples), density), (corners, failed)), (walker, (walks, _))) in
-        parts.zip(cells).zip(walkers.iter().zip(starts))
+    for ((((u, samples), density), (corners, failed)), (walker, walks)) in
+        parts.zip(cells).zip(walkers.iter().zip(walks))
     {
         let Sampling { inside, index, width, product } = *walker;
         let place = sample_bilinear(corners, inside);
@@ -236,19 +209,19 @@ pub fn sample<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, u: 
 #[inline(always)]
 pub fn pdf<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
     let zero = F::splat(0.0);
-    let (mut walkers, mut units) = ([Locating::whole([zero; 2]); GROUPS], [0; GROUPS]);
-    let mut starts = [(0, [NO_SQUARE; LANES]); GROUPS];
-    let parts = walkers.iter_mut().zip(starts.iter_mut().zip(&mut units)).zip(groups);
-    for (((walker, (start, units)), density), wi) in parts.zip(wi.chunks(LANES)) {
+    let start = Locating { rest: [zero; 2], product: F::splat(1.0) };
+    let (mut walkers, mut walks, mut units) = ([start; GROUPS], [0; GROUPS], [0; GROUPS]);
+    let parts = walkers.iter_mut().zip(walks.iter_mut().zip(&mut units)).zip(groups);
+    for (((walker, (walks, units)), density), wi) in parts.zip(wi.chunks(LANES)) {
         let [x, y, z] = columns(wi, [0.0; 3]);
-        let (s, unit) = sphere::to_square(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
-        (*walker, start.1) = density.enter_at_wide(s);
-        (start.0, *units) = (density.positive() & first_lanes(wi.len()), F::bits(unit));
+        let (rest, unit) = sphere::to_square(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
+        walker.rest = rest;
+        (*walks, *units) = (density.positive() & first_lanes(wi.len()), F::bits(unit));
     }
-    let cells = D::walk_wide(groups, starts, &mut walkers);
+    let cells = D::walk_wide(groups, walks, &mut walkers);
     let parts = wi.chunks(LANES).zip(values.chunks_mut(LANES)).zip(groups).zip(cells);
-    for ((((wi, values), density), (corners, failed)), ((walker, (walks, _)), units)) in
-        parts.zip(walkers.iter().zip(starts).zip(units))
+    for ((((wi, values), density), (corners, failed)), ((walker, walks), units)) in
+        parts.zip(walkers.iter().zip(walks).zip(units))
     {
         let Locating { rest, product } = *walker;
         let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);

@@ -127,18 +127,13 @@ impl Scene {
     }
 
     fn build_environment(&mut self) {
-        let pyramid = Block::new(&self.environment_config(WIS_STORAGE_PYRAMID), 0);
-        let config = Block::new(&self.environment_config(WIS_STORAGE_SPARSE), 0);
+        let config = Block::new(&self.environment_config(), 0);
         let config = config.pointer().cast();
         let mut rows = [0; 2];
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            // A block for either storage.
-            let mut other = MemorySize::default();
-            expect_ok(wis_environment_size(pyramid.pointer().cast(), &mut other, null_mut()));
             expect_ok(wis_environment_size(config, &mut self.environment_size, null_mut()));
-            self.environment_size.bytes = self.environment_size.bytes.max(other.bytes);
             let (bytes, scratch_bytes) = (self.environment_size.bytes, self.environment_size.scratch_bytes);
             let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
             let work = scratch.pointer().cast();
@@ -163,7 +158,7 @@ impl Scene {
         unsafe {
             expect_ok(wis_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
-            let (map, strata) = (self.environment_config(WIS_STORAGE_SPARSE), strata_config());
+            let (map, strata) = (self.environment_config(), strata_config());
             let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
             let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
             expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
@@ -178,7 +173,7 @@ impl Scene {
     }
 
     fn build_jitter(&mut self) {
-        let map = Block::new(&self.environment_config(WIS_STORAGE_SPARSE), 0);
+        let map = Block::new(&self.environment_config(), 0);
         let (map, labels) = (map.pointer().cast(), labels());
         let mut handle = null();
         // SAFETY: all pointers are valid.
@@ -282,8 +277,8 @@ impl Scene {
         let count = if function.takes("size_t count") || function.takes("uint32_t count") { COUNT } else { 1 };
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
-            "const wis_environment_config *config" => self.environment_config(WIS_STORAGE_SPARSE),
-            "const wis_environment_config *map" => self.environment_config(WIS_STORAGE_SPARSE),
+            "const wis_environment_config *config" => self.environment_config(),
+            "const wis_environment_config *map" => self.environment_config(),
             "const wis_strata_config *config" => strata_config(),
             "const wis_product_config *config" => product_config(),
             "const wis_rotated_config *config" => rotated_config(),
@@ -410,14 +405,14 @@ impl Scene {
         }
     }
 
-    fn environment_config(&self, storage: u32) -> Vec<u8> {
+    fn environment_config(&self) -> Vec<u8> {
         plain(|config: &mut EnvironmentConfig| {
             config.size = size_of::<EnvironmentConfig>() as u32;
             config.layout = WIS_LAYOUT_LATLONG;
             (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
             config.format = WIS_FORMAT_F32;
             config.flags = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
-            config.storage = storage;
+            config.storage = WIS_STORAGE_SPARSE;
             config.resolution = 4;
             config.pixels = self.pixels.as_ptr().cast();
         })

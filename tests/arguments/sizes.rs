@@ -86,7 +86,7 @@ fn large_environments() {
         |c| c.error_budget = -0.0,
     ];
     let bytes = accepted.map(|edit| size(&scene, "wis_environment_size", edit).bytes);
-    // Luminance and the compensated distribution of sparse storage take 16 bytes a square, links 8, RGB 48.
+    // Luminance and the compensated distribution take 16 bytes a square, links 8, RGB 48.
     let squares = (4usize.pow(12) - 1) / 3;
     assert!(bytes[0].abs_diff(squares * 88) < 256, "{bytes:?}");
 }

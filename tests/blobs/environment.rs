@@ -80,8 +80,6 @@ struct Parts {
     marks: usize,
     links: usize,
     compensated: usize,
-    /// The table of a pyramid: starts of cells, and guides.
-    table: [usize; 2],
     rgb: usize,
     end: usize,
 }
@@ -103,19 +101,8 @@ impl Parts {
         });
         let sparse = word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE;
         let compensated = links.saturating_add(if sparse { when(true, 8) } else { (8 * refined).next_multiple_of(16) });
-        let has_compensated = flags & WIS_ENVIRONMENT_COMPENSATED != 0;
-        let starts = compensated.saturating_add(if sparse { when(has_compensated, 16) } else { 16 * refined });
-        let [guides, rgb] = if sparse || !has_compensated {
-            [starts; 2]
-        } else {
-            // Rows, and the columns of each, with their ends; half as many slots as cells.
-            let side = cells.isqrt();
-            let (all, slots) = ((side + 1).saturating_mul(side + 1), (side + 1).saturating_mul((side / 2).max(1)));
-            let guides = starts.saturating_add(all.saturating_mul(4).saturating_add(15) & !15);
-            [guides, guides.saturating_add(slots.saturating_mul(2).saturating_add(15) & !15)]
-        };
-        let end = rgb.saturating_add(when(flags & WIS_ENVIRONMENT_RGB != 0, 48));
-        Parts { marks, links, compensated, table: [starts, guides], rgb, end }
+        let rgb = compensated.saturating_add(when(flags & WIS_ENVIRONMENT_COMPENSATED != 0, 16));
+        Parts { marks, links, compensated, rgb, end: rgb.saturating_add(when(flags & WIS_ENVIRONMENT_RGB != 0, 48)) }
     }
 
     /// How many marks and links there are.
@@ -151,10 +138,7 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
     add_words(&mut hash, header, offset_of!(Header, rgb_average), 3)?;
     let (parts, squares) = (Parts::of(bytes), word(header, offset_of!(Header, squares)) as usize);
     add_words(&mut hash, bytes, SQUARES, 4 * squares)?;
-    let [_, guides] = parts.table;
-    add_words(&mut hash, bytes, parts.compensated, (guides - parts.compensated) / 4)?;
-    let halves = bytes.get(guides..parts.rgb)?.chunks_exact(2);
-    halves.for_each(|guide| hash.add(u16::from_ne_bytes(guide.try_into().unwrap()).into()));
+    add_words(&mut hash, bytes, parts.compensated, (parts.rgb - parts.compensated) / 4)?;
     let [marks, links] = Parts::counts(bytes);
     // A mark is hashed as a link is, but with its halves the other way round.
     let words = bytes.get(parts.marks..parts.marks.checked_add(marks.checked_mul(8)?)?)?;
@@ -309,33 +293,9 @@ fn amounts() {
             for offset in (average..offset_of!(Header, refined)).step_by(4) {
                 assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "average");
             }
-            let squares = (SQUARES..parts.marks).chain(parts.compensated..parts.table[0]).chain(parts.rgb..parts.end);
-            for offset in squares.step_by(4) {
+            for offset in (SQUARES..parts.marks).chain(parts.compensated..parts.end).step_by(4) {
                 assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "square");
             }
-        }
-    }
-}
-
-/// Tables whose cells are not in order, or whose guides lead elsewhere.
-#[test]
-fn tables() {
-    let pyramid = pyramid();
-    let ([starts, guides], rgb) = (Parts::of(&pyramid).table, Parts::of(&pyramid).rgb);
-    assert_eq!([guides - starts, rgb - guides], [112, 32]);
-    for start in 0..25 {
-        let wrong: &[u32] = match start % 5 {
-            0 => &[1, 1 << 30, u32::MAX],
-            4 => &[0, (1 << 30) - 1, (1 << 30) + 1, u32::MAX],
-            _ => &[0, (1 << 30) + 1, u32::MAX],
-        };
-        for number in wrong {
-            assert_refuses(&KIND, &pyramid, starts + 4 * start, &number.to_ne_bytes(), &format!("{start}: {number}"));
-        }
-    }
-    for slot in 0..10 {
-        for cell in [4u16, 1000, u16::MAX] {
-            assert_refuses(&KIND, &pyramid, guides + 2 * slot, &cell.to_ne_bytes(), "guide");
         }
     }
 }

@@ -6,7 +6,7 @@ use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
 use crate::environment::{
     self as kernel, Decoded, Grid, Header, MAGIC, Refined, Refinement, Row, RowError, RowSummary, Spread, Storage,
-    TableParts, Trees,
+    Trees,
 };
 use crate::status::Status;
 use crate::tree::{Link, Mark};
@@ -320,10 +320,6 @@ impl Build {
             let mut trees = Trees {
                 plain: Stored::part(&block, stored.squares),
                 compensated: Stored::part(&block, stored.compensated),
-                table: stored.table.map(|[starts, guides]| TableParts {
-                    starts: Stored::part(&block, starts),
-                    guides: Stored::part(&block, guides),
-                }),
                 rgb: Stored::part(&block, stored.rgb),
             };
             let squares = below.squares.get(..refined as usize).unwrap_or(&[]);
@@ -349,7 +345,6 @@ impl Build {
             let mut trees = Trees {
                 plain: self.block.slice(self.scratch.plain, 0, all),
                 compensated: self.block.slice(self.scratch.compensated, 0, when(config.compensated, all)),
-                table: None,
                 rgb: self.block.slice(self.scratch.rgb, 0, when(config.rgb, all)),
             };
             kernel::complete(config, &self.grid(), &[], &mut trees, &mut header)?;

@@ -2,7 +2,7 @@
 
 use super::super::{Block, WIS_ALIGNMENT};
 use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use crate::environment::{Environment, Header, Inverse, MAGIC};
+use crate::environment::{Environment, Header, MAGIC};
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_DEPTH, Mark, Tree};
 
@@ -15,12 +15,7 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
     };
     tree(header.average, view.squares)?;
     if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 {
-        // The squares below the cells of a pyramid are linked as those of the plain distribution are.
-        match &view.cells {
-            Some(cells) if !cells.is_sound() => return Err(Status::Corrupt),
-            Some(_) => Tree::<4>::check(header.compensated_average, view.compensated)?,
-            None => tree(header.compensated_average, view.compensated).map(drop)?,
-        }
+        tree(header.compensated_average, view.compensated)?;
     }
     let mut colours = view.rgb.iter().flatten().chain([&header.rgb_average]).flatten();
     let finite = [header.power, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value))
@@ -53,10 +48,7 @@ pub(super) struct Stored {
     pub(super) marks: Part,
     pub(super) links: Part,
     pub(super) compensated: Part,
-    /// The starts and the guides of a table.
-    pub(super) table: Option<[Part; 2]>,
     pub(super) rgb: Part,
-    depth: u32,
     pub(super) bytes: usize,
 }
 
@@ -87,17 +79,10 @@ impl Stored {
             squares: part(squares, size_of::<[f32; 4]>()),
             marks: part(when(is_refined, cells.div_ceil(32)), size_of::<Mark>()),
             links: part(linked, size_of::<Link>()),
-            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED), linked), size_of::<[f32; 4]>()),
-            table: None,
-            rgb: Part { offset: 0, count: 0 },
-            depth: counts.depth,
+            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED), squares), size_of::<[f32; 4]>()),
+            rgb: part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
             bytes: 0,
         };
-        if has(WIS_ENVIRONMENT_COMPENSATED) && !counts.sparse {
-            let [starts, guides] = Inverse::lengths(counts.depth);
-            stored.table = Some([part(starts, size_of::<u32>()), part(guides, size_of::<u16>())]);
-        }
-        stored.rgb = part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>());
         stored.bytes = end as usize;
         (stored, end)
     }
@@ -159,9 +144,6 @@ impl Stored {
                 marks: array(header, self.marks),
                 links: array(header, self.links),
                 compensated: array(header, self.compensated),
-                cells: self
-                    .table
-                    .map(|[starts, guides]| Inverse::trusted(self.depth, array(header, starts), array(header, guides))),
                 rgb: array(header, self.rgb),
             }
         }

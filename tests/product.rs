@@ -324,3 +324,27 @@ fn products_have_less_variance_than_the_light_alone() {
         println!("the light alone has {:.1} times the variance (geometric mean)", gain.mean.exp());
     }
 }
+
+/// A narrow lobe is found wherever its peak lies: the density there is a good share of the lobe's own, however few of the
+/// directions that are evaluated come near it. Leaves cannot be much finer than a lobe of 0.001; those that miss a peak
+/// have less than a hundredth of these shares somewhere.
+#[test]
+fn narrow_peaks_are_found() {
+    let environment = Map::latlong(16, 8, |_, _| 1.0).build(512, 0);
+    let mut random = Random(83);
+    for (alpha, share) in [(0.05, 0.3), (0.02, 0.2), (0.01, 0.15), (3e-3, 0.04), (1e-3, 0.008)] {
+        let mut least = f64::INFINITY;
+        for _ in 0..2000 {
+            let (normal, wo) = (random.direction(), random.direction());
+            let cosine = dot(normal, wo);
+            if cosine > 0.3 {
+                let mirror = normalise(std::array::from_fn(|k| 2.0 * cosine * normal[k] - wo[k]));
+                let query = query(normalise(normal), normalise(wo), &[ggx(alpha)]);
+                let density = f64::from(environment.prepare(&query, &product_config()).pdf(mirror));
+                least = least.min(density / f64::from(eval(&query, mirror)[0]));
+            }
+        }
+        println!("alpha {alpha}: at least {least:.3} of the lobe's density at its peak");
+        assert!(least > share, "{alpha}: {least}");
+    }
+}

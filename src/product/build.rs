@@ -2,7 +2,7 @@
 
 use super::base::{BASE, Base};
 use super::cells::{Batch, Cell, NEAR, Room, Scratch};
-use super::peak::is_narrow;
+use super::peak::{Narrow, is_narrow};
 use super::start::level_of_base;
 use super::weigh::{Eight, Families, Floors, leaf_weight, worth};
 use super::{LEAF, Node};
@@ -10,7 +10,7 @@ use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, inverse_power, max};
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
-use crate::sphere::{Frame, cell_chord};
+use crate::sphere::{Frame, cell_chord, square};
 use crate::status::{Result, Status};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
 use crate::wide::ALL;
@@ -144,7 +144,8 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         let narrow = all.filter(|(peak, _)| is_narrow(peak, level_of_base(squares)));
         let mut peaks = [None; MAX_PEAKS];
         for (slot, (peak, value)) in peaks.iter_mut().zip(narrow) {
-            *slot = Some((*peak, value));
+            let place = square(frame.to_map(peak.direction));
+            *slot = Some(Narrow { peak: *peak, value, place });
         }
         let evaluations = options.budget.evaluations(brdf.is_smooth(), peaks[0].is_some());
         Builder {

@@ -13,12 +13,24 @@ const DETAIL: f32 = 2.5;
 const CORE: f32 = 0.5;
 /// Cells of this width and smaller are flat enough to be taken as parallelograms.
 const FLAT_WIDTH: f32 = 1.0 / 32.0;
+/// How much wider than they are the cells are taken to be, as a multiple of their widths on the square.
+const BENT: f32 = 4.0;
 /// No leaf is darker than this share of a peak that it may hold.
 const FLOOR: f32 = 0.1;
 
 /// Whether cells of a level may be too coarse for a peak.
 pub fn is_narrow(peak: &Peak, level: u32) -> bool {
     DETAIL * peak.radii[1] < cell_chord(level)
+}
+
+/// The peak of a narrow lobe.
+#[derive(Clone, Copy)]
+pub struct Narrow {
+    pub peak: Peak,
+    /// The lobe's value there.
+    pub value: f32,
+    /// Where it is on the square.
+    pub place: [f32; 2],
 }
 
 /// Where eight cells lie on the sphere, which may be anything between a quarter of it and a point.
@@ -43,9 +55,9 @@ pub struct Verdict<F: Lanes> {
 }
 
 impl<F: Lanes> Shape<F> {
-    /// Judges a peak of this value.
+    /// Judges a peak.
     #[inline(always)]
-    pub fn judge(&self, peak: &Peak, value: f32) -> Verdict<F> {
+    pub fn judge(&self, &Narrow { ref peak, value, .. }: &Narrow) -> Verdict<F> {
         let near = self.is_near(peak, REACH);
         Verdict {
             near,
@@ -117,15 +129,15 @@ impl<F: Lanes> Axes<F> {
         Axes { centre, basis: Basis::new([scaled(subtract(high1, low1)), scaled(subtract(high2, low2))]) }
     }
 
-    /// What a peak sees.
+    /// What a peak sees of the children, which have this width.
     #[inline(always)]
-    pub fn family(&self, peak: &Peak) -> Family<F> {
+    pub fn family(&self, peak: &Peak, width: F) -> Family<F> {
         let offset = subtract(splat(peak.direction.to_array()), self.centre);
         let [long, short] = peak.radii;
         let u = self.basis.coordinates(splat((peak.along() * long).to_array()));
         let v = self.basis.coordinates(splat((peak.across * short).to_array()));
-        // A peak on the very border, as symmetric scenes have it, belongs to both sides in spite of rounding.
-        let border = F::splat(1.02);
+        // Parallelograms that wide do not lie where the cells do, quite.
+        let border = F::splat(1.02) + F::splat(BENT) * width;
         let radii = [(u[0] * u[0] + v[0] * v[0]).sqrt(), (u[1] * u[1] + v[1] * v[1]).sqrt()];
         let (reach, core) = (F::splat(REACH), F::splat(CORE));
         Family {
@@ -138,9 +150,17 @@ impl<F: Lanes> Axes<F> {
         }
     }
 
-    /// Judges a peak of this value by the `c`-th children, of this width and chord.
+    /// Judges a peak by the `c`-th children: cells of these indices, this width and chord.
     #[inline(always)]
-    pub fn judge(&self, family: &Family<F>, (peak, value): (&Peak, f32), c: u32, width: F, chord: F) -> Verdict<F> {
+    pub fn judge(
+        &self,
+        family: &Family<F>,
+        narrow: &Narrow,
+        c: u32,
+        index: [F; 2],
+        [width, chord]: [F; 2],
+    ) -> Verdict<F> {
+        let &Narrow { ref peak, value, place } = narrow;
         let sides = [F::splat(if c & 2 == 0 { -1.0 } else { 1.0 }), F::splat(if c & 1 == 0 { -1.0 } else { 1.0 })];
         let [along, other] = self.basis.axes;
         let mut offset = family.offset;
@@ -149,18 +169,27 @@ impl<F: Lanes> Axes<F> {
         }
         let distance = dot(offset, offset).sqrt();
         let across = dot(offset, splat(peak.across.to_array()));
-        let place = [(family.place[0] - sides[0]).abs(), (family.place[1] - sides[1]).abs()];
+        let from_centre = [(family.place[0] - sides[0]).abs(), (family.place[1] - sides[1]).abs()];
         let [reach, core] = family.extents;
-        let overlaps = F::and(place[0].le(reach[0]), place[1].le(reach[1]));
-        let near = F::and(overlaps, is_close(peak, REACH, distance, across, chord));
-        let in_core = F::and(place[0].le(core[0]), place[1].le(core[1]));
+        let overlaps = F::and(from_centre[0].le(reach[0]), from_centre[1].le(reach[1]));
+        let in_core = F::and(from_centre[0].le(core[0]), from_centre[1].le(core[1]));
+        let contains = F::and(is_within(index[0], width, place[0]), is_within(index[1], width, place[1]));
+        let near = F::or(contains, F::and(overlaps, is_close(peak, REACH, distance, across, chord)));
+        let in_core = F::or(contains, F::and(in_core, is_close(peak, CORE, distance, across, chord)));
         Verdict {
             near,
             coarse: F::and(near, is_coarse(peak, chord)),
-            holds: F::and(near, F::and(in_core, is_close(peak, CORE, distance, across, chord))),
+            holds: F::and(near, in_core),
             floor: floor(peak, value, width),
         }
     }
+}
+
+/// Whether cells contain a coordinate. One on the very border, as symmetric scenes have it, belongs to both sides.
+#[inline(always)]
+fn is_within<F: Lanes>(index: F, width: F, place: f32) -> F::Mask {
+    let from_centre = (index + F::splat(0.5)) * width - F::splat(place);
+    from_centre.abs().le(F::splat(0.51) * width)
 }
 
 /// Two axes that need not be orthogonal, and their Gram matrix.

@@ -1,7 +1,7 @@
 //! Eight cells side by side: the floor under their corners, what they weigh as leaves, and what splitting them is worth.
 
 use super::Parts;
-use super::peak::{Axes, Family, Shape, Verdict};
+use super::peak::{Axes, Family, Narrow, Shape, Verdict};
 use crate::lobe::{MAX_PEAKS, Peak};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
@@ -21,8 +21,8 @@ pub struct Floors<'a> {
     pub horizon: f32,
     /// The least value of a corner in a leaf that reaches above the horizon (rule 16 of the design).
     pub least: f32,
-    /// The narrow lobes and their values at the peak.
-    pub peaks: [Option<(Peak, f32)>; MAX_PEAKS],
+    /// The peaks of narrow lobes.
+    pub peaks: [Option<Narrow>; MAX_PEAKS],
 }
 
 /// Eight cells.
@@ -54,10 +54,10 @@ impl<F: Lanes> Families<F> {
     #[inline(always)]
     pub fn new(floors: &Floors, new: [V3<F>; 5], width: F) -> Self {
         let axes = Axes::new(new);
-        let first = floors.peaks[0].map_or(Peak::disc(Vec3::Z, 1.0), |(peak, _)| peak);
-        let mut of_peaks = [axes.family(&first); MAX_PEAKS];
-        for (family, (peak, _)) in of_peaks.iter_mut().zip(floors.peaks.iter().flatten()).skip(1) {
-            *family = axes.family(peak);
+        let first = floors.peaks[0].map_or(Peak::disc(Vec3::Z, 1.0), |narrow| narrow.peak);
+        let mut of_peaks = [axes.family(&first, width); MAX_PEAKS];
+        for (family, narrow) in of_peaks.iter_mut().zip(floors.peaks.iter().flatten()).skip(1) {
+            *family = axes.family(&narrow.peak, width);
         }
         Families { axes, of_peaks, flat: F::bits(Axes::are_flat(width)) }
     }
@@ -100,15 +100,15 @@ impl Floors<'_> {
             if nearby & !flat != 0 {
                 // Without this the cells at a narrow peak, whose corners are all dark, are missed.
                 let shape = Shape { centre, chord: cells.chord, width: cells.width };
-                for (peak, value) in self.peaks.iter().flatten() {
-                    let verdict = shape.judge(peak, *value);
+                for narrow in self.peaks.iter().flatten() {
+                    let verdict = shape.judge(narrow);
                     heed(&verdict, nearby & !flat, [&mut near, &mut coarse], &mut floor);
                 }
             }
         }
         if let Some((families, c)) = children.filter(|_| flat != 0) {
-            for ((peak, value), family) in self.peaks.iter().flatten().zip(&families.of_peaks) {
-                let verdict = families.axes.judge(family, (peak, *value), c, cells.width, cells.chord);
+            for (narrow, family) in self.peaks.iter().flatten().zip(&families.of_peaks) {
+                let verdict = families.axes.judge(family, narrow, c, cells.index, [cells.width, cells.chord]);
                 heed(&verdict, flat, [&mut near, &mut coarse], &mut floor);
             }
         }

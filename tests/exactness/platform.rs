@@ -54,21 +54,21 @@ fn add_products(environment: &Environment, digests: &mut Vec<u64>) {
 #[test]
 fn bits_are_on_record() {
     const RECORD: [u64; 15] = [
-        0x9c9d_7c03_c834_9f03,
-        0x820a_e56e_55d6_66d5,
-        0x2567_61f6_2e5d_3c43,
-        0xb7f5_8646_cce8_83c3,
-        0x36a9_756c_834b_83bf,
-        0xed7f_9bc3_37c2_be0f,
-        0x53d3_a801_fd66_dcb9,
-        0x3e19_8d66_4b99_48cf,
-        0xfcdf_14a5_2fe7_0dc7,
-        0x8aea_ddcf_cac1_cee5,
-        0xd522_1c1a_1329_cb5d,
-        0xc2e0_bc7e_a967_9e9d,
-        0xa1dc_0b6c_2615_1a39,
-        0x5d2b_6436_ba7b_abaf,
-        0x2eb8_ca10_0b33_ad97,
+        0xcc2b_3f2e_cbba_d30b,
+        0xc2c7_933b_07e6_4b71,
+        0x4df7_c9b6_c2ec_8a21,
+        0xf2cf_1cf2_e6e4_e63f,
+        0xbf65_8789_3071_14c9,
+        0x616f_2d6d_c7fc_9de7,
+        0x764d_1d9b_453f_a1b3,
+        0xf1c2_a0d7_7754_9cbf,
+        0xe7c0_ad51_bc00_6eff,
+        0xb0f4_af1d_545b_fb49,
+        0xd225_db49_5c08_26e7,
+        0xcda8_5969_d267_ab53,
+        0x42b3_6b00_e130_3073,
+        0x5561_5d0f_3260_d561,
+        0x0d3e_fdd7_2beb_4b79,
     ];
     let map = map();
     let config = map.config(64, WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB);

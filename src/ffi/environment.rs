@@ -569,7 +569,7 @@ pub(super) unsafe fn view<'a>(environment: *const Environment, argument: u32) ->
         return Err(Failure::new(Status::Mismatch, argument));
     }
     // SAFETY: the caller's contract.
-    Ok(unsafe { opened(header) })
+    Ok(unsafe { opened(environment.cast()) })
 }
 
 /// Checks the pointers to the results of a build.

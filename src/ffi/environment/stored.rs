@@ -161,9 +161,9 @@ impl Counts {
 /// The environment that begins with a header.
 ///
 /// # Safety
-/// The header is of an environment that this version built or opened.
+/// The header is of an environment that this version built or opened, and the pointer may reach all of it.
 #[inline(always)]
-pub(super) unsafe fn opened<'a>(header: &'a Header) -> Environment<'a> {
+pub(super) unsafe fn opened<'a>(header: *const Header) -> Environment<'a> {
     // SAFETY: the caller's contract.
-    unsafe { Stored::layout(Counts::of(header), header.flags).0.environment(header) }
+    unsafe { Stored::layout(Counts::of(&*header), (*header).flags).0.environment(header) }
 }

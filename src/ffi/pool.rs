@@ -38,9 +38,9 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// sum of radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (N g), without bias.
 ///
 /// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks; a single
-/// pick goes through the candidates in their own order. A
-/// candidate is picked N weight / weight_sum times in expectation. Weights that are 0 are never picked; if all are 0,
-/// there are no picks and the estimate is 0. WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
+/// pick goes through the candidates in their own order. A candidate is picked N weight / weight_sum times in
+/// expectation. Weights that are 0 are never picked; if all are 0, there are no picks and the estimate is 0.
+/// WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
 ///
 /// `u` in [0, 1) (clamped, NaN counts as 1/2) is one more random number for the whole pool. `scratch` is aligned to
 /// WIS_ALIGNMENT, of wis_pool_size. `pick` holds up to `picks` elements, of which `pick_count` are written. Strides are

@@ -379,7 +379,8 @@ typedef struct wis_product_config {
   const struct wis_prior *prior;
 } wis_product_config;
 
-/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
+/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each. Where the
+/// BRDF is 0 outside a hemisphere, and not narrow, directions outside are asked for as their mirror images inside.
 /// Returns 0; anything else stops the preparation with WIS_CALLBACK_FAILED.
 typedef int (*wis_brdf_batch_fn)(void *user, size_t count, const float *wi, float *f_cos);
 

@@ -18,6 +18,13 @@ use glam::Vec3;
 pub const ALPHA_RANGE: [f32; 2] = [1e-5, 16.0];
 /// The sharpest Phong lobe.
 pub const MAX_EXPONENT: f32 = 1e7;
+/// What is above the horizon is continued below it, negative, so that what is bilinear between both crosses 0 at the
+/// horizon. A broad lobe other than Lambert's rises steeply from the horizon and then less: this share of what it is in the
+/// mirror image has about the slope that it has across a cell.
+const CONTINUED: f32 = 0.25;
+/// Lobes of at least this half-width, in radians, are broad. Narrower ones are not continued: their mirror image would reach
+/// above the horizon.
+const BROAD: f32 = 0.2;
 /// Where a table is widened for reuse, it is divided by no smaller cosine.
 const LEAST_COSINE: f32 = 0.05;
 
@@ -44,6 +51,11 @@ impl Peak {
     }
 }
 
+/// Which share of a lobe that is not Lambert's is continued below the horizon.
+pub fn share_of_lobe(peak: Option<Peak>) -> f32 {
+    if peak.is_none_or(|peak| peak.radii[0] >= BROAD) { CONTINUED } else { 0.0 }
+}
+
 /// What a product asks of a BRDF at a shading point.
 pub trait Brdf {
     /// The normal of the hemisphere outside which the BRDF is 0, or `None` for the whole sphere.
@@ -54,8 +66,8 @@ pub trait Brdf {
     fn is_smooth(&self) -> bool;
     /// The narrow lobes, the first ones first.
     fn peaks(&self) -> [Option<Peak>; MAX_PEAKS];
-    /// Writes the luminance of BRDF x cosine, finite and not negative, for the directions that are asked for; what it
-    /// writes to other lanes is as sound but means nothing.
+    /// Writes the luminance of BRDF x cosine, finite, for the directions that are asked for; what it writes to other lanes
+    /// is as sound but means nothing. It is not negative above the horizon, and not positive below it.
     ///
     /// # Errors
     /// [`Status::CallbackFailed`] if there is no such value.
@@ -74,12 +86,23 @@ pub struct Asked<F> {
     pub lanes: u32,
 }
 
-/// Eight directions in the frame of tangent, bitangent and normal, the cosine widened if hits share the product.
-struct Look<F> {
+/// Eight directions in the frame of tangent, bitangent and normal, the cosine widened if hits share the product. Those below
+/// the horizon, if there is one, are seen as their mirror images above it.
+struct Look<F: Lanes> {
     local: V3<F>,
     unwidened: F,
     /// The cosine, or 1 if it is part of the BRDF.
     factor: F,
+    /// Those below the horizon.
+    below: F::Mask,
+}
+
+impl<F: Lanes> Look<F> {
+    /// The value above the horizon, and its negative below, of which a share is kept.
+    #[inline(always)]
+    fn continued(&self, value: F, share: f32) -> F {
+        F::select(self.below, value * F::splat(-share), value)
+    }
 }
 
 /// A lobe with everything precomputed that does not depend on wi.
@@ -109,6 +132,8 @@ pub struct Lobes<'a> {
     is_diffuse: bool,
     table: Table<'a>,
     prepared: [Prepared; WIS_MAX_LOBES],
+    /// Which share of each is continued below the horizon.
+    shares: [f32; WIS_MAX_LOBES],
     raw: [Lobe; WIS_MAX_LOBES],
 }
 
@@ -139,7 +164,7 @@ impl<'a> Lobes<'a> {
             *slot = prepare(lobe, wo)?;
         }
         let count = lobes.len();
-        Ok(Lobes {
+        let mut all = Lobes {
             normal,
             tangent,
             bitangent,
@@ -151,8 +176,11 @@ impl<'a> Lobes<'a> {
             is_diffuse: lobes.iter().all(|lobe| lobe.kind == WIS_LOBE_LAMBERT),
             table: table.unwrap_or(Table::NOTHING).seen(wo),
             prepared,
+            shares: [0.0; WIS_MAX_LOBES],
             raw: query.lobe,
-        })
+        };
+        all.shares = all.prepared.map(|lobe| all.share(&lobe));
+        Ok(all)
     }
 
     /// Widens cosines, for hits that share a product.
@@ -166,12 +194,35 @@ impl<'a> Lobes<'a> {
         let unwidened = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
         let mut cosine = unwidened;
         if self.reuse.is_wide() {
-            let whole = self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
-            cosine = if whole { self.reuse.widen(cosine.abs()).copysign(cosine) } else { self.reuse.widen(cosine) };
+            cosine = if self.is_whole() {
+                self.reuse.widen(cosine.abs()).copysign(cosine)
+            } else {
+                self.reuse.widen(cosine)
+            };
         }
         let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
         let (x, y) = (dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())));
-        Look { local: [x, y, cosine], unwidened, factor }
+        if self.is_whole() {
+            return Look { local: [x, y, cosine], unwidened, factor, below: F::mask(0) };
+        }
+        let unwidened = if self.reuse.is_wide() { unwidened } else { unwidened.abs() };
+        Look { local: [x, y, cosine.abs()], unwidened, factor, below: cosine.le(F::splat(0.0)) }
+    }
+
+    /// Whether the whole sphere counts: there is no horizon.
+    #[inline(always)]
+    fn is_whole(&self) -> bool {
+        self.flags & WIS_QUERY_WHOLE_SPHERE != 0
+    }
+
+    /// Which share of a lobe is continued below the horizon; nothing if it does not become 0 there.
+    fn share(&self, lobe: &Prepared) -> f32 {
+        let becomes_0 = self.flags & (WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) == 0;
+        match lobe {
+            Prepared::Lambert { .. } if becomes_0 => 1.0,
+            _ if becomes_0 => share_of_lobe(self.peak(lobe)),
+            _ => 0.0,
+        }
     }
 
     /// The luminance of a tabulated lobe.
@@ -187,17 +238,13 @@ impl<'a> Lobes<'a> {
         }
     }
 
-    /// The sum of the lobes' luminances, finite and 0 where they do not reflect.
+    /// The sum of the lobes' luminances, finite.
     #[inline(always)]
-    fn bounded<F: Lanes>(&self, look: &Look<F>, sum: F) -> F {
-        let zero = F::splat(0.0);
-        let bounded = sum.max(zero).min(F::splat(f32::MAX));
-        if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 {
-            bounded
-        } else if self.wo.z > 0.0 {
-            F::select(zero.lt(look.local[2]), bounded, zero)
+    fn bounded<F: Lanes>(&self, sum: F) -> F {
+        if self.is_whole() || self.wo.z > 0.0 {
+            sum.max(F::splat(-f32::MAX)).min(F::splat(f32::MAX))
         } else {
-            zero
+            F::splat(0.0)
         }
     }
 
@@ -334,33 +381,37 @@ impl Brdf for Lobes<'_> {
     #[inline(always)]
     fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
         f_cos.fill(F::splat(0.0));
-        for lobe in self.prepared.iter().take(self.count) {
+        for (lobe, &share) in self.prepared.iter().zip(&self.shares).take(self.count) {
             match *lobe {
                 Prepared::Lambert { albedo } => {
                     for (sum, asked) in f_cos.iter_mut().zip(wi) {
-                        *sum = *sum + self.look(asked.wi).factor * F::splat(albedo);
+                        let look = self.look(asked.wi);
+                        *sum = *sum + look.continued(look.factor * F::splat(albedo), share);
                     }
                 }
                 Prepared::Table { weight } => {
                     for (sum, asked) in f_cos.iter_mut().zip(wi) {
-                        *sum = *sum + self.tabulated(&self.look(asked.wi), weight);
+                        let look = self.look(asked.wi);
+                        *sum = *sum + look.continued(self.tabulated(&look, weight), share);
                     }
                 }
                 _ if !(self.wo.z > 0.0) => {}
                 Prepared::Ggx { .. } => {
                     for (sum, asked) in f_cos.iter_mut().zip(wi) {
-                        *sum = *sum + lobe.ggx(self.wo, &self.look(asked.wi));
+                        let look = self.look(asked.wi);
+                        *sum = *sum + look.continued(lobe.ggx(self.wo, &look), share);
                     }
                 }
                 Prepared::Phong { norm, .. } => {
                     for (sum, asked) in f_cos.iter_mut().zip(wi) {
-                        *sum = *sum + lobe.phong(self.wo, &self.look(asked.wi), norm);
+                        let look = self.look(asked.wi);
+                        *sum = *sum + look.continued(lobe.phong(self.wo, &look, norm), share);
                     }
                 }
             }
         }
-        for (sum, asked) in f_cos.iter_mut().zip(wi) {
-            *sum = self.bounded(&self.look(asked.wi), *sum);
+        for sum in f_cos {
+            *sum = self.bounded(*sum);
         }
         Ok(())
     }

@@ -39,12 +39,12 @@ impl Reuse {
         self.sine
     }
 
-    /// `max(cos(max(0, theta - cone)), 0)` of a cosine: the largest that any of the normals gives.
+    /// `cos(max(0, theta - cone))` of a cosine, the largest that any of the normals gives; below 0 where all are.
     #[inline(always)]
     pub fn widen<F: Lanes>(&self, cosine: F) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let sine = (one - cosine * cosine).max(zero).sqrt();
         let turned = cosine * F::splat(self.cosine) + sine * F::splat(self.sine);
-        F::select(cosine.lt(F::splat(self.cosine)), turned.max(zero), one)
+        F::select(cosine.lt(F::splat(self.cosine)), turned, one)
     }
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
-use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak};
+use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak, share_of_lobe};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
 use crate::product::{self, Budget, Built, Cell, Group, Node, Options, Product as Cells, Room, Scratch};
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
@@ -17,7 +17,7 @@ use crate::simd::{self, BASELINE, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use crate::table::Table;
-use crate::wide::vector::to_arrays;
+use crate::wide::vector::{V3, dot, splat, to_arrays};
 use core::ffi::{c_int, c_void};
 use glam::Vec3;
 
@@ -57,7 +57,8 @@ pub struct ProductConfig {
     pub prior: *const Prior,
 }
 
-/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each.
+/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each. Where the
+/// BRDF is 0 outside a hemisphere, and not narrow, directions outside are asked for as their mirror images inside.
 /// Returns 0; anything else stops the preparation with WIS_CALLBACK_FAILED.
 pub type BrdfBatchFn =
     Option<unsafe extern "C" fn(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int>;
@@ -574,6 +575,8 @@ pub(super) unsafe fn estimate_coloured<'a>(
 pub(super) struct Callback {
     hemisphere: Option<Vec3>,
     peak: Option<Peak>,
+    /// Which share of the BRDF is continued below the horizon.
+    share: f32,
     eval: unsafe extern "C" fn(*mut c_void, usize, *const f32, *mut f32) -> c_int,
     user: *mut c_void,
 }
@@ -595,7 +598,9 @@ impl Callback {
         } else {
             None
         };
-        Ok(Callback { hemisphere: if whole { None } else { Some(normal) }, peak, eval, user: brdf.user })
+        let hemisphere = if whole { None } else { Some(normal) };
+        let share = if whole { 0.0 } else { share_of_lobe(peak) };
+        Ok(Callback { hemisphere, peak, share, eval, user: brdf.user })
     }
 }
 
@@ -655,7 +660,7 @@ impl Callback {
         let mut directions = [[0.0f32; 3]; MOST_GROUPS * LANES];
         let mut count = 0;
         for Asked { wi, lanes } in wi {
-            let [x, y, z] = to_arrays(*wi);
+            let [x, y, z] = to_arrays(self.mirrored(*wi).0);
             for (i, ((&x, &y), &z)) in x.iter().zip(&y).zip(&z).enumerate() {
                 if let Some(slot) = directions.get_mut(count).filter(|_| lanes >> i & 1 == 1) {
                     *slot = [x, y, z];
@@ -667,7 +672,7 @@ impl Callback {
         // SAFETY: both arrays hold `count` elements; the function is the client's.
         let answer = unsafe { (self.eval)(self.user, count, directions.as_ptr().cast(), values.as_mut_ptr()) };
         let mut values = values.into_iter().take(count);
-        for (Asked { lanes, .. }, out) in wi.iter().zip(f_cos) {
+        for (Asked { wi, lanes }, out) in wi.iter().zip(f_cos) {
             let mut eight = [0.0; LANES];
             for (i, slot) in eight.iter_mut().enumerate() {
                 if lanes >> i & 1 == 1 {
@@ -677,9 +682,20 @@ impl Callback {
             if answer != 0 || !eight.iter().all(|f| (0.0..=f32::MAX).contains(f)) {
                 return Err(Status::CallbackFailed);
             }
-            *out = F::from_array(eight);
+            let (value, below) = (F::from_array(eight), self.mirrored(*wi).1);
+            *out = F::select(below, value * F::splat(-self.share), value);
         }
         Ok(())
+    }
+
+    /// Directions, those below a horizon that values continue across as their mirror images; and which these are.
+    fn mirrored<F: Lanes>(&self, wi: V3<F>) -> (V3<F>, F::Mask) {
+        let Some(normal) = self.hemisphere.filter(|_| self.share > 0.0) else { return (wi, F::mask(0)) };
+        let normal = splat(normal.to_array());
+        let below = dot(wi, normal).min(F::splat(0.0));
+        let twice = below + below;
+        let [x, y, z] = [normal[0] * twice, normal[1] * twice, normal[2] * twice];
+        ([wi[0] - x, wi[1] - y, wi[2] - z], below.lt(F::splat(0.0)))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The first values of the BRDF at a shading point: on a grid of 8 x 8 cells of the square, and at its peaks.
 
+use super::build::bounded;
 use crate::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::numeric::{exp2i, exponent, max};
 use crate::simd::{LANES, Lanes};
@@ -150,7 +151,7 @@ impl Base {
         let scale = F::splat(exp2i(-exponent) as f32);
         let mut values = [0.0; GROUPS * LANES];
         for (group, ((eight, f_cos), asked)) in values.chunks_exact_mut(LANES).zip(f_cos).zip(&wi).enumerate() {
-            let f_cos = f_cos * scale;
+            let f_cos = bounded(f_cos * scale);
             eight.copy_from_slice(&f_cos.to_array());
             let base = F::mask(if group + 1 < GROUPS { ALL } else { (1 << (BASE % LANES)) - 1 });
             let above = hemisphere.map_or(base, |n| F::and(base, zero.lt(height::<F>(n, asked.wi))));

@@ -215,7 +215,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         self.brdf.eval(&wi, &mut f_cos)?;
         self.evaluations += (batch.count * NEW) as u32;
         for f in &mut f_cos {
-            *f = (*f * F::splat(self.scale)).min(F::splat(LARGEST));
+            *f = bounded(*f * F::splat(self.scale));
         }
         Ok(New { wi: wi.map(|asked| asked.wi), f_cos })
     }
@@ -361,8 +361,14 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
     }
 }
 
-/// Values above this multiple of the largest of the base are cut, so that products stay finite.
+/// Values above this multiple of the largest of the base are cut, so that products stay finite; so are their negatives.
 const LARGEST: f32 = 1e9;
+
+/// Values within what is stored.
+#[inline(always)]
+pub fn bounded<F: Lanes>(values: F) -> F {
+    values.min(F::splat(LARGEST)).max(F::splat(-LARGEST))
+}
 
 /// The index of child `c` of a cell, both axes in one number.
 fn next_index(index: u32, c: u32) -> u32 {

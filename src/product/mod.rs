@@ -17,7 +17,7 @@ pub use cells::{Cell, Room, Scratch};
 
 use crate::descent::{Density, lerp};
 use crate::environment::Descent;
-use crate::numeric::{inverse_power, select};
+use crate::numeric::{inverse_power, max, select};
 use crate::simd::{LANES, Lanes};
 use crate::tree::{MAX_DEPTH, NO_SQUARE, Tree};
 use crate::wide::{self, ALL, GROUPS, Walker, WideDensity};
@@ -25,13 +25,16 @@ use crate::wide::{self, ALL, GROUPS, Walker, WideDensity};
 /// Set in a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
 
+/// No point of a leaf that reaches above the horizon is darker than this share of its largest corner.
+const LEAF_FLOOR: f32 = 0.05;
+
 /// A node of the tree: four numbers and four words.
 ///
 /// A square, an inner node, holds the average products of its four children and their links: where they stand, with
-/// [`LEAF`] set if they are leaves. A leaf, a cell in which the BRDF is bilinear, holds BRDF x cosine at its corners, not
-/// below the floor; the environment's square for it, or [`NO_SQUARE`]; four times the environment's square above it plus
-/// the child that contains it, or [`NO_SQUARE`]; its index along axis 1, plus 2^16 times that along axis 2; and its level:
-/// it is one of 2^level cells along each axis.
+/// [`LEAF`] set if they are leaves. A leaf, a cell in which the BRDF is bilinear but nowhere below its floor, holds BRDF x
+/// cosine at its corners, which may be negative below the horizon; the environment's square for it, or [`NO_SQUARE`]; four
+/// times the environment's square above it plus the child that contains it, or [`NO_SQUARE`]; its index along axis 1, plus
+/// 2^16 times that along axis 2; and its level: it is one of 2^level cells along each axis.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Node {
@@ -109,13 +112,19 @@ impl Product<'_> {
 #[derive(Clone, Copy)]
 pub struct Part {
     corners: [f32; 4],
+    floor: f32,
     origin: [f32; 2],
     size: f32,
     square: u32,
 }
 
 impl Part {
-    const NOTHING: Part = Part { corners: [0.0; 4], origin: [0.0; 2], size: 1.0, square: NO_SQUARE };
+    /// A whole leaf.
+    fn whole(leaf: &Node) -> Part {
+        let [a, b, c, d] = leaf.values;
+        let floor = LEAF_FLOOR * max(max(a, b), max(c, d));
+        Part { corners: leaf.values, floor, origin: [0.0; 2], size: 1.0, square: leaf.square() }
+    }
 
     /// The BRDF at (x0, y0), (x0, y1), (x1, y0), (x1, y1), in units of the part.
     #[inline(always)]
@@ -126,7 +135,9 @@ impl Part {
         let (y0, y1) = (y + low * self.size, y + high * self.size);
         let (left0, right0) = (lerp(x0, c00, c10), lerp(x0, c01, c11));
         let (left1, right1) = (lerp(x1, c00, c10), lerp(x1, c01, c11));
-        [lerp(y0, left0, right0), lerp(y1, left0, right0), lerp(y0, left1, right1), lerp(y1, left1, right1)]
+        let (a, b) = (lerp(y0, left0, right0), lerp(y1, left0, right0));
+        let (c, d) = (lerp(y0, left1, right1), lerp(y1, left1, right1));
+        [max(a, self.floor), max(b, self.floor), max(c, self.floor), max(d, self.floor)]
     }
 
     /// The masses of the children: their light times the BRDF at their centres.
@@ -143,7 +154,7 @@ impl Part {
         let [x, y] = self.origin;
         let half = |upper: u32| select(upper == 1, size, 0.0);
         let origin = [x + half(c >> 1 & 1), y + half(c & 1)];
-        Part { corners: self.corners, origin, size, square }
+        Part { origin, size, square, ..*self }
     }
 }
 
@@ -162,7 +173,7 @@ impl Density for Product<'_> {
             levels += 1;
         }
         let leaf = self.nodes.get((link & !LEAF) as usize)?;
-        let mut part = Part { corners: leaf.values, square: leaf.square(), ..Part::NOTHING };
+        let mut part = Part::whole(leaf);
         while part.square != NO_SQUARE {
             let c = choose(part.masses(self.light.children(part.square)))?;
             part = part.child(c, self.light.child_square(part.square, c).unwrap_or(NO_SQUARE));
@@ -174,6 +185,7 @@ impl Density for Product<'_> {
 /// Parts of eight leaves.
 struct Parts<F> {
     corners: [F; 4],
+    floor: F,
     origin: [F; 2],
     size: F,
 }
@@ -182,7 +194,9 @@ impl<F: Lanes> Parts<F> {
     /// Whole leaves.
     #[inline(always)]
     fn whole(corners: [F; 4]) -> Self {
-        Parts { corners, origin: [F::splat(0.0); 2], size: F::splat(1.0) }
+        let [a, b, c, d] = corners;
+        let floor = F::splat(LEAF_FLOOR) * a.max(b).max(c.max(d));
+        Parts { corners, floor, origin: [F::splat(0.0); 2], size: F::splat(1.0) }
     }
 
     /// As [`Part::values`].
@@ -195,7 +209,8 @@ impl<F: Lanes> Parts<F> {
         let (left0, right0) = (wide::lerp(x0, c00, c10), wide::lerp(x0, c01, c11));
         let (left1, right1) = (wide::lerp(x1, c00, c10), wide::lerp(x1, c01, c11));
         let (a, b) = (wide::lerp(y0, left0, right0), wide::lerp(y1, left0, right0));
-        [a, b, wide::lerp(y0, left1, right1), wide::lerp(y1, left1, right1)]
+        let (c, d) = (wide::lerp(y0, left1, right1), wide::lerp(y1, left1, right1));
+        [a.max(self.floor), b.max(self.floor), c.max(self.floor), d.max(self.floor)]
     }
 
     /// As [`Part::masses`].

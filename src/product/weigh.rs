@@ -1,16 +1,13 @@
 //! Eight cells side by side: the floor under their corners, what they weigh as leaves, and what splitting them is worth.
 
-use super::Parts;
 use super::peak::{Axes, Family, Narrow, Shape, Verdict};
+use super::{LEAF_FLOOR, Parts};
 use crate::lobe::{MAX_PEAKS, Peak};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
 use crate::wide::sphere::to_world;
 use crate::wide::vector::{V3, direction_in, dot, splat};
 use glam::Vec3;
-
-/// No leaf that reaches above the horizon is darker than this share of its largest corner.
-const LEAF_FLOOR: f32 = 0.05;
 
 /// What bounds the BRDF from below.
 pub struct Floors<'a> {
@@ -113,9 +110,13 @@ impl Floors<'_> {
             }
         }
         let reaches = zero.le(floor);
+        // What lies below the horizon stays negative where nothing but the largest corner sets the floor: the leaf then
+        // has its floor below the horizon, and not what a straight line from 0 has.
+        let (own_floor, lowest) = (floor.le(F::splat(LEAF_FLOOR) * largest), zero - largest);
         let mut corners = cells.corners;
         for corner in &mut corners {
-            *corner = F::only(reaches, corner.max(floor));
+            let below = F::and(own_floor, corner.lt(zero));
+            *corner = F::only(reaches, F::select(below, corner.max(lowest), corner.max(floor)));
         }
         Raised { corners, near, coarse }
     }
@@ -151,10 +152,11 @@ pub fn leaf_weight<F: Lanes>(corners: [F; 4], light: [F; 4]) -> F {
 /// their corners are from what the cells above them would have given.
 #[inline(always)]
 pub fn worth<F: Lanes>(corners: [F; 4], beyond: F, light: F, width: F) -> F {
-    let [a, b, c, d] = corners;
+    let zero = F::splat(0.0);
+    let [a, b, c, d] = [corners[0].max(zero), corners[1].max(zero), corners[2].max(zero), corners[3].max(zero)];
     let mean = F::splat(0.25) * ((a + b) + (c + d));
     let spread = a.max(b).max(c.max(d)) - a.min(b).min(c.min(d));
     let error = F::splat(0.35) * beyond + F::splat(0.03) * spread;
     let worth = width * width * light * error * error / (mean + F::splat(0.3) * error);
-    F::only(F::splat(0.0).lt(mean), worth)
+    F::only(zero.lt(mean), worth)
 }

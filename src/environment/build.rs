@@ -52,8 +52,9 @@ impl Config {
 
     /// The most squares below cells.
     pub fn room(&self) -> usize {
-        // A few per cent of a large map; enough for a sun in a small one.
-        let share = (1usize << (2 * self.depth)) / 64;
+        // At most one for each two of the last level of the pyramid: forests, whose light varies from texel to texel, use
+        // all, most maps far fewer. And enough for a sun in a small map.
+        let share = (1usize << (2 * self.depth)) / 8;
         if self.refined { share.max(4096) } else { 0 }
     }
 

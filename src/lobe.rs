@@ -18,10 +18,12 @@ use glam::Vec3;
 pub const ALPHA_RANGE: [f32; 2] = [1e-5, 16.0];
 /// The sharpest Phong lobe.
 pub const MAX_EXPONENT: f32 = 1e7;
-/// What is above the horizon is continued below it, negative, so that what is bilinear between both crosses 0 at the
-/// horizon. A broad lobe other than Lambert's rises steeply from the horizon and then less: this share of what it is in the
-/// mirror image has about the slope that it has across a cell.
-const CONTINUED: f32 = 0.25;
+/// What is above the horizon is continued below it, negative, so that what is bilinear between both crosses 0 near the
+/// horizon. Of Lambert's lobes this share of what they are in the mirror image: with all of it few samples are lost, but the
+/// bilinear function is far too low where a cell is bent ...
+const CONTINUED_LAMBERT: f32 = 0.4;
+/// ... and of other broad lobes this: they rise steeply from the horizon and then less.
+const CONTINUED: f32 = 0.15;
 /// Lobes of at least this half-width, in radians, are broad. Narrower ones are not continued: their mirror image would reach
 /// above the horizon.
 const BROAD: f32 = 0.2;
@@ -219,7 +221,7 @@ impl<'a> Lobes<'a> {
     fn share(&self, lobe: &Prepared) -> f32 {
         let becomes_0 = self.flags & (WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) == 0;
         match lobe {
-            Prepared::Lambert { .. } if becomes_0 => 1.0,
+            Prepared::Lambert { .. } if becomes_0 => CONTINUED_LAMBERT,
             _ if becomes_0 => share_of_lobe(self.peak(lobe)),
             _ => 0.0,
         }

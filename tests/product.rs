@@ -202,14 +202,13 @@ unsafe extern "C" fn record(user: *mut c_void, count: usize, wi: *const f32, f_c
     0
 }
 
-/// A preparation starts with the corners of 8 x 8 cells of the square, each direction once.
-#[test]
-fn the_base_is_a_grid() {
+/// The directions that a callback with normal +z is asked for at first.
+fn asked_first(flags: u32) -> Vec<[f32; 3]> {
     let environment = sky(16, 8).build(0, 0);
     let mut asked: Vec<[f32; 3]> = Vec::new();
     let brdf = CallbackBrdf {
         size: size_of::<CallbackBrdf>() as u32,
-        flags: WIS_QUERY_WHOLE_SPHERE,
+        flags,
         normal: [0.0, 0.0, 1.0],
         peak: [0.0; 3],
         half_angle: 0.0,
@@ -227,10 +226,21 @@ fn the_base_is_a_grid() {
         assert_eq!(status, Status::Ok);
     }
     assert_eq!(asked.len(), 66);
+    asked
+}
+
+/// A preparation starts with the corners of 8 x 8 cells of the square, each direction once; where the BRDF is 0 outside a
+/// hemisphere, with the mirror images of those outside.
+#[test]
+fn the_base_is_a_grid() {
+    let asked = asked_first(WIS_QUERY_WHOLE_SPHERE);
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
     for point in 0..81 {
         let wi = direction([(point / 9) as f32 / 8.0, (point % 9) as f32 / 8.0]).to_array();
         assert_eq!(asked.iter().filter(|asked| near(**asked, wi)).count(), 1, "{point}: {wi:?}");
+    }
+    for (mirrored, [x, y, z]) in asked_first(0).into_iter().zip(asked) {
+        assert!(near(mirrored, [x, y, z.abs()]), "{mirrored:?}");
     }
 }
 

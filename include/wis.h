@@ -74,7 +74,7 @@
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
 /// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
-/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
+/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
 #define WIS_STORAGE_PYRAMID 1
 
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
@@ -86,7 +86,9 @@
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
-/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64).
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
+/// luminance; that of a lat-long map in a pyramid whose resolution is left to the library keeps the texels instead, 6 to 8
+/// bytes each, and is sampled and asked twice as fast.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.

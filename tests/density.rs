@@ -27,18 +27,18 @@ fn real_maps() -> Vec<(&'static str, Map)> {
 }
 
 /// Counts samples in cells of the square of similar probability, and compares with the integral of the pdf over
-/// each. The pdf must integrate to 1 within 1e-5. Returns the p-value. A fault is the root mean square of the
+/// each. The pdf must integrate to 1 within `exactness`. Returns the p-value. A fault is the root mean square of the
 /// relative errors of the bins' probabilities.
 fn frequencies(
     point: &ShadingPoint,
-    level: u32,
+    (level, exactness): (u32, f64),
     mut sample: impl FnMut([f32; 2]) -> [f32; 3],
     pdf: impl Fn([f32; 3]) -> f32,
 ) -> f64 {
     const SAMPLES: usize = 400_000;
     const TESTS: usize = MAPS * GRID;
     let mut cells = Cell::integrate(level, &|map| f64::from(pdf(point.world(map))));
-    assert!((cells.mass - 1.0).abs() < 1e-5, "the pdf integrates to {}", cells.mass);
+    assert!((cells.mass - 1.0).abs() < exactness, "the pdf integrates to {}", cells.mass);
     let expected: Vec<f64> = cells.join(1.0 / 32.0).iter().map(|mass| mass * SAMPLES as f64).collect();
     let mut observed = vec![0; expected.len()];
     let mut random = Random(level.into());
@@ -59,7 +59,7 @@ fn frequencies_match_the_pdf(name: &str, map: &Map, resolution: u32) {
     let least = grid(map).iter().fold(1.0, |least: f64, point| {
         let product = point.prepare(&environment);
         let level = resolution.ilog2();
-        least.min(frequencies(point, level, |u| product.sample(u).wi, |wi| product.pdf(wi)))
+        least.min(frequencies(point, (level, 1e-5), |u| product.sample(u).wi, |wi| product.pdf(wi)))
     });
     println!(
         "{name}: the smallest p of {GRID} chi-square tests is {least:.1e}, {:.1e} is rejected",
@@ -86,12 +86,16 @@ fn frequencies_match_the_pdf_under_real_maps() {
 
 #[test]
 fn frequencies_match_the_pdf_of_the_light_alone() {
-    for map in [sky(64, 32), sun(1024, 512), one_texel(20, 9)] {
-        let environment = map.build(128, WIS_ENVIRONMENT_COMPENSATED);
+    let [sky, lone] = [sky(64, 32), one_texel(20, 9)];
+    // Of a resolution that is left to the library, the compensated distribution keeps texels.
+    for (map, resolution) in [(sky.clone(), 128), (sun(1024, 512), 128), (lone.clone(), 128), (sky, 0), (lone, 0)] {
+        let environment = map.build(resolution, WIS_ENVIRONMENT_COMPENSATED);
         for (point, distribution) in grid(&map).iter().zip([WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED]) {
             let matrix = Some(&point.world_from_map);
             let sample = |u| environment.sample(distribution, matrix, u).wi;
-            frequencies(point, 7, sample, |wi| environment.pdf(distribution, matrix, wi));
+            // Borders of texels are curves on the square, to which cells do not fit (tests/texels.rs is exact).
+            let exactness = if resolution == 0 { 2e-3 } else { 1e-5 };
+            frequencies(point, (7, exactness), sample, |wi| environment.pdf(distribution, matrix, wi));
         }
     }
 }

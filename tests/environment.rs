@@ -98,8 +98,9 @@ fn cells_are_averages_of_the_map() {
 fn sample_pdf_invert() {
     let mut random = Random(5);
     let map = Map::latlong(64, 32, |_, _| if random.f32() < 0.05 { 1000.0 * random.f32() } else { random.f32() });
-    let environment = map.build(128, WIS_ENVIRONMENT_COMPENSATED);
-    for distribution in [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED] {
+    let environments = [128, 0].map(|resolution| map.build(resolution, WIS_ENVIRONMENT_COMPENSATED));
+    let distributions = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
+    for (environment, distribution) in environments.iter().flat_map(|e| distributions.map(|d| (e, d))) {
         for _ in 0..20_000 {
             let u = [random.f32(), random.f32()];
             let sample = environment.sample(distribution, None, u);

@@ -2,9 +2,10 @@
 //! independent of each other, so the caller's threads may share them and the bits stay the same.
 
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
+use super::latlong::{self, RowNumbers};
 use super::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
 use super::refine::{Refined, Spread};
-use super::{Header, Storage};
+use super::{Header, MOST_CELLS, Storage};
 use crate::morton;
 use crate::numeric::{exp2i, exponent};
 use crate::prune::{self, Pruning};
@@ -35,6 +36,8 @@ pub struct Config {
     pub sanitise: bool,
     /// Cells of a pyramid are refined where light varies within them.
     pub refined: bool,
+    /// The resolution is left to the library, which may keep texels where they take no more room than cells.
+    pub natural: bool,
 }
 
 /// No cell is darker than this share of the mean, unless it is to stay exactly 0 (rule 16).
@@ -61,6 +64,14 @@ impl Config {
     /// Marks for the cells.
     pub fn marks(&self) -> usize {
         if self.refined { (1usize << (2 * self.depth)).div_ceil(32) } else { 0 }
+    }
+
+    /// Rows and columns of texels if the compensated distribution keeps those, else 0.
+    pub fn kept_texels(&self) -> [u32; 2] {
+        let Pixels { layout, width, height, .. } = self.pixels;
+        let fits = width <= MOST_CELLS && height <= MOST_CELLS && self.texels() <= 1 << (2 * self.depth);
+        let kept = self.compensated && self.natural && self.storage == Storage::Pyramid && layout == Layout::LatLong;
+        if kept && fits { [height, width] } else { [0; 2] }
     }
 
     /// The number of texels.
@@ -230,10 +241,22 @@ pub struct Grid<'a> {
 pub struct Trees<'a> {
     /// Luminance.
     pub plain: &'a mut [[f32; 4]],
-    /// The compensated distribution.
+    /// The compensated distribution, if it is a tree.
     pub compensated: &'a mut [[f32; 4]],
+    /// The compensated distribution, if it keeps texels.
+    pub texels: Option<Table<'a>>,
     /// RGB.
     pub rgb: &'a mut [[[f32; 3]; 4]],
+}
+
+/// Where texels are kept: as long as [`super::Inverse::lengths`] tells, and a row each.
+pub struct Table<'a> {
+    /// Starts of rows and texels.
+    pub starts: &'a mut [u32],
+    /// Guides.
+    pub guides: &'a mut [u16],
+    /// Rows as directions.
+    pub rows: &'a mut [RowNumbers],
 }
 
 /// The mean luminance over the sphere, in the units of the input.
@@ -249,6 +272,7 @@ pub(super) fn mean(grid: &Grid, cells: u32) -> f64 {
 /// [`Status::InvalidArgument`] if a slice has the wrong length.
 pub fn complete(
     config: &Config,
+    decoded: Decoded,
     grid: &Grid,
     refined: &[Refined],
     trees: &mut Trees,
@@ -276,7 +300,15 @@ pub fn complete(
     for (square, from) in below.iter_mut().zip(refined) {
         *square = from.luminance.map(|l| value(l) as f32);
     }
-    if config.compensated {
+    if let Some(Table { starts, guides, rows }) = &mut trees.texels {
+        let texels = Dilated { config, decoded };
+        let size = config.kept_texels();
+        header.texels = size.map(|count| count as u16);
+        header.compensated_average = latlong::fill(size, (starts, guides, rows), |[y, x]| {
+            let [luminance] = texels.texel(x, y);
+            compensated(luminance)
+        }) as f32;
+    } else if config.compensated {
         let (heap, below) = halves(trees.compensated, refined)?;
         header.compensated_average = fill(config.depth, heap, |t| compensated(light(t)))?;
         for (square, from) in below.iter_mut().zip(refined) {

@@ -2,26 +2,34 @@
 //!
 //! Two storages stand behind one interface: the exact pyramid, and a sparse tree pruned by an error budget.
 //! On its own an environment samples directions in proportion to its luminance, or to the luminance above the mean
-//! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling).
+//! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling). Nothing is multiplied by
+//! the compensated distribution, so that of a lat-long map may keep its texels in place of a tree.
 
 mod build;
 mod integrate;
+mod inverse;
+mod latlong;
 mod pixels;
 mod polygon;
 mod refine;
+mod texels;
 
 pub use build::{
-    Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
+    Config, Decoded, Grid, Row, Table, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
 };
 pub use integrate::Texels;
+pub use inverse::{Inverse, MOST_CELLS};
+pub use latlong::{LatLong, RowNumbers, fill as fill_texels};
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 pub use refine::{Refined, Refinement, Spread, refine};
 
-use crate::descent::Density;
+use crate::descent::{Density, Sample, Sampled};
 use crate::numeric::{ContentHash, exp2i};
 use crate::simd::{LANES, Lanes};
+use crate::sphere::Frame;
+use crate::status::Result;
 use crate::tree::{Link, Mark, Tree};
-use crate::wide::{ALL, GROUPS, Walker, WideDensity};
+use crate::wide::{ALL, GROUPS, SampledWide, Walker, WideDensity};
 use core::f64::consts::PI;
 
 /// How a tree is stored.
@@ -67,8 +75,8 @@ pub struct Header {
     pub rgb_average: [f32; 3],
     /// Squares below the cells of a pyramid.
     pub refined: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// Rows and columns of texels if the compensated distribution keeps those, else 0.
+    pub texels: [u16; 2],
 }
 
 impl Header {
@@ -79,7 +87,7 @@ impl Header {
 }
 
 /// "wis-env" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x01");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x02");
 
 /// An environment in the caller's memory.
 #[derive(Clone, Copy)]
@@ -92,8 +100,10 @@ pub struct Environment<'a> {
     pub marks: &'a [Mark],
     /// The links of sparse storage, or of the squares below the cells of a pyramid.
     pub links: &'a [Link],
-    /// Child averages of the compensated distribution; empty if not built.
+    /// Child averages of the compensated distribution; empty if not built, or kept as texels.
     pub compensated: &'a [[f32; 4]],
+    /// The compensated distribution as texels; `None` if not built, or kept as a tree.
+    pub texels: Option<LatLong<'a>>,
     /// Child averages of RGB; empty if not built.
     pub rgb: &'a [[[f32; 3]; 4]],
 }
@@ -104,9 +114,19 @@ impl<'a> Environment<'a> {
         self.tree(self.header.average, self.squares)
     }
 
-    /// The luminance above the mean.
-    pub fn compensated(&self) -> Tree<'a, 4> {
-        self.tree(self.header.compensated_average, self.compensated)
+    /// Directions in proportion to the luminance.
+    #[inline(always)]
+    pub fn plain(&self) -> Distribution<'a> {
+        Distribution::Tree(Light(self.light()))
+    }
+
+    /// Directions in proportion to the luminance above the mean.
+    #[inline(always)]
+    pub fn compensated(&self) -> Distribution<'a> {
+        match self.texels {
+            Some(texels) => Distribution::Texels(texels),
+            None => Distribution::Tree(Light(self.tree(self.header.compensated_average, self.compensated))),
+        }
     }
 
     fn tree(&self, average: f32, squares: &'a [[f32; 4]]) -> Tree<'a, 4> {
@@ -140,6 +160,7 @@ impl<'a> Environment<'a> {
         {
             hash.add(word.into());
         }
+        h.texels.into_iter().for_each(|count| hash.add(count.into()));
         hash.add_floats(&h.rgb_average);
         for square in self.squares.iter().chain(self.compensated) {
             hash.add_floats(square);
@@ -153,7 +174,69 @@ impl<'a> Environment<'a> {
         for colour in self.rgb.iter().flatten() {
             hash.add_floats(colour);
         }
+        if let Some(texels) = &self.texels {
+            texels.add_to(&mut hash);
+        }
         hash.finish()
+    }
+}
+
+/// The environment alone, as what can be sampled.
+#[derive(Clone, Copy)]
+pub enum Distribution<'a> {
+    /// Cells of the square.
+    Tree(Light<'a>),
+    /// Texels of a lat-long map.
+    Texels(LatLong<'a>),
+}
+
+impl Sampled for Distribution<'_> {
+    #[inline(always)]
+    fn sample(&self, frame: &Frame, u: [f32; 2]) -> Sample {
+        match self {
+            Distribution::Tree(light) => light.sample(frame, u),
+            Distribution::Texels(texels) => texels.sample(frame, u),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
+        match self {
+            Distribution::Tree(light) => light.pdf(frame, wi),
+            Distribution::Texels(texels) => texels.pdf(frame, wi),
+        }
+    }
+
+    fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
+        match self {
+            Distribution::Tree(light) => light.invert(frame, wi),
+            Distribution::Texels(texels) => texels.invert(frame, wi),
+        }
+    }
+}
+
+impl SampledWide for Distribution<'_> {
+    type One = Self;
+
+    #[inline(always)]
+    fn one(&self, _: usize) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+        match self {
+            Distribution::Tree(light) => light.samples(level, frame, u, samples),
+            Distribution::Texels(texels) => texels.sample_all(level, frame, u, samples),
+        }
+    }
+
+    #[inline(always)]
+    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+        match self {
+            Distribution::Tree(light) => light.pdfs(level, frame, wi, values),
+            Distribution::Texels(texels) => texels.pdf_all(level, frame, wi, values),
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 //! the position of the first pointer of each.
 
 use super::{Checked, Failure, Strided, borrow, out};
-use crate::descent::{self, Density, Sample};
+use crate::descent::{Sample, Sampled};
 use crate::sphere::Frame;
-use crate::wide::{GROUPS, TOGETHER, WideDensity};
+use crate::wide::{SampledWide, TOGETHER};
 
 /// So many calls together cost less in lanes than one by one.
 const FEWEST: usize = 3;
@@ -14,7 +14,7 @@ const FEWEST: usize = 3;
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[inline(always)]
-pub(super) unsafe fn sample<D: Density>(
+pub(super) unsafe fn sample<D: Sampled>(
     (density, frame): (&D, &Frame),
     u: *const [f32; 2],
     sample: *mut Sample,
@@ -23,7 +23,7 @@ pub(super) unsafe fn sample<D: Density>(
     // SAFETY: the caller's contract; `out` checked the pointer that is written.
     unsafe {
         let u = *borrow(u, argument)?;
-        out(sample, argument + 1)?.write(descent::sample(density, frame, u));
+        out(sample, argument + 1)?.write(density.sample(frame, u));
     }
     Ok(())
 }
@@ -33,7 +33,7 @@ pub(super) unsafe fn sample<D: Density>(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[inline(always)]
-pub(super) unsafe fn sample_n<D: WideDensity>(
+pub(super) unsafe fn sample_n<D: SampledWide>(
     (density, frame): (&D, &Frame),
     cpu_level: u32,
     count: usize,
@@ -56,10 +56,10 @@ pub(super) unsafe fn sample_n<D: WideDensity>(
         }
         if here < FEWEST {
             for (lane, (sample, point)) in samples.iter_mut().zip(points.iter()).enumerate() {
-                *sample = descent::sample(density.one(lane), frame, *point);
+                *sample = density.one(lane).sample(frame, *point);
             }
         } else {
-            D::sample_all(cpu_level, [density; GROUPS], frame, points, samples);
+            density.samples(cpu_level, frame, points, samples);
         }
         for (i, sample) in samples.iter().enumerate() {
             // SAFETY: as above.
@@ -77,7 +77,7 @@ pub(super) unsafe fn sample_n<D: WideDensity>(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[inline(always)]
-pub(super) unsafe fn pdf<D: Density>(
+pub(super) unsafe fn pdf<D: Sampled>(
     (density, frame): (&D, &Frame),
     wi: *const [f32; 3],
     pdf: *mut f32,
@@ -87,7 +87,7 @@ pub(super) unsafe fn pdf<D: Density>(
     unsafe {
         let wi = *borrow(wi, argument)?;
         let target = out(pdf, argument + 1)?;
-        target.write(descent::pdf(density, frame, wi).map_err(|status| Failure::new(status, argument))?);
+        target.write(density.pdf(frame, wi).map_err(|status| Failure::new(status, argument))?);
     }
     Ok(())
 }
@@ -97,7 +97,7 @@ pub(super) unsafe fn pdf<D: Density>(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[inline(always)]
-pub(super) unsafe fn pdf_n<D: WideDensity>(
+pub(super) unsafe fn pdf_n<D: SampledWide>(
     (density, frame): (&D, &Frame),
     cpu_level: u32,
     count: usize,
@@ -118,10 +118,10 @@ pub(super) unsafe fn pdf_n<D: WideDensity>(
         }
         if here < FEWEST {
             for (lane, (value, direction)) in values.iter_mut().zip(directions.iter()).enumerate() {
-                *value = descent::pdf(density.one(lane), frame, *direction).unwrap_or(0.0);
+                *value = density.one(lane).pdf(frame, *direction).unwrap_or(0.0);
             }
         } else {
-            D::pdf_all(cpu_level, [density; GROUPS], frame, directions, values);
+            density.pdfs(cpu_level, frame, directions, values);
         }
         for (i, value) in values.iter().enumerate() {
             // SAFETY: as above.
@@ -136,7 +136,7 @@ pub(super) unsafe fn pdf_n<D: WideDensity>(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[inline(always)]
-pub(super) unsafe fn invert<D: Density>(
+pub(super) unsafe fn invert<D: Sampled>(
     (density, frame): (&D, &Frame),
     wi: *const [f32; 3],
     u: *mut [f32; 2],
@@ -146,7 +146,7 @@ pub(super) unsafe fn invert<D: Density>(
     unsafe {
         let wi = *borrow(wi, argument)?;
         let target = out(u, argument + 1)?;
-        target.write(descent::invert(density, frame, wi).map_err(|status| Failure::new(status, argument))?);
+        target.write(density.invert(frame, wi).map_err(|status| Failure::new(status, argument))?);
     }
     Ok(())
 }

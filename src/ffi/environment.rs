@@ -9,11 +9,11 @@ use super::{
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
-use crate::environment::{Header, Light, MAGIC};
+use crate::environment::{Distribution, Header, MAGIC};
 use crate::simd::BASELINE;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Mark, Tree};
+use crate::tree::{Link, Mark};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
@@ -35,7 +35,7 @@ pub const WIS_FORMAT_F16: u32 = 2;
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
 /// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
-/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 64 or 4096 squares take.
+/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
 pub const WIS_STORAGE_PYRAMID: u32 = 1;
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
 pub const WIS_STORAGE_SPARSE: u32 = 2;
@@ -44,7 +44,9 @@ pub const WIS_STORAGE_SPARSE: u32 = 2;
 pub const WIS_ENVIRONMENT_NEAREST: u32 = 1;
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
-/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64).
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
+/// luminance; that of a lat-long map in a pyramid whose resolution is left to the library keeps the texels instead, 6 to 8
+/// bytes each, and is sampled and asked twice as fast.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
 pub const WIS_ENVIRONMENT_RGB: u32 = 8;
@@ -534,18 +536,18 @@ unsafe fn light<'a>(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
-) -> Checked<(Light<'a>, Frame)> {
+) -> Checked<(Distribution<'a>, Frame)> {
     // SAFETY: the caller's contract.
     let environment = unsafe { view(environment, 1)? };
-    let tree = select(&environment, distribution)?;
+    let selected = select(&environment, distribution)?;
     // SAFETY: the caller's contract.
-    Ok((Light(tree), unsafe { frame(world_from_map, 3)? }))
+    Ok((selected, unsafe { frame(world_from_map, 3)? }))
 }
 
-/// The tree of a distribution.
-fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Tree<'a, 4>> {
+/// A distribution by its name.
+fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Distribution<'a>> {
     match distribution {
-        WIS_DISTRIBUTION_PLAIN => Ok(environment.light()),
+        WIS_DISTRIBUTION_PLAIN => Ok(environment.plain()),
         WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
             Ok(environment.compensated())
         }

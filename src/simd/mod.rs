@@ -89,6 +89,10 @@ pub trait Lanes:
     fn transpose_index(rows: [&[u32; 4]; LANES]) -> [Self::Index; 4];
     /// `a` where the mask is set, elsewhere `b`.
     fn select_index(mask: Self::Mask, a: Self::Index, b: Self::Index) -> Self::Index;
+    /// The whole numbers below 2^31 in front of the fractions of numbers from 0 on; of others, anything.
+    fn truncate(self) -> Self::Index;
+    /// The numbers nearest to whole numbers below 2^31; of others, anything.
+    fn from_index(index: Self::Index) -> Self;
     /// The sum, wrapping.
     fn add_index(a: Self::Index, b: Self::Index) -> Self::Index;
     /// Numbers with the bits of whole numbers, which mean nothing as numbers: to be moved together with some that do.

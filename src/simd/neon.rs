@@ -3,10 +3,10 @@
 use super::{LANES, Lanes};
 use core::arch::aarch64::{
     float32x4_t, uint32x4_t, vabsq_f32, vaddq_f32, vaddq_u32, vaddvq_u32, vandq_u32, vbslq_f32, vbslq_u32, vcgtq_f32,
-    vcleq_f32, vcltq_f32, vcltq_u32, vdivq_f32, vdupq_n_f32, vdupq_n_u32, vld1q_f32, vld1q_u32, vmulq_f32, vorrq_u32,
-    vreinterpretq_f32_f64, vreinterpretq_f32_u32, vreinterpretq_f64_f32, vreinterpretq_u32_f32, vshlq_n_u32,
-    vshrq_n_u32, vsqrtq_f32, vst1q_f32, vst1q_u32, vsubq_f32, vsubq_u32, vtstq_u32, vzip1q_f32, vzip1q_f64, vzip2q_f32,
-    vzip2q_f64,
+    vcleq_f32, vcltq_f32, vcltq_u32, vcvtq_f32_u32, vcvtq_u32_f32, vdivq_f32, vdupq_n_f32, vdupq_n_u32, vld1q_f32,
+    vld1q_u32, vmulq_f32, vorrq_u32, vreinterpretq_f32_f64, vreinterpretq_f32_u32, vreinterpretq_f64_f32,
+    vreinterpretq_u32_f32, vshlq_n_u32, vshrq_n_u32, vsqrtq_f32, vst1q_f32, vst1q_u32, vsubq_f32, vsubq_u32, vtstq_u32,
+    vzip1q_f32, vzip1q_f64, vzip2q_f32, vzip2q_f64,
 };
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -225,6 +225,18 @@ impl Lanes for Neon {
     #[inline(always)]
     fn select_index(mask: Whole, a: Whole, b: Whole) -> Whole {
         Self::select_mask(mask, a, b)
+    }
+
+    #[inline(always)]
+    fn truncate(self) -> Whole {
+        // SAFETY: NEON is part of AArch64.
+        Whole(self.0.map(|a| unsafe { vcvtq_u32_f32(a) }))
+    }
+
+    #[inline(always)]
+    fn from_index(index: Whole) -> Self {
+        // SAFETY: NEON is part of AArch64.
+        Neon(index.0.map(|a| unsafe { vcvtq_f32_u32(a) }))
     }
 
     #[inline(always)]

@@ -171,6 +171,16 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn truncate(self) -> [u32; LANES] {
+        self.0.map(|x| x as u32)
+    }
+
+    #[inline(always)]
+    fn from_index(index: [u32; LANES]) -> Self {
+        Portable(index.map(|number| number as f32))
+    }
+
+    #[inline(always)]
     fn add_index(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
         let mut lanes = a;
         for (a, b) in lanes.iter_mut().zip(b) {

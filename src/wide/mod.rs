@@ -8,7 +8,7 @@ pub(crate) mod sphere;
 mod split;
 pub mod vector;
 
-use crate::descent::{self, Density, Sample};
+use crate::descent::{self, Density, Sample, Sampled};
 use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::sphere::{Frame, SPHERE};
 use split::{quad_density, take_quad};
@@ -63,6 +63,37 @@ pub trait WideDensity {
         Self: Sized,
     {
         simd::run(level, Pdfs { groups, frame, wi, values });
+    }
+}
+
+/// What eight lanes can sample and ask at once: any [`WideDensity`], or another map from u to directions.
+pub trait SampledWide {
+    /// What a lane samples.
+    type One: Sampled;
+    /// What a lane samples.
+    fn one(&self, lane: usize) -> &Self::One;
+    /// As many samples as there are `u`, at most [`TOGETHER`], on the lanes of a level.
+    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]);
+    /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
+    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]);
+}
+
+impl<D: WideDensity> SampledWide for D {
+    type One = D::One;
+
+    #[inline(always)]
+    fn one(&self, lane: usize) -> &D::One {
+        WideDensity::one(self, lane)
+    }
+
+    #[inline(always)]
+    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+        D::sample_all(level, [self; GROUPS], frame, u, samples);
+    }
+
+    #[inline(always)]
+    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+        D::pdf_all(level, [self; GROUPS], frame, wi, values);
     }
 }
 
@@ -238,7 +269,7 @@ pub fn pdf<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, wi: &[
 
 /// The columns of at most eight rows; lanes without a row get those of `rest`.
 #[inline(always)]
-fn columns<const N: usize>(rows: &[[f32; N]], rest: [f32; N]) -> [[f32; LANES]; N] {
+pub(crate) fn columns<const N: usize>(rows: &[[f32; N]], rest: [f32; N]) -> [[f32; LANES]; N] {
     let mut columns = rest.map(|x| [x; LANES]);
     for (i, row) in rows.iter().enumerate() {
         for (column, x) in columns.iter_mut().zip(row) {
@@ -250,13 +281,13 @@ fn columns<const N: usize>(rows: &[[f32; N]], rest: [f32; N]) -> [[f32; LANES]; 
 
 /// The bits of the first lanes.
 #[inline(always)]
-fn first_lanes(count: usize) -> u32 {
+pub(crate) fn first_lanes(count: usize) -> u32 {
     if count < LANES { (1 << count) - 1 } else { ALL }
 }
 
 /// As [`descent::clamp`].
 #[inline(always)]
-fn clamp<F: Lanes>(u: F) -> F {
+pub(crate) fn clamp<F: Lanes>(u: F) -> F {
     let number = F::select(u.le(u), u, F::splat(0.5));
     number.max(F::splat(0.0)).min(F::splat(descent::ONE_MINUS_EPSILON))
 }

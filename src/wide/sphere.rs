@@ -11,8 +11,7 @@ pub fn square<F: Lanes>([x, y, z]: [F; 3]) -> [F; 2] {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
     let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();
-    let ratio = ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE));
-    let minor = radius * (ratio * horner(ATAN_TURNS, ratio * ratio));
+    let minor = radius * atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
     let major = radius - minor;
     let steep = ax.lt(ay);
     let (along_x, along_y) = (F::select(steep, minor, major), F::select(steep, major, minor));
@@ -36,9 +35,7 @@ pub fn direction<F: Lanes>(s: [F; 2]) -> [F; 3] {
     let south = (x + y).lt(half);
     let (a, b) = (F::select(south, two * y, one - two * x), F::select(south, two * x, one - two * y));
     let radius = a + b;
-    let turns = a.min(b) / radius.max(F::splat(f32::MIN_POSITIVE));
-    let t = turns * turns;
-    let (sin, cos) = (turns * horner(SIN_TURNS, t), horner(COS_TURNS, t));
+    let (sin, cos) = sin_cos_turns(a.min(b) / radius.max(F::splat(f32::MIN_POSITIVE)));
     let squared = radius * radius;
     let horizontal = radius * (two - squared).sqrt();
     let steep = a.lt(b);
@@ -56,15 +53,40 @@ pub fn to_world<F: Lanes>(frame: &Frame, v: V3<F>) -> V3<F> {
     [dot(splat([a, d, g]), v), dot(splat([b, e, h]), v), dot(splat([c, f, i]), v)]
 }
 
-/// The points of the square for world directions, and whether those are of unit length.
+/// Directions of world space in map space.
 #[inline(always)]
-pub fn to_square<F: Lanes>(frame: &Frame, [x, y, z]: V3<F>) -> ([F; 2], F::Mask) {
+pub fn to_map<F: Lanes>(frame: &Frame, v: V3<F>) -> V3<F> {
+    let [a, b, c, d, e, f, g, h, i] = frame.to_array();
+    [dot(splat([a, b, c]), v), dot(splat([d, e, f]), v), dot(splat([g, h, i]), v)]
+}
+
+/// Directions, normalised, and which are of unit length as [`crate::sphere::unit`] demands it; others mean nothing.
+#[inline(always)]
+pub fn unit<F: Lanes>([x, y, z]: V3<F>) -> (V3<F>, F::Mask) {
     let squared = x * x + y * y + z * z;
     let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
     let length = squared.sqrt();
-    let v = [x / length, y / length, z / length];
-    let [a, b, c, d, e, f, g, h, i] = frame.to_array();
-    (square([dot(splat([a, b, c]), v), dot(splat([d, e, f]), v), dot(splat([g, h, i]), v)]), unit)
+    ([x / length, y / length, z / length], unit)
+}
+
+/// The points of the square for world directions, and whether those are of unit length.
+#[inline(always)]
+pub fn to_square<F: Lanes>(frame: &Frame, world: V3<F>) -> ([F; 2], F::Mask) {
+    let (v, unit) = unit(world);
+    (square(to_map(frame, v)), unit)
+}
+
+/// As [`crate::numeric::atan_turns`].
+#[inline(always)]
+pub fn atan_turns<F: Lanes>(x: F) -> F {
+    x * horner(ATAN_TURNS, x * x)
+}
+
+/// As [`crate::numeric::sin_cos_turns`].
+#[inline(always)]
+pub fn sin_cos_turns<F: Lanes>(x: F) -> (F, F) {
+    let t = x * x;
+    (x * horner(SIN_TURNS, t), horner(COS_TURNS, t))
 }
 
 /// The polynomial with coefficients `c`, lowest first, at `t`.

@@ -28,6 +28,7 @@ fn objects() -> Vec<Vec<u8>> {
         object(|c| (c.flags, c.error_budget) = (WIS_ENVIRONMENT_COMPENSATED, 0.1), varied),
         object(|c| c.error_budget = 1e30, varied),
         refined(),
+        natural(),
         object(|c| c.flags = ALL | WIS_ENVIRONMENT_SANITISE, |i| if i == 7 { f32::NAN } else { varied(i) }),
     ];
     for storage in [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE] {
@@ -81,6 +82,7 @@ struct Parts {
     links: usize,
     compensated: usize,
     rgb: usize,
+    texels: usize,
     end: usize,
 }
 
@@ -101,8 +103,12 @@ impl Parts {
         });
         let sparse = word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE;
         let compensated = links.saturating_add(if sparse { when(true, 8) } else { (8 * refined).next_multiple_of(16) });
-        let rgb = compensated.saturating_add(when(flags & WIS_ENVIRONMENT_COMPENSATED != 0, 16));
-        Parts { marks, links, compensated, rgb, end: rgb.saturating_add(when(flags & WIS_ENVIRONMENT_RGB != 0, 48)) }
+        let [rows, columns] = size_of_texels(bytes);
+        let tree = flags & WIS_ENVIRONMENT_COMPENSATED != 0 && rows == 0;
+        let rgb = compensated.saturating_add(when(tree, 16));
+        let texels = rgb.saturating_add(when(flags & WIS_ENVIRONMENT_RGB != 0, 48));
+        let [starts, guides] = lengths_of_texels([rows, columns]);
+        Parts { marks, links, compensated, rgb, texels, end: texels + 16 * rows + 4 * starts + 2 * guides }
     }
 
     /// How many marks and links there are.
@@ -115,6 +121,19 @@ impl Parts {
             [if refined > 0 { cells.div_ceil(32) } else { 0 }, refined]
         }
     }
+}
+
+/// Rows and columns of texels that the compensated distribution keeps.
+fn size_of_texels(bytes: &[u8]) -> [usize; 2] {
+    let word = word(bytes, offset_of!(Header, texels));
+    [word & 0xffff, word >> 16].map(|count| count as usize)
+}
+
+/// The lengths of their starts, 4 bytes each, and guides, 2 bytes each.
+fn lengths_of_texels([rows, columns]: [usize; 2]) -> [usize; 2] {
+    let starts = (rows + 1 + rows * (columns + 1)).next_multiple_of(4);
+    let guides = (rows.next_power_of_two() + rows * columns.next_power_of_two()).next_multiple_of(8);
+    if rows == 0 { [0; 2] } else { [starts, guides] }
 }
 
 fn content_id(bytes: &[u8]) -> Option<u64> {
@@ -135,6 +154,7 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
     ] {
         hash.add(word(header, offset).into());
     }
+    size_of_texels(header).into_iter().for_each(|count| hash.add(count as u64));
     add_words(&mut hash, header, offset_of!(Header, rgb_average), 3)?;
     let (parts, squares) = (Parts::of(bytes), word(header, offset_of!(Header, squares)) as usize);
     add_words(&mut hash, bytes, SQUARES, 4 * squares)?;
@@ -144,7 +164,17 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
     let words = bytes.get(parts.marks..parts.marks.checked_add(marks.checked_mul(8)?)?)?;
     words.chunks_exact(8).for_each(|mark| hash.add(u64::from(word(mark, 4)) << 32 | u64::from(word(mark, 0))));
     add_links(&mut hash, bytes, parts.links, links)?;
-    add_words(&mut hash, bytes, parts.rgb, (parts.end - parts.rgb) / 4)?;
+    add_words(&mut hash, bytes, parts.rgb, (parts.texels - parts.rgb) / 4)?;
+    let (size, [starts, guides]) = (size_of_texels(header), lengths_of_texels(size_of_texels(header)));
+    let rows = parts.texels..parts.texels.checked_add(16 * size[0])?;
+    let starts = rows.end..rows.end.checked_add(4 * starts)?;
+    // Starts by twos and guides by fours, the first highest.
+    bytes.get(starts.clone())?.chunks_exact(8).for_each(|two| hash.add(long(two, 0).rotate_left(32)));
+    for four in bytes.get(starts.end..starts.end + 2 * guides)?.chunks_exact(8) {
+        let guides = four.chunks_exact(2).map(|guide| u16::from_ne_bytes([guide[0], guide[1]]));
+        hash.add(guides.fold(0, |word, guide| word << 16 | u64::from(guide)));
+    }
+    add_words(&mut hash, bytes, rows.start, rows.len() / 4)?;
     Some(hash.finish())
 }
 
@@ -253,6 +283,27 @@ fn refined() -> Vec<u8> {
     object(edit, |i| if i / 3 == 14 { 1.9 } else { 1.0 })
 }
 
+/// A pyramid whose compensated distribution keeps texels.
+fn natural() -> Vec<u8> {
+    object(|c| (c.storage, c.resolution) = (WIS_STORAGE_PYRAMID, 0), varied)
+}
+
+/// Starts, guides and rows of texels that are not what they were built to be, and other numbers of texels.
+#[test]
+fn texels() {
+    let object = natural();
+    let parts = Parts::of(&object);
+    assert_eq!((size_of_texels(&object), parts.end), ([3, 5], object.len()));
+    for offset in (parts.texels..parts.end).step_by(4) {
+        for number in [1 << 31, u32::MAX] {
+            assert_refuses(&KIND, &object, offset, &number.to_ne_bytes(), "texels");
+        }
+    }
+    for size in [[0u16, 0], [0, 5], [3, 0], [5, 3], [3, 4], [2, 5], [15, 1], [u16::MAX, u16::MAX]] {
+        assert_refuses(&KIND, &object, offset_of!(Header, texels), &size.map(u16::to_ne_bytes).concat(), "size");
+    }
+}
+
 /// Marks and links of refined cells that lead nowhere, twice to the same square, or back.
 #[test]
 fn refinements() {
@@ -308,7 +359,7 @@ fn headers() {
             (offset_of!(Header, flags), &[32, 1 << 31, u32::MAX, 0, WIS_ENVIRONMENT_RGB]),
             (offset_of!(Header, depth), &[0, 1, 13, 32, u32::MAX]),
             (offset_of!(Header, squares), &[0, 1, 4, 6, 1_000_000, 1 << 31, u32::MAX]),
-            (offset_of!(Header, reserved), &[1, u32::MAX]),
+            (offset_of!(Header, texels), &[1, 0x0001_0000, 0x0005_0003, u32::MAX]),
             (BYTES, &[0, 95, 96, 1_000_000, u32::MAX]),
             (0, &[0, 1, u32::MAX]),
         ] {

@@ -117,8 +117,8 @@ impl Batch {
 #[test]
 fn batches_are_single_calls() {
     let mut random = Random(71);
-    for map in maps() {
-        let environment = map.build(64, WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_COMPENSATED);
+    for (map, resolution) in maps().into_iter().flat_map(|map| [(map.clone(), 64), (map, 0)]) {
+        let environment = map.build(resolution, WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_COMPENSATED);
         for (point, count) in grid(&map).iter().zip([0, 1, 2, 3, 7, 8, 9, 31, 64, 100].into_iter().cycle()) {
             let mut batch = Batch::new(&mut random, count);
             let product = point.prepare(&environment);

@@ -3,7 +3,10 @@
 
 use crate::support::{Environment, Map, build, ggx, lambert, product_config, query};
 use crate::{DISTRIBUTIONS, bits};
-use wis::ffi::environment::{EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_SPARSE};
+use wis::ffi::environment::{
+    EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB,
+    WIS_STORAGE_SPARSE,
+};
 use wis::ffi::product::ProductConfig;
 use wis::numeric::ContentHash;
 use wis::points::sobol;
@@ -53,22 +56,24 @@ fn add_products(environment: &Environment, digests: &mut Vec<u64>) {
 /// Environments in both storages, what is drawn from the first, and products of each.
 #[test]
 fn bits_are_on_record() {
-    const RECORD: [u64; 15] = [
-        0xcc2b_3f2e_cbba_d30b,
-        0xc2c7_933b_07e6_4b71,
+    const RECORD: [u64; 17] = [
+        0x634b_1b2c_ffb0_dce7,
+        0x6a69_df8b_e722_3f35,
         0x4df7_c9b6_c2ec_8a21,
-        0xeed0_a95d_c8c7_6511,
-        0x88ce_1481_f306_744d,
-        0x165b_0933_1bdc_f2cb,
-        0x764d_1d9b_453f_a1b3,
-        0xf1c2_a0d7_7754_9cbf,
+        0x22e8_fdee_7751_287d,
+        0x4a70_c19b_7181_4fd7,
+        0x07b8_8fb0_4a52_7255,
+        0x54be_caca_d4cc_f309,
+        0x5fe2_588a_92f1_5615,
         0xf85d_40e7_d298_3837,
-        0xa031_b441_b689_9843,
-        0x73e1_20e8_cadf_a57d,
-        0x0539_8787_d569_af9f,
-        0x42b3_6b00_e130_3073,
-        0x5561_5d0f_3260_d561,
+        0x516c_7f81_96ce_a4cf,
+        0xaceb_8938_fde7_c75f,
+        0x7e08_8701_bd53_dbbd,
+        0x81a4_d1ca_6315_36c9,
+        0xc1f3_2755_4708_02c5,
         0x468d_9bcf_c1f7_2589,
+        0x0079_1907_22af_4091,
+        0xcb2a_ccfd_234b_12d5,
     ];
     let map = map();
     let config = map.config(64, WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB);
@@ -84,5 +89,13 @@ fn bits_are_on_record() {
     }
     digests.push(drawn.finish());
     environments.iter().for_each(|environment| add_products(environment, &mut digests));
+    // A compensated distribution that keeps texels.
+    let natural = map.build(0, WIS_ENVIRONMENT_COMPENSATED);
+    let mut drawn = ContentHash::new();
+    for i in 0..200 {
+        let sample = natural.sample(WIS_DISTRIBUTION_COMPENSATED, None, sobol(5, i));
+        bits(sample).into_iter().for_each(|word| drawn.add(word.into()));
+    }
+    digests.extend([digest(natural.bytes()), drawn.finish()]);
     assert!(digests == RECORD, "{digests:#018x?}");
 }

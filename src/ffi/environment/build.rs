@@ -6,7 +6,7 @@ use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
 use crate::environment::{
     self as kernel, Decoded, Grid, Header, MAGIC, Refined, Refinement, Row, RowError, RowSummary, Spread, Storage,
-    Trees,
+    Table, Trees,
 };
 use crate::status::Status;
 use crate::tree::{Link, Mark};
@@ -279,7 +279,7 @@ impl Build {
             compensated_average: 0.0,
             rgb_average: [0.0; 3],
             refined: 0,
-            reserved: 0,
+            texels: [0; 2],
         }
     }
 
@@ -320,10 +320,18 @@ impl Build {
             let mut trees = Trees {
                 plain: Stored::part(&block, stored.squares),
                 compensated: Stored::part(&block, stored.compensated),
+                texels: None,
                 rgb: Stored::part(&block, stored.rgb),
             };
+            if stored.rows.count > 0 {
+                trees.texels = Some(Table {
+                    starts: Stored::part(&block, stored.starts),
+                    guides: Stored::part(&block, stored.guides),
+                    rows: Stored::part(&block, stored.rows),
+                });
+            }
             let squares = below.squares.get(..refined as usize).unwrap_or(&[]);
-            kernel::complete(config, &self.grid(), squares, &mut trees, &mut header)?;
+            kernel::complete(config, self.decoded(), &self.grid(), squares, &mut trees, &mut header)?;
             copy(below.marks, Stored::part(&block, stored.marks));
             copy(below.links, Stored::part(&block, stored.links));
             header.squares = stored.squares.count as u32;
@@ -345,9 +353,10 @@ impl Build {
             let mut trees = Trees {
                 plain: self.block.slice(self.scratch.plain, 0, all),
                 compensated: self.block.slice(self.scratch.compensated, 0, when(config.compensated, all)),
+                texels: None,
                 rgb: self.block.slice(self.scratch.rgb, 0, when(config.rgb, all)),
             };
-            kernel::complete(config, &self.grid(), &[], &mut trees, &mut header)?;
+            kernel::complete(config, self.decoded(), &self.grid(), &[], &mut trees, &mut header)?;
             let savings = self.block.slice::<f64>(self.scratch.savings, 0, all);
             let planned = kernel::plan(config, &header, trees.plain, savings)?;
             let kept = planned.squares as usize;

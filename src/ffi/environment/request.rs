@@ -29,7 +29,8 @@ impl Request {
     /// The layout with so many squares, of which some lie below the cells of a pyramid.
     pub(super) fn stored(&self, squares: u32, refined: u32) -> Option<Stored> {
         let (depth, sparse) = (self.config.depth, self.config.storage == Storage::Sparse);
-        Stored::new(Counts { squares: squares.checked_add(refined)?, refined, depth, sparse }, self.flags)
+        let (squares, texels) = (squares.checked_add(refined)?, self.config.kept_texels());
+        Stored::new(Counts { squares, refined, depth, sparse, texels }, self.flags)
     }
 
     /// Tells whether a later call of the same build brings the same configuration.
@@ -39,7 +40,8 @@ impl Request {
         for word in [pixels.width, pixels.height, pixels.channels, pixels.layout as u32, pixels.format as u32] {
             hash.add(word.into());
         }
-        for word in [self.flags, self.config.depth, self.config.storage as u32, self.config.refined.into()] {
+        let kinds = [self.config.storage as u32, self.config.refined.into(), self.config.natural.into()];
+        for word in [self.flags, self.config.depth].into_iter().chain(kinds) {
             hash.add(word.into());
         }
         hash.add(self.config.error_budget.to_bits());
@@ -103,6 +105,7 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
         rgb: c.flags & WIS_ENVIRONMENT_RGB != 0,
         sanitise: c.flags & WIS_ENVIRONMENT_SANITISE != 0,
         refined: nearest && c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
+        natural: c.resolution == 0,
     };
     let rows = PixelRows { pixels: c.pixels, stride, row_bytes, row: c.row, user: c.row_user };
     Ok((Request { config, flags: c.flags }, rows))

@@ -2,9 +2,9 @@
 
 use super::super::{Block, WIS_ALIGNMENT};
 use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use crate::environment::{Environment, Header, MAGIC};
+use crate::environment::{Environment, Header, Inverse, LatLong, MAGIC, RowNumbers};
 use crate::status::{Result, Status};
-use crate::tree::{Link, MAX_DEPTH, Mark, Tree};
+use crate::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree};
 
 /// Checks everything in stored bytes that later calls rely on, and that nothing was changed.
 pub(super) fn check_stored(view: &Environment) -> Result<()> {
@@ -14,14 +14,18 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
         _ => Tree::<4>::refined(header.depth, average, squares, view.marks, view.links),
     };
     tree(header.average, view.squares)?;
-    if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 {
-        tree(header.compensated_average, view.compensated)?;
+    match &view.texels {
+        Some(texels) if !texels.is_sound() => return Err(Status::Corrupt),
+        None if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
+            tree(header.compensated_average, view.compensated)?;
+        }
+        _ => {}
     }
     let mut colours = view.rgb.iter().flatten().chain([&header.rgb_average]).flatten();
     let finite = [header.power, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value))
+        && (0.0..=MAX_AVERAGE).contains(&header.compensated_average)
         && colours.all(|channel| (0.0..=f32::MAX).contains(channel));
-    let unchanged = header.reserved == 0 && header.content_id == view.content_id();
-    if finite && unchanged { Ok(()) } else { Err(Status::Corrupt) }
+    if finite && header.content_id == view.content_id() { Ok(()) } else { Err(Status::Corrupt) }
 }
 
 /// How many squares a stored environment has.
@@ -32,6 +36,8 @@ pub(super) struct Counts {
     pub(super) refined: u32,
     pub(super) depth: u32,
     pub(super) sparse: bool,
+    /// Rows and columns of texels that the compensated distribution keeps.
+    pub(super) texels: [u32; 2],
 }
 
 /// Where an array stands, and its length.
@@ -49,6 +55,9 @@ pub(super) struct Stored {
     pub(super) links: Part,
     pub(super) compensated: Part,
     pub(super) rgb: Part,
+    pub(super) rows: Part,
+    pub(super) starts: Part,
+    pub(super) guides: Part,
     pub(super) bytes: usize,
 }
 
@@ -75,12 +84,17 @@ impl Stored {
         let cells = 1u64 << ((2 * counts.depth) & 31);
         let is_refined = !counts.sparse && refined > 0;
         let linked = if counts.sparse { squares } else { refined };
+        let keeps = counts.texels[0] != 0;
+        let [starts, guides] = Inverse::lengths(counts.texels);
         let mut stored = Stored {
             squares: part(squares, size_of::<[f32; 4]>()),
             marks: part(when(is_refined, cells.div_ceil(32)), size_of::<Mark>()),
             links: part(linked, size_of::<Link>()),
-            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED), squares), size_of::<[f32; 4]>()),
+            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED) && !keeps, squares), size_of::<[f32; 4]>()),
             rgb: part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
+            rows: part(when(keeps, counts.texels[0].into()), size_of::<RowNumbers>()),
+            starts: part(when(keeps, starts), size_of::<u32>()),
+            guides: part(when(keeps, guides), size_of::<u16>()),
             bytes: 0,
         };
         stored.bytes = end as usize;
@@ -94,6 +108,12 @@ impl Stored {
         }
         let sparse = header.storage == WIS_STORAGE_SPARSE;
         if header.refined > header.squares || (sparse && header.refined != 0) {
+            return None;
+        }
+        let [rows, columns] = header.texels;
+        let none = rows == 0 && columns == 0;
+        let kept = rows > 0 && columns > 0 && !sparse && header.flags & WIS_ENVIRONMENT_COMPENSATED != 0;
+        if !none && !kept {
             return None;
         }
         Stored::new(Counts::of(header), header.flags)
@@ -145,6 +165,13 @@ impl Stored {
                 links: array(header, self.links),
                 compensated: array(header, self.compensated),
                 rgb: array(header, self.rgb),
+                texels: if self.rows.count == 0 {
+                    None
+                } else {
+                    let (starts, guides) = (array(header, self.starts), array(header, self.guides));
+                    let inverse = Inverse::trusted((*header).texels.map(u32::from), starts, guides);
+                    Some(LatLong::trusted((*header).compensated_average, inverse, array(header, self.rows)))
+                },
             }
         }
     }
@@ -153,8 +180,8 @@ impl Stored {
 impl Counts {
     #[inline(always)]
     fn of(header: &Header) -> Counts {
-        let Header { squares, refined, depth, storage, .. } = *header;
-        Counts { squares, refined, depth, sparse: storage == WIS_STORAGE_SPARSE }
+        let Header { squares, refined, depth, storage, texels, .. } = *header;
+        Counts { squares, refined, depth, sparse: storage == WIS_STORAGE_SPARSE, texels: texels.map(u32::from) }
     }
 }
 

@@ -50,7 +50,8 @@ pub enum Method {
     WisPrior,
     /// `WisPool` with that prior.
     WisPoolPrior(usize),
-    /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF.
+    /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF, of mirrors a quarter and
+    /// the rest.
     WisPool(usize),
     /// The library's pool with candidates of the product instead of the light.
     WisTreePool(usize),
@@ -159,20 +160,24 @@ impl Method {
     }
 }
 
-/// The sampler that the library's header names ("Which sampler") for a material, samples of a point and hits of a pixel.
-fn by_rule(material: &Material, n: usize, hits: usize) -> Method {
+/// The sampler that the library's header names ("Which sampler") for samples of a point and hits of a pixel.
+fn by_rule(setting: &Setting, n: usize, hits: usize) -> Method {
+    let material = setting.material;
     let half_angle = material.widest_half_angle();
-    // Lambert's lobes have no peak to resolve: a product of theirs costs no more than one pick of a pool.
-    let enough = if material.is_lambert() { 4 } else { 16 };
+    let enough = match half_angle {
+        // Lambert's lobes have no peak to resolve: a product of theirs costs no more than one pick of a pool.
+        _ if material.is_lambert() => 4,
+        0.1.. => 16,
+        0.02.. => 64,
+        _ => usize::MAX,
+    };
     if material.measured.is_some() {
         // A pool evaluates four candidates a pick and more: not where an evaluation is dear.
         Method::Wis
     } else if half_angle >= 0.02 && hits > 1 {
         Method::WisReuse
-    } else if n < enough || half_angle < 0.02 {
+    } else if n < enough || setting.has_sun {
         Method::WisPool(candidates(n))
-    } else if half_angle < 0.1 {
-        Method::WisTreePool(candidates(n))
     } else {
         Method::Wis
     }
@@ -195,6 +200,8 @@ pub struct Lit<'a> {
     pub compensated: Texels,
     pub strata: Stratified,
     pub grid: Grid,
+    /// Whether one texel gives a tenth of the light.
+    pub has_sun: bool,
 }
 
 impl<'a> Lit<'a> {
@@ -203,7 +210,8 @@ impl<'a> Lit<'a> {
     pub fn new(light: &'a Light, environment: &'a Environment) -> client::Result<Lit<'a>> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
         let strata = Stratified::new(light)?;
-        Ok(Lit { light, environment, plain, compensated, strata, grid: Grid::new(light) })
+        let has_sun = plain.largest() > 0.1;
+        Ok(Lit { light, environment, plain, compensated, strata, grid: Grid::new(light), has_sun })
     }
 }
 
@@ -216,14 +224,15 @@ pub struct Setting<'a> {
     compensated: &'a Texels,
     strata: &'a Stratified,
     grid: &'a Grid,
+    has_sun: bool,
     pub preparation: Preparation,
 }
 
 impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
-        let &Lit { light, environment, ref plain, ref compensated, ref strata, ref grid } = lit;
+        let &Lit { light, environment, ref plain, ref compensated, ref strata, ref grid, has_sun } = lit;
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-        Setting { light, environment, material, plain, compensated, strata, grid, preparation }
+        Setting { light, environment, material, plain, compensated, strata, grid, has_sun, preparation }
     }
 }
 
@@ -305,7 +314,7 @@ impl Estimator {
         pass: u32,
         n: usize,
     ) -> client::Result<&[Pick]> {
-        let method = if method == Method::WisRule { by_rule(setting.material, n, self.hits) } else { method };
+        let method = if method == Method::WisRule { by_rule(setting, n, self.hits) } else { method };
         let Estimator { product, hits, shared, first, dense, dense_for, prior, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
         sampler.picks.clear();
@@ -494,7 +503,7 @@ impl Sampler {
         self.density_pool(&light, setting, bsdf, n, k, prior)
     }
 
-    /// Candidates half of a density of the library and half of the BRDF.
+    /// Candidates half of a density of the library and half of the BRDF, of mirrors a quarter and the rest.
     fn density_pool(
         &mut self,
         density: &impl Density,
@@ -504,12 +513,15 @@ impl Sampler {
         k: usize,
         prior: Option<&raw::wis_prior>,
     ) -> client::Result<()> {
-        let half = n * k / 2;
-        self.batch.from_density(density, half)?;
-        self.batch.from_bsdf(bsdf, half);
+        let mirrors = setting.material.widest_half_angle() < 0.02;
+        let drawn = n * k / if mirrors { 4 } else { 2 };
+        let counts = [drawn, n * k - drawn];
+        self.batch.from_density(density, counts[0])?;
+        self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(density)?;
         self.batch.evaluate(bsdf, setting.light, setting.plain);
-        self.batch.weigh_by_drawn(|drawn, bsdf| F8::splat(half as f32) * (drawn + bsdf));
+        let counts = counts.map(|count| F8::splat(count as f32));
+        self.batch.weigh_by_drawn(|drawn, bsdf| counts[0] * drawn + counts[1] * bsdf);
         let Some(prior) = prior else { return self.pick(n) };
         // Candidates weigh what is likely to be seen of them, and their picks make up for it.
         self.factors.resize(self.batch.len(), 0.0);

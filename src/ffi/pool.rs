@@ -29,9 +29,10 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
 /// nothing is prepared, or where lobes are too narrow for a product.
 ///
-/// Draw k N candidates, half of them from wis_environment_sample_lanes with WIS_DISTRIBUTION_COMPENSATED (or from
-/// wis_product_sample_lanes where a product is prepared) and half from the BRDF. Good choices are k = 16 for a single
-/// pick (up to eight samples in a call cost little more than two), 8 for up to four picks and 4 for more.
+/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_environment_sample_lanes with
+/// WIS_DISTRIBUTION_COMPENSATED, or from wis_product_sample_lanes where a product is prepared, and the others from the
+/// BRDF. Good choices are k = 16 for a single pick (up to eight samples in a call cost little more than two), 8 for up to
+/// four picks and 4 for more.
 /// With g = luminance of radiance x BRDF x cosine, by the client's own evaluation, the weight of candidate x is
 /// g(x) / (n_e p_e(x) + n_b p_b(x)), for n_e and n_b candidates from densities p_e and p_b. Then `picks` = N rays,
 /// fewer where a candidate is picked more than once, give the estimate

@@ -87,7 +87,7 @@
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
-/// luminance; that of a lat-long map in a pyramid whose resolution is left to the library keeps the texels instead, 6 to 8
+/// luminance; that of a lat-long or cube map in a pyramid whose resolution is left to the library keeps the texels instead, 6 to 8
 /// bytes each, and is sampled and asked twice as fast.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 

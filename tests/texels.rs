@@ -1,4 +1,4 @@
-//! The compensated distribution that keeps the texels of a lat-long map: its tables, its directions, its densities.
+//! The compensated distribution that keeps the texels of a map: its tables, its directions, its densities.
 
 mod support;
 
@@ -6,15 +6,16 @@ use std::f64::consts::{PI, TAU};
 use support::maps::sky;
 use support::scenes::matrices;
 use support::vector::{rotate, single};
-use support::{Environment, Map, Random};
+use support::{Environment, Map, Random, normalise};
 use wis::descent::{Sample, Sampled};
-use wis::environment::{Inverse, LatLong, RowNumbers, fill_texels};
+use wis::environment::{Cube, Inverse, LatLong, RowNumbers, Shape, TexelMap};
 use wis::ffi::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST,
+    WIS_LAYOUT_CUBE,
 };
 use wis::points::sobol;
 use wis::simd::{Lanes, Native, Portable};
-use wis::sphere::{Frame, latlong_direction, latlong_solid_angle};
+use wis::sphere::{Frame, cube_direction, cube_solid_angle, latlong_direction, latlong_solid_angle};
 use wis::wide::TOGETHER;
 
 const FLAGS: u32 = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST;
@@ -51,12 +52,12 @@ struct Tables {
 }
 
 impl Tables {
-    fn new(size: [u32; 2], value: impl Fn([u32; 2]) -> f64) -> Tables {
+    fn new<S: Shape>(size: [u32; 2], value: impl Fn([u32; 2]) -> f64) -> Tables {
         let [starts, guides] = Inverse::lengths(size).map(|len| len as usize);
         // Nothing of what stood there before may remain.
         let (mut starts, mut guides) = (vec![u32::MAX; starts], vec![u16::MAX; guides]);
         let mut rows = vec![[f32::NAN; 4]; size[0] as usize];
-        let mean = fill_texels(size, (&mut starts, &mut guides, &mut rows), value);
+        let mean = TexelMap::<S>::fill(size, (&mut starts, &mut guides, &mut rows), value);
         Tables { size, starts, guides, rows, mean }
     }
 
@@ -64,8 +65,8 @@ impl Tables {
         Inverse::trusted(self.size, &self.starts, &self.guides)
     }
 
-    fn texels(&self) -> LatLong<'_> {
-        let texels = LatLong::trusted(self.mean as f32, self.inverse(), &self.rows);
+    fn texels<S: Shape>(&self) -> TexelMap<'_, S> {
+        let texels = TexelMap::trusted(self.mean as f32, self.inverse(), &self.rows);
         assert!(texels.is_sound());
         texels
     }
@@ -75,7 +76,7 @@ impl Tables {
 #[test]
 fn widths_are_shares() {
     for (name, weight) in weights() {
-        let tables = Tables::new(SIZE, weight);
+        let tables = Tables::new::<LatLong>(SIZE, weight);
         let (inverse, solid) = (tables.inverse(), |i| latlong_solid_angle(COLUMNS, ROWS, i));
         let row = |i: u32| (0..COLUMNS).map(|j| weight([i, j]) * solid(i)).sum::<f64>();
         let sum: f64 = (0..ROWS).map(row).sum();
@@ -100,7 +101,7 @@ fn widths_are_shares() {
 #[test]
 fn positions_lead_to_their_cells() {
     for (name, weight) in weights() {
-        let tables = Tables::new(SIZE, weight);
+        let tables = Tables::new::<LatLong>(SIZE, weight);
         let inverse = tables.inverse();
         let lit = (0..ROWS).filter(|&i| inverse.row(i).width > 0).map(Some);
         for row in [None].into_iter().chain(lit) {
@@ -131,8 +132,8 @@ fn positions_lead_to_their_cells() {
 /// Tables with any one number changed are not what is written.
 #[test]
 fn changed_tables_are_not_sound() {
-    let mut tables = Tables::new([3, 5], |[i, j]| f64::from(i + 2 * j));
-    let sound = |t: &Tables| LatLong::trusted(t.mean as f32, t.inverse(), &t.rows).is_sound();
+    let mut tables = Tables::new::<LatLong>([3, 5], |[i, j]| f64::from(i + 2 * j));
+    let sound = |t: &Tables| TexelMap::<LatLong>::trusted(t.mean as f32, t.inverse(), &t.rows).is_sound();
     assert!(sound(&tables));
     for i in 0..tables.guides.len() {
         tables.guides[i] ^= 1;
@@ -193,6 +194,42 @@ fn densities_are_those_of_texels() {
     }
 }
 
+/// A cube map with another value in every texel.
+fn varied_cube(width: u32) -> Map {
+    Map { layout: WIS_LAYOUT_CUBE, ..varied(width, 6 * width) }
+}
+
+/// So it is for a cube map, up to the Jacobian of its faces, and integrates to 1.
+#[test]
+fn densities_are_those_of_texels_of_a_cube() {
+    for width in [1, 2, 5, 64] {
+        let map = varied_cube(width);
+        let environment = map.build(0, FLAGS);
+        let edges = |i: u32| [i, i + 1].map(|i| 2.0 * f64::from(i) / f64::from(width) - 1.0);
+        let texels = || (0..6 * width).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let radiance = |x: u32, y: u32| f64::from(map.pixels[(y * width + x) as usize]);
+        let solid = |x: u32, y: u32| cube_solid_angle(edges(x), edges(y % width));
+        let mean = texels().map(|(x, y)| radiance(x, y) * solid(x, y)).sum::<f64>() / (4.0 * PI);
+        let value = |x: u32, y: u32| (radiance(x, y) - mean).max(radiance(x, y) / 64.0);
+        let power: f64 = texels().map(|(x, y)| value(x, y) * solid(x, y)).sum();
+        // The mean over cells of the square is that over a cube's texels within 1e-5 or so, times what is above it.
+        assert!((environment.power(WIS_DISTRIBUTION_COMPENSATED) / power - 1.0).abs() < 3e-4, "{width}");
+        for (x, y) in texels().filter(|(x, y)| width < 9 || (x * 31 + y * 17) % 19 == 0) {
+            // Uniform on the plane: 1 over the area of the texel there, times 1 / m^3.
+            let share = value(x, y) * solid(x, y) / power;
+            let on_plane = share * (f64::from(width) / 2.0).powi(2);
+            for (a, b) in [(0.5, 0.5), (0.01, 0.02), (0.99, 0.98)] {
+                let [s, t] = [(x, a), (y % width, b)].map(|(i, c)| edges(i)[0] + 2.0 * c / f64::from(width));
+                let d = cube_direction(y / width, s, t);
+                let expected = on_plane * (1.0 + s * s + t * t).powf(1.5);
+                let found = pdf(&environment, None, normalise(d));
+                let allowed = 1e-3 + 2f64.powi(-20) / share.min(1.0);
+                assert!((found / expected - 1.0).abs() < allowed, "{x} {y} of {width}: {found} {expected}");
+            }
+        }
+    }
+}
+
 /// A client with a filter: the texel's average of the bilinear function, which no lone texel's neighbours lack.
 #[test]
 fn texels_spread_to_their_neighbours() {
@@ -209,8 +246,9 @@ fn texels_spread_to_their_neighbours() {
 #[test]
 fn samples_stay_in_their_texels() {
     let mut random = Random(47);
-    for (width, height) in SIZES.into_iter().chain([(4096, 2048)]) {
-        let map = varied(width, height);
+    let latlong = SIZES.into_iter().chain([(2048, 1024)]).map(|(width, height)| varied(width, height));
+    for map in latlong.chain([1, 2, 7, 128].map(varied_cube)) {
+        let (width, height) = (map.width, map.height);
         let environment = map.build(0, FLAGS);
         for matrix in matrices() {
             for _ in 0..if width > 100 { 200_000 } else { 20_000 } {
@@ -219,7 +257,13 @@ fn samples_stay_in_their_texels() {
                     // Next to a border, or at it.
                     let place = [0, 1].map(|_| f64::from((random.f32() * 3.0).round() - 1.0) * 1e-8);
                     let texel = [width, height].map(|n| (random.f64() * f64::from(n)).floor() / f64::from(n));
-                    let d = latlong_direction([texel[0] + place[0], (texel[1] + place[1]).clamp(0.0, 1.0)]);
+                    let d = if map.layout == WIS_LAYOUT_CUBE {
+                        let face = (texel[1] * 6.0) as u32;
+                        let [s, t] = [texel[0] * 2.0 - 1.0, texel[1] * 12.0 - f64::from(2 * face) - 1.0];
+                        support::vector::unit(cube_direction(face, s + place[0], t + place[1]))
+                    } else {
+                        latlong_direction([texel[0] + place[0], (texel[1] + place[1]).clamp(0.0, 1.0)])
+                    };
                     let wi = single(rotate(&matrix, d));
                     let inverted = environment.invert(WIS_DISTRIBUTION_COMPENSATED, Some(&matrix), wi);
                     u = inverted.expect("every texel is lit");
@@ -236,8 +280,8 @@ fn samples_stay_in_their_texels() {
 /// Inversion leads back, within what rounding moves a direction in its texel.
 #[test]
 fn inversion_leads_back() {
-    let (mut random, tables) = (Random(67), Tables::new(SIZE, |[i, j]| f64::from(i * i + 3 * j + 1)));
-    let (texels, inverse) = (tables.texels(), tables.inverse());
+    let (mut random, tables) = (Random(67), Tables::new::<LatLong>(SIZE, |[i, j]| f64::from(i * i + 3 * j + 1)));
+    let (texels, inverse) = (tables.texels::<LatLong>(), tables.inverse());
     for matrix in matrices() {
         let frame = Frame::new(&matrix).unwrap();
         for _ in 0..20_000 {
@@ -279,10 +323,10 @@ fn every_texel_is_reached() {
 fn directions_are_uniform_in_a_texel() {
     for (texel, height) in [([0, 3], 8), ([7, 1], 8), ([2, 6], 5), ([0, 0], 1)] {
         let [row, column] = texel;
-        let tables = Tables::new([height, 8], |t| if t == texel { 1.0 } else { 0.0 });
+        let tables = Tables::new::<LatLong>([height, 8], |t| if t == texel { 1.0 } else { 0.0 });
         let (mut mean, mut square, count) = ([0.0; 2], [0.0; 2], 1 << 12);
         for i in 0..count {
-            let [x, y, z] = tables.texels().sample(&Frame::IDENTITY, sobol(3, i)).wi.map(f64::from);
+            let [x, y, z] = tables.texels::<LatLong>().sample(&Frame::IDENTITY, sobol(3, i)).wi.map(f64::from);
             let edge = |k: u32| (PI * f64::from(k) / f64::from(height)).cos();
             let down = (edge(row) - z) / (edge(row) - edge(row + 1));
             let along = (y.atan2(x) / TAU).rem_euclid(1.0) * 8.0 - f64::from(column);
@@ -298,6 +342,34 @@ fn directions_are_uniform_in_a_texel() {
     }
 }
 
+/// Of a cube map they are uniform on the plane of the face, and inversion leads back.
+#[test]
+fn directions_are_uniform_on_a_face() {
+    for face in 0..6 {
+        let (texel, size) = ([3 * face + 1, 2], [18, 3]);
+        let tables = Tables::new::<Cube>(size, |t| if t == texel { 1.0 } else { 0.0 });
+        let texels = tables.texels::<Cube>();
+        let (mut mean, mut square, count) = ([0.0; 2], [0.0; 2], 1 << 12);
+        for i in 0..count {
+            let u = sobol(3, i);
+            let sample = texels.sample(&Frame::IDENTITY, u);
+            let back = texels.invert(&Frame::IDENTITY, sample.wi).unwrap();
+            assert!((0..2).all(|k| (back[k] - u[k]).abs() < 1e-5), "{u:?} {back:?}");
+            let (found, [s, t]) = wis::sphere::cube(sample.wi.map(f64::from));
+            assert_eq!(found, face);
+            // The texel is the middle of the last column, as wide as a third of the face.
+            for (k, place) in [t * 3.0 - 1.0, s * 3.0 - 2.0].into_iter().enumerate() {
+                assert!((-1e-5..1.00001).contains(&place), "{face}: {place}");
+                mean[k] += place / f64::from(count);
+                square[k] += place * place / f64::from(count);
+            }
+        }
+        for k in [0, 1] {
+            assert!((mean[k] - 0.5).abs() < 2e-3 && (square[k] - 1.0 / 3.0).abs() < 2e-3, "{face}: {mean:?}");
+        }
+    }
+}
+
 /// Black light gives no samples, in lanes or alone.
 #[test]
 fn black_has_no_samples() {
@@ -307,18 +379,18 @@ fn black_has_no_samples() {
     assert_eq!(environment.sample(WIS_DISTRIBUTION_COMPENSATED, None, [0.3, 0.7]).pdf, 0.0);
     assert_eq!(pdf(&environment, None, [0.0, 0.0, 1.0]), 0.0);
     assert_eq!(environment.invert(WIS_DISTRIBUTION_COMPENSATED, None, [0.0, 0.0, 1.0]), None);
-    let tables = Tables::new(SIZE, |_| 0.0);
+    let tables = Tables::new::<LatLong>(SIZE, |_| 0.0);
     let (mut samples, mut values) = ([Sample { wi: [1.0; 3], pdf: 1.0 }; 9], [1.0; 9]);
-    tables.texels().sample_lanes::<Portable>(&Frame::IDENTITY, &[[0.5; 2]; 9], &mut samples);
-    tables.texels().pdf_lanes::<Portable>(&Frame::IDENTITY, &[[0.0, 0.0, 1.0]; 9], &mut values);
+    tables.texels::<LatLong>().sample_lanes::<Portable>(&Frame::IDENTITY, &[[0.5; 2]; 9], &mut samples);
+    tables.texels::<LatLong>().pdf_lanes::<Portable>(&Frame::IDENTITY, &[[0.0, 0.0, 1.0]; 9], &mut values);
     assert!(samples.iter().all(|sample| *sample == Sample::default()) && values == [0.0; 9]);
 }
 
-fn same_in_lanes<F: Lanes>() {
+fn same_in_lanes<F: Lanes, S: Shape>(size: [u32; 2]) {
     let turned = Frame::new(&[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]).unwrap();
     for ((_, weight), frame) in weights().into_iter().flat_map(|w| [(w, Frame::IDENTITY), (w, turned)]) {
-        let tables = Tables::new(SIZE, weight);
-        let texels = tables.texels();
+        let tables = Tables::new::<S>(size, |[i, j]| weight([i % ROWS, j % COLUMNS]));
+        let texels = tables.texels::<S>();
         for first in (0..1 << 14).step_by(TOGETHER) {
             let count = if first % 5 == 0 { 1 + (first / 16) as usize % TOGETHER } else { TOGETHER };
             let mut u: Vec<[f32; 2]> = (0..count as u32).map(|i| sobol(9, first + i)).collect();
@@ -352,10 +424,13 @@ fn same_in_lanes<F: Lanes>() {
 /// Eight lanes give the bits of single calls, on every kind of lanes that this processor has.
 #[test]
 fn lanes_are_single_calls() {
-    same_in_lanes::<Portable>();
-    same_in_lanes::<Native>();
+    same_in_lanes::<Portable, LatLong>(SIZE);
+    same_in_lanes::<Native, LatLong>(SIZE);
+    same_in_lanes::<Portable, Cube>([6 * 19, 19]);
+    same_in_lanes::<Native, Cube>([6 * 19, 19]);
     #[cfg(target_arch = "x86_64")]
     if wis::simd::detect() >= wis::simd::AVX2 {
-        same_in_lanes::<wis::simd::Avx2>();
+        same_in_lanes::<wis::simd::Avx2, LatLong>(SIZE);
+        same_in_lanes::<wis::simd::Avx2, Cube>([6 * 19, 19]);
     }
 }

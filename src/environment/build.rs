@@ -1,11 +1,11 @@
 //! Building an environment: decode rows, integrate cells, then the trees. Rows of the first two passes are
 //! independent of each other, so the caller's threads may share them and the bits stay the same.
 
+use super::distribution::{self, Table};
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
-use super::latlong::{self, RowNumbers};
 use super::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
 use super::refine::{Refined, Spread};
-use super::{Header, MOST_CELLS, Storage};
+use super::{Header, Storage};
 use crate::morton;
 use crate::numeric::{exp2i, exponent};
 use crate::prune::{self, Pruning};
@@ -66,12 +66,12 @@ impl Config {
         if self.refined { (1usize << (2 * self.depth)).div_ceil(32) } else { 0 }
     }
 
-    /// Rows and columns of texels if the compensated distribution keeps those, else 0.
-    pub fn kept_texels(&self) -> [u32; 2] {
+    /// The texels that the compensated distribution keeps, as the header writes them; 0 if it is a tree.
+    pub fn kept_texels(&self) -> [u16; 2] {
         let Pixels { layout, width, height, .. } = self.pixels;
-        let fits = width <= MOST_CELLS && height <= MOST_CELLS && self.texels() <= 1 << (2 * self.depth);
-        let kept = self.compensated && self.natural && self.storage == Storage::Pyramid && layout == Layout::LatLong;
-        if kept && fits { [height, width] } else { [0; 2] }
+        let kept = self.compensated && self.natural && self.storage == Storage::Pyramid;
+        let fits = self.texels() <= 1 << (2 * self.depth);
+        if kept && fits { distribution::written(layout, [height, width]) } else { [0; 2] }
     }
 
     /// The number of texels.
@@ -249,16 +249,6 @@ pub struct Trees<'a> {
     pub rgb: &'a mut [[[f32; 3]; 4]],
 }
 
-/// Where texels are kept: as long as [`super::Inverse::lengths`] tells, and a row each.
-pub struct Table<'a> {
-    /// Starts of rows and texels.
-    pub starts: &'a mut [u32],
-    /// Guides.
-    pub guides: &'a mut [u16],
-    /// Rows as directions.
-    pub rows: &'a mut [RowNumbers],
-}
-
 /// The mean luminance over the sphere, in the units of the input.
 pub(super) fn mean(grid: &Grid, cells: u32) -> f64 {
     let rows = grid.luminance.chunks_exact(cells.max(1) as usize);
@@ -300,11 +290,10 @@ pub fn complete(
     for (square, from) in below.iter_mut().zip(refined) {
         *square = from.luminance.map(|l| value(l) as f32);
     }
-    if let Some(Table { starts, guides, rows }) = &mut trees.texels {
+    if let Some(table) = &mut trees.texels {
         let texels = Dilated { config, decoded };
-        let size = config.kept_texels();
-        header.texels = size.map(|count| count as u16);
-        header.compensated_average = latlong::fill(size, (starts, guides, rows), |[y, x]| {
+        header.texels = config.kept_texels();
+        header.compensated_average = distribution::fill(header.texels, table, |[y, x]| {
             let [luminance] = texels.texel(x, y);
             compensated(luminance)
         }) as f32;

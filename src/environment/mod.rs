@@ -3,33 +3,39 @@
 //! Two storages stand behind one interface: the exact pyramid, and a sparse tree pruned by an error budget.
 //! On its own an environment samples directions in proportion to its luminance, or to the luminance above the mean
 //! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling). Nothing is multiplied by
-//! the compensated distribution, so that of a lat-long map may keep its texels in place of a tree.
+//! the compensated distribution, so that of a lat-long or cube map may keep its texels in place of a tree.
 
 mod build;
+mod cube;
+mod distribution;
 mod integrate;
 mod inverse;
 mod latlong;
 mod pixels;
 mod polygon;
 mod refine;
+mod shape;
+mod texel_lanes;
 mod texels;
 
 pub use build::{
-    Config, Decoded, Grid, Row, Table, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
+    Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
 };
+pub use cube::Cube;
+pub use distribution::{Distribution, Table, size as size_of_texels};
 pub use integrate::Texels;
 pub use inverse::{Inverse, MOST_CELLS};
-pub use latlong::{LatLong, RowNumbers, fill as fill_texels};
+pub use latlong::LatLong;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 pub use refine::{Refined, Refinement, Spread, refine};
+pub use shape::{RowNumbers, Shape, Texel};
+pub use texels::TexelMap;
 
-use crate::descent::{Density, Sample, Sampled};
+use crate::descent::Density;
 use crate::numeric::{ContentHash, exp2i};
 use crate::simd::{LANES, Lanes};
-use crate::sphere::Frame;
-use crate::status::Result;
 use crate::tree::{Link, Mark, Tree};
-use crate::wide::{ALL, GROUPS, SampledWide, Walker, WideDensity};
+use crate::wide::{ALL, GROUPS, Walker, WideDensity};
 use core::f64::consts::PI;
 
 /// How a tree is stored.
@@ -75,7 +81,7 @@ pub struct Header {
     pub rgb_average: [f32; 3],
     /// Squares below the cells of a pyramid.
     pub refined: u32,
-    /// Rows and columns of texels if the compensated distribution keeps those, else 0.
+    /// Rows and columns of texels if the compensated distribution keeps those, else 0; of a cube map 0 and the columns.
     pub texels: [u16; 2],
 }
 
@@ -103,7 +109,7 @@ pub struct Environment<'a> {
     /// Child averages of the compensated distribution; empty if not built, or kept as texels.
     pub compensated: &'a [[f32; 4]],
     /// The compensated distribution as texels; `None` if not built, or kept as a tree.
-    pub texels: Option<LatLong<'a>>,
+    pub texels: Option<Distribution<'a>>,
     /// Child averages of RGB; empty if not built.
     pub rgb: &'a [[[f32; 3]; 4]],
 }
@@ -124,7 +130,7 @@ impl<'a> Environment<'a> {
     #[inline(always)]
     pub fn compensated(&self) -> Distribution<'a> {
         match self.texels {
-            Some(texels) => Distribution::Texels(texels),
+            Some(texels) => texels,
             None => Distribution::Tree(Light(self.tree(self.header.compensated_average, self.compensated))),
         }
     }
@@ -178,65 +184,6 @@ impl<'a> Environment<'a> {
             texels.add_to(&mut hash);
         }
         hash.finish()
-    }
-}
-
-/// The environment alone, as what can be sampled.
-#[derive(Clone, Copy)]
-pub enum Distribution<'a> {
-    /// Cells of the square.
-    Tree(Light<'a>),
-    /// Texels of a lat-long map.
-    Texels(LatLong<'a>),
-}
-
-impl Sampled for Distribution<'_> {
-    #[inline(always)]
-    fn sample(&self, frame: &Frame, u: [f32; 2]) -> Sample {
-        match self {
-            Distribution::Tree(light) => light.sample(frame, u),
-            Distribution::Texels(texels) => texels.sample(frame, u),
-        }
-    }
-
-    #[inline(always)]
-    fn pdf(&self, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
-        match self {
-            Distribution::Tree(light) => light.pdf(frame, wi),
-            Distribution::Texels(texels) => texels.pdf(frame, wi),
-        }
-    }
-
-    fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
-        match self {
-            Distribution::Tree(light) => light.invert(frame, wi),
-            Distribution::Texels(texels) => texels.invert(frame, wi),
-        }
-    }
-}
-
-impl SampledWide for Distribution<'_> {
-    type One = Self;
-
-    #[inline(always)]
-    fn one(&self, _: usize) -> &Self {
-        self
-    }
-
-    #[inline(always)]
-    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        match self {
-            Distribution::Tree(light) => light.samples(level, frame, u, samples),
-            Distribution::Texels(texels) => texels.sample_all(level, frame, u, samples),
-        }
-    }
-
-    #[inline(always)]
-    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        match self {
-            Distribution::Tree(light) => light.pdfs(level, frame, wi, values),
-            Distribution::Texels(texels) => texels.pdf_all(level, frame, wi, values),
-        }
     }
 }
 

@@ -1,200 +1,148 @@
-//! The distribution of [`super::latlong`] in eight lanes, bit for bit.
+//! A distribution over the texels of a map: exact where the light is, and found without a walk.
 //!
-//! Texels are looked up one by one, but all rows of a call before the first column: look-ups wait for far caches, and
-//! then do not wait for one another. Directions are computed side by side.
+//! What a product multiplies must be a tree; the compensated distribution is only ever sampled, so it keeps the texels
+//! as they are: a row and a column by table, then a direction. The pdf of a direction is a look-up of its texel. Sample
+//! and pdf agree to the bit, since both multiply the same numbers.
 
-use super::inverse::{self, Inverse};
-use super::latlong::LatLong;
-use crate::descent::{ONE_MINUS_EPSILON, Sample};
-use crate::simd::{self, Kernel, LANES, Lanes};
-use crate::sphere::Frame;
-use crate::wide::sphere as lanes;
-use crate::wide::vector::V3;
-use crate::wide::{self, TOGETHER, columns, first_lanes};
+use super::inverse::{self, Inverse, Span};
+use super::shape::{ROUNDING, RowNumbers, Shape, Texel};
+use crate::descent::{ONE_MINUS_EPSILON, Sample, Sampled, clamp};
+use crate::numeric::{ContentHash, max, min};
+use crate::sphere::{Frame, unit};
+use crate::status::{Result, Status};
+use core::marker::PhantomData;
 
-impl LatLong<'_> {
-    /// As many samples as there are `u`, at most [`TOGETHER`], on the lanes of a level.
-    #[inline(never)]
-    pub fn sample_all(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        simd::run(level, Samples { map: self, frame, u, samples });
-    }
+/// A distribution over the texels of a map.
+#[derive(Clone, Copy, Debug)]
+pub struct TexelMap<'a, S> {
+    /// The mean of the values over the sphere; 0 if there is nothing to sample.
+    average: f32,
+    pub(super) inverse: Inverse<'a>,
+    pub(super) rows: &'a [RowNumbers],
+    shape: PhantomData<S>,
+}
 
-    /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
-    #[inline(never)]
-    pub fn pdf_all(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        simd::run(level, Pdfs { map: self, frame, wi, values });
-    }
-
-    /// As [`Sampled::sample`], lane by lane.
+impl<'a, S: Shape> TexelMap<'a, S> {
+    /// A view of what [`TexelMap::fill`] wrote. Other numbers give meaningless directions, but never a panic.
     #[inline(always)]
-    pub fn sample_lanes<F: Lanes>(&self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        if !self.is_positive() {
-            return samples.fill(Sample::default());
-        }
-        let mut texels = [Texels::default(); TOGETHER / LANES];
-        for (texels, u) in texels.iter_mut().zip(u.chunks(LANES)) {
-            texels.find::<F>(&self.inverse, u);
-        }
-        for ((texels, u), samples) in texels.iter().zip(u.chunks(LANES)).zip(samples.chunks_mut(LANES)) {
-            self.directions::<F>(frame, texels, u.len(), samples);
-        }
+    pub fn trusted(average: f32, inverse: Inverse<'a>, rows: &'a [RowNumbers]) -> Self {
+        TexelMap { average, inverse, rows, shape: PhantomData }
     }
 
-    /// The samples in texels.
-    #[inline(always)]
-    fn directions<F: Lanes>(&self, frame: &Frame, texels: &Texels, count: usize, samples: &mut [Sample]) {
-        let one = F::splat(1.0);
-        let [near, extent, density, border] = F::gather(self.rows, F::index(texels.row));
-        let inside = [texels.inside::<F>(0), texels.inside::<F>(1)];
-        let world = lanes::to_world(frame, self.direction_lanes(texels, [near, extent], inside));
-        let pdf = density * F::from_index(F::index(texels.width[1]));
-        let rows = F::rows([world[0], world[1], world[2], pdf]);
-        for (sample, [x, y, z, pdf]) in samples.iter_mut().zip(rows) {
-            *sample = Sample { wi: [x, y, z], pdf };
-        }
-        // Within a border of the edges.
-        let middle = |c: F, border: F| F::and(border.le(c), c.le(one - border));
-        let sound = F::and(middle(inside[0], F::splat(self.border())), middle(inside[1], border));
-        let unsound = first_lanes(count) & !F::bits(sound);
-        if unsound != 0 {
-            let inside = inside.map(F::to_array);
-            for (i, sample) in samples.iter_mut().enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
-                let i = i & (LANES - 1);
-                *sample = self.settle(frame, [texels.row[i], texels.column[i]], [inside[0][i], inside[1][i]]);
-            }
-        }
+    /// Makes the distribution from the values of texels; returns their mean over the sphere.
+    pub fn fill(
+        size: Texel,
+        (starts, guides, rows): (&mut [u32], &mut [u16], &mut [RowNumbers]),
+        value: impl Fn(Texel) -> f64,
+    ) -> f64 {
+        let mean = Inverse::fill(size, starts, guides, |texel| value(texel) * S::share(size, texel));
+        let inverse = Inverse::trusted(size, starts, guides);
+        (0..).zip(rows).for_each(|(row, numbers)| *numbers = S::numbers(&inverse, row));
+        mean
     }
 
-    /// As [`LatLong::direction`].
+    /// Whether this is what [`TexelMap::fill`] writes.
+    pub fn is_sound(&self) -> bool {
+        let same = |(row, numbers): (u32, &RowNumbers)| {
+            S::numbers(&self.inverse, row).map(f32::to_bits) == numbers.map(f32::to_bits)
+        };
+        let [rows, _] = self.inverse.size();
+        self.inverse.is_sound() && self.rows.len() == rows as usize && (0..).zip(self.rows).all(same)
+    }
+
+    /// Adds every number to a hash.
+    pub fn add_to(&self, hash: &mut ContentHash) {
+        self.inverse.add_to(hash);
+        self.rows.iter().for_each(|numbers| hash.add_floats(numbers));
+    }
+
+    /// Whether there is anything to sample.
+    pub(super) fn is_positive(&self) -> bool {
+        self.average > 0.0
+    }
+
+    /// Points nearer than this to the upper or lower border of a texel may come out in its neighbour.
     #[inline(always)]
-    fn direction_lanes<F: Lanes>(&self, texels: &Texels, [near, extent]: [F; 2], [a, b]: [F; 2]) -> V3<F> {
-        let (zero, half, one, two) = (F::splat(0.0), F::splat(0.5), F::splat(1.0), F::splat(2.0));
-        let three = F::splat(3.0);
-        let south = extent.lt(zero);
-        let height = near + F::select(south, one - a, a) * extent.abs();
-        let across = (height * (two - height)).max(zero).sqrt();
-        let z = F::select(south, height - one, one - height);
+    pub(super) fn border(&self) -> f32 {
+        let [rows, _] = self.inverse.size();
+        // A row of a lat-long map is at least half as wide in 1 - |z| as its angle times the sine at its edge.
+        (2.0 * ROUNDING / core::f64::consts::PI) as f32 * inverse::number(rows)
+    }
+
+    #[inline(always)]
+    fn row(&self, row: u32) -> RowNumbers {
+        self.rows.get(row as usize).copied().unwrap_or_default()
+    }
+
+    #[inline(always)]
+    fn direction(&self, [row, column]: Texel, inside: [f32; 2]) -> glam::Vec3 {
         let [_, columns] = self.inverse.size();
-        let column = F::from_index(F::index(texels.column));
-        let turned = (column + b) * F::splat(4.0 / inverse::number(columns));
-        let rest = turned - (F::unit(one.le(turned)) + F::unit(two.le(turned)) + F::unit(three.le(turned)));
-        let (minor, major) = lanes::sin_cos_turns(rest.min(one - rest).max(zero));
-        let swapped = half.lt(rest);
-        let (cos, sin) = (F::select(swapped, minor, major), F::select(swapped, major, minor));
-        let odd = F::or(F::and(one.le(turned), turned.lt(two)), three.le(turned));
-        let (x, y) = (across * F::select(odd, sin, cos), across * F::select(odd, cos, sin));
-        let west = F::and(one.le(turned), turned.lt(three));
-        [F::select(west, zero - x, x), F::select(two.le(turned), zero - y, y), z]
+        S::direction(self.row(row), inverse::number(column), inverse::number(columns), inside)
     }
 
-    /// As [`Sampled::pdf`], lane by lane.
+    /// The pdf in a column of a row; `stretch` as [`Shape::texel`] gives it.
     #[inline(always)]
-    pub fn pdf_lanes<F: Lanes>(&self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        if !self.is_positive() {
-            return values.fill(0.0);
-        }
-        for (wi, values) in wi.chunks(LANES).zip(values.chunks_mut(LANES)) {
-            let [x, y, z] = columns(wi, [0.0; 3]);
-            let (texels, unit) = self.texels::<F>(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
-            let mut widths = [0; LANES];
-            for i in 0..LANES {
-                widths[i] = self.inverse.column(texels[0][i], texels[1][i]).width;
+    fn density(&self, row: u32, column: Span, stretch: f32) -> f32 {
+        self.row(row)[2] * inverse::number(column.width) * stretch
+    }
+
+    /// The texel of a world direction of unit length, and the pdf there.
+    #[inline(always)]
+    fn look_up(&self, frame: &Frame, world: glam::Vec3) -> (Texel, f32) {
+        let (texel, stretch) = S::texel(self.inverse.size(), frame.to_map(world));
+        (texel, self.density(texel[0], self.inverse.column(texel[0], texel[1]), stretch))
+    }
+
+    /// A sample that rounding may carry out of its texel: it then moves towards the centre, a little at first.
+    #[inline(never)]
+    pub(super) fn settle(&self, frame: &Frame, texel: Texel, inside: [f32; 2]) -> Sample {
+        let (mut inside, mut step) = (inside, self.border());
+        loop {
+            let world = frame.to_world(self.direction(texel, inside));
+            let (back, pdf) = unit(world.to_array()).map_or((texel, 0.0), |world| self.look_up(frame, world));
+            if back == texel || !(step <= 1.0) {
+                return Sample { wi: world.to_array(), pdf };
             }
-            let [_, _, density, _] = F::gather(self.rows, F::index(texels[0]));
-            let pdf = F::only(unit, density * F::from_index(F::index(widths))).to_array();
-            values.iter_mut().zip(pdf).for_each(|(value, pdf)| *value = pdf);
+            inside = inside.map(|c| c + min(max(0.5 - c, -step), step));
+            step *= 2.0;
         }
     }
-
-    /// The texels of world directions, as [`LatLong::texel`], and which directions are of unit length.
-    #[inline(always)]
-    fn texels<F: Lanes>(&self, frame: &Frame, world: V3<F>) -> ([[u32; LANES]; 2], F::Mask) {
-        let (zero, one, two, four) = (F::splat(0.0), F::splat(1.0), F::splat(2.0), F::splat(4.0));
-        let [rows, columns] = self.inverse.size();
-        let (v, unit) = lanes::unit(world);
-        let [x, y, z] = lanes::to_map(frame, v);
-        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let polar = lanes::atan_turns((ax * ax + ay * ay).sqrt() / (one + az));
-        let down = F::select(z.lt(zero), one - polar, polar) * F::splat(inverse::number(rows));
-        let eighth = lanes::atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
-        let quarter = F::select(ax.lt(ay), one - eighth, eighth);
-        let half = F::select(x.lt(zero), two - quarter, quarter);
-        let along = F::select(y.lt(zero), four - half, half) * F::splat(inverse::number(columns) * 0.25);
-        ([cells(down, rows), cells(along, columns)], unit)
-    }
 }
 
-/// The cells of coordinates, not beyond the last of so many.
-#[inline(always)]
-fn cells<F: Lanes>(coordinate: F, count: u32) -> [u32; LANES] {
-    let last = F::splat(inverse::number(count.wrapping_sub(1)));
-    F::numbers(coordinate.max(F::splat(0.0)).min(last).truncate())
-}
-
-struct Samples<'s, 'a> {
-    map: &'s LatLong<'a>,
-    frame: &'s Frame,
-    u: &'s [[f32; 2]],
-    samples: &'s mut [Sample],
-}
-
-impl Kernel for Samples<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        self.map.sample_lanes::<F>(self.frame, self.u, self.samples);
-    }
-}
-
-struct Pdfs<'s, 'a> {
-    map: &'s LatLong<'a>,
-    frame: &'s Frame,
-    wi: &'s [[f32; 3]],
-    values: &'s mut [f32],
-}
-
-impl Kernel for Pdfs<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        self.map.pdf_lanes::<F>(self.frame, self.wi, self.values);
-    }
-}
-
-/// The texels of eight samples, and where in them.
-#[derive(Clone, Copy, Default)]
-struct Texels {
-    row: [u32; LANES],
-    column: [u32; LANES],
-    /// Of row and column: how far behind its start, and its width.
-    offset: [[u32; LANES]; 2],
-    width: [[u32; LANES]; 2],
-}
-
-impl Texels {
-    /// Finds at most eight; other lanes are those of u = 1/2. All rows before the first column: look-ups then do not wait
-    /// for one another.
-    #[inline(always)]
-    fn find<F: Lanes>(&mut self, inverse: &Inverse, u: &[[f32; 2]]) {
-        let positions = columns(u, [0.5; 2]).map(|u| inverse::positions(wide::clamp(F::from_array(u))));
-        for (i, position) in positions[0].into_iter().enumerate() {
-            let row = inverse.find_row(position);
-            self.row[i] = row.cell;
-            (self.offset[0][i], self.width[0][i]) = (position.wrapping_sub(row.start), row.width);
+impl<S: Shape> Sampled for TexelMap<'_, S> {
+    #[inline]
+    fn sample(&self, frame: &Frame, u: [f32; 2]) -> Sample {
+        if !self.is_positive() {
+            return Sample::default();
         }
-        for (i, position) in positions[1].into_iter().enumerate() {
-            let column = inverse.find_column(self.row[i], position);
-            self.column[i] = column.cell;
-            (self.offset[1][i], self.width[1][i]) = (position.wrapping_sub(column.start), column.width);
+        let positions = clamp(u).map(inverse::position);
+        let row = self.inverse.find_row(positions[0]);
+        let column = self.inverse.find_column(row.cell, positions[1]);
+        let inside = [row.inside(positions[0]), column.inside(positions[1])];
+        let [.., border] = self.row(row.cell);
+        let near = |c: f32, border: f32| c < border || 1.0 - border < c;
+        if !S::CONSTANT || near(inside[0], self.border()) || near(inside[1], border) {
+            return self.settle(frame, [row.cell, column.cell], inside);
         }
+        let world = frame.to_world(self.direction([row.cell, column.cell], inside));
+        Sample { wi: world.to_array(), pdf: self.density(row.cell, column, 1.0) }
     }
 
-    /// As [`Span::inside`], of rows (0) or columns (1).
-    #[inline(always)]
-    fn inside<F: Lanes>(&self, axis: usize) -> F {
-        let numbers = |whole: &[[u32; LANES]; 2]| F::from_index(F::index(whole[axis & 1]));
-        (numbers(&self.offset) / numbers(&self.width)).min(F::splat(ONE_MINUS_EPSILON))
+    #[inline]
+    fn pdf(&self, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
+        let world = unit(wi).ok_or(Status::InvalidTransform)?;
+        let (_, pdf) = self.look_up(frame, world);
+        Ok(if self.is_positive() { pdf } else { 0.0 })
+    }
+
+    fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
+        let world = unit(wi).ok_or(Status::InvalidTransform)?;
+        let (texel, pdf) = self.look_up(frame, world);
+        if !(self.is_positive() && pdf > 0.0) {
+            return Err(Status::ZeroDensity);
+        }
+        let inside = S::inside(self.row(texel[0]), self.inverse.size(), texel, frame.to_map(world));
+        let [a, b] = inside.map(|c| min(max(c, 0.0), ONE_MINUS_EPSILON));
+        Ok([self.inverse.row(texel[0]).undo(a), self.inverse.column(texel[0], texel[1]).undo(b)])
     }
 }

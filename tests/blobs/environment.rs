@@ -29,6 +29,7 @@ fn objects() -> Vec<Vec<u8>> {
         object(|c| c.error_budget = 1e30, varied),
         refined(),
         natural(),
+        natural_cube(),
         object(|c| c.flags = ALL | WIS_ENVIRONMENT_SANITISE, |i| if i == 7 { f32::NAN } else { varied(i) }),
     ];
     for storage in [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE] {
@@ -126,7 +127,9 @@ impl Parts {
 /// Rows and columns of texels that the compensated distribution keeps.
 fn size_of_texels(bytes: &[u8]) -> [usize; 2] {
     let word = word(bytes, offset_of!(Header, texels));
-    [word & 0xffff, word >> 16].map(|count| count as usize)
+    let [rows, columns] = [word & 0xffff, word >> 16].map(|count| count as usize);
+    // Of a cube map only the columns are written.
+    [if rows == 0 { 6 * columns } else { rows }, columns]
 }
 
 /// The lengths of their starts, 4 bytes each, and guides, 2 bytes each.
@@ -154,7 +157,8 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
     ] {
         hash.add(word(header, offset).into());
     }
-    size_of_texels(header).into_iter().for_each(|count| hash.add(count as u64));
+    let written = word(header, offset_of!(Header, texels));
+    [written & 0xffff, written >> 16].into_iter().for_each(|count| hash.add(count.into()));
     add_words(&mut hash, header, offset_of!(Header, rgb_average), 3)?;
     let (parts, squares) = (Parts::of(bytes), word(header, offset_of!(Header, squares)) as usize);
     add_words(&mut hash, bytes, SQUARES, 4 * squares)?;
@@ -288,19 +292,30 @@ fn natural() -> Vec<u8> {
     object(|c| (c.storage, c.resolution) = (WIS_STORAGE_PYRAMID, 0), varied)
 }
 
+/// The same of a cube map.
+fn natural_cube() -> Vec<u8> {
+    let size = |c: &mut EnvironmentConfig| (c.layout, c.width, c.height) = (WIS_LAYOUT_CUBE, 2, 12);
+    let edit = |c: &mut EnvironmentConfig| {
+        size(c);
+        (c.storage, c.resolution) = (WIS_STORAGE_PYRAMID, 0);
+    };
+    object(edit, varied)
+}
+
 /// Starts, guides and rows of texels that are not what they were built to be, and other numbers of texels.
 #[test]
 fn texels() {
-    let object = natural();
-    let parts = Parts::of(&object);
-    assert_eq!((size_of_texels(&object), parts.end), ([3, 5], object.len()));
-    for offset in (parts.texels..parts.end).step_by(4) {
-        for number in [1 << 31, u32::MAX] {
-            assert_refuses(&KIND, &object, offset, &number.to_ne_bytes(), "texels");
+    for (object, size) in [(natural(), [3, 5]), (natural_cube(), [12, 2])] {
+        let parts = Parts::of(&object);
+        assert_eq!((size_of_texels(&object), parts.end), (size, object.len()));
+        for offset in (parts.texels..parts.end).step_by(4) {
+            for number in [1 << 31, u32::MAX] {
+                assert_refuses(&KIND, &object, offset, &number.to_ne_bytes(), "texels");
+            }
         }
-    }
-    for size in [[0u16, 0], [0, 5], [3, 0], [5, 3], [3, 4], [2, 5], [15, 1], [u16::MAX, u16::MAX]] {
-        assert_refuses(&KIND, &object, offset_of!(Header, texels), &size.map(u16::to_ne_bytes).concat(), "size");
+        for size in [[0u16, 0], [0, 5], [3, 0], [5, 3], [3, 4], [2, 5], [12, 2], [15, 1], [u16::MAX, u16::MAX]] {
+            assert_refuses(&KIND, &object, offset_of!(Header, texels), &size.map(u16::to_ne_bytes).concat(), "size");
+        }
     }
 }
 

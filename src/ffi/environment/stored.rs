@@ -2,7 +2,7 @@
 
 use super::super::{Block, WIS_ALIGNMENT};
 use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use crate::environment::{Environment, Header, Inverse, LatLong, MAGIC, RowNumbers};
+use crate::environment::{Distribution, Environment, Header, Inverse, MAGIC, RowNumbers, size_of_texels};
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree};
 
@@ -36,8 +36,8 @@ pub(super) struct Counts {
     pub(super) refined: u32,
     pub(super) depth: u32,
     pub(super) sparse: bool,
-    /// Rows and columns of texels that the compensated distribution keeps.
-    pub(super) texels: [u32; 2],
+    /// The texels that the compensated distribution keeps, as the header writes them.
+    pub(super) texels: [u16; 2],
 }
 
 /// Where an array stands, and its length.
@@ -84,15 +84,16 @@ impl Stored {
         let cells = 1u64 << ((2 * counts.depth) & 31);
         let is_refined = !counts.sparse && refined > 0;
         let linked = if counts.sparse { squares } else { refined };
-        let keeps = counts.texels[0] != 0;
-        let [starts, guides] = Inverse::lengths(counts.texels);
+        let texels = size_of_texels(counts.texels);
+        let keeps = texels[0] != 0;
+        let [starts, guides] = Inverse::lengths(texels);
         let mut stored = Stored {
             squares: part(squares, size_of::<[f32; 4]>()),
             marks: part(when(is_refined, cells.div_ceil(32)), size_of::<Mark>()),
             links: part(linked, size_of::<Link>()),
             compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED) && !keeps, squares), size_of::<[f32; 4]>()),
             rgb: part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
-            rows: part(when(keeps, counts.texels[0].into()), size_of::<RowNumbers>()),
+            rows: part(when(keeps, texels[0].into()), size_of::<RowNumbers>()),
             starts: part(when(keeps, starts), size_of::<u32>()),
             guides: part(when(keeps, guides), size_of::<u16>()),
             bytes: 0,
@@ -110,10 +111,8 @@ impl Stored {
         if header.refined > header.squares || (sparse && header.refined != 0) {
             return None;
         }
-        let [rows, columns] = header.texels;
-        let none = rows == 0 && columns == 0;
-        let kept = rows > 0 && columns > 0 && !sparse && header.flags & WIS_ENVIRONMENT_COMPENSATED != 0;
-        if !none && !kept {
+        let possible = !sparse && header.flags & WIS_ENVIRONMENT_COMPENSATED != 0;
+        if header.texels != [0; 2] && !(possible && header.texels[1] > 0) {
             return None;
         }
         Stored::new(Counts::of(header), header.flags)
@@ -168,9 +167,8 @@ impl Stored {
                 texels: if self.rows.count == 0 {
                     None
                 } else {
-                    let (starts, guides) = (array(header, self.starts), array(header, self.guides));
-                    let inverse = Inverse::trusted((*header).texels.map(u32::from), starts, guides);
-                    Some(LatLong::trusted((*header).compensated_average, inverse, array(header, self.rows)))
+                    let parts = (array(header, self.starts), array(header, self.guides), array(header, self.rows));
+                    Some(Distribution::of_texels((*header).texels, (*header).compensated_average, parts))
                 },
             }
         }
@@ -181,7 +179,7 @@ impl Counts {
     #[inline(always)]
     fn of(header: &Header) -> Counts {
         let Header { squares, refined, depth, storage, texels, .. } = *header;
-        Counts { squares, refined, depth, sparse: storage == WIS_STORAGE_SPARSE, texels: texels.map(u32::from) }
+        Counts { squares, refined, depth, sparse: storage == WIS_STORAGE_SPARSE, texels }
     }
 }
 

@@ -51,8 +51,9 @@ impl<S: Shape> TexelMap<'_, S> {
         let mut pdf = row[2] * F::from_index(F::index(found.width[1]));
         let sound = if S::CONSTANT {
             // Farther than a border from the edges.
-            let middle = |c: F, border: F| F::and(border.le(c), c.le(F::splat(1.0) - border));
-            F::bits(F::and(middle(inside[0], F::splat(self.border())), middle(inside[1], row[3])))
+            let (down, along, one) = (F::splat(self.border()), row[3], F::splat(1.0));
+            let low = F::and(down.le(inside[0]), along.le(inside[1]));
+            F::bits(F::and(low, F::and(inside[0].le(one - down), inside[1].le(one - along))))
         } else {
             let (back, stretch, unit) = self.look_up_lanes::<F>(frame, world);
             pdf = pdf * stretch;
@@ -67,7 +68,7 @@ impl<S: Shape> TexelMap<'_, S> {
         }
         let unsound = first_lanes(count) & !sound;
         if unsound != 0 {
-            let inside = inside.map(F::to_array);
+            let inside = [inside[0].to_array(), inside[1].to_array()];
             for (i, sample) in samples.iter_mut().enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
                 let i = i & (LANES - 1);
                 *sample = self.settle(frame, [found.row[i], found.column[i]], [inside[0][i], inside[1][i]]);
@@ -82,7 +83,8 @@ impl<S: Shape> TexelMap<'_, S> {
             return values.fill(0.0);
         }
         for (wi, values) in wi.chunks(LANES).zip(values.chunks_mut(LANES)) {
-            let world = columns(wi, [0.0; 3]).map(F::from_array);
+            let [x, y, z] = columns(wi, [0.0; 3]);
+            let world = [F::from_array(x), F::from_array(y), F::from_array(z)];
             let (texels, stretch, unit) = self.look_up_lanes::<F>(frame, world);
             let mut widths = [0; LANES];
             for (i, width) in widths.iter_mut().enumerate() {
@@ -153,13 +155,15 @@ impl Found {
     /// Finds at most eight; other lanes are those of u = 1/2.
     #[inline(always)]
     fn find<F: Lanes>(&mut self, inverse: &Inverse, u: &[[f32; 2]]) {
-        let positions = columns(u, [0.5; 2]).map(|u| inverse::positions(wide::clamp(F::from_array(u))));
-        for (i, position) in positions[0].into_iter().enumerate() {
+        let [down, along] = columns(u, [0.5; 2]);
+        let down = inverse::positions(wide::clamp(F::from_array(down)));
+        let along = inverse::positions(wide::clamp(F::from_array(along)));
+        for (i, position) in down.into_iter().enumerate() {
             let row = inverse.find_row(position);
             self.row[i] = row.cell;
             (self.offset[0][i], self.width[0][i]) = (position.wrapping_sub(row.start), row.width);
         }
-        for (i, position) in positions[1].into_iter().enumerate() {
+        for (i, position) in along.into_iter().enumerate() {
             let column = inverse.find_column(self.row[i], position);
             self.column[i] = column.cell;
             (self.offset[1][i], self.width[1][i]) = (position.wrapping_sub(column.start), column.width);
@@ -169,7 +173,8 @@ impl Found {
     /// As [`super::inverse::Span::inside`], of rows (0) or columns (1).
     #[inline(always)]
     fn inside<F: Lanes>(&self, axis: usize) -> F {
-        let numbers = |whole: &[[u32; LANES]; 2]| F::from_index(F::index(whole[axis & 1]));
-        (numbers(&self.offset) / numbers(&self.width)).min(F::splat(ONE_MINUS_EPSILON))
+        let offset = F::from_index(F::index(self.offset[axis & 1]));
+        let width = F::from_index(F::index(self.width[axis & 1]));
+        (offset / width).min(F::splat(ONE_MINUS_EPSILON))
     }
 }

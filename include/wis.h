@@ -87,8 +87,8 @@
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
-/// luminance; that of a lat-long or cube map in a pyramid whose resolution is left to the library keeps the texels instead, 6 to 8
-/// bytes each, and is sampled and asked twice as fast.
+/// luminance; that of a lat-long or cube map in a pyramid whose resolution is left to the library keeps, for clients
+/// without filter (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.

@@ -98,7 +98,8 @@ fn cells_are_averages_of_the_map() {
 fn sample_pdf_invert() {
     let mut random = Random(5);
     let map = Map::latlong(64, 32, |_, _| if random.f32() < 0.05 { 1000.0 * random.f32() } else { random.f32() });
-    let environments = [128, 0].map(|resolution| map.build(resolution, WIS_ENVIRONMENT_COMPENSATED));
+    let flags = WIS_ENVIRONMENT_COMPENSATED;
+    let environments = [map.build(128, flags), map.build(0, flags), map.build(0, flags | WIS_ENVIRONMENT_NEAREST)];
     let distributions = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
     for (environment, distribution) in environments.iter().flat_map(|e| distributions.map(|d| (e, d))) {
         for _ in 0..20_000 {

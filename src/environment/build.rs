@@ -69,7 +69,8 @@ impl Config {
     /// The texels that the compensated distribution keeps, as the header writes them; 0 if it is a tree.
     pub fn kept_texels(&self) -> [u16; 2] {
         let Pixels { layout, width, height, .. } = self.pixels;
-        let kept = self.compensated && self.natural && self.storage == Storage::Pyramid;
+        // What a client with a filter sees varies inside texels, too: the cells of the square are smaller.
+        let kept = self.compensated && self.natural && self.nearest && self.storage == Storage::Pyramid;
         let fits = self.texels() <= 1 << (2 * self.depth);
         if kept && fits { distribution::written(layout, [height, width]) } else { [0; 2] }
     }

@@ -95,7 +95,8 @@ impl<'a> Distribution<'a> {
 }
 
 impl Sampled for Distribution<'_> {
-    #[inline(always)]
+    // One copy: many calls come here, and three kinds of samplers are large.
+    #[inline(never)]
     fn sample(&self, frame: &Frame, u: [f32; 2]) -> Sample {
         match self {
             Distribution::Tree(light) => light.sample(frame, u),
@@ -104,7 +105,7 @@ impl Sampled for Distribution<'_> {
         }
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn pdf(&self, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
         match self {
             Distribution::Tree(light) => light.pdf(frame, wi),
@@ -113,6 +114,7 @@ impl Sampled for Distribution<'_> {
         }
     }
 
+    #[inline(never)]
     fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
         match self {
             Distribution::Tree(light) => light.invert(frame, wi),

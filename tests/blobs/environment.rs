@@ -289,7 +289,7 @@ fn refined() -> Vec<u8> {
 
 /// A pyramid whose compensated distribution keeps texels.
 fn natural() -> Vec<u8> {
-    object(|c| (c.storage, c.resolution) = (WIS_STORAGE_PYRAMID, 0), varied)
+    object(|c| (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_ENVIRONMENT_NEAREST), varied)
 }
 
 /// The same of a cube map.
@@ -297,7 +297,7 @@ fn natural_cube() -> Vec<u8> {
     let size = |c: &mut EnvironmentConfig| (c.layout, c.width, c.height) = (WIS_LAYOUT_CUBE, 2, 12);
     let edit = |c: &mut EnvironmentConfig| {
         size(c);
-        (c.storage, c.resolution) = (WIS_STORAGE_PYRAMID, 0);
+        (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_ENVIRONMENT_NEAREST);
     };
     object(edit, varied)
 }

@@ -54,7 +54,7 @@ fn scaling_the_light_scales_only_the_integrals() {
 fn configurations(map: &Map) -> Vec<EnvironmentConfig> {
     let pyramid = map.config(64, WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED);
     let sparse = |error_budget| EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget, ..pyramid };
-    let natural = EnvironmentConfig { resolution: 0, ..pyramid };
+    let natural = EnvironmentConfig { resolution: 0, flags: pyramid.flags | WIS_ENVIRONMENT_NEAREST, ..pyramid };
     let all = [pyramid, natural].into_iter().chain([0.0, 0.001, 0.003, 0.01, 0.03, 0.1].map(sparse));
     all.flat_map(|config| [config, EnvironmentConfig { flags: 0, ..config }]).collect()
 }

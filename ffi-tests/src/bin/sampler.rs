@@ -249,6 +249,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
         "base grid only",
         "tree pool",
         "pool of compensated light",
+        "pool, cells in place of texels",
         "MIS, compensated",
         "RIS8",
     ];
@@ -267,7 +268,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
             let [whole, coarse, spread] = [&whole, &coarse, &spread].map(|lit| Setting::new(lit, &material));
             let truth = truth(&whole, &points)?;
             base.preparation.max_evaluations = 66;
-            let variants: [(&Setting, Method); 9] = [
+            let variants: [(&Setting, Method); 10] = [
                 (&whole, Method::Wis),
                 (&coarse, Method::Wis),
                 (&spread, Method::Wis),
@@ -275,6 +276,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
                 (&base, Method::Wis),
                 (&whole, Method::WisTreePool(4)),
                 (&whole, Method::WisPool(4)),
+                (&coarse, Method::WisPool(4)),
                 (&whole, Method::MisCompensated),
                 (&whole, Method::Ris(8)),
             ];

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use support::maps::sky;
 use support::scenes::matrices;
 use support::vector::{rotate, single};
-use support::{Environment, Map, Random, normalise};
+use support::{Environment, Map, Random, lane_points, normalise};
 use wis::descent::{Sample, Sampled};
 use wis::environment::{Cube, Inverse, LatLong, RowNumbers, Shape, TexelMap};
 use wis::ffi::environment::{
@@ -16,7 +16,7 @@ use wis::ffi::environment::{
 use wis::points::sobol;
 use wis::simd::{Lanes, Native, Portable};
 use wis::sphere::{Frame, cube_direction, cube_solid_angle, latlong_direction, latlong_solid_angle};
-use wis::wide::TOGETHER;
+use wis::wide::{InLanes, TOGETHER};
 
 const FLAGS: u32 = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST;
 
@@ -388,20 +388,7 @@ fn same_in_lanes<F: Lanes, S: Shape>(size: [u32; 2]) {
         let tables = Tables::new::<S>(size, |[i, j]| weight([i % ROWS, j % COLUMNS]));
         let texels = tables.texels::<S>();
         for first in (0..1 << 14).step_by(TOGETHER) {
-            let count = if first % 5 == 0 { 1 + (first / 16) as usize % TOGETHER } else { TOGETHER };
-            let mut u: Vec<[f32; 2]> = (0..count as u32).map(|i| sobol(9, first + i)).collect();
-            if first == 0 {
-                u = vec![
-                    [0.0; 2],
-                    [1.0; 2],
-                    [f32::NAN, 0.5],
-                    [-1.0, 2.0],
-                    [0.5; 2],
-                    [1e-40; 2],
-                    [0.0, 1.0],
-                    [-0.0, 0.75],
-                ];
-            }
+            let u = lane_points(first);
             let mut samples = vec![Sample::default(); u.len()];
             texels.sample_lanes::<F>(&frame, &u, &mut samples);
             let expected: Vec<Sample> = u.iter().map(|u| texels.sample(&frame, *u)).collect();

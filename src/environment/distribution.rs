@@ -8,7 +8,7 @@ use crate::descent::{Sample, Sampled};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
 use crate::status::Result;
-use crate::wide::SampledWide;
+use crate::wide::{InLanes, SampledWide};
 
 /// What the environment alone is sampled from.
 #[derive(Clone, Copy)]

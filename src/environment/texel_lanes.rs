@@ -7,28 +7,15 @@ use super::inverse::{self, Inverse};
 use super::shape::Shape;
 use super::texels::TexelMap;
 use crate::descent::{ONE_MINUS_EPSILON, Sample};
-use crate::simd::{self, Kernel, LANES, Lanes};
+use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
 use crate::wide::sphere as lanes;
 use crate::wide::vector::V3;
-use crate::wide::{self, TOGETHER, columns, first_lanes};
+use crate::wide::{self, InLanes, TOGETHER, columns, first_lanes};
 
-impl<S: Shape> TexelMap<'_, S> {
-    /// As many samples as there are `u`, at most [`TOGETHER`], on the lanes of a level.
-    #[inline(never)]
-    pub fn sample_all(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        simd::run(level, Samples { map: self, frame, u, samples });
-    }
-
-    /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
-    #[inline(never)]
-    pub fn pdf_all(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        simd::run(level, Pdfs { map: self, frame, wi, values });
-    }
-
-    /// As [`crate::descent::Sampled::sample`], lane by lane.
+impl<S: Shape> InLanes for &TexelMap<'_, S> {
     #[inline(always)]
-    pub fn sample_lanes<F: Lanes>(&self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+    fn sample_lanes<F: Lanes>(self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
         if !self.is_positive() {
             return samples.fill(Sample::default());
         }
@@ -41,6 +28,31 @@ impl<S: Shape> TexelMap<'_, S> {
         }
     }
 
+    #[inline(always)]
+    fn pdf_lanes<F: Lanes>(self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+        if !self.is_positive() {
+            return values.fill(0.0);
+        }
+        for (wi, values) in wi.chunks(LANES).zip(values.chunks_mut(LANES)) {
+            let [x, y, z] = columns(wi, [0.0; 3]);
+            let world = [F::from_array(x), F::from_array(y), F::from_array(z)];
+            let (texels, stretch, unit) = self.look_up_lanes::<F>(frame, world);
+            let mut widths = [0; LANES];
+            for (i, width) in widths.iter_mut().enumerate() {
+                *width = self.inverse.column(texels[0][i & 7], texels[1][i & 7]).width;
+            }
+            let [_, _, density, _] = F::gather(self.rows, F::index(texels[0]));
+            let mut pdf = density * F::from_index(F::index(widths));
+            if !S::CONSTANT {
+                pdf = pdf * stretch;
+            }
+            let pdf = F::only(unit, pdf).to_array();
+            values.iter_mut().zip(pdf).for_each(|(value, pdf)| *value = pdf);
+        }
+    }
+}
+
+impl<S: Shape> TexelMap<'_, S> {
     /// The samples in texels.
     #[inline(always)]
     fn directions<F: Lanes>(&self, frame: &Frame, found: &Found, count: usize, samples: &mut [Sample]) {
@@ -76,68 +88,12 @@ impl<S: Shape> TexelMap<'_, S> {
         }
     }
 
-    /// As [`crate::descent::Sampled::pdf`], lane by lane.
-    #[inline(always)]
-    pub fn pdf_lanes<F: Lanes>(&self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        if !self.is_positive() {
-            return values.fill(0.0);
-        }
-        for (wi, values) in wi.chunks(LANES).zip(values.chunks_mut(LANES)) {
-            let [x, y, z] = columns(wi, [0.0; 3]);
-            let world = [F::from_array(x), F::from_array(y), F::from_array(z)];
-            let (texels, stretch, unit) = self.look_up_lanes::<F>(frame, world);
-            let mut widths = [0; LANES];
-            for (i, width) in widths.iter_mut().enumerate() {
-                *width = self.inverse.column(texels[0][i & 7], texels[1][i & 7]).width;
-            }
-            let [_, _, density, _] = F::gather(self.rows, F::index(texels[0]));
-            let mut pdf = density * F::from_index(F::index(widths));
-            if !S::CONSTANT {
-                pdf = pdf * stretch;
-            }
-            let pdf = F::only(unit, pdf).to_array();
-            values.iter_mut().zip(pdf).for_each(|(value, pdf)| *value = pdf);
-        }
-    }
-
     /// The texels of world directions, as [`Shape::texel_lanes`], and which directions are of unit length.
     #[inline(always)]
     fn look_up_lanes<F: Lanes>(&self, frame: &Frame, world: V3<F>) -> ([[u32; LANES]; 2], F, F::Mask) {
         let (v, unit) = lanes::unit(world);
         let (texels, stretch) = S::texel_lanes(self.inverse.size(), lanes::to_map(frame, v));
         (texels, stretch, unit)
-    }
-}
-
-struct Samples<'s, 'a, S> {
-    map: &'s TexelMap<'a, S>,
-    frame: &'s Frame,
-    u: &'s [[f32; 2]],
-    samples: &'s mut [Sample],
-}
-
-impl<S: Shape> Kernel for Samples<'_, '_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        self.map.sample_lanes::<F>(self.frame, self.u, self.samples);
-    }
-}
-
-struct Pdfs<'s, 'a, S> {
-    map: &'s TexelMap<'a, S>,
-    frame: &'s Frame,
-    wi: &'s [[f32; 3]],
-    values: &'s mut [f32],
-}
-
-impl<S: Shape> Kernel for Pdfs<'_, '_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        self.map.pdf_lanes::<F>(self.frame, self.wi, self.values);
     }
 }
 

@@ -96,7 +96,8 @@ impl<'a, S: Shape> TexelMap<'a, S> {
     /// A sample that rounding may carry out of its texel: it then moves towards the centre, a little at first.
     #[inline(never)]
     pub(super) fn settle(&self, frame: &Frame, texel: Texel, inside: [f32; 2]) -> Sample {
-        let (mut inside, mut step) = (inside, self.border());
+        // Any step above 0 comes to an end.
+        let (mut inside, mut step) = (inside, max(self.border(), f32::EPSILON));
         loop {
             let world = frame.to_world(self.direction(texel, inside));
             let (back, pdf) = unit(world.to_array()).map_or((texel, 0.0), |world| self.look_up(frame, world));

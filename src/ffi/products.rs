@@ -11,7 +11,7 @@ use crate::query::Query;
 use crate::reuse::Reuse;
 use crate::simd::{BASELINE, LANES};
 use crate::status::Status;
-use crate::wide::{GROUPS, TOGETHER, WideDensity};
+use crate::wide::{GROUPS, InLanes, TOGETHER};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -231,7 +231,7 @@ impl<'a> Points<'a> {
     fn sample(&self, cpu_level: u32, u: &[[f32; 2]], samples: &mut [Sample]) {
         if self.one_frame {
             let groups = self.groups();
-            return Group::sample_all(cpu_level, groups.each_ref(), &self.opened[0].frame, u, samples);
+            return groups.each_ref().sample_all(cpu_level, &self.opened[0].frame, u, samples);
         }
         for ((sample, point), u) in samples.iter_mut().zip(&self.opened).zip(u) {
             *sample = descent::sample(&point.cells, &point.frame, *u);
@@ -242,7 +242,7 @@ impl<'a> Points<'a> {
     fn pdf(&self, cpu_level: u32, wi: &[[f32; 3]], values: &mut [f32]) {
         if self.one_frame {
             let groups = self.groups();
-            return Group::pdf_all(cpu_level, groups.each_ref(), &self.opened[0].frame, wi, values);
+            return groups.each_ref().pdf_all(cpu_level, &self.opened[0].frame, wi, values);
         }
         for ((value, point), wi) in values.iter_mut().zip(&self.opened).zip(wi) {
             *value = descent::pdf(&point.cells, &point.frame, *wi).unwrap_or(0.0);

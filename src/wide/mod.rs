@@ -45,24 +45,37 @@ pub trait WideDensity {
         walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS];
+}
 
-    /// A sample in each lane of up to two groups, on the lanes of a level. One function for all callers, since it is
-    /// large.
+/// What lanes compute: samples and pdfs of up to two groups.
+pub trait InLanes: Copy {
+    /// As many samples as there are `u`, at most [`TOGETHER`].
+    fn sample_lanes<F: Lanes>(self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]);
+    /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
+    fn pdf_lanes<F: Lanes>(self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]);
+
+    /// As [`InLanes::sample_lanes`], on the lanes of a level. One function for all callers, since it is large.
     #[inline(never)]
-    fn sample_all(level: u32, groups: [&Self; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample])
-    where
-        Self: Sized,
-    {
-        simd::run(level, Samples { groups, frame, u, samples });
+    fn sample_all(self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+        simd::run(level, Samples { of: self, frame, u, samples });
     }
 
-    /// The pdf of a direction in each lane of up to two groups; 0 for one that is not of unit length.
+    /// As [`InLanes::pdf_lanes`], on the lanes of a level.
     #[inline(never)]
-    fn pdf_all(level: u32, groups: [&Self; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32])
-    where
-        Self: Sized,
-    {
-        simd::run(level, Pdfs { groups, frame, wi, values });
+    fn pdf_all(self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+        simd::run(level, Pdfs { of: self, frame, wi, values });
+    }
+}
+
+impl<D: WideDensity> InLanes for [&D; GROUPS] {
+    #[inline(always)]
+    fn sample_lanes<F: Lanes>(self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+        sample::<F, D>(self, frame, u, samples);
+    }
+
+    #[inline(always)]
+    fn pdf_lanes<F: Lanes>(self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+        pdf::<F, D>(self, frame, wi, values);
     }
 }
 
@@ -88,44 +101,44 @@ impl<D: WideDensity> SampledWide for D {
 
     #[inline(always)]
     fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        D::sample_all(level, [self; GROUPS], frame, u, samples);
+        [self; GROUPS].sample_all(level, frame, u, samples);
     }
 
     #[inline(always)]
     fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        D::pdf_all(level, [self; GROUPS], frame, wi, values);
+        [self; GROUPS].pdf_all(level, frame, wi, values);
     }
 }
 
-struct Samples<'a, D> {
-    groups: [&'a D; GROUPS],
+struct Samples<'a, T> {
+    of: T,
     frame: &'a Frame,
     u: &'a [[f32; 2]],
     samples: &'a mut [Sample],
 }
 
-impl<D: WideDensity> Kernel for Samples<'_, D> {
+impl<T: InLanes> Kernel for Samples<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn run<F: Lanes>(self) {
-        sample::<F, D>(self.groups, self.frame, self.u, self.samples);
+        self.of.sample_lanes::<F>(self.frame, self.u, self.samples);
     }
 }
 
-struct Pdfs<'a, D> {
-    groups: [&'a D; GROUPS],
+struct Pdfs<'a, T> {
+    of: T,
     frame: &'a Frame,
     wi: &'a [[f32; 3]],
     values: &'a mut [f32],
 }
 
-impl<D: WideDensity> Kernel for Pdfs<'_, D> {
+impl<T: InLanes> Kernel for Pdfs<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn run<F: Lanes>(self) {
-        pdf::<F, D>(self.groups, self.frame, self.wi, self.values);
+        self.of.pdf_lanes::<F>(self.frame, self.wi, self.values);
     }
 }
 

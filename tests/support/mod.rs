@@ -14,8 +14,10 @@ use wis::descent::Sample;
 use wis::ffi::environment::*;
 use wis::ffi::product::*;
 use wis::ffi::{Diagnostic, MemorySize};
+use wis::points::sobol;
 use wis::query::*;
 use wis::status::Status;
+use wis::wide::TOGETHER;
 
 /// Memory as a client gives it: 16-byte aligned, filled with a pattern so that nothing relies on zeros.
 pub struct Memory(Vec<u128>);
@@ -349,6 +351,16 @@ pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[Lobe]) -> Query {
 pub fn normalise(v: [f64; 3]) -> [f32; 3] {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     v.map(|c| (c / length) as f32)
+}
+
+/// Points for lanes: any number up to two groups, also fewer than one; the first are those that are moved into range.
+pub fn lane_points(first: u32) -> Vec<[f32; 2]> {
+    let nan = f32::NAN;
+    if first == 0 {
+        return vec![[0.0; 2], [1.0; 2], [nan, 0.5], [-1.0, 2.0], [0.5; 2], [1e-40; 2], [0.0, 1.0], [-0.0, 0.75]];
+    }
+    let count = if first % 5 == 0 { 1 + first / 16 % TOGETHER as u32 } else { TOGETHER as u32 };
+    (0..count).map(|i| sobol(9, first + i)).collect()
 }
 
 /// The next smaller number; `x` is positive.

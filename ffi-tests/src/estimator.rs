@@ -42,7 +42,8 @@ pub enum Method {
     WisBiased,
     /// The library's integral times shadowed by unshadowed estimate; biased.
     WisRatio,
-    /// The library's product, prepared at the first hit of a pixel and used for the others that it covers.
+    /// The library's product, prepared at the first hit of a pixel and used for the others that it covers, with more of
+    /// them for those that it does not.
     WisReuse,
     /// `WisReuse` with the visibility prior of the pixel's tile.
     WisReusePrior,
@@ -171,11 +172,13 @@ fn by_rule(setting: &Setting, n: usize, hits: usize) -> Method {
         0.02.. => 64,
         _ => usize::MAX,
     };
-    if material.measured.is_some() {
+    // A product of a callback covers no other hit.
+    let shared = hits > 1 && (material.measured.is_none() || material.table.is_some());
+    if half_angle >= 0.02 && shared {
+        Method::WisReuse
+    } else if material.measured.is_some() {
         // A pool evaluates four candidates a pick and more: not where an evaluation is dear.
         Method::Wis
-    } else if half_angle >= 0.02 && hits > 1 {
-        Method::WisReuse
     } else if n < enough || setting.has_sun {
         Method::WisPool(candidates(n))
     } else {
@@ -243,8 +246,31 @@ pub struct Pick {
     pub contribution: f32,
 }
 
-/// Hits whose normals turn by up to this angle, in radians, share a product.
-const REUSE_CONE: f32 = 0.25;
+/// Hits whose normals turn by up to this angle, in radians, share a product. A wider cone serves more hits, with a density
+/// that is too high near their horizons.
+const REUSE_CONE: f32 = 0.05;
+/// Products of a pixel at most; hits that none of them covers have compensated MIS.
+const SHARED_PRODUCTS: usize = 4;
+
+/// What the hits of a pixel share: the normal of each product, and the samples that it drew for all of them.
+#[derive(Default)]
+struct Shared {
+    normals: Vec<Vec3>,
+    samples: Vec<([f32; 3], f32)>,
+}
+
+impl Shared {
+    fn clear(&mut self) {
+        self.normals.clear();
+        self.samples.clear();
+    }
+
+    /// The product that covers a hit. All hits of a pixel have one material here: the normal is what wis_product_covers
+    /// looks at.
+    fn covering(&self, normal: Vec3) -> Option<usize> {
+        self.normals.iter().position(|own| *own == normal || own.dot(normal) >= REUSE_CONE.cos())
+    }
+}
 
 /// The density of a sample: that of its own technique and that of the other, counts included.
 type Heuristic = fn(F8, F8) -> F8;
@@ -260,10 +286,9 @@ fn power(own: F8, other: F8) -> F8 {
 /// The memory of a thread that estimates.
 pub struct Estimator {
     product: Block,
-    /// Hits of a pixel, and the samples that its first hit drew for all of them.
+    /// Hits of a pixel, and what they share.
     hits: usize,
-    shared: Vec<([f32; 3], f32)>,
-    first: Option<Vec3>,
+    shared: Shared,
     /// The limit's product, and for which pixel and hit it is.
     dense: Dense,
     dense_for: Option<([u32; 2], u32)>,
@@ -293,8 +318,7 @@ impl Estimator {
         Ok(Estimator {
             product,
             hits,
-            shared: Vec::new(),
-            first: None,
+            shared: Shared::default(),
             dense,
             dense_for: None,
             prior: client::prior(),
@@ -315,7 +339,7 @@ impl Estimator {
         n: usize,
     ) -> client::Result<&[Pick]> {
         let method = if method == Method::WisRule { by_rule(setting, n, self.hits) } else { method };
-        let Estimator { product, hits, shared, first, dense, dense_for, prior, sampler } = self;
+        let Estimator { product, hits, shared, dense, dense_for, prior, sampler } = self;
         let bsdf = Bsdf::new(setting.material, point);
         sampler.picks.clear();
         sampler.batch.begin(point.pixel, pass, point.hit);
@@ -365,18 +389,24 @@ impl Estimator {
             }
             Method::WisReuse | Method::WisReusePrior => {
                 if point.hit == 0 {
+                    shared.clear();
+                }
+                let covering = shared.covering(point.normal);
+                if covering.is_none() && shared.normals.len() < SHARED_PRODUCTS {
                     let prior = Some(*prior).filter(|_| method.takes_prior());
                     let preparation = Preparation { reuse_cone: REUSE_CONE, prior, ..setting.preparation };
                     let prepared = setting.material.prepare(setting.environment, point, &preparation, product)?;
-                    sampler.share(&prepared, *hits, n, shared)?;
-                    *first = Some(point.normal);
+                    // Its samples are for all hits, from the first on.
+                    sampler.batch.begin(point.pixel, pass, 0);
+                    sampler.share(&prepared, *hits * n, &mut shared.samples)?;
+                    shared.normals.push(point.normal);
                 }
-                // All hits of a pixel have one material here: the normal is what wis_product_covers looks at.
-                if first.is_some_and(|normal| normal.dot(point.normal) > REUSE_CONE.cos()) {
-                    let own = &shared[point.hit as usize * n..][..n];
-                    sampler.shared(own, setting, &bsdf)?;
-                } else {
-                    sampler.mis(setting.compensated, balance, setting, &bsdf, n)?;
+                match shared.covering(point.normal) {
+                    Some(product) => {
+                        let own = &shared.samples[(product * *hits + point.hit as usize) * n..][..n];
+                        sampler.shared(own, setting, &bsdf)?;
+                    }
+                    None => sampler.mis(setting.compensated, balance, setting, &bsdf, n)?,
                 }
             }
             Method::Limit => sampler.limit(dense, setting, &bsdf, n)?,
@@ -453,17 +483,10 @@ impl Sampler {
         Ok(())
     }
 
-    /// Draws the samples of all hits of a pixel from the product of its first.
-    fn share(
-        &mut self,
-        product: &Product,
-        hits: usize,
-        n: usize,
-        shared: &mut Vec<([f32; 3], f32)>,
-    ) -> client::Result<()> {
-        self.batch.from_density(product, hits * n)?;
-        shared.clear();
-        shared.extend(self.batch.drawn());
+    /// Draws samples for all hits of a pixel from one of its products.
+    fn share(&mut self, product: &Product, count: usize, samples: &mut Vec<([f32; 3], f32)>) -> client::Result<()> {
+        self.batch.from_density(product, count)?;
+        samples.extend(self.batch.drawn());
         self.batch.clear();
         Ok(())
     }

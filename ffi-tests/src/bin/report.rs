@@ -105,11 +105,6 @@ fn main() -> Result<()> {
 }
 
 fn scenes(options: &Options, points: usize) -> Result<Vec<Scene>> {
-    // A measured material cannot be widened for other hits by the library.
-    let measured = options.material.iter().any(|name| name.ends_with(".bsdf"));
-    if measured && options.mesh.is_empty() {
-        return Ok(vec![picture_mesh(options, View::Points(points))?]);
-    }
     if !options.mesh.is_empty() {
         return options.mesh.iter().map(|path| Scene::from_file(path, View::Points(points))).collect();
     }

@@ -52,7 +52,7 @@ pub enum Method {
     /// `WisPool` with that prior.
     WisPoolPrior(usize),
     /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF, of mirrors a quarter and
-    /// the rest.
+    /// the rest. One a pick: all of them, by the balance heuristic.
     WisPool(usize),
     /// The library's pool with candidates of the product instead of the light.
     WisTreePool(usize),
@@ -166,8 +166,6 @@ fn by_rule(setting: &Setting, n: usize, hits: usize) -> Method {
     let material = setting.material;
     let half_angle = material.widest_half_angle();
     let enough = match half_angle {
-        // Lambert's lobes have no peak to resolve: a product of theirs costs no more than one pick of a pool.
-        _ if material.is_lambert() => 4,
         0.1.. => 16,
         0.02.. => 64,
         _ => usize::MAX,
@@ -176,21 +174,22 @@ fn by_rule(setting: &Setting, n: usize, hits: usize) -> Method {
     let shared = hits > 1 && (material.measured.is_none() || material.table.is_some());
     if half_angle >= 0.02 && shared {
         Method::WisReuse
-    } else if material.measured.is_some() {
-        // A pool evaluates four candidates a pick and more: not where an evaluation is dear.
-        Method::Wis
     } else if n < enough || setting.has_sun {
-        Method::WisPool(candidates(n))
+        Method::WisPool(candidates(n, material, setting.has_sun))
     } else {
         Method::Wis
     }
 }
 
 /// Candidates of a pool for each of so many picks, as wis_pool_pick advises.
-fn candidates(picks: usize) -> usize {
+fn candidates(picks: usize, material: &Material, has_sun: bool) -> usize {
+    let dear = material.measured.is_some();
+    let few = dear || material.is_lambert();
     match picks {
+        0..=1 if dear => 8,
         0..=1 => 16,
-        2..=4 => 8,
+        2..=4 if !few => 8,
+        5.. if few && has_sun => 1,
         _ => 4,
     }
 }
@@ -545,7 +544,13 @@ impl Sampler {
         self.batch.evaluate(bsdf, setting.light, setting.plain);
         let counts = counts.map(|count| F8::splat(count as f32));
         self.batch.weigh_by_drawn(|drawn, bsdf| counts[0] * drawn + counts[1] * bsdf);
-        let Some(prior) = prior else { return self.pick(n) };
+        let Some(prior) = prior else {
+            if k == 1 {
+                self.take_all();
+                return Ok(());
+            }
+            return self.pick(n);
+        };
         // Candidates weigh what is likely to be seen of them, and their picks make up for it.
         self.factors.resize(self.batch.len(), 0.0);
         let matrix = setting.light.world_from_map();

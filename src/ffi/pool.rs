@@ -32,7 +32,9 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_environment_sample_lanes with
 /// WIS_DISTRIBUTION_COMPENSATED, or from wis_product_sample_lanes where a product is prepared, and the others from the
 /// BRDF. Good choices are k = 16 for a single pick (up to eight samples in a call cost little more than two), 8 for up to
-/// four picks and 4 for more.
+/// four picks and 4 for more. Where the BRDF is dear, 8 and 4, and 4 for Lambert's lobes alone from two picks on; of both,
+/// more than four picks under a sun need no pool: trace all N candidates (k = 1) and add up what they are weighed with
+/// below, times visibility (MIS, balance heuristic).
 /// With g = luminance of radiance x BRDF x cosine, by the client's own evaluation, the weight of candidate x is
 /// g(x) / (n_e p_e(x) + n_b p_b(x)), for n_e and n_b candidates from densities p_e and p_b. Then `picks` = N rays,
 /// fewer where a candidate is picked more than once, give the estimate

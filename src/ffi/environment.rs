@@ -532,6 +532,7 @@ pub unsafe extern "C" fn wis_environment_invert(
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
+#[inline(always)]
 unsafe fn light<'a>(
     environment: *const Environment,
     distribution: u32,
@@ -545,6 +546,7 @@ unsafe fn light<'a>(
 }
 
 /// A distribution by its name.
+#[inline(always)]
 fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Distribution<'a>> {
     match distribution {
         WIS_DISTRIBUTION_PLAIN => Ok(environment.plain()),

@@ -8,14 +8,16 @@ use support::scenes::matrices;
 use support::vector::{rotate, single};
 use support::{Environment, Map, Random, lane_points, normalise};
 use wis::descent::{Sample, Sampled};
-use wis::environment::{Cube, Inverse, LatLong, RowNumbers, Shape, TexelMap};
+use wis::environment::{Cube, Inverse, LatLong, Octahedral, RowNumbers, Shape, TexelMap};
 use wis::ffi::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST,
-    WIS_LAYOUT_CUBE,
+    WIS_LAYOUT_CUBE, WIS_LAYOUT_OCTAHEDRAL,
 };
 use wis::points::sobol;
 use wis::simd::{Lanes, Native, Portable};
-use wis::sphere::{Frame, cube_direction, cube_solid_angle, latlong_direction, latlong_solid_angle};
+use wis::sphere::{
+    Frame, cube_direction, cube_solid_angle, direction, direction_f64, latlong_direction, latlong_solid_angle, square,
+};
 use wis::wide::{InLanes, TOGETHER};
 
 const FLAGS: u32 = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST;
@@ -230,6 +232,36 @@ fn densities_are_those_of_texels_of_a_cube() {
     }
 }
 
+/// An octahedral map with another value in every texel.
+fn varied_square(width: u32) -> Map {
+    Map { layout: WIS_LAYOUT_OCTAHEDRAL, ..varied(width, width) }
+}
+
+/// So it is for an octahedral map, whose texels all have one solid angle.
+#[test]
+fn densities_are_those_of_texels_of_the_square() {
+    for width in [1, 2, 5, 64, 100] {
+        let map = varied_square(width);
+        let environment = map.build(0, FLAGS);
+        let texels = || (0..width).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let radiance = |x: u32, y: u32| f64::from(map.pixels[(y * width + x) as usize]);
+        let solid = 4.0 * PI / f64::from(width * width);
+        let mean = texels().map(|(x, y)| radiance(x, y) * solid).sum::<f64>() / (4.0 * PI);
+        let value = |x: u32, y: u32| (radiance(x, y) - mean).max(radiance(x, y) / 64.0);
+        let power: f64 = texels().map(|(x, y)| value(x, y) * solid).sum();
+        assert!((environment.power(WIS_DISTRIBUTION_COMPENSATED) / power - 1.0).abs() < 1e-5, "{width}");
+        for (x, y) in texels() {
+            let expected = value(x, y) / power;
+            for (a, b) in [(0.5, 0.5), (0.01, 0.02), (0.99, 0.98)] {
+                let place = [f64::from(x) + a, f64::from(y) + b].map(|c| c / f64::from(width));
+                let found = pdf(&environment, None, single(direction_f64(place)));
+                let allowed = 1e-4 + 2f64.powi(-20) / (expected * solid).min(1.0);
+                assert!((found / expected - 1.0).abs() < allowed, "{x} {y} of {width}: {found} {expected}");
+            }
+        }
+    }
+}
+
 /// To a client with a filter light varies inside texels: cells of the square, which are smaller, follow it better.
 #[test]
 fn clients_with_a_filter_get_cells() {
@@ -243,7 +275,8 @@ fn clients_with_a_filter_get_cells() {
 fn samples_stay_in_their_texels() {
     let mut random = Random(47);
     let latlong = SIZES.into_iter().chain([(2048, 1024)]).map(|(width, height)| varied(width, height));
-    for map in latlong.chain([1, 2, 7, 128].map(varied_cube)) {
+    let others = [1, 2, 7, 128].map(varied_cube).into_iter().chain([1, 2, 7, 128, 1000].map(varied_square));
+    for map in latlong.chain(others) {
         let (width, height) = (map.width, map.height);
         let environment = map.build(0, FLAGS);
         for matrix in matrices() {
@@ -257,6 +290,8 @@ fn samples_stay_in_their_texels() {
                         let face = (texel[1] * 6.0) as u32;
                         let [s, t] = [texel[0] * 2.0 - 1.0, texel[1] * 12.0 - f64::from(2 * face) - 1.0];
                         support::vector::unit(cube_direction(face, s + place[0], t + place[1]))
+                    } else if map.layout == WIS_LAYOUT_OCTAHEDRAL {
+                        direction_f64([0, 1].map(|k| (texel[k] + place[k]).clamp(0.0, 1.0)))
                     } else {
                         latlong_direction([texel[0] + place[0], (texel[1] + place[1]).clamp(0.0, 1.0)])
                     };
@@ -366,6 +401,48 @@ fn directions_are_uniform_on_a_face() {
     }
 }
 
+/// Of an octahedral map they are uniform on the square, also at its folded edges, and inversion leads back.
+#[test]
+fn directions_are_uniform_on_the_square() {
+    for texel in [[0, 0], [0, 2], [2, 2], [4, 1], [3, 4]] {
+        let tables = Tables::new::<Octahedral>([5, 5], |t| if t == texel { 1.0 } else { 0.0 });
+        let texels = tables.texels::<Octahedral>();
+        let (mut mean, mut squares, count) = ([0.0; 2], [0.0; 2], 1 << 12);
+        for i in 0..count {
+            let u = sobol(3, i);
+            let sample = texels.sample(&Frame::IDENTITY, u);
+            let back = texels.invert(&Frame::IDENTITY, sample.wi).unwrap();
+            assert!((0..2).all(|k| (back[k] - u[k]).abs() < 5e-5), "{texel:?}: {u:?} {back:?}");
+            let [along, down] = square(sample.wi.into()).map(f64::from);
+            for (k, place) in [down, along].into_iter().enumerate() {
+                let place = place * 5.0 - f64::from(texel[k]);
+                assert!((-1e-5..1.00001).contains(&place), "{texel:?}: {place}");
+                mean[k] += place / f64::from(count);
+                squares[k] += place * place / f64::from(count);
+            }
+        }
+        for k in [0, 1] {
+            assert!((mean[k] - 0.5).abs() < 2e-3 && (squares[k] - 1.0 / 3.0).abs() < 2e-3, "{texel:?}: {mean:?}");
+        }
+    }
+}
+
+/// A step on the sphere is at most .62 as long on the square: what keeps samples in their texels counts on it.
+#[test]
+fn the_square_does_not_stretch() {
+    let mut random = Random(5);
+    for _ in 0..200_000 {
+        let s = [random.f32(), random.f32()];
+        let turn = TAU * random.f64();
+        let moved = [s[0] + 1e-3 * turn.cos() as f32, s[1] + 1e-3 * turn.sin() as f32];
+        if moved.iter().all(|c| (0.0..1.0).contains(c)) {
+            let step = f64::from(direction(s).distance(direction(moved)));
+            let longest = (0..2).map(|k| f64::from(moved[k] - s[k]).abs()).fold(0.0, f64::max);
+            assert!(longest < 0.625 * step, "{s:?} {moved:?}: {longest} {step}");
+        }
+    }
+}
+
 /// Black light gives no samples, in lanes or alone.
 #[test]
 fn black_has_no_samples() {
@@ -411,9 +488,12 @@ fn lanes_are_single_calls() {
     same_in_lanes::<Native, LatLong>(SIZE);
     same_in_lanes::<Portable, Cube>([6 * 19, 19]);
     same_in_lanes::<Native, Cube>([6 * 19, 19]);
+    same_in_lanes::<Portable, Octahedral>([19, 19]);
+    same_in_lanes::<Native, Octahedral>([19, 19]);
     #[cfg(target_arch = "x86_64")]
     if wis::simd::detect() >= wis::simd::AVX2 {
         same_in_lanes::<wis::simd::Avx2, LatLong>(SIZE);
         same_in_lanes::<wis::simd::Avx2, Cube>([6 * 19, 19]);
+        same_in_lanes::<wis::simd::Avx2, Octahedral>([19, 19]);
     }
 }

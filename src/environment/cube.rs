@@ -5,7 +5,7 @@
 //! of its face, so densities grow outwards by 1 / m^3 with m the direction's largest component.
 
 use super::inverse::{self, Inverse};
-use super::shape::{RowNumbers, Shape, Texel, cell, cells};
+use super::shape::{ROUNDING, RowNumbers, Shape, Texel, cell, cells};
 use crate::numeric::{max, select, sqrt};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::cube_solid_angle;
@@ -19,6 +19,8 @@ pub struct Cube;
 
 impl Shape for Cube {
     const CONSTANT: bool = false;
+    /// Where a sample that left its texel begins to move.
+    const BORDER: f64 = 2.0 * ROUNDING / PI;
 
     fn share([_, columns]: Texel, [row, column]: Texel) -> f64 {
         let edges = |i: u32| [i, i + 1].map(|i| 2.0 * f64::from(i) / f64::from(columns) - 1.0);

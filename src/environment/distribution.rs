@@ -3,7 +3,7 @@
 use super::inverse::Inverse;
 use super::shape::{RowNumbers, Texel};
 use super::texels::TexelMap;
-use super::{Cube, LatLong, Layout, Light, MOST_CELLS};
+use super::{Cube, LatLong, Layout, Light, MOST_CELLS, Octahedral};
 use crate::descent::{Sample, Sampled};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
@@ -19,6 +19,8 @@ pub enum Distribution<'a> {
     LatLong(TexelMap<'a, LatLong>),
     /// Texels of a cube map.
     Cube(TexelMap<'a, Cube>),
+    /// Texels of an octahedral map.
+    Octahedral(TexelMap<'a, Octahedral>),
 }
 
 /// Where texels are kept: as long as [`Inverse::lengths`] tells, and a row each.
@@ -31,7 +33,8 @@ pub struct Table<'a> {
     pub rows: &'a mut [RowNumbers],
 }
 
-/// How an environment's header writes the size of a map: of a cube map 0 and the columns. 0 if its texels cannot be kept.
+/// How an environment's header writes the size of a map: of a cube map 0 and the columns, of an octahedral one the rows and
+/// 0. Twice 0 if its texels cannot be kept.
 pub fn written(layout: Layout, [rows, columns]: Texel) -> [u16; 2] {
     if rows > MOST_CELLS || columns > MOST_CELLS {
         return [0; 2];
@@ -39,7 +42,7 @@ pub fn written(layout: Layout, [rows, columns]: Texel) -> [u16; 2] {
     match layout {
         Layout::LatLong => [rows as u16, columns as u16],
         Layout::Cube => [0, columns as u16],
-        Layout::Octahedral => [0; 2],
+        Layout::Octahedral => [rows as u16, 0],
     }
 }
 
@@ -47,7 +50,7 @@ pub fn written(layout: Layout, [rows, columns]: Texel) -> [u16; 2] {
 #[inline(always)]
 pub fn size(written: [u16; 2]) -> Texel {
     let [rows, columns] = written.map(u32::from);
-    [if rows == 0 { 6 * columns } else { rows }, columns]
+    [if rows == 0 { 6 * columns } else { rows }, if columns == 0 { rows } else { columns }]
 }
 
 /// Makes the distribution of texels with these values, of which some are not 0 in `written`; returns their mean over the
@@ -56,6 +59,7 @@ pub fn fill(texels: [u16; 2], table: &mut Table, value: impl Fn(Texel) -> f64) -
     let Table { starts, guides, rows } = table;
     match texels {
         [0, _] => TexelMap::<Cube>::fill(size(texels), (starts, guides, rows), value),
+        [_, 0] => TexelMap::<Octahedral>::fill(size(texels), (starts, guides, rows), value),
         _ => TexelMap::<LatLong>::fill(size(texels), (starts, guides, rows), value),
     }
 }
@@ -71,6 +75,7 @@ impl<'a> Distribution<'a> {
         let inverse = Inverse::trusted(size(texels), starts, guides);
         match texels {
             [0, _] => Distribution::Cube(TexelMap::trusted(average, inverse, rows)),
+            [_, 0] => Distribution::Octahedral(TexelMap::trusted(average, inverse, rows)),
             _ => Distribution::LatLong(TexelMap::trusted(average, inverse, rows)),
         }
     }
@@ -81,6 +86,7 @@ impl<'a> Distribution<'a> {
             Distribution::Tree(_) => true,
             Distribution::LatLong(texels) => texels.is_sound(),
             Distribution::Cube(texels) => texels.is_sound(),
+            Distribution::Octahedral(texels) => texels.is_sound(),
         }
     }
 
@@ -90,6 +96,7 @@ impl<'a> Distribution<'a> {
             Distribution::Tree(_) => {}
             Distribution::LatLong(texels) => texels.add_to(hash),
             Distribution::Cube(texels) => texels.add_to(hash),
+            Distribution::Octahedral(texels) => texels.add_to(hash),
         }
     }
 }
@@ -102,6 +109,7 @@ impl Sampled for Distribution<'_> {
             Distribution::Tree(light) => light.sample(frame, u),
             Distribution::LatLong(texels) => texels.sample(frame, u),
             Distribution::Cube(texels) => texels.sample(frame, u),
+            Distribution::Octahedral(texels) => texels.sample(frame, u),
         }
     }
 
@@ -111,6 +119,7 @@ impl Sampled for Distribution<'_> {
             Distribution::Tree(light) => light.pdf(frame, wi),
             Distribution::LatLong(texels) => texels.pdf(frame, wi),
             Distribution::Cube(texels) => texels.pdf(frame, wi),
+            Distribution::Octahedral(texels) => texels.pdf(frame, wi),
         }
     }
 
@@ -120,6 +129,7 @@ impl Sampled for Distribution<'_> {
             Distribution::Tree(light) => light.invert(frame, wi),
             Distribution::LatLong(texels) => texels.invert(frame, wi),
             Distribution::Cube(texels) => texels.invert(frame, wi),
+            Distribution::Octahedral(texels) => texels.invert(frame, wi),
         }
     }
 }
@@ -138,6 +148,7 @@ impl SampledWide for Distribution<'_> {
             Distribution::Tree(light) => light.samples(level, frame, u, samples),
             Distribution::LatLong(texels) => texels.sample_all(level, frame, u, samples),
             Distribution::Cube(texels) => texels.sample_all(level, frame, u, samples),
+            Distribution::Octahedral(texels) => texels.sample_all(level, frame, u, samples),
         }
     }
 
@@ -147,6 +158,7 @@ impl SampledWide for Distribution<'_> {
             Distribution::Tree(light) => light.pdfs(level, frame, wi, values),
             Distribution::LatLong(texels) => texels.pdf_all(level, frame, wi, values),
             Distribution::Cube(texels) => texels.pdf_all(level, frame, wi, values),
+            Distribution::Octahedral(texels) => texels.pdf_all(level, frame, wi, values),
         }
     }
 }

@@ -20,6 +20,8 @@ pub struct LatLong;
 
 impl Shape for LatLong {
     const CONSTANT: bool = true;
+    /// A row is at least half as wide in 1 - |z| as its angle times the sine at its edge.
+    const BORDER: f64 = 2.0 * ROUNDING / PI;
 
     fn share([rows, columns]: Texel, [row, _]: Texel) -> f64 {
         latlong_solid_angle(columns, rows, row) / (4.0 * PI)

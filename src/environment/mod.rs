@@ -3,7 +3,7 @@
 //! Two storages stand behind one interface: the exact pyramid, and a sparse tree pruned by an error budget.
 //! On its own an environment samples directions in proportion to its luminance, or to the luminance above the mean
 //! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling). Nothing is multiplied by
-//! the compensated distribution, so that of a lat-long or cube map may keep its texels in place of a tree.
+//! the compensated distribution, so that may keep the texels of the map in place of a tree.
 
 mod build;
 mod cube;
@@ -11,6 +11,7 @@ mod distribution;
 mod integrate;
 mod inverse;
 mod latlong;
+mod octahedral;
 mod pixels;
 mod polygon;
 mod refine;
@@ -26,6 +27,7 @@ pub use distribution::{Distribution, Table, size as size_of_texels};
 pub use integrate::Texels;
 pub use inverse::{Inverse, MOST_CELLS};
 pub use latlong::LatLong;
+pub use octahedral::Octahedral;
 pub use pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 pub use refine::{Refined, Refinement, Spread, refine};
 pub use shape::{RowNumbers, Shape, Texel};
@@ -81,7 +83,8 @@ pub struct Header {
     pub rgb_average: [f32; 3],
     /// Squares below the cells of a pyramid.
     pub refined: u32,
-    /// Rows and columns of texels if the compensated distribution keeps those, else 0; of a cube map 0 and the columns.
+    /// Rows and columns of texels if the compensated distribution keeps those, else 0; of a cube map 0 and the columns, of
+    /// an octahedral one the rows and 0.
     pub texels: [u16; 2],
 }
 

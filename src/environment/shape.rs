@@ -19,6 +19,8 @@ pub const ROUNDING: f64 = 2e-6;
 pub trait Shape {
     /// Whether densities are constant in a texel: then only a sample near a border needs to be looked up again.
     const CONSTANT: bool;
+    /// How near to the upper or lower border of a texel rounding may carry a direction into the next, if there were one row.
+    const BORDER: f64;
 
     /// A texel's share of the sphere.
     fn share(size: Texel, texel: Texel) -> f64;

@@ -5,7 +5,7 @@
 //! and pdf agree to the bit, since both multiply the same numbers.
 
 use super::inverse::{self, Inverse, Span};
-use super::shape::{ROUNDING, RowNumbers, Shape, Texel};
+use super::shape::{RowNumbers, Shape, Texel};
 use crate::descent::{ONE_MINUS_EPSILON, Sample, Sampled, clamp};
 use crate::numeric::{ContentHash, max, min};
 use crate::sphere::{Frame, unit};
@@ -65,8 +65,7 @@ impl<'a, S: Shape> TexelMap<'a, S> {
     #[inline(always)]
     pub(super) fn border(&self) -> f32 {
         let [rows, _] = self.inverse.size();
-        // A row of a lat-long map is at least half as wide in 1 - |z| as its angle times the sine at its edge.
-        (2.0 * ROUNDING / core::f64::consts::PI) as f32 * inverse::number(rows)
+        S::BORDER as f32 * inverse::number(rows)
     }
 
     #[inline(always)]

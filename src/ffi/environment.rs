@@ -45,8 +45,8 @@ pub const WIS_ENVIRONMENT_NEAREST: u32 = 1;
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
-/// luminance; that of a lat-long or cube map in a pyramid whose resolution is left to the library keeps, for clients
-/// without filter (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
+/// luminance; in a pyramid whose resolution is left to the library it keeps, for clients without filter
+/// (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
 pub const WIS_ENVIRONMENT_RGB: u32 = 8;

@@ -112,7 +112,7 @@ impl Stored {
             return None;
         }
         let possible = !sparse && header.flags & WIS_ENVIRONMENT_COMPENSATED != 0;
-        if header.texels != [0; 2] && !(possible && header.texels[1] > 0) {
+        if header.texels != [0; 2] && !possible {
             return None;
         }
         Stored::new(Counts::of(header), header.flags)

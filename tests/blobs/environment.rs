@@ -128,8 +128,8 @@ impl Parts {
 fn size_of_texels(bytes: &[u8]) -> [usize; 2] {
     let word = word(bytes, offset_of!(Header, texels));
     let [rows, columns] = [word & 0xffff, word >> 16].map(|count| count as usize);
-    // Of a cube map only the columns are written.
-    [if rows == 0 { 6 * columns } else { rows }, columns]
+    // Of a cube map only the columns are written, of an octahedral one only the rows.
+    [if rows == 0 { 6 * columns } else { rows }, if columns == 0 { rows } else { columns }]
 }
 
 /// The lengths of their starts, 4 bytes each, and guides, 2 bytes each.
@@ -277,7 +277,7 @@ fn pyramid() -> Vec<u8> {
     object(|c| c.storage = WIS_STORAGE_PYRAMID, varied)
 }
 
-/// A pyramid whose cells go on below.
+/// A pyramid whose cells go on below, and whose compensated distribution keeps texels.
 fn refined() -> Vec<u8> {
     let edit = |c: &mut EnvironmentConfig| {
         (c.storage, c.layout, c.width, c.height) = (WIS_STORAGE_PYRAMID, WIS_LAYOUT_OCTAHEDRAL, 6, 6);
@@ -305,7 +305,7 @@ fn natural_cube() -> Vec<u8> {
 /// Starts, guides and rows of texels that are not what they were built to be, and other numbers of texels.
 #[test]
 fn texels() {
-    for (object, size) in [(natural(), [3, 5]), (natural_cube(), [12, 2])] {
+    for (object, size) in [(natural(), [3, 5]), (natural_cube(), [12, 2]), (refined(), [6, 6])] {
         let parts = Parts::of(&object);
         assert_eq!((size_of_texels(&object), parts.end), (size, object.len()));
         for offset in (parts.texels..parts.end).step_by(4) {

@@ -87,8 +87,8 @@
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
-/// luminance; that of a lat-long or cube map in a pyramid whose resolution is left to the library keeps, for clients
-/// without filter (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
+/// luminance; in a pyramid whose resolution is left to the library it keeps, for clients without filter
+/// (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
 /// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
@@ -790,7 +790,7 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
 /// nothing is prepared, or where lobes are too narrow for a product.
 ///
-/// Draw k N candidates, half of them (a sixteenth for lobes below 0.02) from wis_environment_sample_lanes with
+/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_environment_sample_lanes with
 /// WIS_DISTRIBUTION_COMPENSATED, or from wis_product_sample_lanes where a product is prepared, and the others from the
 /// BRDF. Good choices are k = 16 for a single pick (up to eight samples in a call cost little more than two), 8 for up to
 /// four picks and 4 for more. Where the BRDF is dear, 8 and 4, and 4 for Lambert's lobes alone from two picks on; of both,

@@ -51,8 +51,8 @@ pub enum Method {
     WisPrior,
     /// `WisPool` with that prior.
     WisPoolPrior(usize),
-    /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF, of mirrors a sixteenth
-    /// and the rest. One a pick: all of them, by the balance heuristic.
+    /// The library's pool: so many candidates a pick, half of compensated light and half of the BRDF, of mirrors a quarter and
+    /// the rest. One a pick: all of them, by the balance heuristic.
     WisPool(usize),
     /// The library's pool with candidates of the product instead of the light.
     WisTreePool(usize),
@@ -525,7 +525,7 @@ impl Sampler {
         self.density_pool(&light, setting, bsdf, n, k, prior)
     }
 
-    /// Candidates half of a density of the library and half of the BRDF, of mirrors a sixteenth and the rest.
+    /// Candidates half of a density of the library and half of the BRDF, of mirrors a quarter and the rest.
     fn density_pool(
         &mut self,
         density: &impl Density,
@@ -536,7 +536,7 @@ impl Sampler {
         prior: Option<&raw::wis_prior>,
     ) -> client::Result<()> {
         let mirrors = setting.material.widest_half_angle() < 0.02;
-        let drawn = n * k / if mirrors { 16 } else { 2 };
+        let drawn = n * k / if mirrors { 4 } else { 2 };
         let counts = [drawn, n * k - drawn];
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);

@@ -131,8 +131,8 @@ peer is chosen on the even repeats and scored, as wis, on the odd ones; interval
 \"wis + MIS\" is compared like a peer. A method that never finds a small light looks better than it is: its rare hits
 are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample
 each; \"wis reuse\" prepares at the first hit with a cone of .05 radians, again where a hit's normal lies outside, four
-times at most, and falls back to compensated MIS from there on. Methods with \"+ prior\" read what 16 other pixels of the 8 x 8 tile saw with as many samples each (at
-most 64); their time has the counting of the pixel's own rays.
+times at most, and falls back to compensated MIS from there on. Methods with \"+ prior\" read what 16 other pixels of the
+8 x 8 tile saw with as many samples each (at most 64); their time has the counting of the pixel's own rays.
 The limit is the product of light and BRDF x cosine on all 512 x 512 cells (those in which the light varies in 16 x 16
 parts), sampled directly or through a pool of four
 candidates a pick, whichever is better: what is left of its variance comes from visibility.

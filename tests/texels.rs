@@ -349,81 +349,62 @@ fn every_texel_is_reached() {
     }
 }
 
-/// Directions are uniform in a texel: also at the poles, and across the equator of an odd number of rows.
+/// Samples of a texel alone are uniform in it, and inversion leads back within what is allowed. `place` tells where in the
+/// texel, down and along, a direction lies.
+fn assert_uniform<S: Shape>(size: [u32; 2], texel: [u32; 2], allowed: f32, place: impl Fn([f32; 3]) -> [f64; 2]) {
+    let tables = Tables::new::<S>(size, |t| if t == texel { 1.0 } else { 0.0 });
+    let texels = tables.texels::<S>();
+    let (mut mean, mut square, count) = ([0.0; 2], [0.0; 2], 1 << 12);
+    for i in 0..count {
+        let u = sobol(3, i);
+        let wi = texels.sample(&Frame::IDENTITY, u).wi;
+        let back = texels.invert(&Frame::IDENTITY, wi).unwrap();
+        assert!((0..2).all(|k| (back[k] - u[k]).abs() < allowed), "{texel:?}: {u:?} {back:?}");
+        for (k, place) in place(wi).into_iter().enumerate() {
+            assert!((-1e-5..1.00001).contains(&place), "{texel:?}: {place}");
+            mean[k] += place / f64::from(count);
+            square[k] += place * place / f64::from(count);
+        }
+    }
+    for k in [0, 1] {
+        assert!((mean[k] - 0.5).abs() < 2e-3 && (square[k] - 1.0 / 3.0).abs() < 2e-3, "{texel:?}: {mean:?}");
+    }
+}
+
+/// Also at the poles, where inversion knows no azimuth, and across the equator of an odd number of rows.
 #[test]
 fn directions_are_uniform_in_a_texel() {
     for (texel, height) in [([0, 3], 8), ([7, 1], 8), ([2, 6], 5), ([0, 0], 1)] {
-        let [row, column] = texel;
-        let tables = Tables::new::<LatLong>([height, 8], |t| if t == texel { 1.0 } else { 0.0 });
-        let (mut mean, mut square, count) = ([0.0; 2], [0.0; 2], 1 << 12);
-        for i in 0..count {
-            let [x, y, z] = tables.texels::<LatLong>().sample(&Frame::IDENTITY, sobol(3, i)).wi.map(f64::from);
+        assert_uniform::<LatLong>([height, 8], texel, 1.0, |wi| {
+            let ([row, column], [x, y, z]) = (texel, wi.map(f64::from));
             let edge = |k: u32| (PI * f64::from(k) / f64::from(height)).cos();
             let down = (edge(row) - z) / (edge(row) - edge(row + 1));
-            let along = (y.atan2(x) / TAU).rem_euclid(1.0) * 8.0 - f64::from(column);
-            for (k, place) in [down, along].into_iter().enumerate() {
-                assert!((-1e-5..1.00001).contains(&place), "{texel:?}: {place}");
-                mean[k] += place / f64::from(count);
-                square[k] += place * place / f64::from(count);
-            }
-        }
-        for k in [0, 1] {
-            assert!((mean[k] - 0.5).abs() < 2e-3 && (square[k] - 1.0 / 3.0).abs() < 2e-3, "{texel:?}: {mean:?}");
-        }
+            [down, (y.atan2(x) / TAU).rem_euclid(1.0) * 8.0 - f64::from(column)]
+        });
     }
 }
 
-/// Of a cube map they are uniform on the plane of the face, and inversion leads back.
+/// Of a cube map they are uniform on the plane of the face.
 #[test]
 fn directions_are_uniform_on_a_face() {
     for face in 0..6 {
-        let (texel, size) = ([3 * face + 1, 2], [18, 3]);
-        let tables = Tables::new::<Cube>(size, |t| if t == texel { 1.0 } else { 0.0 });
-        let texels = tables.texels::<Cube>();
-        let (mut mean, mut square, count) = ([0.0; 2], [0.0; 2], 1 << 12);
-        for i in 0..count {
-            let u = sobol(3, i);
-            let sample = texels.sample(&Frame::IDENTITY, u);
-            let back = texels.invert(&Frame::IDENTITY, sample.wi).unwrap();
-            assert!((0..2).all(|k| (back[k] - u[k]).abs() < 1e-5), "{u:?} {back:?}");
-            let (found, [s, t]) = wis::sphere::cube(sample.wi.map(f64::from));
+        // The texel is the middle of the last column, as wide as a third of the face.
+        assert_uniform::<Cube>([18, 3], [3 * face + 1, 2], 1e-5, |wi| {
+            let (found, [s, t]) = wis::sphere::cube(wi.map(f64::from));
             assert_eq!(found, face);
-            // The texel is the middle of the last column, as wide as a third of the face.
-            for (k, place) in [t * 3.0 - 1.0, s * 3.0 - 2.0].into_iter().enumerate() {
-                assert!((-1e-5..1.00001).contains(&place), "{face}: {place}");
-                mean[k] += place / f64::from(count);
-                square[k] += place * place / f64::from(count);
-            }
-        }
-        for k in [0, 1] {
-            assert!((mean[k] - 0.5).abs() < 2e-3 && (square[k] - 1.0 / 3.0).abs() < 2e-3, "{face}: {mean:?}");
-        }
+            [t * 3.0 - 1.0, s * 3.0 - 2.0]
+        });
     }
 }
 
-/// Of an octahedral map they are uniform on the square, also at its folded edges, and inversion leads back.
+/// Of an octahedral map they are uniform on the square, also at its folded edges.
 #[test]
 fn directions_are_uniform_on_the_square() {
     for texel in [[0, 0], [0, 2], [2, 2], [4, 1], [3, 4]] {
-        let tables = Tables::new::<Octahedral>([5, 5], |t| if t == texel { 1.0 } else { 0.0 });
-        let texels = tables.texels::<Octahedral>();
-        let (mut mean, mut squares, count) = ([0.0; 2], [0.0; 2], 1 << 12);
-        for i in 0..count {
-            let u = sobol(3, i);
-            let sample = texels.sample(&Frame::IDENTITY, u);
-            let back = texels.invert(&Frame::IDENTITY, sample.wi).unwrap();
-            assert!((0..2).all(|k| (back[k] - u[k]).abs() < 5e-5), "{texel:?}: {u:?} {back:?}");
-            let [along, down] = square(sample.wi.into()).map(f64::from);
-            for (k, place) in [down, along].into_iter().enumerate() {
-                let place = place * 5.0 - f64::from(texel[k]);
-                assert!((-1e-5..1.00001).contains(&place), "{texel:?}: {place}");
-                mean[k] += place / f64::from(count);
-                squares[k] += place * place / f64::from(count);
-            }
-        }
-        for k in [0, 1] {
-            assert!((mean[k] - 0.5).abs() < 2e-3 && (squares[k] - 1.0 / 3.0).abs() < 2e-3, "{texel:?}: {mean:?}");
-        }
+        assert_uniform::<Octahedral>([5, 5], texel, 5e-5, |wi| {
+            let [along, down] = square(wi.into()).map(|c| f64::from(c) * 5.0);
+            [down - f64::from(texel[0]), along - f64::from(texel[1])]
+        });
     }
 }
 

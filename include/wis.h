@@ -17,8 +17,8 @@
  * pool; and where a single texel gives more than a tenth of the light (a sun), a pool unless a product is shared. A
  * half-angle is sqrt(alpha_x alpha_y) for GGX, acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several
  * lobes that of the widest with at least a tenth of the weight; a measured BRDF counts as wide. wis_pool_pick says how many
- * candidates a pool needs. Where rays are dear (several microseconds), prepare a product from the first sample on, and for
- * lobes below 0.1 take the candidates of a pool from it.
+ * candidates a pool needs. Where rays are dear, draw the candidates from a product from 16 samples on: of equal numbers of
+ * samples that has the least error.
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
  * alignment. What was built holds no pointer and has no free function: it may be copied, saved and mapped again.
@@ -374,8 +374,8 @@ typedef struct wis_product_config {
   const float *world_from_map;
   /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
   /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
-  /// what the product estimates is then widened too. A small cone (.05) and a second product for hits outside sample
-  /// better than a wide one. 0: this normal only.
+  /// what the product estimates is then widened too. Hits outside are best given another product; narrow lobes sample
+  /// better with a small cone (.05). 0: this normal only.
   float reuse_cone;
   /// What other pixels saw about here, as a factor of the density (wis_prior_count says when that is unbiased); null:
   /// none. The estimates stay those without visibility. Read during the call.

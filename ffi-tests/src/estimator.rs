@@ -390,7 +390,7 @@ impl Estimator {
                 if point.hit == 0 {
                     shared.clear();
                 }
-                let covering = shared.covering(point.normal);
+                let mut covering = shared.covering(point.normal);
                 if covering.is_none() && shared.normals.len() < SHARED_PRODUCTS {
                     let prior = Some(*prior).filter(|_| method.takes_prior());
                     let preparation = Preparation { reuse_cone: REUSE_CONE, prior, ..setting.preparation };
@@ -398,9 +398,10 @@ impl Estimator {
                     // Its samples are for all hits, from the first on.
                     sampler.batch.begin(point.pixel, pass, 0);
                     sampler.share(&prepared, *hits * n, &mut shared.samples)?;
+                    covering = Some(shared.normals.len());
                     shared.normals.push(point.normal);
                 }
-                match shared.covering(point.normal) {
+                match covering {
                     Some(product) => {
                         let own = &shared.samples[(product * *hits + point.hit as usize) * n..][..n];
                         sampler.shared(own, setting, &bsdf)?;

@@ -50,8 +50,8 @@ pub struct ProductConfig {
     pub world_from_map: *const f32,
     /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
     /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
-    /// what the product estimates is then widened too. A small cone (.05) and a second product for hits outside sample
-    /// better than a wide one. 0: this normal only.
+    /// what the product estimates is then widened too. Hits outside are best given another product; narrow lobes sample
+    /// better with a small cone (.05). 0: this normal only.
     pub reuse_cone: f32,
     /// What other pixels saw about here, as a factor of the density (wis_prior_count says when that is unbiased); null:
     /// none. The estimates stay those without visibility. Read during the call.

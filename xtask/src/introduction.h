@@ -17,8 +17,8 @@
  * pool; and where a single texel gives more than a tenth of the light (a sun), a pool unless a product is shared. A
  * half-angle is sqrt(alpha_x alpha_y) for GGX, acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several
  * lobes that of the widest with at least a tenth of the weight; a measured BRDF counts as wide. wis_pool_pick says how many
- * candidates a pool needs. Where rays are dear (several microseconds), prepare a product from the first sample on, and for
- * lobes below 0.1 take the candidates of a pool from it.
+ * candidates a pool needs. Where rays are dear, draw the candidates from a product from 16 samples on: of equal numbers of
+ * samples that has the least error.
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
  * alignment. What was built holds no pointer and has no free function: it may be copied, saved and mapped again.

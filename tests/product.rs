@@ -373,7 +373,7 @@ fn products_have_less_variance_than_the_light_alone() {
 fn narrow_peaks_are_found() {
     let environment = Map::latlong(16, 8, |_, _| 1.0).build(512, 0);
     let mut random = Random(83);
-    for (alpha, share) in [(0.05, 0.3), (0.02, 0.2), (0.01, 0.15), (3e-3, 0.04), (1e-3, 0.008)] {
+    for (alpha, share) in [(0.05, 0.3), (0.02, 0.15), (0.01, 0.15), (3e-3, 0.04), (1e-3, 0.008)] {
         let mut least = f64::INFINITY;
         for _ in 0..2000 {
             let (normal, wo) = (random.direction(), random.direction());

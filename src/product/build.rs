@@ -1,7 +1,7 @@
 //! Building a product: which cells to refine. Up to eight are split side by side.
 
 use super::base::{BASE, Base};
-use super::cells::{Batch, Cell, NEAR, Room, Scratch};
+use super::cells::{Batch, COLUMNS, Cell, NEAR, Room, Scratch};
 use super::peak::{Narrow, is_narrow};
 use super::start::level_of_base;
 use super::weigh::{Eight, Families, Floors, leaf_weight, worth};
@@ -29,14 +29,10 @@ impl Budget {
     /// What is spent if the caller does not say.
     pub const DEFAULT: Budget = Budget { squares: 128, evaluations: 0 };
 
-    /// The evaluations, chosen: the base and so many rounds of eight splits.
-    fn evaluations(&self, is_smooth: bool, is_narrow: bool) -> u32 {
-        let rounds = match (is_smooth, is_narrow) {
-            (true, _) => 0,
-            (false, false) => 1,
-            (false, true) => 2,
-        };
-        if self.evaluations > 0 { self.evaluations } else { BASE as u32 + rounds * (LANES * NEW) as u32 }
+    /// The evaluations, chosen: the base and, but for what is smooth, a round of eight splits.
+    fn evaluations(&self, is_smooth: bool) -> u32 {
+        let new = if is_smooth { 0 } else { LANES * NEW };
+        if self.evaluations > 0 { self.evaluations } else { (BASE + new) as u32 }
     }
 }
 
@@ -81,6 +77,8 @@ pub struct Builder<'a, 'c, B: Brdf> {
     /// The squares and evaluations that may be made.
     pub budget: Budget,
     evaluations: u32,
+    /// Whether cells may be left that are too coarse for a peak.
+    is_coarse: bool,
     /// What was spent when all peaks were resolved.
     spent_on_peaks: u32,
     /// Values are multiplied by this power of two before they are stored.
@@ -147,7 +145,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             let place = square(frame.to_map(peak.direction));
             *slot = Some(Narrow { peak: *peak, value, place });
         }
-        let evaluations = options.budget.evaluations(brdf.is_smooth(), peaks[0].is_some());
+        let evaluations = options.budget.evaluations(brdf.is_smooth());
         Builder {
             light,
             floors: Floors { frame, hemisphere, horizon: options.reuse.horizon(), least, peaks },
@@ -157,6 +155,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             squares: 0,
             budget: Budget { squares, evaluations },
             evaluations: base.evaluations,
+            is_coarse: peaks[0].is_some(),
             spent_on_peaks: base.evaluations,
             scale: exp2i(-base.exponent) as f32,
             total: 0.0,
@@ -186,13 +185,14 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         if !self.goes_on() {
             return Batch::default();
         }
-        if self.floors.has_peaks() {
+        if self.is_coarse {
             let room = self.budget.squares.min(self.base + PEAK_SPLITS).saturating_sub(self.squares);
             let batch = self.to.coarse::<F>(self.used(), room as usize);
             if batch.count > 0 {
                 self.spent_on_peaks = self.evaluations + (batch.count * NEW) as u32;
                 return batch;
             }
+            self.is_coarse = false;
         }
         let spent = self.evaluations - self.spent_on_peaks + BASE as u32;
         let affordable = self.budget.evaluations.saturating_sub(spent) / NEW as u32;
@@ -345,7 +345,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             self.squares += 1;
         }
         let used = self.used();
-        if let Some(rest) = self.to.priorities.get_mut(used..used + LANES) {
+        if let Some(rest) = self.to.priorities.get_mut(used..used + COLUMNS) {
             rest.fill(0.0);
         }
     }

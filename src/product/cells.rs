@@ -7,7 +7,6 @@
 
 use super::start::LEAST_SQUARES;
 use super::{LEAF, Node};
-use crate::numeric::max;
 use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::simd::{LANES, Lanes};
 
@@ -56,7 +55,7 @@ pub struct Room {
     pub nodes: usize,
     /// Cells.
     pub cells: usize,
-    /// Priorities: whole groups of lanes are written.
+    /// Priorities: whole rows are read.
     pub priorities: usize,
     /// Squares.
     pub squares: usize,
@@ -67,7 +66,7 @@ impl Room {
     pub fn new(squares: u32) -> Option<Room> {
         let squares = squares.max(LEAST_SQUARES);
         let nodes = squares.checked_mul(4)?.checked_add(1)? as usize;
-        Some(Room { nodes, cells: nodes, priorities: nodes.checked_add(LANES)?, squares: squares as usize })
+        Some(Room { nodes, cells: nodes, priorities: nodes.checked_add(COLUMNS)?, squares: squares as usize })
     }
 }
 
@@ -104,32 +103,40 @@ impl Scratch<'_> {
         batch
     }
 
-    /// The leaves of more than a priority that are worth most, at most `room` and at most eight, the best first; of
-    /// equal ones the first. They are worth nothing any more.
+    /// At most `room` and at most eight leaves of more than a priority: of the best of each column those that are worth
+    /// most. They are worth nothing any more.
     #[inline(always)]
     pub fn most_valuable<F: Lanes>(&mut self, used: usize, least: f32, room: usize) -> Batch {
+        let (worth, rows) = self.best_of_columns::<F>(used);
         let mut batch = Batch::default();
-        for _ in 0..room.min(LANES) {
-            let mut best = F::splat(0.0);
-            for (_, eight) in self.groups(used) {
-                best = best.max(F::from_array(*eight).abs());
-            }
-            let worth = best.to_array().into_iter().fold(0.0, max);
-            if !(worth > least) {
-                break;
-            }
-            let is_it = |eight: &[f32; LANES]| F::bits(F::splat(worth).le(F::from_array(*eight).abs()));
-            let Some((first, lanes)) = self.groups(used).map(|(first, eight)| (first, is_it(eight))).find(|g| g.1 != 0)
-            else {
-                break;
-            };
-            let number = (first + lanes.trailing_zeros()) as usize;
+        let mut chosen = largest::<F>(&keys(&worth, least), room.min(LANES));
+        while chosen != 0 {
+            let column = chosen.trailing_zeros() as usize & (COLUMNS - 1);
+            let number = rows[column] as usize * COLUMNS + column;
             if let Some(priority) = self.priorities.get_mut(number) {
                 *priority = 0.0;
             }
             batch.push(number);
+            chosen &= chosen - 1;
         }
         batch
+    }
+
+    /// The largest priority of each column, and the first row in which it stands.
+    #[inline(always)]
+    fn best_of_columns<F: Lanes>(&self, used: usize) -> ([f32; COLUMNS], [f32; COLUMNS]) {
+        let (mut best, mut best_row) = ([F::splat(0.0); GROUPS], [F::splat(0.0); GROUPS]);
+        let rows = self.priorities.chunks_exact(COLUMNS).take(used.div_ceil(COLUMNS));
+        for (row, priorities) in (0u32..).zip(rows) {
+            let row = F::splat(row as f32);
+            let groups = priorities.chunks_exact(LANES).filter_map(|eight| eight.first_chunk());
+            for ((best, best_row), eight) in best.iter_mut().zip(&mut best_row).zip(groups) {
+                let worth = F::from_array(*eight).abs();
+                let better = best.lt(worth);
+                (*best, *best_row) = (F::select(better, worth, *best), F::select(better, row, *best_row));
+            }
+        }
+        (in_columns(best), in_columns(best_row))
     }
 
     /// Eight priorities at a time, and the number of the first.
@@ -185,6 +192,53 @@ impl Scratch<'_> {
         }
         squares.first().map_or(0.0, |root| mean(root.values))
     }
+}
+
+/// The most valuable leaves are found among the best of so many columns, in which they stand row by row: in one pass, and
+/// at the price of one or two of the eight best, on average, for which the next best are taken.
+pub const COLUMNS: usize = GROUPS * LANES;
+const GROUPS: usize = 2;
+/// What tells columns apart in a number's bits.
+const LAST_BITS: u32 = COLUMNS as u32 - 1;
+
+/// The numbers of all columns.
+#[inline(always)]
+fn in_columns<F: Lanes>(groups: [F; GROUPS]) -> [f32; COLUMNS] {
+    let mut columns = [0.0; COLUMNS];
+    for (eight, group) in columns.chunks_exact_mut(LANES).zip(groups) {
+        eight.copy_from_slice(&group.to_array());
+    }
+    columns
+}
+
+/// Numbers in the order of what columns are worth, of which no two are equal: the last bits give way to the number of the
+/// column. 0 for a column that is not worth more than `least`.
+#[inline(always)]
+fn keys(worth: &[f32; COLUMNS], least: f32) -> [f32; COLUMNS] {
+    let mut keys = [0.0; COLUMNS];
+    for ((key, &worth), column) in keys.iter_mut().zip(worth).zip(0u32..) {
+        let finite = if worth < f32::MAX { worth } else { f32::MAX };
+        let unique = f32::from_bits(finite.to_bits() & !LAST_BITS | LAST_BITS ^ column);
+        *key = if worth > least { unique } else { 0.0 };
+    }
+    keys
+}
+
+/// The columns with the `count` largest keys, as bits; none with 0.
+#[inline(always)]
+fn largest<F: Lanes>(keys: &[f32; COLUMNS], count: usize) -> u32 {
+    let mut groups = [F::splat(0.0); GROUPS];
+    for (group, eight) in groups.iter_mut().zip(keys.chunks_exact(LANES).filter_map(|eight| eight.first_chunk())) {
+        *group = F::from_array(*eight);
+    }
+    let mut before = [F::splat(0.0); GROUPS];
+    for &key in keys {
+        for (before, group) in before.iter_mut().zip(groups) {
+            *before = *before + F::unit(group.lt(F::splat(key)));
+        }
+    }
+    let first = |(group, before): (&F, &F)| F::and(F::splat(0.0).lt(*group), before.lt(F::splat(count as f32)));
+    groups.iter().zip(&before).rev().fold(0, |bits, pair| bits << LANES | F::bits(first(pair)))
 }
 
 /// Up to eight cells.

@@ -5,10 +5,14 @@ use crate::simd::Lanes;
 use crate::sphere::cell_chord;
 use crate::wide::vector::{V3, dot, splat, subtract};
 
-/// Cells are refined where they overlap the ellipse of this many half-widths about a peak ...
-const REACH: f32 = 1.5;
-/// ... until they are smaller than this many of its short half-widths.
-const DETAIL: f32 = 2.5;
+/// Cells are refined where they overlap the ellipse about a peak of so many half-widths ...
+const REACH: f32 = 1.2;
+/// ... and of this distance on the unit sphere besides: the tails of a narrow lobe are many half-widths long, ...
+const MARGIN: f32 = 0.05;
+/// ... but of no more half-widths than this.
+const FARTHEST: f32 = 4.0;
+/// A cell as far across as the ellipse and so many of its short half-widths is not refined any more.
+const DETAIL: f32 = 1.3;
 /// A leaf that overlaps the ellipse of this many half-widths may hold the peak itself.
 const CORE: f32 = 0.5;
 /// Cells of this width and smaller are flat enough to be taken as parallelograms.
@@ -18,9 +22,20 @@ const BENT: f32 = 4.0;
 /// No leaf is darker than this share of a peak that it may hold.
 const FLOOR: f32 = 0.1;
 
+/// So many half-widths about a peak cells are refined.
+fn reach(peak: &Peak) -> f32 {
+    let reach = REACH + MARGIN / peak.radii[0];
+    if reach < FARTHEST { reach } else { FARTHEST }
+}
+
+/// Cells of no more than this chord are fine enough for a peak.
+fn fine_enough(peak: &Peak) -> f32 {
+    (DETAIL + reach(peak)) * peak.radii[1]
+}
+
 /// Whether cells of a level may be too coarse for a peak.
 pub fn is_narrow(peak: &Peak, level: u32) -> bool {
-    DETAIL * peak.radii[1] < cell_chord(level)
+    fine_enough(peak) < cell_chord(level)
 }
 
 /// The peak of a narrow lobe.
@@ -58,7 +73,7 @@ impl<F: Lanes> Shape<F> {
     /// Judges a peak.
     #[inline(always)]
     pub fn judge(&self, &Narrow { ref peak, value, .. }: &Narrow) -> Verdict<F> {
-        let near = self.is_near(peak, REACH);
+        let near = self.is_near(peak, reach(peak));
         Verdict {
             near,
             coarse: F::and(near, is_coarse(peak, self.chord)),
@@ -79,7 +94,7 @@ impl<F: Lanes> Shape<F> {
 /// Whether cells are too coarse for a peak.
 #[inline(always)]
 fn is_coarse<F: Lanes>(peak: &Peak, chord: F) -> F::Mask {
-    F::splat(DETAIL * peak.radii[1]).lt(chord)
+    F::splat(fine_enough(peak)).lt(chord)
 }
 
 /// All that a lobe reflects lies within about twice its half-widths: a coarse leaf that holds it has no more.
@@ -139,12 +154,12 @@ impl<F: Lanes> Axes<F> {
         // Parallelograms that wide do not lie where the cells do, quite.
         let border = F::splat(1.02) + F::splat(BENT) * width;
         let radii = [(u[0] * u[0] + v[0] * v[0]).sqrt(), (u[1] * u[1] + v[1] * v[1]).sqrt()];
-        let (reach, core) = (F::splat(REACH), F::splat(CORE));
+        let (whole, core) = (F::splat(reach(peak)), F::splat(CORE));
         Family {
             offset,
             place: self.basis.coordinates(offset),
             extents: [
-                [border + reach * radii[0], border + reach * radii[1]],
+                [border + whole * radii[0], border + whole * radii[1]],
                 [border + core * radii[0], border + core * radii[1]],
             ],
         }
@@ -170,11 +185,11 @@ impl<F: Lanes> Axes<F> {
         let distance = dot(offset, offset).sqrt();
         let across = dot(offset, splat(peak.across.to_array()));
         let from_centre = [(family.place[0] - sides[0]).abs(), (family.place[1] - sides[1]).abs()];
-        let [reach, core] = family.extents;
-        let overlaps = F::and(from_centre[0].le(reach[0]), from_centre[1].le(reach[1]));
+        let [whole, core] = family.extents;
+        let overlaps = F::and(from_centre[0].le(whole[0]), from_centre[1].le(whole[1]));
         let in_core = F::and(from_centre[0].le(core[0]), from_centre[1].le(core[1]));
         let contains = F::and(is_within(index[0], width, place[0]), is_within(index[1], width, place[1]));
-        let near = F::or(contains, F::and(overlaps, is_close(peak, REACH, distance, across, chord)));
+        let near = F::or(contains, F::and(overlaps, is_close(peak, reach(peak), distance, across, chord)));
         let in_core = F::or(contains, F::and(in_core, is_close(peak, CORE, distance, across, chord)));
         Verdict {
             near,

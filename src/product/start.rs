@@ -2,7 +2,7 @@
 
 use super::base::{Base, CENTRES, Row, SIDE};
 use super::build::{Builder, sum_of_lanes};
-use super::cells::NEAR;
+use super::cells::{COLUMNS, NEAR};
 use super::weigh::{Eight, Raised, leaf_weight, worth};
 use super::{LEAF, Node};
 use crate::lobe::Brdf;
@@ -207,7 +207,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
             *node = Node { values: [weights[0], weights[1], weights[2], weights[3]], links: links(square, LEAF) };
         }
         let used = self.used();
-        if let Some(rest) = self.to.priorities.get_mut(used..used + LANES) {
+        if let Some(rest) = self.to.priorities.get_mut(used..used + COLUMNS) {
             rest.fill(0.0);
         }
     }

@@ -79,12 +79,12 @@ impl Floors<'_> {
     pub fn raise<F: Lanes>(&self, cells: &Eight<F>, children: Option<(&Families<F>, u32)>) -> Raised<F> {
         let zero = F::splat(0.0);
         let [a, b, c, d] = cells.corners;
-        let (largest, smallest) = (a.max(b).max(c.max(d)), a.min(b).min(c.min(d)));
+        let largest = a.max(b).max(c.max(d));
         let mut floor = (F::splat(LEAF_FLOOR) * largest).max(F::splat(self.least));
         let (mut near, mut coarse) = (0, 0);
         let nearby = cells.near & cells.lanes;
         let flat = nearby & children.map_or(0, |(families, _)| families.flat);
-        let dark = F::bits(smallest.le(zero)) & cells.lanes;
+        let dark = F::bits(largest.le(zero)) & cells.lanes;
         if dark | nearby & !flat != 0 {
             let centre = self.centres(cells);
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.

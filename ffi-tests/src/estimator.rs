@@ -165,19 +165,14 @@ impl Method {
 fn by_rule(setting: &Setting, n: usize, hits: usize) -> Method {
     let material = setting.material;
     let half_angle = material.widest_half_angle();
-    let enough = match half_angle {
-        0.1.. => 16,
-        0.02.. => 64,
-        _ => usize::MAX,
-    };
     // A product of a callback covers no other hit.
     let shared = hits > 1 && (material.measured.is_none() || material.table.is_some());
     if half_angle >= 0.02 && shared {
         Method::WisReuse
-    } else if n < enough || setting.has_sun {
-        Method::WisPool(candidates(n, material, setting.has_sun))
-    } else {
+    } else if half_angle >= 0.02 && n >= 16 && !setting.has_sun {
         Method::Wis
+    } else {
+        Method::WisPool(candidates(n, material, setting.has_sun))
     }
 }
 

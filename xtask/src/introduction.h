@@ -12,13 +12,12 @@
  * of candidates (wis_pool_*), a map as directional lights (wis_strata_*), low-discrepancy points (wis_points_*), and
  * wavelet trees of any function to sample from (wis_haar_*, wis_tree_*, wis_warp_*).
  *
- * Which sampler. With 16 samples or more at a point and a lobe whose half-angle is at least 0.1 radians, with 64 and at
- * least 0.02, or where the hits of a pixel share a product (reuse_cone) and it is at least 0.02: prepare a product. Else a
- * pool; and where a single texel gives more than a tenth of the light (a sun), a pool unless a product is shared. A
- * half-angle is sqrt(alpha_x alpha_y) for GGX, acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several
- * lobes that of the widest with at least a tenth of the weight; a measured BRDF counts as wide. wis_pool_pick says how many
- * candidates a pool needs. Where rays are dear, draw the candidates from a product from 16 samples on: of equal numbers of
- * samples that has the least error.
+ * Which sampler. For a lobe whose half-angle is at least 0.02 radians, with 16 samples or more at a point or where the
+ * hits of a pixel share a product (reuse_cone): prepare a product. Else a pool; and where a single texel gives more than a
+ * tenth of the light (a sun), a pool unless a product is shared. A half-angle is sqrt(alpha_x alpha_y) for GGX,
+ * acos(2^(-1/(s+1))) for Phong of exponent s, pi/2 for Lambert; of several lobes that of the widest with at least a tenth
+ * of the weight; a measured BRDF counts as wide. wis_pool_pick says how many candidates a pool needs. Where rays are dear,
+ * draw the candidates from a product from 16 samples on: of equal numbers of samples that has the least error.
  *
  * Memory. Everything is built in memory that the caller gives and that a _size call measures beforehand, bytes and
  * alignment. What was built holds no pointer and has no free function: it may be copied, saved and mapped again.

@@ -367,7 +367,7 @@ typedef struct wis_product_config {
   /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
   uint32_t max_squares;
   /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 66 for Lambert's lobes alone,
-  /// else 106. At least 66 are spent.
+  /// 146 with a table or for a callback with a peak, else 106. At least 66 are spent.
   uint32_t max_evaluations;
   /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
   const float *world_from_map;

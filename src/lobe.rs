@@ -64,8 +64,8 @@ pub trait Brdf {
     fn hemisphere(&self) -> Option<Vec3>;
     /// Whether it can be above 0 anywhere.
     fn may_reflect(&self) -> bool;
-    /// Whether it varies so slowly that a base of 8 x 8 cells shows it.
-    fn is_smooth(&self) -> bool;
+    /// How many rounds of eight splits show what a base of 8 x 8 cells does not, besides those that peaks ask for.
+    fn rounds(&self) -> u32;
     /// The narrow lobes, the first ones first.
     fn peaks(&self) -> [Option<Peak>; MAX_PEAKS];
     /// Writes the luminance of BRDF x cosine, finite, for the directions that are asked for; what it writes to other lanes
@@ -130,8 +130,8 @@ pub struct Lobes<'a> {
     /// By how much cosines are widened for hits that share a product.
     reuse: Reuse,
     count: usize,
-    /// Whether all lobes are Lambert's.
-    is_diffuse: bool,
+    /// How many rounds of splits the one with the most detail deserves.
+    rounds: u32,
     table: Table<'a>,
     prepared: [Prepared; WIS_MAX_LOBES],
     /// Which share of each is continued below the horizon.
@@ -175,7 +175,7 @@ impl<'a> Lobes<'a> {
             flags: query.flags,
             reuse: Reuse::NONE,
             count,
-            is_diffuse: lobes.iter().all(|lobe| lobe.kind == WIS_LOBE_LAMBERT),
+            rounds: lobes.iter().map(rounds_for).max().unwrap_or(0),
             table: table.unwrap_or(Table::NOTHING).seen(wo),
             prepared,
             shares: [0.0; WIS_MAX_LOBES],
@@ -366,8 +366,8 @@ impl Brdf for Lobes<'_> {
         lit && self.prepared.iter().take(self.count).any(|lobe| self.matters(lobe))
     }
 
-    fn is_smooth(&self) -> bool {
-        self.is_diffuse
+    fn rounds(&self) -> u32 {
+        self.rounds
     }
 
     fn peaks(&self) -> [Option<Peak>; MAX_PEAKS] {
@@ -510,6 +510,15 @@ fn phong_norm(exponent: f32) -> f32 {
 /// Where the lobe has fallen to half its peak: acos(2^(-1 / (s + 1))).
 fn phong_half_angle(exponent: f32) -> f32 {
     libm::acosf(libm::exp2f(-1.0 / (exponent + 1.0)))
+}
+
+/// A measured lobe may have any shape; a peak says where the others have theirs.
+fn rounds_for(lobe: &Lobe) -> u32 {
+    match lobe.kind {
+        WIS_LOBE_LAMBERT => 0,
+        WIS_LOBE_TABLE => 2,
+        _ => 1,
+    }
 }
 
 /// Checks a lobe and prepares it.

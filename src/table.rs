@@ -244,9 +244,12 @@ impl<'a> Table<'a> {
         let (s, level) = if self.share < 0.5 { low.brightest() } else { high.brightest() };
         let [along, across, mirror] = self.axes;
         let [x, y, z] = sphere::direction(s).to_array();
-        if level > BROAD { Some((along * x + across * y + mirror * z, cell_chord(level))) } else { None }
+        if level > BROAD { Some((along * x + across * y + mirror * z, HALF_WIDTH * cell_chord(level))) } else { None }
     }
 }
 
+/// The half-width of a lobe as a share of how far the corners of its brightest cell are from its centre: of .4, .5 and 1
+/// it gave the least noise for six measured materials.
+const HALF_WIDTH: f32 = 0.4;
 /// Cells of this level about the peak, or coarser ones, are not narrow: the base of a product resolves them.
 const BROAD: u32 = 3;

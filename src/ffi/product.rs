@@ -44,7 +44,7 @@ pub struct ProductConfig {
     /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
     pub max_squares: u32,
     /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 66 for Lambert's lobes alone,
-    /// else 106. At least 66 are spent.
+    /// 146 with a table or for a callback with a peak, else 106. At least 66 are spent.
     pub max_evaluations: u32,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,
@@ -620,10 +620,11 @@ impl Brdf for Material<'_> {
         }
     }
 
-    fn is_smooth(&self) -> bool {
+    fn rounds(&self) -> u32 {
         match self {
-            Material::Lobes(lobes) => lobes.is_smooth(),
-            Material::Callback(_) => false,
+            Material::Lobes(lobes) => lobes.rounds(),
+            // A peak is where the caller says, but of any shape.
+            Material::Callback(callback) => 1 + u32::from(callback.peak.is_some()),
         }
     }
 

@@ -29,10 +29,9 @@ impl Budget {
     /// What is spent if the caller does not say.
     pub const DEFAULT: Budget = Budget { squares: 128, evaluations: 0 };
 
-    /// The evaluations, chosen: the base and, but for what is smooth, a round of eight splits.
-    fn evaluations(&self, is_smooth: bool) -> u32 {
-        let new = if is_smooth { 0 } else { LANES * NEW };
-        if self.evaluations > 0 { self.evaluations } else { (BASE + new) as u32 }
+    /// The evaluations, chosen: the base and so many rounds of eight splits.
+    fn evaluations(&self, rounds: u32) -> u32 {
+        if self.evaluations > 0 { self.evaluations } else { BASE as u32 + rounds * (LANES * NEW) as u32 }
     }
 }
 
@@ -145,7 +144,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             let place = square(frame.to_map(peak.direction));
             *slot = Some(Narrow { peak: *peak, value, place });
         }
-        let evaluations = options.budget.evaluations(brdf.is_smooth());
+        let evaluations = options.budget.evaluations(brdf.rounds());
         Builder {
             light,
             floors: Floors { frame, hemisphere, horizon: options.reuse.horizon(), least, peaks },

@@ -54,21 +54,21 @@ mirror direction (`wis_table_*`), and the product at a shading point without tur
 
 | claim | paper | here | holds |
 |---|---|---|---|
-| 100 samples of the product of a point (Fig. 1) | .1 ms | 14 us for GGX .2, 25 us for a measured BRDF by its table | yes |
-| the product is a better density than its factors | a picture | variance .07 to .4; BRDF 25 to 124, map 3 to 1354 | yes |
+| 100 samples of the product of a point (Fig. 1) | .1 ms | 11 us for GGX .2, 25 us for a measured BRDF by its table | yes |
+| the product is a better density than its factors | a picture | variance .04 to .11; BRDF 25 to 124, map 3 to 1354 | yes |
 | the warp keeps the quality of the points (Fig. 4) | a picture | discrepancy of 256 Hammersley points .014 to .020, random ones .043 to .048 | mostly: .006 before |
 | 64 Hammersley points are better than 512 random ones (Fig. 6) | yes | 128 are, with shadows and without | nearly |
 | structured sampling misses details with 1000 lights, the product does not with 100 (Fig. 7) | yes | error .113 and .034 | yes |
-| measured BRDFs from diffuse to glossy with 30 samples (Fig. 8) | practically noise-free | noise .09 to .2, .06 to .13 without occlusion | the glossiest has a few bright pixels |
-| 10 to 30 samples of the product are as good as 100 and more strata (Fig. 9) | yes | 30: .077, 100: .30, 1000: .113 | yes |
-| the BRDF alone does well for shiny materials | relatively | .27 with 100 samples, the product .16 with 10 | yes |
+| measured BRDFs from diffuse to glossy with 30 samples (Fig. 8) | practically noise-free | noise .07 to .2, .04 to .13 without occlusion | the glossiest has a few bright pixels |
+| 10 to 30 samples of the product are as good as 100 and more strata (Fig. 9) | yes | 30: .075, 100: .30, 1000: .113 | yes |
+| the BRDF alone does well for shiny materials | relatively | .27 with 100 samples, the product .15 with 10 | yes |
 | 1 to 2 % of the coefficients are enough (Fig. 10) | a picture | 2 %: relative L2 error .02 to .16 at 64 x 64, .006 to .06 at 128 x 128 | yes |
 | 16 x 16 x 64 x 64 in 300 kB | in colour | 18 to 70 kB in luminance at that error, 53 to 210 kB in colour | yes |
 | 32 x 32 x 128 x 128 in 5 MB | in colour | .16 to .66 MB in luminance, .5 to 2 MB in colour | yes |
-| 4-D products as a pre-process render 2.1 times as fast (Fig. 11) | yes | 3.5 to 3.9 times, error .52 in place of .09 | the time does |
-| glossy and diffuse alike with 10 samples in the eucalyptus grove (Fig. 12) | yes | noise .05 to .19 without occlusion, the glossiest .3 | mostly |
-| turned maps take hours to build | yes | 64^4 in 1.3 s, 38 MB; 128^4 in 16.5 s, 396 MB | no |
-| turned maps and tables give the product (5.1) | the system | variance .2 to .7, blended four by four .23 to .7, the product on the map itself .07 to .4 | yes, but it is not the way to do it |
+| 4-D products as a pre-process render 2.1 times as fast (Fig. 11) | yes | 2.9 times, error .52 in place of .10 | the time does |
+| glossy and diffuse alike with 10 samples in the eucalyptus grove (Fig. 12) | yes | noise .04 to .14 without occlusion, the glossiest .3 | mostly |
+| turned maps take hours to build | yes | 64^4 in .8 s, 38 MB; 128^4 in 12 s, 396 MB | no |
+| turned maps and tables give the product (5.1) | the system | variance .2 to .7, blended four by four .23 to .7, the product on the map itself .04 to .11 | yes, but it is not the way to do it |
 
 *Free sets of wavelets.* `wis_triple_select` keeps a number of wavelets, `wis_triple_terms` says how many an error needs,
 `wis_triple_multiply` multiplies any two sets without decompression, and `wis_tree_of_wavelets` makes a tree of one that can
@@ -78,9 +78,9 @@ be sampled: values below a floor are raised to it, in average, sample and pdf al
 *Blends.* `wis_tree_blend` adds up to sixteen trees with weights; a product of two such sums is the bilinear blend of all pairs,
 since the inner product of details is bilinear. `wis_tree_of_environment` turns a map when a direction is asked for.
 
-*Estimators* ([report.md](report.md), absolute error, geometric mean of 48 cells; 1, 4, 16, 64 samples): unbiased (Eq. 8) .39, .19,
-.088, .042; pre-integrated (Eq. 11) .25, .14, .088, .069; the ratio of shadowed and unshadowed times the integral .25, .13,
-.086, .070. The biased ones stop at the error of the integral, and win for up to 4 samples.
+*Estimators* ([report.md](report.md), absolute error, geometric mean of 48 cells; 1, 4, 16, 64 samples): unbiased (Eq. 8) .38, .17,
+.072, .033; pre-integrated (Eq. 11) .24, .14, .10, .087; the ratio of shadowed and unshadowed times the integral .24, .14,
+.10, .087. The biased ones stop at the error of the integral, and win for up to 4 samples.
 
 *Colour.* Directions are sampled by luminance; a client divides its own colour by the pdf, so that each sample has the hue of
 its light and BRDF, and `wis_product_estimate_rgb` integrates in colour. A `wis_table` samples by luminance and evaluates red, green and blue (`wis_table_eval`, `wis_table_estimate_rgb`).

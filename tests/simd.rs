@@ -3,13 +3,15 @@
 
 mod support;
 
-use support::{Map, ggx, lambert, lane_points, product_config, query};
+use support::statistics::Mean;
+use support::{Map, Random, ggx, lambert, lane_points, product_config, query};
 use wis::descent::{self, Sample};
 use wis::environment::Light;
 use wis::ffi::environment::WIS_ENVIRONMENT_NEAREST;
 use wis::ffi::product::ProductConfig;
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
+use wis::product::{Room, Scratch};
 use wis::query::{Lobe, Query, WIS_LOBE_PHONG};
 use wis::simd::{LANES, Lanes, Native, Portable};
 use wis::sphere::Frame;
@@ -191,4 +193,46 @@ fn products_are_the_same_bytes_at_every_level() {
     let baseline = products(0);
     assert!(baseline.iter().all(|bytes| bytes.len() > 500));
     assert!(baseline == products(wis::simd::detect()));
+}
+
+/// The leaves that a build splits next, by lanes of a kind, until none is worth more than `least`.
+fn chosen<F: Lanes>(worth: &[f32], least: f32, room: usize) -> Vec<Vec<usize>> {
+    let mut priorities = worth.to_vec();
+    priorities.resize(Room::new(worth.len() as u32).expect("room").priorities, 0.0);
+    let mut scratch = Scratch { nodes: &mut [], cells: &mut [], priorities: &mut priorities, slots: &mut [] };
+    let rounds = std::iter::repeat_with(|| {
+        scratch.most_valuable::<F>(worth.len(), least, room).iter().map(|(_, leaf)| leaf).collect::<Vec<_>>()
+    });
+    rounds.take_while(|batch| !batch.is_empty()).collect()
+}
+
+/// Each leaf of more than a worth is split once, of any number of leaves; the best is always among the first, the others
+/// are worth most of what the very best would be, and signs, which mark peaks, do not count.
+#[test]
+fn splits_are_worth_most() {
+    let mut random = Random(181);
+    let mut share = Mean::default();
+    for used in (1..60).chain([127, 128, 129, 500]) {
+        for room in [1, 5, LANES] {
+            let least = 0.1;
+            let worth: Vec<f32> = (0..used).map(|_| random.f32().powi(3) * (random.f32() - 0.5).signum()).collect();
+            let batches = chosen::<Portable>(&worth, least, room);
+            assert_eq!(batches, chosen::<Native>(&worth, least, room));
+            assert!(batches.iter().all(|batch| batch.len() <= room));
+
+            let mut best: Vec<usize> = (0..used).filter(|&leaf| worth[leaf].abs() > least).collect();
+            let mut all = batches.concat();
+            all.sort_unstable();
+            assert_eq!(all, best, "{used} leaves");
+
+            best.sort_by(|&a, &b| worth[b].abs().total_cmp(&worth[a].abs()));
+            if let (Some(first), Some(leaf)) = (batches.first(), best.first()) {
+                assert!(first.contains(leaf), "{used} leaves");
+                let sum = |leaves: &[usize]| leaves.iter().map(|&leaf| f64::from(worth[leaf].abs())).sum::<f64>();
+                share.add(sum(first) / sum(&best[..best.len().min(room)]));
+            }
+        }
+    }
+    println!("the first batch is worth {:.3} of the best, on average", share.mean);
+    assert!(share.mean > 0.95, "{}", share.mean);
 }

@@ -64,6 +64,7 @@ pub fn digest(out: &mut impl Write, run: &Run, cells: &[Cell], notes: &str) -> R
         summary(out, &view, &cells)?;
         modes(out, &cells)?;
         limits(out, &cells)?;
+        regions(out, &cells)?;
         lines(out, &cells)?;
     }
     peer_costs(out, cells)?;
@@ -204,15 +205,12 @@ fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
     if counts.iter().all(|&count| limit(first, count).is_none()) {
         return Ok(());
     }
-    let mut materials: Vec<&str> = cells.iter().map(|cell| cell.material.as_str()).collect();
-    materials.sort_unstable();
-    materials.dedup();
     writeln!(out, "Distance to the limit: variance over that of the limit at equal N, geometric mean over lights.\n")?;
     let methods = [ours(first), "MIS compensated", "P(4)"];
     let heads: Vec<String> =
         methods.iter().flat_map(|method| counts.iter().map(move |n| format!("{method} N={n}"))).collect();
     writeln!(out, "| material | {} |\n|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
-    for material in materials {
+    for material in materials(cells) {
         write!(out, "| {material} ")?;
         for (method, count) in methods.iter().flat_map(|m| counts.iter().map(move |&n| (m, n))) {
             let of_material = cells.iter().filter(|cell| cell.material == material);
@@ -222,6 +220,42 @@ fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
         writeln!(out, "|")?;
     }
     writeln!(out)
+}
+
+/// The gain over the best peer in light, penumbra and umbra, for each material.
+fn regions(out: &mut impl Write, cells: &[&Cell]) -> Result {
+    let is_large = |cell: &Cell, region: usize| cell.pixels[region] >= FEW;
+    let Some(first) = cells.iter().find(|cell| (1..REGIONS.len()).any(|region| is_large(cell, region))) else {
+        return Ok(());
+    };
+    let columns: Vec<(usize, usize)> =
+        (1..REGIONS.len()).flat_map(|region| counts(first).into_iter().map(move |count| (region, count))).collect();
+    writeln!(out, "Gain over the best peer of each cell in light, penumbra and umbra: geometric mean over the lights")?;
+    writeln!(out, "under which a region has at least {FEW} pixels.\n")?;
+    let heads: Vec<String> = columns.iter().map(|&(region, count)| format!("{} N={count}", REGIONS[region])).collect();
+    writeln!(out, "| material | metric | {} |\n|---|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
+    for (material, (metric, error)) in materials(cells).into_iter().flat_map(|m| METRICS.map(|metric| (m, metric))) {
+        write!(out, "| {material} | {metric} ")?;
+        for &(region, count) in &columns {
+            let large = cells.iter().filter(|cell| cell.material == material && is_large(cell, region));
+            let best: Vec<f64> =
+                large.filter_map(|cell| best_peer(cell, count, region, error)).map(|(_, gain)| gain[0]).collect();
+            if best.is_empty() {
+                write!(out, "| - ")?;
+            } else {
+                write!(out, "| {:.2} ", geometric_mean(best.into_iter()))?;
+            }
+        }
+        writeln!(out, "|")?;
+    }
+    writeln!(out)
+}
+
+fn materials<'a>(cells: &[&'a Cell]) -> Vec<&'a str> {
+    let mut materials: Vec<&str> = cells.iter().map(|cell| cell.material.as_str()).collect();
+    materials.sort_unstable();
+    materials.dedup();
+    materials
 }
 
 fn variance(cell: &Cell, method: &str, count: usize) -> Option<f64> {

@@ -164,15 +164,13 @@ impl Method {
 /// The sampler that the library's header names ("Which sampler") for samples of a point and hits of a pixel.
 fn by_rule(setting: &Setting, n: usize, hits: usize) -> Method {
     let material = setting.material;
-    let half_angle = material.widest_half_angle();
+    let is_mirror = material.widest_half_angle() < 0.02;
     // A product of a callback covers no other hit.
-    let shared = hits > 1 && (material.measured.is_none() || material.table.is_some());
-    if half_angle >= 0.02 && shared {
-        Method::WisReuse
-    } else if half_angle >= 0.02 && n >= 16 && !setting.has_sun {
-        Method::Wis
-    } else {
-        Method::WisPool(candidates(n, material, setting.has_sun))
+    let is_shared = hits > 1 && (material.measured.is_none() || material.table.is_some());
+    match (is_mirror, is_shared) {
+        (false, true) => Method::WisReuse,
+        (false, false) if n >= 16 && !setting.has_sun => Method::Wis,
+        _ => Method::WisPool(candidates(n, material, setting.has_sun)),
     }
 }
 

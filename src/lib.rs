@@ -19,6 +19,7 @@ pub mod haar;
 pub mod image;
 pub mod inner;
 pub mod jitter;
+pub mod light;
 pub mod lobe;
 pub mod morton;
 pub mod numeric;

@@ -14,6 +14,12 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     LUMINANCE[0] as f32 * r + LUMINANCE[1] as f32 * g + LUMINANCE[2] as f32 * b
 }
 
+/// Luminance of a linear Rec. 709 colour in f64.
+pub fn luminance_f64(rgb: [f64; 3]) -> f64 {
+    let [r, g, b] = rgb;
+    LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b
+}
+
 /// The coefficients of [`atan_turns`].
 pub(crate) const ATAN_TURNS: [f32; 9] = [
     0.636_619_75,

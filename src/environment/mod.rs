@@ -12,7 +12,7 @@ mod integrate;
 mod inverse;
 mod latlong;
 mod octahedral;
-mod pixels;
+pub(crate) mod pixels;
 mod polygon;
 mod refine;
 mod shape;

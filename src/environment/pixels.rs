@@ -157,7 +157,7 @@ fn channels(pixels: &Pixels, texel: &[u8]) -> [f32; 3] {
 }
 
 /// NaN, negative infinity and negative channels become 0, a texel with +Inf becomes all +Inf; -0 is 0.
-fn clean(colour: [f32; 3]) -> ([f32; 3], bool) {
+pub(crate) fn clean(colour: [f32; 3]) -> ([f32; 3], bool) {
     let valid = colour.iter().all(|c| (0.0..f32::INFINITY).contains(c));
     if colour.contains(&f32::INFINITY) {
         return ([f32::INFINITY; 3], false);
@@ -166,7 +166,7 @@ fn clean(colour: [f32; 3]) -> ([f32; 3], bool) {
 }
 
 /// A 16-bit float as f32, exactly.
-fn half(bits: u16) -> f32 {
+pub(crate) fn half(bits: u16) -> f32 {
     let sign = u32::from(bits >> 15) << 31;
     let exponent = u32::from(bits >> 10 & 31);
     let fraction = u32::from(bits & 1023);

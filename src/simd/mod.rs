@@ -10,6 +10,7 @@ mod avx2;
 mod level;
 #[cfg(target_arch = "aarch64")]
 mod neon;
+mod num;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
@@ -19,6 +20,7 @@ pub use avx2::Avx2;
 pub use level::{AVX2, BASELINE, Kernel, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
+pub use num::Num;
 pub use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;

@@ -1,0 +1,159 @@
+//! The passes of a build: rows of texels, then the choice of grids, then the tables of cells. Rows and cells may be shared by
+//! threads in any portions; what they write does not depend on that.
+
+use super::blocks::{CellBlocks, CellTables, Choice, Lengths, Steps, UNIT, UNITS_24, choose, write_cell};
+use super::decode::RowSummary;
+use super::plan::Plan;
+use super::search::write_starts;
+use super::tables::Cell;
+use super::texels::Texels;
+use crate::numeric::luminance_f64;
+use bytemuck::{Pod, Zeroable};
+use core::f64::consts::PI;
+
+/// No cell is darker than this share of the mean, unless black is to stay black.
+const FLOOR: f64 = 1.0 / 65536.0;
+
+/// What is known when all rows are decoded.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// The mean luminance over the sphere.
+    pub mean: f64,
+    /// The largest finite luminance.
+    pub largest: f64,
+    /// The largest luminance times solid angle of a texel.
+    pub brightest: f64,
+    /// Texels that were replaced.
+    pub sanitised: u64,
+}
+
+impl Totals {
+    /// The totals of all rows.
+    pub fn of(rows: &[RowSummary]) -> Totals {
+        let mut totals = Totals::default();
+        let mut sum = RowSummary::default();
+        for row in rows {
+            totals.largest = totals.largest.max(row.largest);
+            totals.brightest = totals.brightest.max(row.brightest);
+            totals.sanitised += row.sanitised;
+            sum.light += row.light;
+            sum.infinite += row.infinite;
+            sum.angle += row.angle;
+        }
+        totals.mean = if sum.angle > 0.0 { (sum.light + sum.infinite * totals.largest) / sum.angle } else { 0.0 };
+        totals
+    }
+
+    /// The luminances as light.
+    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32]) -> Texels<'a> {
+        let least = if plan.of.exact_zero { 0.0 } else { (self.mean * FLOOR) as f32 };
+        Texels { plan, luminance, largest: self.largest as f32, least, mean: self.mean as f32 }
+    }
+}
+
+/// A cell while it is built.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct CellWork {
+    /// How often its blocks are doubled.
+    pub level: u64,
+    /// What it takes of each table: starts, blocks, row words, line words.
+    pub lengths: [u64; 4],
+    /// Its light.
+    pub light: f64,
+    /// The variance that coarser grids add, times the light.
+    pub variance: f64,
+}
+
+impl CellWork {
+    /// What the cell takes.
+    pub fn lengths(&self) -> Lengths {
+        let [starts, blocks, rows, lines] = self.lengths.map(|n| n as usize);
+        Lengths { starts, blocks, rows, lines }
+    }
+}
+
+/// The tables of all cells of a plan without a budget: the most that any build of it takes.
+pub fn full_lengths(plan: &Plan) -> Lengths {
+    (0..plan.cells()).fold(Lengths::default(), |sum, index| sum.plus(CellBlocks::new(plan, index, 0).full(plan)))
+}
+
+/// The blocks of cell `index` before they are doubled, and those of all cells before it.
+pub fn block_range(plan: &Plan, index: u32) -> (usize, usize) {
+    let count = |index: u32| CellBlocks::new(plan, index, 0).count();
+    ((0..index).map(count).sum(), count(index))
+}
+
+/// The second pass, for a cell.
+pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> CellWork {
+    let Choice { level, lengths, light, variance } = choose(texels, index, steps);
+    let lengths = [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64);
+    CellWork { level: level.into(), lengths, light, variance }
+}
+
+/// Where the tables of each cell begin: those of the cells before it.
+pub fn offset(work: &[CellWork], index: u32) -> Lengths {
+    work.iter().take(index as usize).fold(Lengths::default(), |sum, cell| sum.plus(cell.lengths()))
+}
+
+/// The third pass, for a cell.
+pub fn write(texels: &Texels<'_>, index: u32, work: &CellWork, steps: &[Steps], tables: CellTables<'_>) -> (Cell, f64) {
+    write_cell(texels, index, work.level as u32, steps, tables)
+}
+
+/// The end: probabilities of cells, and the tables above them. Answers the light of all.
+pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f32]) -> f64 {
+    let columns = plan.grid[0] as usize;
+    let (row_starts, column_starts) = tops.split_at_mut_checked(plan.grid[1] as usize).unwrap_or_default();
+    let mut put = |i: usize, units: u32| {
+        if let Some(out) = row_starts.get_mut(i) {
+            *out = units as f32 * UNIT;
+        }
+    };
+    let power = write_starts(work.chunks(columns).map(|row| row.iter().map(|c| c.light).sum()), UNITS_24, &mut put);
+    let lines = column_starts.chunks_exact_mut(columns).zip(work.chunks(columns)).zip(cells.chunks_mut(columns));
+    for (j, ((starts, work), cells)) in lines.enumerate() {
+        write_starts(work.iter().map(|c| c.light), UNITS_24, &mut |i, units| {
+            if let Some(out) = starts.get_mut(i) {
+                *out = units as f32 * UNIT;
+            }
+        });
+        let row = super::search::cell(row_starts, j).1;
+        for (i, cell) in cells.iter_mut().enumerate() {
+            cell.probability = if power > 0.0 { row * super::search::cell(starts, i).1 } else { 0.0 };
+        }
+    }
+    power
+}
+
+/// The colour of each cell: its light over the power, as a colour whose luminance is its probability.
+pub fn colours(plan: &Plan, rgb: &[[f64; 3]], cells: &[Cell], colours: &mut [[f32; 3]]) {
+    let columns = plan.grid[0] as usize;
+    let rows_of_face = plan.texels[1];
+    let [_, grid_rows] = plan.face_grid();
+    for (index, (out, cell)) in colours.iter_mut().zip(cells).enumerate() {
+        let (row, column) = ((index / columns) as u32, index % columns);
+        let (face, row) = (row / grid_rows, row % grid_rows);
+        let first = face * rows_of_face + row * rows_of_face / grid_rows;
+        let end = face * rows_of_face + ((row + 1) * rows_of_face).div_ceil(grid_rows);
+        let mut sum = [0.0; 3];
+        for y in first..end.max(first + 1) {
+            let of = rgb.get(y as usize * columns + column).copied().unwrap_or_default();
+            for (sum, c) in sum.iter_mut().zip(of) {
+                *sum += c;
+            }
+        }
+        let luminance = luminance_f64(sum);
+        let scale = if luminance > 0.0 { f64::from(cell.probability) / luminance } else { 0.0 };
+        *out = sum.map(|c| (c * scale) as f32);
+        if !(luminance > 0.0) {
+            *out = [cell.probability; 3];
+        }
+    }
+}
+
+/// The share of the light that the brightest texel gives.
+pub fn largest_share(totals: &Totals) -> f64 {
+    let power = totals.mean * 4.0 * PI;
+    if power > 0.0 { (totals.brightest / power).min(1.0) } else { 0.0 }
+}

@@ -1,0 +1,315 @@
+//! Directions <-> positions on the faces of a map, for every layout, with the solid angle of a position.
+//!
+//! A face is a grid of patches. Along each axis the edge between patches k - 1 and k lies at `edge(k)`, in units of texels:
+//! for a bilinear client an edge runs through texel centres, so the first and the last patch are half as wide. Lat-long maps
+//! begin their columns at the first texel centre and wrap. The same functions serve one direction and eight.
+
+use crate::numeric::{ATAN_TURNS, COS_TURNS, SIN_TURNS};
+use crate::simd::Num;
+use core::f32::consts::PI;
+
+/// How directions are laid out over a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Columns are the azimuth, rows the polar angle from +z.
+    LatLong,
+    /// Six square faces: +x, -x, +y, -y, +z, -z, each as OpenGL orients it.
+    Cube,
+    /// The equal-area octahedral square (Clarberg 2008).
+    Octahedral,
+}
+
+/// One axis of a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Patches along the axis.
+    pub patches: u32,
+    /// The length of the axis, in texels.
+    pub length: f32,
+    /// How far the edges lie before whole numbers: 1/2 where patches lie between texel centres.
+    pub shift: f32,
+}
+
+impl Axis {
+    /// Where patch `k` begins.
+    #[inline(always)]
+    pub fn edge<F: Num>(&self, k: F) -> F {
+        (k - F::splat(self.shift)).max(F::splat(0.0)).min(F::splat(self.length))
+    }
+
+    /// The patch that holds a position in [0, length].
+    #[inline(always)]
+    pub fn patch<F: Num>(&self, position: F) -> F::Ints {
+        let last = (self.patches - 1) as f32;
+        (position + F::splat(self.shift)).max(F::splat(0.0)).min(F::splat(last)).truncate()
+    }
+}
+
+/// What is added to the sine of the polar angle, so that the density at a pole is a number; far below any texel.
+pub const POLE: f32 = 1.0 / (1u64 << 40) as f32;
+
+/// The layout of a light: which direction a position on a face stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chart {
+    /// How directions are laid out.
+    pub layout: Layout,
+    /// Columns and rows of a face.
+    pub axes: [Axis; 2],
+    /// Lat-long: where column 0 begins, in texels from azimuth 0.
+    pub offset: f32,
+}
+
+/// Where a direction is: the number of its face, the position (column, row), and the solid angle of a texel there.
+#[derive(Clone, Copy)]
+pub struct Place<F: Num> {
+    /// The face, as a number.
+    pub face: F,
+    /// The position along columns and rows.
+    pub position: [F; 2],
+    /// Steradians for each unit of position in both axes.
+    pub solid_angle: F,
+}
+
+impl Chart {
+    /// Faces of the layout.
+    pub fn faces(&self) -> u32 {
+        if self.layout == Layout::Cube { 6 } else { 1 }
+    }
+
+    /// Where a direction of unit length is.
+    #[inline(always)]
+    pub fn place<F: Num>(&self, d: [F; 3]) -> Place<F> {
+        match self.layout {
+            Layout::LatLong => self.place_latlong(d),
+            Layout::Cube => self.place_cube(d),
+            Layout::Octahedral => self.place_octahedral(d),
+        }
+    }
+
+    /// The direction of a position on a face.
+    #[inline(always)]
+    pub fn direction<F: Num>(&self, face: F, position: [F; 2]) -> [F; 3] {
+        match self.layout {
+            Layout::LatLong => self.direction_latlong(position),
+            Layout::Cube => self.direction_cube(face, position),
+            Layout::Octahedral => self.direction_octahedral(position),
+        }
+    }
+
+    /// Steradians for each unit of position in a lat-long map, but for the sine.
+    fn latlong_unit(&self) -> f32 {
+        2.0 * PI / self.axes[0].length * (PI / self.axes[1].length)
+    }
+
+    #[inline(always)]
+    fn place_latlong<F: Num>(&self, [x, y, z]: [F; 3]) -> Place<F> {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let [columns, rows] = [self.axes[0].length, self.axes[1].length];
+        let sine = (x * x + y * y).sqrt();
+        let polar = atan_turns(sine / (one + z.abs()));
+        let row = F::select(z.lt(zero), one - polar, polar) * F::splat(rows);
+        let around = azimuth(x, y) * F::splat(columns * 0.25) - F::splat(self.offset);
+        let column = F::select(around.lt(zero), around + F::splat(columns), around);
+        let solid_angle = (sine + F::splat(POLE)) * F::splat(self.latlong_unit());
+        Place { face: zero, position: [column, row], solid_angle }
+    }
+
+    #[inline(always)]
+    fn direction_latlong<F: Num>(&self, [column, row]: [F; 2]) -> [F; 3] {
+        let [columns, rows] = [self.axes[0].length, self.axes[1].length];
+        let one = F::splat(1.0);
+        let (sine, cosine) = polar_sine_cosine(row, rows);
+        let z = cosine.copysign(F::splat(0.5 * rows) - row);
+        let four = F::splat(4.0);
+        let turned = (column + F::splat(self.offset)) * F::splat(4.0 / columns);
+        let turned = F::select(four.le(turned), turned - four, turned);
+        // The eighth of the circle, from which sine and cosine follow by reflections.
+        let half = F::select(F::splat(2.0).le(turned), four - turned, turned);
+        let quarter = half.min(F::splat(2.0) - half).max(F::splat(0.0));
+        let eighth = quarter.min(one - quarter);
+        let (minor, major) = sin_cos_turns(eighth);
+        let swapped = F::splat(0.5).lt(quarter);
+        let (cos, sin) = (F::select(swapped, minor, major), F::select(swapped, major, minor));
+        [(sine * cos).copysign(one - half), (sine * sin).copysign(F::splat(2.0) - turned), z]
+    }
+
+    #[inline(always)]
+    fn place_cube<F: Num>(&self, [x, y, z]: [F; 3]) -> Place<F> {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+        let along_x = F::and(ay.le(ax), az.le(ax));
+        let along_y = az.le(ay);
+        let axis = (along_x, along_y);
+        let major = pick::<F>(axis, [x, y, z]);
+        let sign = one.copysign(major);
+        // Seen from inside, s runs along -z, x, x and t along -y, z, -y on the positive faces.
+        let s = pick::<F>(axis, [zero - z * sign, x, x * sign]);
+        let t = pick::<F>(axis, [zero - y, z * sign, zero - y]);
+        let scale = one / major.abs().max(F::splat(f32::MIN_POSITIVE));
+        let face = pick::<F>(axis, [zero, F::splat(2.0), F::splat(4.0)]) + F::only(major.le(zero), one);
+        let (s, t) = (s * scale, t * scale);
+        let half = F::splat(0.5 * self.axes[0].length);
+        let inverse = scale_of_plane(s, t);
+        let unit = 2.0 / self.axes[0].length;
+        Place { face, position: [half + half * s, half + half * t], solid_angle: inverse * F::splat(unit * unit) }
+    }
+
+    #[inline(always)]
+    fn direction_cube<F: Num>(&self, face: F, [column, row]: [F; 2]) -> [F; 3] {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let unit = F::splat(2.0 / self.axes[0].length);
+        let (s, t) = (column * unit - one, row * unit - one);
+        let length = (s * s + t * t + one).sqrt();
+        let (s, t, m) = (s / length, t / length, one / length);
+        let along_x = face.lt(F::splat(2.0));
+        let along_y = face.lt(F::splat(4.0));
+        let pair = F::select(along_x, zero, F::select(along_y, F::splat(2.0), F::splat(4.0)));
+        let sign = F::select(pair.lt(face), zero - one, one);
+        let axis = (along_x, along_y);
+        [
+            pick::<F>(axis, [m * sign, s, s * sign]),
+            pick::<F>(axis, [zero - t, m * sign, zero - t]),
+            pick::<F>(axis, [zero - s * sign, t * sign, m * sign]),
+        ]
+    }
+
+    /// As [`crate::sphere::square`], in texels.
+    #[inline(always)]
+    fn place_octahedral<F: Num>(&self, [x, y, z]: [F; 3]) -> Place<F> {
+        let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
+        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+        let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();
+        let minor = radius * atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
+        let major = radius - minor;
+        let steep = ax.lt(ay);
+        let (along_x, along_y) = (F::select(steep, minor, major), F::select(steep, major, minor));
+        let south = z.lt(zero);
+        let side = self.axes[0].length;
+        let lower_x = F::select(south, half * along_y, half - half * along_x);
+        let lower_y = F::select(south, half * along_x, half - half * along_y);
+        let s = F::select(zero.lt(x), one - lower_x, lower_x).max(zero).min(one);
+        let t = F::select(zero.lt(y), one - lower_y, lower_y).max(zero).min(one);
+        let position = [s * F::splat(side), t * F::splat(side)];
+        Place { face: zero, position, solid_angle: F::splat(4.0 * PI / (side * side)) }
+    }
+
+    /// As [`crate::sphere::direction`], from texels.
+    #[inline(always)]
+    fn direction_octahedral<F: Num>(&self, position: [F; 2]) -> [F; 3] {
+        let (half, one, two) = (F::splat(0.5), F::splat(1.0), F::splat(2.0));
+        let unit = F::splat(1.0 / self.axes[0].length);
+        let s = [position[0] * unit, position[1] * unit];
+        let (x, y) = (s[0].min(one - s[0]), s[1].min(one - s[1]));
+        let south = (x + y).lt(half);
+        let (a, b) = (F::select(south, two * y, one - two * x), F::select(south, two * x, one - two * y));
+        let radius = a + b;
+        let (sin, cos) = sin_cos_turns(a.min(b) / radius.max(F::splat(f32::MIN_POSITIVE)));
+        let squared = radius * radius;
+        let horizontal = radius * (two - squared).sqrt();
+        let steep = a.lt(b);
+        let (dx, dy) = (F::select(steep, sin, cos), F::select(steep, cos, sin));
+        let z = one - squared;
+        [
+            (horizontal * dx).copysign(s[0] - half),
+            (horizontal * dy).copysign(s[1] - half),
+            F::select(south, F::splat(0.0) - z, z),
+        ]
+    }
+
+    /// How the solid angle varies down (`[0]`) and across (`[1]`) a patch, each as a parabola in its own coordinate; but for
+    /// a constant factor the solid angle of a position is their product.
+    #[inline(always)]
+    pub fn profiles<F: Num>(&self, low: [F; 2], size: [F; 2]) -> [[F; 3]; 2] {
+        let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
+        let flat = [one, zero, zero];
+        match self.layout {
+            Layout::LatLong => {
+                let rows = self.axes[1].length;
+                let pole = F::splat(POLE);
+                let first = polar_sine_cosine(low[1], rows).0 + pole;
+                let middle = polar_sine_cosine(low[1] + half * size[1], rows).0 + pole;
+                let last = polar_sine_cosine(low[1] + size[1], rows).0 + pole;
+                [parabola(first, middle, last), flat]
+            }
+            Layout::Cube => {
+                let unit = F::splat(2.0 / self.axes[0].length);
+                let (s, t) = (low[0] * unit - one, low[1] * unit - one);
+                let (width, height) = (size[0] * unit, size[1] * unit);
+                let (middle_s, middle_t) = (s + half * width, t + half * height);
+                let centre = scale_of_plane(middle_s, middle_t);
+                let (left, right) = (scale_of_plane(s, middle_t), scale_of_plane(s + width, middle_t));
+                let (top, bottom) = (scale_of_plane(middle_s, t), scale_of_plane(middle_s, t + height));
+                [parabola(top, centre, bottom), parabola(left, centre, right)]
+            }
+            Layout::Octahedral => [flat, flat],
+        }
+    }
+}
+
+/// The first where the major axis is x, the second where it is y, the third elsewhere.
+#[inline(always)]
+fn pick<F: Num>((along_x, along_y): (F::Mask, F::Mask), [a, b, c]: [F; 3]) -> F {
+    F::select(along_x, a, F::select(along_y, b, c))
+}
+
+/// The parabola through three values, at 0, 1/2 and 1: coefficients of 1, x and x^2.
+#[inline(always)]
+fn parabola<F: Num>(first: F, middle: F, last: F) -> [F; 3] {
+    let two = F::splat(2.0);
+    let bend = two * (first + last) - F::splat(4.0) * middle;
+    [first, last - first - bend, bend]
+}
+
+/// (1 + s^2 + t^2)^(-3/2): the solid angle of a unit of area on a cube face.
+#[inline(always)]
+fn scale_of_plane<F: Num>(s: F, t: F) -> F {
+    let squared = F::splat(1.0) + s * s + t * t;
+    F::splat(1.0) / (squared * squared.sqrt())
+}
+
+/// Sine and the magnitude of the cosine of the polar angle at a row position.
+#[inline(always)]
+fn polar_sine_cosine<F: Num>(row: F, rows: f32) -> (F, F) {
+    let one = F::splat(1.0);
+    let quarters = row * F::splat(2.0 / rows);
+    let quarter = quarters.min(F::splat(2.0) - quarters).max(F::splat(0.0));
+    let eighth = quarter.min(one - quarter);
+    let (minor, major) = sin_cos_turns(eighth);
+    let swapped = F::splat(0.5).lt(quarter);
+    (F::select(swapped, major, minor), F::select(swapped, minor, major))
+}
+
+/// The azimuth of a direction in quarter turns, [0, 4).
+#[inline(always)]
+fn azimuth<F: Num>(x: F, y: F) -> F {
+    let (zero, one, two, four) = (F::splat(0.0), F::splat(1.0), F::splat(2.0), F::splat(4.0));
+    let (ax, ay) = (x.abs(), y.abs());
+    let eighth = atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
+    let quarter = F::select(ax.lt(ay), one - eighth, eighth);
+    let half = F::select(x.lt(zero), two - quarter, quarter);
+    let whole = F::select(y.lt(zero), four - half, half);
+    F::select(four.le(whole), zero, whole)
+}
+
+/// As [`crate::numeric::atan_turns`].
+#[inline(always)]
+fn atan_turns<F: Num>(x: F) -> F {
+    x * horner(ATAN_TURNS, x * x)
+}
+
+/// As [`crate::numeric::sin_cos_turns`].
+#[inline(always)]
+fn sin_cos_turns<F: Num>(x: F) -> (F, F) {
+    let t = x * x;
+    (x * horner(SIN_TURNS, t), horner(COS_TURNS, t))
+}
+
+/// The polynomial with coefficients `c`, lowest first, at `t`.
+#[inline(always)]
+fn horner<F: Num, const N: usize>(c: [f32; N], t: F) -> F {
+    let mut sum = F::splat(c[N - 1]);
+    for k in (0..N - 1).rev() {
+        sum = sum * t + F::splat(c[k]);
+    }
+    sum
+}

@@ -1,0 +1,175 @@
+//! Rows of the caller's pixels as luminance: formats, and what becomes of texels that are NaN, infinite or negative.
+
+use super::chart::Layout;
+use super::plan::Plan;
+use crate::environment::pixels::{Format, InvalidTexel, RowError, clean, half};
+use crate::numeric::LUMINANCE;
+use bytemuck::{Pod, Zeroable};
+use core::f64::consts::PI;
+
+/// How the pixels are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixels {
+    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored).
+    pub channels: u32,
+    /// The number format of a channel.
+    pub format: Format,
+    /// Whether invalid texels are replaced and counted instead of rejected.
+    pub sanitise: bool,
+}
+
+impl Pixels {
+    /// Bytes of a row of `width` texels.
+    pub fn row_bytes(&self, width: u32) -> Option<usize> {
+        (self.channels as usize).checked_mul(self.format.bytes())?.checked_mul(width as usize)
+    }
+}
+
+/// What a row holds besides its luminances; infinite texels count only as such.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RowSummary {
+    /// Luminance times solid angle.
+    pub light: f64,
+    /// Solid angle of the infinite texels.
+    pub infinite: f64,
+    /// Solid angle of all.
+    pub angle: f64,
+    /// The largest luminance times solid angle of a texel.
+    pub brightest: f64,
+    /// The largest luminance.
+    pub largest: f64,
+    /// Texels that were replaced.
+    pub sanitised: u64,
+}
+
+/// The solid angle of the texels of a row, but for a factor that all rows share: the first number; cube maps vary along the
+/// row, too: the second is the square of the row's distance from the middle of the face.
+fn row_angle(plan: &Plan, y: u32) -> (f64, f64) {
+    let height = plan.texels[1];
+    let row = f64::from(y % height);
+    match plan.of.layout {
+        Layout::LatLong => {
+            let spans = f64::from(height - u32::from(plan.of.rows_at_poles && height > 1));
+            let first = if plan.of.rows_at_poles { row - 0.5 } else { row };
+            let at = |row: f64| libm::cos(PI * row.clamp(0.0, spans) / spans);
+            ((at(first) - at(first + 1.0)) * 2.0 * PI / f64::from(plan.texels[0]), 0.0)
+        }
+        Layout::Cube => {
+            let side = f64::from(height);
+            let t = (2.0 * row + 1.0) / side - 1.0;
+            (4.0 / (side * side), t * t)
+        }
+        Layout::Octahedral => (4.0 * PI / (f64::from(height) * f64::from(height)), 0.0),
+    }
+}
+
+/// Decodes row `y` into luminance, and adds what it holds of each column of cells to `rgb`. A texel with an infinite channel is
+/// left infinite: what it becomes is known only when all rows are.
+///
+/// # Errors
+/// The first invalid texel, unless they are to be replaced.
+pub fn decode_row(
+    plan: &Plan,
+    pixels: &Pixels,
+    bytes: &[u8],
+    y: u32,
+    luminance: &mut [f32],
+    rgb: &mut [[f64; 3]],
+) -> Result<RowSummary, RowError> {
+    let size = pixels.channels as usize;
+    match (pixels.format, bytemuck::try_cast_slice::<u8, f32>(bytes)) {
+        (Format::F32, Ok(floats)) => match size {
+            1 => decode(plan, pixels, floats.iter().map(|&l| [l; 3]), y, luminance, rgb),
+            _ => decode(plan, pixels, floats.chunks_exact(size).map(first_three), y, luminance, rgb),
+        },
+        (format, _) => {
+            let channel = |texel: &[u8], k: usize| match format {
+                Format::F32 => {
+                    texel.get(4 * k..4 * k + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_le_bytes)
+                }
+                Format::F16 => texel
+                    .get(2 * k..2 * k + 2)
+                    .and_then(|b| b.try_into().ok())
+                    .map_or(0.0, |b| half(u16::from_le_bytes(b))),
+            };
+            let colours = bytes.chunks_exact((size * format.bytes()).max(1)).map(|texel| match size {
+                1 => [channel(texel, 0); 3],
+                _ => [channel(texel, 0), channel(texel, 1), channel(texel, 2)],
+            });
+            decode(plan, pixels, colours, y, luminance, rgb)
+        }
+    }
+}
+
+#[inline(always)]
+fn first_three(texel: &[f32]) -> [f32; 3] {
+    match *texel {
+        [r, g, b, ..] => [r, g, b],
+        _ => [0.0; 3],
+    }
+}
+
+#[inline(always)]
+fn decode(
+    plan: &Plan,
+    pixels: &Pixels,
+    colours: impl Iterator<Item = [f32; 3]>,
+    y: u32,
+    luminance: &mut [f32],
+    rgb: &mut [[f64; 3]],
+) -> Result<RowSummary, RowError> {
+    let mut summary = RowSummary::default();
+    let width = luminance.len().max(1);
+    let (row_angle, from_middle) = row_angle(plan, y);
+    let cube = plan.of.layout == Layout::Cube;
+    let [red, green, blue] = LUMINANCE.map(|c| c as f32);
+    let columns = rgb.len();
+    let mut texels = luminance.iter_mut().zip(colours).enumerate();
+    for (column, sum) in rgb.iter_mut().enumerate() {
+        let end = (column + 1) * width / columns;
+        let begin = column * width / columns;
+        let mut total = [0.0f64; 3];
+        for (x, (out, colour)) in texels.by_ref().take(end - begin) {
+            let angle = if cube {
+                let s = (2.0 * x as f64 + 1.0) / width as f64 - 1.0;
+                let squared = 1.0 + s * s + from_middle;
+                row_angle / (squared * libm::sqrt(squared))
+            } else {
+                row_angle
+            };
+            let [r, g, b] = colour;
+            let mut l = if r == g && g == b { r } else { red * r + green * g + blue * b };
+            summary.angle += angle;
+            // Any NaN, infinite or negative channel, or a sum that overflows.
+            let fine = r >= 0.0 && g >= 0.0 && b >= 0.0 && l < f32::INFINITY;
+            let mut colour = colour;
+            if !fine {
+                let (cleaned, valid) = clean(colour);
+                if !valid {
+                    if !pixels.sanitise {
+                        return Err(RowError::Texel(InvalidTexel { x: x as u32, y }));
+                    }
+                    summary.sanitised += 1;
+                }
+                colour = cleaned;
+                l = crate::environment::pixels::luminance_f64(colour) as f32;
+                if l == f32::INFINITY {
+                    summary.infinite += angle;
+                    *out = l;
+                    continue;
+                }
+            }
+            *out = l;
+            let light = f64::from(l) * angle;
+            summary.light += light;
+            summary.brightest = summary.brightest.max(light);
+            summary.largest = summary.largest.max(f64::from(l));
+            for (total, c) in total.iter_mut().zip(colour) {
+                *total += f64::from(c) * angle;
+            }
+        }
+        *sum = total;
+    }
+    Ok(summary)
+}

@@ -1,0 +1,570 @@
+//! The environment: a light as one block of bytes without pointers, in the caller's memory. Built once, shared by all threads,
+//! copied, saved and mapped as it is.
+
+use super::blocks::{CellTables, Lengths, Steps};
+use super::build::{self, CellWork, Totals};
+use super::chart::{Axis, Chart, Layout};
+use super::decode::{Pixels, RowSummary, decode_row};
+use super::plan::{Description, Filter, Plan};
+use super::tables::{Block, Cell, Light};
+use super::texels::Texels;
+use crate::environment::pixels::RowError;
+use crate::numeric::ContentHash;
+use crate::sphere::Frame;
+use crate::status::{Result, Status};
+use bytemuck::{Pod, Zeroable, try_cast_slice, try_cast_slice_mut, try_from_bytes};
+
+/// The first bytes of every environment, and the version of its format.
+const MAGIC: u64 = u64::from_le_bytes(*b"wisenv\x02\x00");
+
+/// What stands at the beginning of an environment.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Header {
+    magic: u64,
+    /// Bytes of the environment.
+    pub bytes: u64,
+    /// Tells environments apart: a hash of all bytes behind it, and of the frame.
+    pub content_id: u64,
+    tables_hash: u64,
+    /// The integral of luminance over the sphere.
+    pub power: f64,
+    /// The mean luminance of the texels.
+    pub mean: f64,
+    /// The share of the light that the brightest texel gives.
+    pub largest_share: f64,
+    /// The relative standard deviation of L / pdf that the error budget added.
+    pub error: f64,
+    /// Texels that were replaced.
+    pub sanitised: u64,
+    /// Elements of: in-cell starts, blocks, row words, line words.
+    lengths: [u64; 4],
+    layout: u32,
+    flags: u32,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    patches: [u32; 2],
+    length: [f32; 2],
+    shift: [f32; 2],
+    offset: f32,
+    /// The error budget.
+    pub budget: f32,
+    grid: [u32; 2],
+    side: [u32; 2],
+    frame: [f32; 9],
+    reserved: u32,
+}
+
+const BILINEAR: u32 = 1;
+const ROWS_AT_POLES: u32 = 2;
+const EXACT_ZERO: u32 = 4;
+const COMPENSATED: u32 = 8;
+
+/// Lines begin at a multiple of this, so that those of a full block of a bilinear light are cache lines.
+const LINE: usize = 64;
+
+/// Where the parts of an environment begin, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sections {
+    cells: usize,
+    colours: usize,
+    tops: usize,
+    cell_of: [usize; 2],
+    starts: usize,
+    blocks: usize,
+    rows: usize,
+    lines: usize,
+    end: usize,
+}
+
+impl Sections {
+    /// `None` if the sum overflows.
+    fn new(grid: [u32; 2], small_blocks: [u32; 2], lengths: Lengths) -> Option<Sections> {
+        let cells = grid[0] as usize * grid[1] as usize;
+        let mut at = size_of::<Header>();
+        let mut put = |count: usize, size: usize, align: usize| {
+            let start = at.checked_next_multiple_of(align)?;
+            at = start.checked_add(count.checked_mul(size)?)?;
+            Some(start)
+        };
+        let sections = Sections {
+            cells: put(cells, size_of::<Cell>(), 16)?,
+            colours: put(cells, 12, 4)?,
+            tops: put(grid[1] as usize + cells, 4, 4)?,
+            cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
+            starts: put(lengths.starts, 4, 16)?,
+            blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
+            rows: put(lengths.rows, 2, 32)?,
+            lines: put(lengths.lines, 2, LINE)?,
+            end: 0,
+        };
+        Some(Sections { end: put(0, 1, 16)?, ..sections })
+    }
+
+    fn of_plan(plan: &Plan, lengths: Lengths) -> Option<Sections> {
+        Sections::new(plan.grid, [plan.small_blocks(0), plan.small_blocks(1)], lengths)
+    }
+}
+
+/// Elements of a section; empty if they do not fit.
+#[inline(always)]
+fn part<T: Pod>(bytes: &[u8], start: usize, count: usize) -> &[T] {
+    let end = start.saturating_add(count.saturating_mul(size_of::<T>()));
+    bytes.get(start..end).and_then(|part| try_cast_slice(part).ok()).unwrap_or(&[])
+}
+
+fn part_mut<T: Pod>(bytes: &mut [u8], start: usize, count: usize) -> &mut [T] {
+    let end = start.saturating_add(count.saturating_mul(size_of::<T>()));
+    bytes.get_mut(start..end).and_then(|part| try_cast_slice_mut(part).ok()).unwrap_or(&mut [])
+}
+
+/// Takes the first `count` elements of a block off it.
+fn take<'a, T: Pod>(bytes: &mut &'a mut [u8], count: usize) -> Option<&'a mut [T]> {
+    let (first, rest) = core::mem::take(bytes).split_at_mut_checked(count.checked_mul(size_of::<T>())?)?;
+    *bytes = rest;
+    try_cast_slice_mut(first).ok()
+}
+
+/// An environment in bytes that hold one.
+#[derive(Clone, Copy, Debug)]
+pub struct Environment<'a> {
+    bytes: &'a [u8],
+    header: &'a Header,
+}
+
+/// What a build takes at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Bytes of the environment: exactly, without an error budget.
+    pub bytes: usize,
+    /// Bytes that only the build needs.
+    pub scratch: usize,
+}
+
+impl Plan {
+    /// What a build of this plan takes at most.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`] if no memory can hold it.
+    pub fn size(&self) -> Result<Size> {
+        let full = build::full_lengths(self);
+        // Positions of words are 32-bit numbers.
+        if full.lines as u64 > u64::from(u32::MAX) {
+            return Err(Status::Overflow);
+        }
+        let sections = Sections::of_plan(self, full).ok_or(Status::Overflow)?;
+        Ok(Size { bytes: sections.end, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
+    }
+}
+
+/// The memory of a build, divided.
+#[derive(Debug)]
+pub struct Scratch<'a> {
+    /// A summary of each row of texels.
+    pub rows: &'a mut [RowSummary],
+    /// The colour of each row in each column of cells.
+    pub rgb: &'a mut [[f64; 3]],
+    /// What each cell becomes.
+    pub work: &'a mut [CellWork],
+    /// The light of each block.
+    pub block_light: &'a mut [f64],
+    /// The luminance of each texel.
+    pub luminance: &'a mut [f32],
+    /// The grid of each block.
+    pub steps: &'a mut [Steps],
+}
+
+impl<'a> Scratch<'a> {
+    fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 6]> {
+        let rows = plan.rows() as usize;
+        Some([
+            (rows, size_of::<RowSummary>()),
+            (rows.checked_mul(plan.grid[0] as usize)?, 24),
+            (plan.cells() as usize, size_of::<CellWork>()),
+            (blocks, 8),
+            (rows.checked_mul(plan.of.width as usize)?, 4),
+            (blocks, 2),
+        ])
+    }
+
+    fn bytes(plan: &Plan, blocks: usize) -> Option<usize> {
+        let counts = Self::counts(plan, blocks)?;
+        counts.into_iter().try_fold(0usize, |sum, (count, size)| sum.checked_add(count.checked_mul(size)?))
+    }
+
+    /// Divides a block of memory.
+    ///
+    /// # Errors
+    /// [`Status::MemoryTooSmall`], [`Status::Misaligned`] if it is not aligned to 8.
+    pub fn new(plan: &Plan, mut memory: &'a mut [u8]) -> Result<Scratch<'a>> {
+        let size = plan.size()?;
+        if memory.len() < size.scratch {
+            return Err(Status::MemoryTooSmall);
+        }
+        let blocks = build::full_lengths(plan).blocks;
+        let [rows, rgb, work, light, luminance, steps] =
+            Self::counts(plan, blocks).ok_or(Status::Overflow)?.map(|(n, _)| n);
+        let misaligned = Status::Misaligned;
+        Ok(Scratch {
+            rows: take(&mut memory, rows).ok_or(misaligned)?,
+            rgb: take(&mut memory, rgb).ok_or(misaligned)?,
+            work: take(&mut memory, work).ok_or(misaligned)?,
+            block_light: take(&mut memory, light).ok_or(misaligned)?,
+            luminance: take(&mut memory, luminance).ok_or(misaligned)?,
+            steps: take(&mut memory, steps).ok_or(misaligned)?,
+        })
+    }
+}
+
+/// Why a build stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuildError {
+    /// A row could not be decoded: which, and why.
+    Row(u32, RowError),
+    /// The memory is too small: the bytes that are needed.
+    TooSmall(usize),
+    /// Anything else.
+    Status(Status),
+}
+
+impl From<Status> for BuildError {
+    fn from(status: Status) -> BuildError {
+        BuildError::Status(status)
+    }
+}
+
+impl<'a> Environment<'a> {
+    /// Builds an environment from rows of pixels.
+    ///
+    /// # Errors
+    /// [`BuildError`].
+    pub fn build_in<'p>(
+        plan: &Plan,
+        pixels: &Pixels,
+        frame: &Frame,
+        row: impl Fn(u32) -> Option<&'p [u8]>,
+        memory: &'a mut [u8],
+        scratch: &mut [u8],
+    ) -> core::result::Result<Environment<'a>, BuildError> {
+        let scratch = Scratch::new(plan, scratch)?;
+        let width = plan.of.width as usize;
+        let columns = plan.grid[0] as usize;
+        let needed = pixels.row_bytes(plan.of.width).ok_or(Status::Overflow)?;
+        let lines = scratch.luminance.chunks_exact_mut(width).zip(scratch.rgb.chunks_exact_mut(columns));
+        for ((y, (luminance, rgb)), summary) in (0..).zip(lines).zip(scratch.rows.iter_mut()) {
+            let bytes = row(y).and_then(|bytes| bytes.get(..needed)).ok_or(BuildError::Row(y, RowError::Missing))?;
+            *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
+        }
+        let totals = Totals::of(scratch.rows);
+        let texels = totals.texels(plan, scratch.luminance);
+        let mut steps: &mut [Steps] = scratch.steps;
+        for (index, work) in (0..).zip(scratch.work.iter_mut()) {
+            let (_, count) = build::block_range(plan, index);
+            let (own, rest) = steps.split_at_mut_checked(count).unwrap_or_default();
+            *work = build::choose_cell(&texels, index, own);
+            steps = rest;
+        }
+        let mut writer = Writer::new(plan, scratch.work, memory)?;
+        for index in 0..plan.cells() {
+            let (first, count) = build::block_range(plan, index);
+            let steps = scratch.steps.get(first..first + count).unwrap_or(&[]);
+            let light = scratch.block_light.get_mut(first..first + count).unwrap_or(&mut []);
+            writer.cell(&texels, index, scratch.work, steps, light);
+        }
+        writer.finish(&totals, scratch.work, scratch.rgb, frame)?;
+        Environment::view(memory).ok_or(BuildError::Status(Status::Misaligned))
+    }
+
+    /// The environment that bytes hold, without a check of what they hold.
+    #[inline(always)]
+    pub fn view(bytes: &'a [u8]) -> Option<Environment<'a>> {
+        let header: &Header = try_from_bytes(bytes.get(..size_of::<Header>())?).ok()?;
+        Some(Environment { bytes: bytes.get(..usize::try_from(header.bytes).ok()?)?, header })
+    }
+
+    /// The environment that bytes hold, checked: any answer leads to no access outside, no endless loop and no number that is
+    /// not finite. Reads all bytes once.
+    ///
+    /// # Errors
+    /// [`Status::Corrupt`].
+    pub fn open(bytes: &'a [u8]) -> Result<Environment<'a>> {
+        let environment = Environment::view(bytes).ok_or(Status::Corrupt)?;
+        if super::check::is_sound(&environment) { Ok(environment) } else { Err(Status::Corrupt) }
+    }
+
+    /// What stands at its beginning.
+    pub fn header(&self) -> &'a Header {
+        self.header
+    }
+
+    /// Its bytes.
+    pub fn as_bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// From the map's space to the world's.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame {
+        Frame::from_array(&self.header.frame)
+    }
+
+    /// What was built.
+    pub fn description(&self) -> Description {
+        let h = self.header;
+        let flag = |bit: u32| h.flags & bit != 0;
+        Description {
+            layout: layout_of(h.layout),
+            width: h.width,
+            height: h.height,
+            filter: if flag(BILINEAR) { Filter::Bilinear } else { Filter::Nearest },
+            rows_at_poles: flag(ROWS_AT_POLES),
+            exact_zero: flag(EXACT_ZERO),
+            compensated: flag(COMPENSATED),
+            budget: h.budget,
+        }
+    }
+
+    /// Whether the header is one that a build of this version writes, and the bytes are those that were written.
+    pub(super) fn header_is_sound(&self) -> bool {
+        let h = self.header;
+        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED;
+        if h.magic != MAGIC || h.flags & !known != 0 || h.layout > 2 || h.reserved != 0 {
+            return false;
+        }
+        let Ok(plan) = Plan::new(&self.description()) else { return false };
+        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
+        let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
+        let sections = Sections::new(h.grid, [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
+        let hash = hash(self.bytes);
+        plan.chart == chart
+            && plan.grid == h.grid
+            && plan.side == h.side
+            && sections.is_some_and(|s| s.end as u64 == h.bytes)
+            && h.tables_hash == hash
+            && h.content_id == content_id(hash, &h.frame)
+            && [h.power, h.mean, h.largest_share, h.error].iter().all(|x| (0.0..f64::INFINITY).contains(x))
+            && Frame::new(&transposed(&h.frame)).is_some()
+    }
+
+    fn lengths(&self) -> Lengths {
+        let [starts, blocks, rows, lines] = self.header.lengths.map(|n| n as usize);
+        Lengths { starts, blocks, rows, lines }
+    }
+
+    fn sections(&self) -> Option<Sections> {
+        let h = self.header;
+        let small = |k: usize| h.patches[k].div_ceil(1 << (h.side[k] & 31));
+        Sections::new(h.grid, [small(0), small(1)], self.lengths())
+    }
+
+    /// The tables.
+    #[inline(always)]
+    pub fn light(&self) -> Light<'a> {
+        let h = self.header;
+        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
+        let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
+        let s = self.sections().unwrap_or(EMPTY);
+        let lengths = self.lengths();
+        let cells = h.grid[0] as usize * h.grid[1] as usize;
+        Light {
+            chart,
+            bilinear: h.flags & BILINEAR != 0,
+            power: h.power,
+            grid: h.grid,
+            cells: part(self.bytes, s.cells, cells),
+            tops: part(self.bytes, s.tops, cells + h.grid[1] as usize),
+            cell_of: [
+                part(self.bytes, s.cell_of[0], s.cell_of[1] - s.cell_of[0]),
+                part(self.bytes, s.cell_of[1], s.starts - s.cell_of[1]),
+            ],
+            side: h.side,
+            starts: part(self.bytes, s.starts, lengths.starts),
+            blocks: part(self.bytes, s.blocks, lengths.blocks),
+            rows: part(self.bytes, s.rows, lengths.rows),
+            lines: part(self.bytes, s.lines, lengths.lines),
+        }
+    }
+
+    /// The light of each cell as a colour, over the power: its luminance is the cell's probability.
+    pub fn colours(&self) -> &'a [[f32; 3]] {
+        let s = self.sections().unwrap_or(EMPTY);
+        part(self.bytes, s.colours, self.header.grid[0] as usize * self.header.grid[1] as usize)
+    }
+}
+
+/// Sections of nothing.
+const EMPTY: Sections =
+    Sections { cells: 0, colours: 0, tops: 0, cell_of: [0, 0], starts: 0, blocks: 0, rows: 0, lines: 0, end: 0 };
+
+fn layout_of(code: u32) -> Layout {
+    match code {
+        0 => Layout::LatLong,
+        1 => Layout::Cube,
+        _ => Layout::Octahedral,
+    }
+}
+
+fn transposed(m: &[f32; 9]) -> [f32; 9] {
+    let [a, b, c, d, e, f, g, h, i] = *m;
+    [a, d, g, b, e, h, c, f, i]
+}
+
+/// A hash of what stands behind the content id and the hash itself, but for the frame.
+fn hash(bytes: &[u8]) -> u64 {
+    let mut hash = ContentHash::new();
+    let frame = core::mem::offset_of!(Header, frame);
+    let first = bytes.get(core::mem::offset_of!(Header, power)..frame).unwrap_or(&[]);
+    let rest = bytes.get(size_of::<Header>()..).unwrap_or(&[]);
+    for part in [first, rest] {
+        for word in part.chunks(8) {
+            let mut eight = [0; 8];
+            for (out, &byte) in eight.iter_mut().zip(word) {
+                *out = byte;
+            }
+            hash.add(u64::from_le_bytes(eight));
+        }
+    }
+    hash.finish()
+}
+
+fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {
+    let mut hash = ContentHash::new();
+    hash.add(tables);
+    hash.add_floats(frame);
+    hash.finish()
+}
+
+/// An environment while its tables are written.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    plan: Plan,
+    sections: Sections,
+    lengths: Lengths,
+    bytes: &'a mut [u8],
+}
+
+impl<'a> Writer<'a> {
+    /// The memory for what the cells were found to take.
+    ///
+    /// # Errors
+    /// [`BuildError::TooSmall`].
+    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, BuildError> {
+        let lengths = build::offset(work, plan.cells());
+        let sections = Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
+        let bytes = memory.get_mut(..sections.end).ok_or(BuildError::TooSmall(sections.end))?;
+        Ok(Writer { plan: *plan, sections, lengths, bytes })
+    }
+
+    /// Writes the tables of a cell.
+    pub fn cell(&mut self, texels: &Texels<'_>, index: u32, work: &mut [CellWork], steps: &[Steps], light: &mut [f64]) {
+        let offset = build::offset(work, index);
+        let Some(own) = work.get_mut(index as usize) else { return };
+        let length = own.lengths();
+        let Sections { cells, starts, blocks, rows, lines, .. } = self.sections;
+        // Sections stand in this order, so the block can be taken apart.
+        let (before, rest) = self.bytes.split_at_mut_checked(starts).unwrap_or_default();
+        let (starts_part, rest) = rest.split_at_mut_checked(blocks - starts).unwrap_or_default();
+        let (blocks_part, rest) = rest.split_at_mut_checked(rows - blocks).unwrap_or_default();
+        let (rows_part, lines_part) = rest.split_at_mut_checked(lines - rows).unwrap_or_default();
+        let tables = CellTables {
+            offset,
+            starts: part_mut(starts_part, 4 * offset.starts, length.starts),
+            blocks: part_mut(blocks_part, size_of::<Block>() * offset.blocks, length.blocks),
+            rows: part_mut(rows_part, 2 * offset.rows, length.rows),
+            lines: part_mut(lines_part, 2 * offset.lines, length.lines),
+            light,
+        };
+        let (written, light) = build::write(texels, index, own, steps, tables);
+        own.light = light;
+        if let Some(cell) = part_mut(before, cells, self.plan.cells() as usize).get_mut(index as usize) {
+            *cell = written;
+        }
+    }
+
+    /// Writes all that is known when every cell is written.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`] if the power is not a number.
+    pub fn finish(self, totals: &Totals, work: &[CellWork], rgb: &[[f64; 3]], frame: &Frame) -> Result<()> {
+        let Writer { plan, sections, lengths, bytes } = self;
+        let count = plan.cells() as usize;
+        // Gaps between sections are part of the bytes.
+        for (start, end) in [
+            (sections.cell_of[1] + plan.small_blocks(1) as usize, sections.starts),
+            (sections.starts + 4 * lengths.starts, sections.blocks),
+            (sections.blocks + size_of::<Block>() * lengths.blocks, sections.rows),
+            (sections.rows + 2 * lengths.rows, sections.lines),
+            (sections.lines + 2 * lengths.lines, sections.end),
+            (size_of::<Header>(), sections.cells),
+        ] {
+            bytes.get_mut(start..end).unwrap_or(&mut []).fill(0);
+        }
+        for k in [0, 1] {
+            let of = part_mut::<u8>(bytes, sections.cell_of[k], plan.small_blocks(k) as usize);
+            for (small, out) in (0..).zip(of) {
+                *out = plan.cell_of(k, small) as u8;
+            }
+        }
+        let (before, rest) = bytes.split_at_mut_checked(sections.colours).unwrap_or_default();
+        let cells = part_mut(before, sections.cells, count);
+        let tops = sections.tops - sections.colours;
+        let (colours, tops_part) = rest.split_at_mut_checked(tops).unwrap_or_default();
+        let power = build::finish(&plan, work, cells, part_mut(tops_part, 0, plan.grid[1] as usize + count));
+        build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
+        let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+        let variance: f64 = work.iter().map(|cell| cell.variance).sum();
+        let axis = plan.chart.axes;
+        let mut header = Header {
+            magic: MAGIC,
+            bytes: sections.end as u64,
+            content_id: 0,
+            tables_hash: 0,
+            power,
+            mean: totals.mean,
+            largest_share: build::largest_share(totals),
+            error: if power > 0.0 { libm::sqrt((variance / power).max(0.0)) } else { 0.0 },
+            sanitised: totals.sanitised,
+            lengths: [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64),
+            layout: match plan.of.layout {
+                Layout::LatLong => 0,
+                Layout::Cube => 1,
+                Layout::Octahedral => 2,
+            },
+            flags: flag(plan.of.filter == Filter::Bilinear, BILINEAR)
+                | flag(plan.of.rows_at_poles, ROWS_AT_POLES)
+                | flag(plan.of.exact_zero, EXACT_ZERO)
+                | flag(plan.of.compensated, COMPENSATED),
+            width: plan.of.width,
+            height: plan.of.height,
+            patches: axis.map(|a| a.patches),
+            length: axis.map(|a| a.length),
+            shift: axis.map(|a| a.shift),
+            offset: plan.chart.offset,
+            budget: plan.of.budget,
+            grid: plan.grid,
+            side: plan.side,
+            frame: frame.to_array(),
+            reserved: 0,
+        };
+        let put = |bytes: &mut [u8], header: &Header| {
+            if let Some(out) = bytes.get_mut(..size_of::<Header>()) {
+                out.copy_from_slice(bytemuck::bytes_of(header));
+            }
+        };
+        put(bytes, &header);
+        header.tables_hash = hash(bytes);
+        header.content_id = content_id(header.tables_hash, &header.frame);
+        put(bytes, &header);
+        if header.power.is_finite() { Ok(()) } else { Err(Status::Overflow) }
+    }
+}
+
+/// Gives an environment another frame, in place: the light turns, nothing is rebuilt.
+pub fn turn(bytes: &mut [u8], frame: &Frame) {
+    let Some(start) = bytes.get_mut(..size_of::<Header>()) else { return };
+    let Ok(header) = bytemuck::try_from_bytes_mut::<Header>(start) else { return };
+    header.frame = frame.to_array();
+    header.content_id = content_id(header.tables_hash, &header.frame);
+}

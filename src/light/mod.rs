@@ -1,0 +1,14 @@
+//! The light: an environment map as small cumulative tables, exactly as the renderer looks it up.
+
+pub mod blocks;
+pub mod build;
+pub mod chart;
+mod check;
+pub mod decode;
+pub mod density;
+pub mod environment;
+pub mod plan;
+pub mod search;
+pub mod tables;
+pub mod texels;
+pub mod warp;

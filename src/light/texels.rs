@@ -1,0 +1,279 @@
+//! The luminance of a map as the renderer looks it up: texels beyond the border of a face, values at the corners of patches,
+//! and the exact integrals over patches.
+
+use super::chart::Layout;
+use super::plan::{Filter, Plan};
+use super::tables::BLOCK;
+use core::f64::consts::PI;
+
+/// The texels of all faces, and what is done to a luminance before it becomes light.
+#[derive(Clone, Copy)]
+pub struct Texels<'a> {
+    /// Sizes.
+    pub plan: &'a Plan,
+    /// Luminance, row by row, face by face.
+    pub luminance: &'a [f32],
+    /// What the luminance of an infinite texel is.
+    pub largest: f32,
+    /// What no luminance lies below.
+    pub least: f32,
+    /// The mean that compensation subtracts.
+    pub mean: f32,
+}
+
+/// Corners of a block.
+pub type Corners = [f32; (BLOCK + 1) * (BLOCK + 1)];
+/// A number for each patch of a block.
+pub type PatchValues = [f64; BLOCK * BLOCK];
+
+/// A rectangle of patches of a face, in strides.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// The face.
+    pub face: u32,
+    /// The first patch.
+    pub origin: [u32; 2],
+    /// Cells of the grid, at most [`BLOCK`] along each axis.
+    pub grid: [u32; 2],
+    /// Patches behind which the tile ends.
+    pub end: [u32; 2],
+    /// A cell of the grid is 2^step patches wide.
+    pub step: [u32; 2],
+}
+
+impl Tile {
+    /// The edge before cell `i` along an axis.
+    pub fn edge(&self, axis: usize, i: u32) -> u32 {
+        (self.origin[axis] + (i << self.step[axis])).min(self.end[axis])
+    }
+}
+
+impl Texels<'_> {
+    /// A luminance as light.
+    #[inline(always)]
+    fn light(&self, luminance: f32) -> f32 {
+        let l = if luminance < self.largest { luminance } else { self.largest };
+        let l = if l < self.least { self.least } else { l };
+        if self.plan.of.compensated { (l - self.mean).max(l * (1.0 / 64.0)) } else { l }
+    }
+
+    /// A texel inside a face.
+    #[inline(always)]
+    fn inner(&self, face: u32, x: u32, y: u32) -> f32 {
+        let [width, height] = self.plan.texels;
+        let row = (face * height + y) as usize;
+        self.light(self.luminance.get(row * width as usize + x as usize).copied().unwrap_or(0.0))
+    }
+
+    /// A texel at most one beyond the border of a face: lat-long maps wrap and mirror over the poles, octahedral edges fold, faces
+    /// of a cube join.
+    fn texel(&self, face: u32, x: i64, y: i64) -> f32 {
+        let [width, height] = self.plan.texels.map(i64::from);
+        if (0..width).contains(&x) && (0..height).contains(&y) {
+            return self.inner(face, x as u32, y as u32);
+        }
+        let clamped = [x.clamp(0, width - 1), y.clamp(0, height - 1)];
+        match self.plan.of.layout {
+            Layout::LatLong => {
+                let x = x.rem_euclid(width);
+                if (0..height).contains(&y) {
+                    return self.inner(face, x as u32, y as u32);
+                }
+                // Over the pole: half a turn on, between two texels if their number is odd.
+                let row = clamped[1] as u32;
+                let over = |x: i64| self.inner(face, x.rem_euclid(width) as u32, row);
+                0.5 * (over(x + width / 2) + over(x + (width + 1) / 2))
+            }
+            Layout::Octahedral => {
+                let folded_x = if y == clamped[1] { x } else { width - 1 - x };
+                let folded_y = if x == clamped[0] { y } else { height - 1 - y };
+                self.inner(face, folded_x.clamp(0, width - 1) as u32, folded_y.clamp(0, height - 1) as u32)
+            }
+            Layout::Cube => self.across(face, [x, y], clamped),
+        }
+    }
+
+    /// A texel of a cube map beyond an edge of its face; beyond a corner, where three faces meet, their mean.
+    fn across(&self, face: u32, at: [i64; 2], clamped: [i64; 2]) -> f32 {
+        if at[0] != clamped[0] && at[1] != clamped[1] {
+            let own = self.inner(face, clamped[0] as u32, clamped[1] as u32);
+            let beside =
+                self.across(face, [at[0], clamped[1]], clamped) + self.across(face, [clamped[0], at[1]], clamped);
+            return (own + beside) * (1.0 / 3.0);
+        }
+        let side = f64::from(self.plan.texels[0]);
+        // The neighbour's texel whose centre lies where the ray through this one, folded onto the neighbour's plane, meets it.
+        let plane = at.map(|x| (2.0 * x as f64 + 1.0) / side - 1.0);
+        let beyond = |x: f64| if x.abs() > 1.0 { x.abs() - 1.0 } else { 0.0 };
+        let depth = 1.0 - beyond(plane[0]) - beyond(plane[1]);
+        let [s, t] = plane.map(|x| x.clamp(-1.0, 1.0));
+        let mut direction = crate::sphere::cube_direction(face, s, t);
+        if let Some(major) = direction.get_mut(face as usize / 2) {
+            *major *= depth;
+        }
+        let (neighbour, uv) = crate::sphere::cube(direction);
+        let texel = |u: f64| ((u * side) as i64).clamp(0, side as i64 - 1) as u32;
+        self.inner(neighbour, texel(uv[0]), texel(uv[1]))
+    }
+
+    /// The texel before an edge between patches, and how far the edge lies towards the next.
+    fn texel_at(&self, axis: usize, edge: u32) -> (i64, f32) {
+        let a = self.plan.chart.axes[axis];
+        let position = (f64::from(edge) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+        let latlong = self.plan.of.layout == Layout::LatLong;
+        let poles = latlong && axis == 1 && self.plan.of.rows_at_poles && self.plan.texels[1] > 1;
+        // Columns of a lat-long map begin at the first texel centre, rows at the poles at the first row.
+        let half = if (latlong && axis == 0) || poles { 0.0 } else { 0.5 };
+        let texel = position / f64::from(self.plan.refined) - half;
+        let before = libm::floor(texel);
+        (before as i64, (texel - before) as f32)
+    }
+
+    /// The values at the corners of a tile's grid, row by row, [`BLOCK`] + 1 in each.
+    pub fn corners(&self, tile: &Tile, corners: &mut Corners) {
+        let columns = |i: u32| self.texel_at(0, tile.edge(0, i));
+        let ((first, part), step) = (columns(0), tile.step[0]);
+        let last = first + i64::from(tile.edge(0, tile.grid[0]) - tile.edge(0, 0));
+        let width = i64::from(self.plan.texels[0]);
+        for (j, row) in (0..=tile.grid[1]).zip(corners.chunks_exact_mut(BLOCK + 1)) {
+            let (y, below) = self.texel_at(1, tile.edge(1, j));
+            let plain = below == 0.0 && (0..i64::from(self.plan.texels[1])).contains(&y);
+            // In the middle of a map that is not refined corners are texels.
+            let direct = plain && part == 0.0 && self.plan.refined == 1 && step == 0 && first >= 0 && last < width;
+            if direct {
+                let start = (i64::from(tile.face * self.plan.texels[1]) + y) * width + first;
+                let source = self.luminance.get(start as usize..).unwrap_or(&[]);
+                for (out, &luminance) in row.iter_mut().take(tile.grid[0] as usize + 1).zip(source) {
+                    *out = self.light(luminance);
+                }
+                continue;
+            }
+            for (i, out) in (0..=tile.grid[0]).zip(row.iter_mut()) {
+                let (x, right) = columns(i);
+                let at_row = |y: i64| {
+                    let here = self.texel(tile.face, x, y);
+                    if right == 0.0 { here } else { here + (self.texel(tile.face, x + 1, y) - here) * right }
+                };
+                let here = at_row(y);
+                *out = if below == 0.0 { here } else { here + (at_row(y + 1) - here) * below };
+            }
+        }
+        if self.plan.of.exact_zero {
+            self.spread(tile, corners);
+        }
+    }
+
+    /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density.
+    fn spread(&self, tile: &Tile, corners: &mut Corners) {
+        /// The share of the brightest of the eight texels about a black corner.
+        const SHARE: f32 = 1.0 / 8192.0;
+        for (j, row) in (0..=tile.grid[1]).zip(corners.chunks_exact_mut(BLOCK + 1)) {
+            for (i, corner) in (0..=tile.grid[0]).zip(row.iter_mut()).filter(|(_, corner)| !(**corner > 0.0)) {
+                let [(x, _), (y, _)] = [self.texel_at(0, tile.edge(0, i)), self.texel_at(1, tile.edge(1, j))];
+                let mut brightest = 0.0f32;
+                for dy in -1..=2 {
+                    for dx in -1..=2 {
+                        brightest = brightest.max(self.texel_near(tile.face, x + dx, y + dy));
+                    }
+                }
+                *corner = SHARE * brightest;
+            }
+        }
+    }
+
+    /// As [`Texels::texel`], for places up to two beyond the border.
+    fn texel_near(&self, face: u32, x: i64, y: i64) -> f32 {
+        let [width, height] = self.plan.texels.map(i64::from);
+        self.texel(
+            face,
+            if self.plan.of.layout == Layout::LatLong { x } else { x.clamp(-1, width) },
+            y.clamp(-1, height),
+        )
+    }
+
+    /// The light of each patch of a tile whose step is 0, and its solid angle, row by row, [`BLOCK`] in each.
+    pub fn masses(&self, tile: &Tile, mass: &mut PatchValues, angle: &mut PatchValues) {
+        let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
+        let bilinear = self.plan.of.filter == Filter::Bilinear;
+        if bilinear {
+            self.corners(tile, &mut corners);
+        }
+        let rows = mass.chunks_exact_mut(BLOCK).zip(angle.chunks_exact_mut(BLOCK));
+        for ((j, (mass, angle)), pair) in
+            (0..tile.grid[1]).zip(rows).zip(corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1))
+        {
+            let (above, below) = pair.split_at(BLOCK + 1);
+            let y = tile.origin[1] + j;
+            let weights = self.row_weights(y);
+            let corner_pairs = above.windows(2).zip(below.windows(2));
+            for (((i, mass), angle), corner) in (0..tile.grid[0]).zip(mass).zip(angle).zip(corner_pairs) {
+                let (&[c00, c01], &[c10, c11]) = corner else { continue };
+                let x = tile.origin[0] + i;
+                let [w00, w01, w10, w11] = match self.plan.of.layout {
+                    Layout::Cube => self.cube_weights(x, y),
+                    _ => self.column_weights(x, weights),
+                };
+                *angle = (w00 + w01) + (w10 + w11);
+                *mass = if bilinear {
+                    let upper = w00 * f64::from(c00) + w01 * f64::from(c01);
+                    upper + (w10 * f64::from(c10) + w11 * f64::from(c11))
+                } else {
+                    let texel = |k: u32, axis: usize| (k / self.plan.refined).min(self.plan.texels[axis] - 1);
+                    *angle * f64::from(self.inner(tile.face, texel(x, 0), texel(y, 1)))
+                };
+            }
+        }
+    }
+
+    /// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
+    fn row_weights(&self, y: u32) -> [f64; 2] {
+        let a = self.plan.chart.axes[1];
+        let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+        let (top, bottom) = (edge(y), edge(y + 1));
+        if self.plan.of.layout != Layout::LatLong {
+            return [0.5 * (bottom - top); 2];
+        }
+        let angle = PI / f64::from(a.length);
+        let (upper, lower) = (top * angle, bottom * angle);
+        let mean = (libm::sin(lower) - libm::sin(upper)) / (lower - upper);
+        [libm::cos(upper) - mean, mean - libm::cos(lower)]
+    }
+
+    /// The weights of a patch's four corners from those of its row.
+    #[inline(always)]
+    fn column_weights(&self, x: u32, [upper, lower]: [f64; 2]) -> [f64; 4] {
+        let a = self.plan.chart.axes[0];
+        let half = if self.plan.of.layout == Layout::LatLong {
+            PI / f64::from(a.length)
+        } else {
+            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+            let area = 4.0 * PI / (f64::from(a.length) * f64::from(a.length));
+            0.5 * area * (edge(x + 1) - edge(x))
+        };
+        [half * upper, half * upper, half * lower, half * lower]
+    }
+
+    /// The weights of the four corners of a patch of a cube face, by two Gauss points along each axis.
+    fn cube_weights(&self, x: u32, y: u32) -> [f64; 4] {
+        const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+        let edges = |axis: usize, k: u32| {
+            let a = self.plan.chart.axes[axis];
+            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+            (2.0 * edge(k) / f64::from(a.length) - 1.0, 2.0 * edge(k + 1) / f64::from(a.length) - 1.0)
+        };
+        let ((s0, s1), (t0, t1)) = (edges(0, x), edges(1, y));
+        let mut weights = [0.0; 4];
+        for v in GAUSS {
+            for u in GAUSS {
+                let (s, t) = (s0 + (s1 - s0) * u, t0 + (t1 - t0) * v);
+                let squared = 1.0 + s * s + t * t;
+                let w = 0.25 * (s1 - s0) * (t1 - t0) / (squared * libm::sqrt(squared));
+                for (out, part) in weights.iter_mut().zip([(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v])
+                {
+                    *out += w * part;
+                }
+            }
+        }
+        weights
+    }
+}

@@ -11,6 +11,7 @@
 #![deny(unsafe_code, missing_docs)]
 
 pub mod approximate;
+pub mod brdf;
 pub mod combine;
 pub mod descent;
 pub mod environment;

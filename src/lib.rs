@@ -14,6 +14,7 @@ pub mod approximate;
 pub mod brdf;
 pub mod combine;
 pub mod descent;
+pub mod direct;
 pub mod environment;
 pub mod grid;
 pub mod haar;

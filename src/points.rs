@@ -33,7 +33,12 @@ pub fn hammersley(index: u32, total: u32) -> [f32; 2] {
 /// Point `index` of the Owen-scrambled Sobol (0,2)-sequence of a seed. Any index, in any order.
 #[inline]
 pub fn sobol(seed: u32, index: u32) -> [f32; 2] {
-    let order = permute(index.reverse_bits(), mix(seed)).reverse_bits();
+    sobol_in_order(seed, permute(index.reverse_bits(), mix(seed)).reverse_bits())
+}
+
+/// Point `order` of the Owen-scrambled Sobol sequence of a seed, whose order is not shuffled.
+#[inline]
+pub(crate) fn sobol_in_order(seed: u32, order: u32) -> [f32; 2] {
     let x = permute(order, mix(seed ^ 0x5851_f42d));
     let y = permute(pascal(order), mix(seed ^ 0x1405_7b7e));
     [centred(x.reverse_bits()), centred(y.reverse_bits())]
@@ -48,7 +53,7 @@ fn pascal(index: u32) -> u32 {
 }
 
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
-fn permute(x: u32, seed: u32) -> u32 {
+pub(crate) fn permute(x: u32, seed: u32) -> u32 {
     let x = x.wrapping_add(seed);
     [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6].iter().fold(x, |x, &even| x ^ x.wrapping_mul(even))
 }
@@ -61,6 +66,6 @@ fn mix(x: u32) -> u32 {
 }
 
 /// The centre of the cell of 2^-23 that holds a fraction of 32 bits.
-fn centred(fraction: u32) -> f32 {
+pub(crate) fn centred(fraction: u32) -> f32 {
     (2 * (fraction >> 9) + 1) as f32 * (1.0 / 16_777_216.0)
 }

@@ -5,7 +5,7 @@ use super::lambert;
 use super::material::{Kind, MAX_LOBES};
 use super::phong::Phong;
 use super::point::{Fault, Point};
-use crate::numeric::{LUMINANCE, min, sqrt};
+use crate::numeric::{LUMINANCE, ONE_MINUS_EPSILON, min, sqrt};
 use crate::simd::Num;
 use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
@@ -219,19 +219,25 @@ impl Surface {
         if self.whole { F::splat(0.5) * lambert::pdf(cosine.abs()) } else { lambert::pdf(cosine) }
     }
 
-    /// Local directions of lobes for three random numbers each: the first chooses the lobe.
+    /// Local directions of lobes: the first number chooses the lobe, too. Directions of lobes that reach below the surface stay
+    /// there.
     #[inline(always)]
-    pub fn sample<F: Num>(&self, choice: F, u: [F; 2]) -> [F; 3] {
+    pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let (zero, half) = (F::splat(0.0), F::splat(0.5));
         if self.count == 0 {
-            let [x, y, z] = lambert::sample(u);
-            return [x, y, if self.whole { z.copysign(F::splat(0.5) - choice) } else { z }];
+            let upper = u[0].lt(half);
+            let first = if self.whole { F::select(upper, u[0] + u[0], u[0] + u[0] - F::splat(1.0)) } else { u[0] };
+            let [x, y, z] = lambert::sample([first, u[1]]);
+            return [x, y, if self.whole { F::select(upper, z, zero - z) } else { z }];
         }
-        let zero = F::splat(0.0);
         let mut wi = [zero, zero, F::splat(1.0)];
         let mut before = 0.0;
         for lobe in self.lobes.iter().take(self.count).filter(|lobe| lobe.share > 0.0) {
-            let here = F::splat(before).le(choice);
+            let here = F::splat(before).le(u[0]);
+            let last = F::splat(ONE_MINUS_EPSILON);
+            let first = ((u[0] - F::splat(before)) * F::splat(1.0 / lobe.share)).max(zero).min(last);
             before += lobe.share;
+            let u = [first, u[1]];
             let [x, y, z] = match &lobe.shape {
                 LobeShape::Lambert => lambert::sample(u),
                 LobeShape::LambertTransmission => {

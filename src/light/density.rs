@@ -103,6 +103,13 @@ impl Light<'_> {
     /// World directions distributed as the light, and their densities; 0 if the light is black.
     #[inline(always)]
     pub fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
+        let (world, located) = self.to_world(frame, &self.draw(u));
+        (world, self.alone(&located))
+    }
+
+    /// Places distributed as the light.
+    #[inline(always)]
+    fn draw<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
         let (across, down) = (clamp_u(u[0]).store(), clamp_u(u[1]).store());
         let mut cells = F::ints();
         let mut numbers = [F::floats(); 2];
@@ -118,9 +125,19 @@ impl Light<'_> {
                 }
             }
         }
-        let drawn = self.sample_in::<F>(cells, [F::load(numbers[0]), F::load(numbers[1])]);
-        let (world, located) = self.to_world(frame, &drawn);
-        (world, self.alone(&located))
+        self.sample_in::<F>(cells, [F::load(numbers[0]), F::load(numbers[1])])
+    }
+
+    /// Directions of map space distributed as the light: near enough for candidates, whose density is looked up again.
+    #[inline(always)]
+    pub fn direction<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        self.direction_of(&self.draw(u))
+    }
+
+    /// Densities of directions of map space of unit length in the light.
+    #[inline(always)]
+    pub fn density<F: Num>(&self, d: [F; 3]) -> F {
+        self.alone(&self.locate(d, false))
     }
 
     /// Densities of world directions in the light; 0 for those that are not of unit length.

@@ -3,6 +3,7 @@
 
 use super::{Checked, Failure, Strided, borrow, out};
 use crate::descent::{Sample, Sampled};
+use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::wide::{SampledWide, TOGETHER};
 
@@ -35,7 +36,7 @@ pub(super) unsafe fn sample<D: Sampled>(
 #[inline(always)]
 pub(super) unsafe fn sample_n<D: SampledWide>(
     (density, frame): (&D, &Frame),
-    cpu_level: u32,
+    level: Level,
     count: usize,
     u: (*const f32, usize),
     wi: (*mut f32, usize),
@@ -59,7 +60,7 @@ pub(super) unsafe fn sample_n<D: SampledWide>(
                 *sample = density.one(lane).sample(frame, *point);
             }
         } else {
-            density.samples(cpu_level, frame, points, samples);
+            density.samples(level, frame, points, samples);
         }
         for (i, sample) in samples.iter().enumerate() {
             // SAFETY: as above.
@@ -99,7 +100,7 @@ pub(super) unsafe fn pdf<D: Sampled>(
 #[inline(always)]
 pub(super) unsafe fn pdf_n<D: SampledWide>(
     (density, frame): (&D, &Frame),
-    cpu_level: u32,
+    level: Level,
     count: usize,
     wi: (*const f32, usize),
     pdf: (*mut f32, usize),
@@ -121,7 +122,7 @@ pub(super) unsafe fn pdf_n<D: SampledWide>(
                 *value = density.one(lane).pdf(frame, *direction).unwrap_or(0.0);
             }
         } else {
-            density.pdfs(cpu_level, frame, directions, values);
+            density.pdfs(level, frame, directions, values);
         }
         for (i, value) in values.iter().enumerate() {
             // SAFETY: as above.

@@ -5,12 +5,12 @@ pub(super) mod request;
 mod stored;
 
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, density, frame, out, sized,
+    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, density, frame, level, out, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::environment::{Distribution, Header, MAGIC};
-use crate::simd::BASELINE;
+use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::status::Status;
 use crate::tree::{Link, Mark};
@@ -389,7 +389,7 @@ pub unsafe extern "C" fn wis_environment_sample_n(
             environment,
             distribution,
             world_from_map,
-            BASELINE,
+            Level::BASELINE.code(),
             count,
             u,
             u_stride,
@@ -424,7 +424,8 @@ pub unsafe extern "C" fn wis_environment_sample_lanes(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::sample_n((&light, &frame), cpu_level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
+            let level = level(cpu_level, 4)?;
+            density::sample_n((&light, &frame), level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }
@@ -471,7 +472,7 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
             environment,
             distribution,
             world_from_map,
-            BASELINE,
+            Level::BASELINE.code(),
             count,
             wi,
             wi_stride,
@@ -502,7 +503,8 @@ pub unsafe extern "C" fn wis_environment_pdf_lanes(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::pdf_n((&light, &frame), cpu_level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
+            let level = level(cpu_level, 4)?;
+            density::pdf_n((&light, &frame), level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }

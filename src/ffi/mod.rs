@@ -34,6 +34,7 @@ pub mod visibility;
 mod control;
 mod density;
 
+use crate::simd::Level;
 use crate::status::Status;
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
@@ -78,9 +79,11 @@ pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
     text.as_ptr()
 }
 
-/// The highest cpu_level that this processor and the library have: 0 baseline, 1 AVX2. Asking takes microseconds in a
-/// virtual machine: ask once, keep the answer, and hand it to preparations (wis_product_config) and to the calls that end
-/// in _lanes. Levels above the answer are not for this processor.
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_product_config)
+/// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
+/// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
+/// process, not in a file: another machine may lack the instructions, which wis_product_size finds and later calls do not.
+/// Takes about 20 us in a virtual machine: call it once.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_cpu_detect() -> u32 {
     crate::simd::detect()
@@ -331,6 +334,16 @@ impl<const N: usize> Strided<N> {
         // SAFETY: as in `read`.
         unsafe { self.start.byte_add(index * self.stride).cast::<[f32; N]>().write(value) }
     }
+}
+
+/// The level of the processor that wis_cpu_detect answered.
+///
+/// # Safety
+/// A number other than 0 was answered on this processor, if it was answered at all.
+#[inline(always)]
+pub(crate) unsafe fn level(code: u32, argument: u32) -> Checked<Level> {
+    // SAFETY: the caller's contract.
+    unsafe { Level::from_code(code) }.ok_or(Failure::new(Status::InvalidArgument, argument))
 }
 
 /// The orthonormal frame of a row-major 3x3 `world_from_map`; null is the identity.

@@ -11,6 +11,7 @@ use wis::ffi::environment::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
 use wis::ffi::tree::rotated::RotatedConfig;
+use wis::ffi::wis_cpu_detect;
 use wis::query::*;
 use wis::status::Status;
 
@@ -153,6 +154,33 @@ fn product_configurations() {
         }),
     ];
     check_faults("const wis_product_config *config", faults);
+}
+
+/// Levels of the processor that wis_cpu_detect never answered, 1 among them: a level is no count that could be guessed.
+const UNDETECTED: [u32; 6] = [1, 2, 3, 0x7fff_ffff, 1 << 31, u32::MAX];
+
+#[test]
+fn processor_levels() {
+    let scene = Scene::new();
+    for function in taking("const wis_product_config *config") {
+        for level in UNDETECTED {
+            let mut call = Call::valid(&scene, &function);
+            call.edit("config", |c: &mut ProductConfig| c.cpu_level = level);
+            call.fails(&format!("level {level}"), INVALID, "config");
+        }
+    }
+    for function in taking("uint32_t cpu_level") {
+        for (level, count) in UNDETECTED.into_iter().zip([0, 1, 2, 2, 2, 2]) {
+            let mut call = Call::valid(&scene, &function);
+            call.set_all(&[("cpu_level", level as usize), ("count", count)]);
+            call.fails(&format!("level {level}"), INVALID, "cpu_level");
+        }
+        for level in [0, wis_cpu_detect()] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("cpu_level", level as usize);
+            call.succeeds(&format!("level {level}"));
+        }
+    }
 }
 
 #[test]

@@ -183,6 +183,21 @@ fn processor_levels() {
     }
 }
 
+/// A matrix that scales or shears is refused where the configuration is first seen, not at the first hit.
+#[test]
+fn product_matrices() {
+    static SCALED: [f32; 9] = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0];
+    static SHEARED: [f32; 9] = [1.0, 0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    static UNKNOWN: [f32; 9] = [f32::NAN; 9];
+    let faults: &[Fault<ProductConfig>] = &[
+        ("scale", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
+        ("shear", |c| c.world_from_map = SHEARED.as_ptr(), TRANSFORM),
+        ("NaN", |c| c.world_from_map = UNKNOWN.as_ptr(), TRANSFORM),
+    ];
+    assert!(taking("const wis_product_config *config").iter().any(|function| function.name == "wis_product_size"));
+    check_faults("const wis_product_config *config", faults);
+}
+
 #[test]
 fn queries() {
     fn lambert(lobe: &mut Lobe) {

@@ -5,7 +5,8 @@ pub(super) mod request;
 mod stored;
 
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, density, frame, level, out, sized,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, density,
+    frame, level, out, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
@@ -13,7 +14,6 @@ use crate::environment::{Distribution, Header, MAGIC};
 use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Mark};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
@@ -184,7 +184,7 @@ pub unsafe extern "C" fn wis_environment_init(
         unsafe {
             let (request, rows) = read_config(config)?;
             // Whether the block is long enough for a sparse tree is known only at the end.
-            Block::new(memory.cast(), bytes, 0, 2)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 2)?;
             check_results(environment, 6, info, 7)?;
             let build = Build::begin(request, scratch, scratch_bytes, 4)?;
             for (pass, count) in (0..).zip(build.rows()) {
@@ -299,18 +299,17 @@ pub unsafe extern "C" fn wis_environment_open(
         // SAFETY: the caller's contract.
         unsafe {
             check_results(environment, 3, info, 4)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let header = block.slice::<Header>(0, 0, 1).first().copied().ok_or(Status::Corrupt)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let stored = Stored::of_header(&header).ok_or(corrupt)?;
             if header.bytes != stored.bytes as u64 {
                 return Err(corrupt);
             }
-            let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, stored.bytes, 1)?;
             let view = stored.environment(memory.cast());
             check_stored(&view).map_err(|_| corrupt)?;
-            let (marks, links) = stored.padding(&block);
-            if marks.iter().any(|mark| *mark != Mark::default()) || links.iter().any(|link| *link != Link::default()) {
+            if !stored.is_padding_clear(&block) {
                 return Err(corrupt);
             }
             publish(memory.cast(), &header, environment, info);

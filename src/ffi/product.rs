@@ -2,8 +2,8 @@
 
 use super::environment::{Environment, view};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, density, frame, level,
-    out, prior, sized,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, Strided, StridedMut, WIS_ALIGNMENT, answer,
+    borrow, density, frame, level, out, prior, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
@@ -139,7 +139,7 @@ pub(super) unsafe fn evaluate(
     argument: u32,
 ) -> Checked<()> {
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
-    let f_cos = Strided::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
+    let f_cos = StridedMut::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
     for index in 0..count {
         // SAFETY: the caller's contract; the index is below the count.
         unsafe { f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], &rgb)) };
@@ -554,7 +554,7 @@ impl<'a> Opened<'a> {
                 return Err(Failure::new(Status::Mismatch, argument));
             }
             let bytes = header.bytes as usize;
-            let block = Block::new(product.cast_mut().cast(), bytes, bytes, argument)?;
+            let block = SharedBlock::new(product.cast(), bytes, bytes, argument)?;
             let cells = Cells {
                 light: environment.light(),
                 nodes: block.slice(Layout::NODES, 0, nodes(header.squares)),
@@ -759,7 +759,7 @@ impl Layout {
     ///
     /// # Safety
     /// The block is the caller's to write, and of nobody else while the room lives.
-    unsafe fn scratch<'a>(&self, block: &Block) -> Scratch<'a> {
+    unsafe fn scratch<'a>(&self, block: &ExclusiveBlock) -> Scratch<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             Scratch {
@@ -841,7 +841,7 @@ pub(super) unsafe fn prepare(
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, argument))?;
-        let block = Block::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
+        let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
         let target = out(product, argument + 3)?;
         let mut scratch = layout.scratch(&block);
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };

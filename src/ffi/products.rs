@@ -2,7 +2,9 @@
 
 use super::environment::{Environment, view};
 use super::product::{Material, Opened, Product, ProductConfig, prepare, read_config};
-use super::{Block, Checked, Diagnostic, Failure, Strided, answer, level, sized, slice, slice_mut};
+use super::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, Strided, StridedMut, answer, level, sized, slice, slice_mut,
+};
 use crate::descent::{self, Sample};
 use crate::environment as kernel;
 use crate::lobe::Lobes;
@@ -34,7 +36,7 @@ pub unsafe extern "C" fn wis_products_prepare(
     diagnostic: *mut Diagnostic,
 ) -> Status {
     answer(diagnostic, || {
-        // SAFETY: the caller's contract; block and handles of a point are not those of another.
+        // SAFETY: the caller's contract; block and handles of a point are not those of another, and the block holds all.
         unsafe {
             let environment = view(environment, 1)?;
             let settings = read_config(config, 4)?;
@@ -44,7 +46,7 @@ pub unsafe extern "C" fn wis_products_prepare(
             let overflow = Failure::new(Status::Overflow, 2);
             let each = settings.bytes().ok_or(overflow)?;
             let needed = each.checked_mul(count).filter(|bytes| *bytes <= isize::MAX as usize).ok_or(overflow)?;
-            let block = Block::new(memory.cast(), bytes, needed, 5)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, needed, 5)?;
             let handles = slice_mut(product, count, 7)?;
             for (number, handle) in handles.iter_mut().enumerate() {
                 let at = |failure: Failure| failure.in_row(3, number);
@@ -52,7 +54,7 @@ pub unsafe extern "C" fn wis_products_prepare(
                 let query = sized(query.wrapping_add(number), 3).map_err(at)?;
                 let mut lobes = Lobes::new(query, None).map_err(|status| at(status.into()))?;
                 lobes.widen(Reuse::new(settings.reuse_cone));
-                let place = block.slice::<u8>(0, number * each, each).as_mut_ptr().cast();
+                let place = block.start().add(number * each).cast();
                 prepare(&environment, *query, Material::Lobes(lobes), (&settings, 4), (place, each), handle)?;
             }
         }
@@ -116,8 +118,8 @@ pub unsafe extern "C" fn wis_products_sample_lanes(
         unsafe {
             let level = level(cpu_level, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 7)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 9)?;
+            let wi = StridedMut::<3>::new(wi, wi_stride, count, 7)?;
+            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 9)?;
             for_each_group(view(environment, 1)?, count, product, |first, points| {
                 let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
                 let here = here.get_mut(..points.count).unwrap_or_default();
@@ -175,7 +177,7 @@ pub unsafe extern "C" fn wis_products_pdf_lanes(
         unsafe {
             let level = level(cpu_level, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 7)?;
+            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
             for_each_group(view(environment, 1)?, count, product, |first, points| {
                 let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
                 let here = here.get_mut(..points.count).unwrap_or_default();

@@ -9,6 +9,8 @@ TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 MAJOR   := $(word 1,$(subst ., ,$(VERSION)))
 MINOR   := $(word 2,$(subst ., ,$(VERSION)))
+# What may break the binary interface: a minor version before 1.0, a major version from then on. capi/build.rs says the same.
+ABI     := $(if $(filter 0,$(MAJOR)),$(MAJOR).$(MINOR),$(MAJOR))
 ROOT    := $(DESTDIR)$(PREFIX)
 
 LIB      := $(BUILD)/lib
@@ -17,7 +19,8 @@ RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,im
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
-FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
+FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
+	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test check-aarch64 clean
 
@@ -27,10 +30,11 @@ help: ## list the targets
 lib: ## build the static and the shared library into build/lib
 	$(CARGO) build --release --package wis-capi
 	install -d $(LIB)
+	rm -f $(LIB)/libwis.*
 	install -m 644 $(TARGET)/release/libwis.a $(LIB)/libwis.a
 	install -m 755 $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
-	ln -sf libwis.so.$(VERSION) $(LIB)/libwis.so.$(MAJOR)
-	ln -sf libwis.so.$(MAJOR) $(LIB)/libwis.so
+	ln -s libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
+	ln -s libwis.so.$(ABI) $(LIB)/libwis.so
 
 header: ## write include/wis.h from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header

@@ -49,7 +49,7 @@
 #include <stdint.h>
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-#define WIS_VERSION 256
+#define WIS_VERSION 512
 
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 #define WIS_ALIGNMENT 16

@@ -10,7 +10,15 @@ fail() {
     exit 1
 }
 
-readelf --dynamic "$lib/libwis.so" | grep -q 'SONAME.*libwis\.so\.[0-9]' || fail "no SONAME in" "$lib/libwis.so"
+# Before 1.0 a minor version may break the interface, so it is part of the SONAME.
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
+case $version in
+    0.*) abi=${version%.*} ;;
+    *) abi=${version%%.*} ;;
+esac
+soname=$(readelf --dynamic "$lib/libwis.so" | sed -n 's/.*SONAME.*\[\(.*\)\]/\1/p')
+[ "$soname" = "libwis.so.$abi" ] || fail "the SONAME of version $version is" "$soname"
+[ "$(readlink -f "$lib/$soname")" = "$(readlink -f "$lib/libwis.so.$version")" ] || fail "no such file" "$lib/$soname"
 
 # What the shared library exports is what the header declares, no more and no less.
 exported=$(nm --dynamic --defined-only "$lib/libwis.so" | awk '{ print $NF }' | LC_ALL=C sort)

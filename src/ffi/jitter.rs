@@ -38,7 +38,7 @@ struct Header {
 }
 
 /// "wis-jit" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x02");
 
 /// Where the parts of a table stand.
 struct Layout {

@@ -40,7 +40,7 @@ use control::FloatControl;
 use core::ffi::{CStr, c_char};
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-pub const WIS_VERSION: u32 = 0x000100;
+pub const WIS_VERSION: u32 = 0x000200;
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 pub const WIS_ALIGNMENT: usize = 16;
 

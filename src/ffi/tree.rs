@@ -342,7 +342,7 @@ struct Header {
 }
 
 /// "wis-tre" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
 
 impl Header {
     /// Where the parts stand; `None` if this is not the header of a tree.

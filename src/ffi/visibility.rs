@@ -163,7 +163,7 @@ struct Header {
 }
 
 /// "wis-vis" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x02");
 
 fn bytes(nodes: usize) -> Option<usize> {
     if nodes < MAX_NODES { Some(size_of::<Header>() + nodes * size_of::<Node>()) } else { None }

@@ -19,7 +19,7 @@ struct ScratchHeader {
     fingerprint: u64,
 }
 
-const SCRATCH_MAGIC: u64 = u64::from_le_bytes(*b"wis-bld\x01");
+const SCRATCH_MAGIC: u64 = u64::from_le_bytes(*b"wis-bld\x02");
 
 /// The largest luminance of a row of texels, or the first cell of a row, until that row is done.
 const UNFINISHED: f64 = -1.0;

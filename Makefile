@@ -4,6 +4,7 @@ PREFIX  ?= /usr/local
 DESTDIR ?=
 BUILD   ?= build
 CARGO   ?= cargo
+OBJCOPY ?= objcopy
 
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -31,8 +32,8 @@ lib: ## build the static and the shared library into build/lib
 	$(CARGO) build --release --package wis-capi
 	install -d $(LIB)
 	rm -f $(LIB)/libwis.*
-	install -m 644 $(TARGET)/release/libwis.a $(LIB)/libwis.a
-	install -m 755 $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
+	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a
+	$(OBJCOPY) --strip-all $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
 	ln -s libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
 	ln -s libwis.so.$(ABI) $(LIB)/libwis.so
 

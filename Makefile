@@ -40,10 +40,12 @@ lib: ## build the static and the shared library into build/lib
 header: ## write include/wis.h from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header
 
-install: lib ## install libraries, headers, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
-	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis
+install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
+	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
 	install -m 644 include/wis.h include/wis.hpp $(ROOT)/include
 	cp -P $(LIB)/libwis.* $(ROOT)/lib
+	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
+	cp -R packaging/licences/* $(ROOT)/share/licenses/wis
 	$(FILL_IN) packaging/wis.pc.in > $(ROOT)/lib/pkgconfig/wis.pc
 	$(FILL_IN) packaging/wisConfig.cmake.in > $(ROOT)/lib/cmake/wis/wisConfig.cmake
 	$(FILL_IN) packaging/wisConfigVersion.cmake.in > $(ROOT)/lib/cmake/wis/wisConfigVersion.cmake

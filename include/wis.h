@@ -49,7 +49,7 @@
 #include <stdint.h>
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-#define WIS_VERSION 256
+#define WIS_VERSION 512
 
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 #define WIS_ALIGNMENT 16
@@ -362,7 +362,8 @@ typedef struct wis_query {
 typedef struct wis_product_config {
   /// sizeof(wis_product_config).
   uint32_t size;
-  /// What wis_cpu_detect answered, or 0 for the baseline of the platform. Never changes a bit of the results.
+  /// What wis_cpu_detect answered, or 0 for the baseline of the platform; anything else is WIS_INVALID_ARGUMENT. Never
+  /// changes a bit of the results.
   uint32_t cpu_level;
   /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
   uint32_t max_squares;
@@ -565,9 +566,11 @@ extern "C" {
 /// A sentence for a log; a static string, also for a value that is not a status.
 const char *wis_status_string(uint32_t status);
 
-/// The highest cpu_level that this processor and the library have: 0 baseline, 1 AVX2. Asking takes microseconds in a
-/// virtual machine: ask once, keep the answer, and hand it to preparations (wis_product_config) and to the calls that end
-/// in _lanes. Levels above the answer are not for this processor.
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_product_config)
+/// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
+/// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
+/// process, not in a file: another machine may lack the instructions, which wis_product_size finds and later calls do not.
+/// Takes about 20 us in a virtual machine: call it once.
 uint32_t wis_cpu_detect(void);
 
 /// WIS_VERSION of the library that is linked.

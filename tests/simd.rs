@@ -13,7 +13,7 @@ use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
 use wis::product::{Room, Scratch};
 use wis::query::{Lobe, Query, WIS_LOBE_PHONG};
-use wis::simd::{LANES, Lanes, Native, Portable};
+use wis::simd::{Kernel, LANES, Lanes, Level, Native, Portable, run};
 use wis::sphere::Frame;
 use wis::tree::{Tree, build, complete_len};
 use wis::wide::{self, GROUPS, TOGETHER};
@@ -32,14 +32,18 @@ fn bits(x: f32) -> u32 {
 
 /// Runs a test on every kind of lanes that this processor has.
 macro_rules! on_all_lanes {
-    ($test:ident) => {
+    ($test:ident) => {{
+        struct Test;
+        impl Kernel for Test {
+            type Output = ();
+            fn run<F: Lanes>(self) {
+                $test::<F>();
+            }
+        }
         $test::<Portable>();
         $test::<Native>();
-        #[cfg(target_arch = "x86_64")]
-        if wis::simd::detect() >= wis::simd::AVX2 {
-            $test::<wis::simd::Avx2>();
-        }
-    };
+        run(Level::detect(), Test);
+    }};
 }
 
 fn operations<F: Lanes>() {

@@ -14,7 +14,7 @@ use wis::ffi::environment::{
     WIS_LAYOUT_CUBE, WIS_LAYOUT_OCTAHEDRAL,
 };
 use wis::points::sobol;
-use wis::simd::{Lanes, Native, Portable};
+use wis::simd::{Kernel, Lanes, Level, Native, Portable, run};
 use wis::sphere::{
     Frame, cube_direction, cube_solid_angle, direction, direction_f64, latlong_direction, latlong_solid_angle, square,
 };
@@ -462,19 +462,22 @@ fn same_in_lanes<F: Lanes, S: Shape>(size: [u32; 2]) {
     }
 }
 
+struct SameInLanes;
+
+impl Kernel for SameInLanes {
+    type Output = ();
+
+    fn run<F: Lanes>(self) {
+        same_in_lanes::<F, LatLong>(SIZE);
+        same_in_lanes::<F, Cube>([6 * 19, 19]);
+        same_in_lanes::<F, Octahedral>([19, 19]);
+    }
+}
+
 /// Eight lanes give the bits of single calls, on every kind of lanes that this processor has.
 #[test]
 fn lanes_are_single_calls() {
-    same_in_lanes::<Portable, LatLong>(SIZE);
-    same_in_lanes::<Native, LatLong>(SIZE);
-    same_in_lanes::<Portable, Cube>([6 * 19, 19]);
-    same_in_lanes::<Native, Cube>([6 * 19, 19]);
-    same_in_lanes::<Portable, Octahedral>([19, 19]);
-    same_in_lanes::<Native, Octahedral>([19, 19]);
-    #[cfg(target_arch = "x86_64")]
-    if wis::simd::detect() >= wis::simd::AVX2 {
-        same_in_lanes::<wis::simd::Avx2, LatLong>(SIZE);
-        same_in_lanes::<wis::simd::Avx2, Cube>([6 * 19, 19]);
-        same_in_lanes::<wis::simd::Avx2, Octahedral>([19, 19]);
-    }
+    SameInLanes.run::<Portable>();
+    SameInLanes.run::<Native>();
+    run(Level::detect(), SameInLanes);
 }

@@ -4,34 +4,11 @@
 #include <cstdio>
 #include <vector>
 
+#include "scene.hpp"
+
 namespace {
 
-const unsigned width = 16, height = 8, samples = 64;
-
-wis_environment_config map_config(const std::vector<float> &pixels) {
-    auto config = wis::sized<wis_environment_config>();
-    config.layout = WIS_LAYOUT_LATLONG;
-    config.width = width;
-    config.height = height;
-    config.channels = 3;
-    config.format = WIS_FORMAT_F32;
-    config.storage = WIS_STORAGE_PYRAMID;
-    config.flags = WIS_ENVIRONMENT_NEAREST;
-    config.pixels = pixels.data();
-    return config;
-}
-
-wis_query lambert() {
-    auto query = wis::sized<wis_query>();
-    query.lobe_count = 1;
-    query.normal[2] = 1.0f;
-    query.tangent[0] = 1.0f;
-    query.wo[0] = 0.6f;
-    query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_LOBE_LAMBERT;
-    for (float &weight : query.lobe[0].weight) weight = 0.8f;
-    return query;
-}
+const unsigned samples = 64;
 
 bool densities_agree(const wis::environment &environment, const wis::product &product) {
     for (unsigned i = 0; i < samples; i++) {
@@ -73,8 +50,7 @@ bool product_is_that_of_averages() {
 } // namespace
 
 int main() {
-    std::vector<float> pixels(3 * width * height, 0.5f);
-    for (unsigned c = 0; c < 3; c++) pixels[3 * (2 * width + 5) + c] = 100.0f;
+    const std::vector<float> pixels = paint();
 
     wis::environment environment;
     wis::product product;

@@ -37,6 +37,7 @@ int use_wrapper(wis::environment &environment, wis::product &product) {
     wis_sample sample;
     const auto query = wis::sized<wis_query>();
     const auto brdf = wis::sized<wis_callback_brdf>();
+    product.set_prior(nullptr);
     const wis::status answers[] = {
         environment.init(wis::sized<wis_environment_config>()),
         environment.sample(u, sample),

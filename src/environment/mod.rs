@@ -96,7 +96,7 @@ impl Header {
 }
 
 /// "wis-env" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x02");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x03");
 
 /// An environment in the caller's memory.
 #[derive(Clone, Copy)]

@@ -5,15 +5,15 @@ pub(super) mod request;
 mod stored;
 
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, density, frame, out, sized,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, density,
+    frame, level, out, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::environment::{Distribution, Header, MAGIC};
-use crate::simd::BASELINE;
+use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Mark};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
@@ -184,7 +184,7 @@ pub unsafe extern "C" fn wis_environment_init(
         unsafe {
             let (request, rows) = read_config(config)?;
             // Whether the block is long enough for a sparse tree is known only at the end.
-            Block::new(memory.cast(), bytes, 0, 2)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 2)?;
             check_results(environment, 6, info, 7)?;
             let build = Build::begin(request, scratch, scratch_bytes, 4)?;
             for (pass, count) in (0..).zip(build.rows()) {
@@ -299,18 +299,17 @@ pub unsafe extern "C" fn wis_environment_open(
         // SAFETY: the caller's contract.
         unsafe {
             check_results(environment, 3, info, 4)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let header = block.slice::<Header>(0, 0, 1).first().copied().ok_or(Status::Corrupt)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let stored = Stored::of_header(&header).ok_or(corrupt)?;
             if header.bytes != stored.bytes as u64 {
                 return Err(corrupt);
             }
-            let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, stored.bytes, 1)?;
             let view = stored.environment(memory.cast());
             check_stored(&view).map_err(|_| corrupt)?;
-            let (marks, links) = stored.padding(&block);
-            if marks.iter().any(|mark| *mark != Mark::default()) || links.iter().any(|link| *link != Link::default()) {
+            if !stored.is_padding_clear(&block) {
                 return Err(corrupt);
             }
             publish(memory.cast(), &header, environment, info);
@@ -389,7 +388,7 @@ pub unsafe extern "C" fn wis_environment_sample_n(
             environment,
             distribution,
             world_from_map,
-            BASELINE,
+            Level::BASELINE.code(),
             count,
             u,
             u_stride,
@@ -424,7 +423,8 @@ pub unsafe extern "C" fn wis_environment_sample_lanes(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::sample_n((&light, &frame), cpu_level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
+            let level = level(cpu_level, 4)?;
+            density::sample_n((&light, &frame), level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }
@@ -471,7 +471,7 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
             environment,
             distribution,
             world_from_map,
-            BASELINE,
+            Level::BASELINE.code(),
             count,
             wi,
             wi_stride,
@@ -502,7 +502,8 @@ pub unsafe extern "C" fn wis_environment_pdf_lanes(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::pdf_n((&light, &frame), cpu_level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
+            let level = level(cpu_level, 4)?;
+            density::pdf_n((&light, &frame), level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }

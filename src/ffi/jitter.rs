@@ -3,7 +3,8 @@
 use super::environment::EnvironmentConfig;
 use super::strata::{decode_luminance, read_map};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, frame, out, slice, slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, frame, out,
+    slice, slice_mut,
 };
 use crate::descent::Sample;
 use crate::jitter::{self, Jitter as Table, Parts};
@@ -37,7 +38,7 @@ struct Header {
 }
 
 /// "wis-jit" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x02");
 
 /// Where the parts of a table stand.
 struct Layout {
@@ -66,8 +67,8 @@ impl Layout {
     }
 
     /// # Safety
-    /// As [`Block::slice`].
-    unsafe fn parts<'a>(&self, block: &Block) -> Parts<'a> {
+    /// As [`ExclusiveBlock::slice`].
+    unsafe fn parts<'a>(&self, block: &ExclusiveBlock) -> Parts<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             Parts {
@@ -75,6 +76,25 @@ impl Layout {
                 order: block.slice(self.order, 0, self.texels),
                 rank: block.slice(self.rank, 0, self.texels),
                 cumulative: block.slice(self.cumulative, 0, self.texels),
+            }
+        }
+    }
+}
+
+impl Header {
+    /// The table behind a header of this layout.
+    ///
+    /// # Safety
+    /// As [`SharedBlock::slice`].
+    unsafe fn table<'a>(&self, layout: &Layout, block: &SharedBlock) -> Table<'a> {
+        // SAFETY: the caller's contract.
+        unsafe {
+            Table {
+                size: self.size,
+                start: block.slice(layout.start, 0, layout.lights + 1),
+                order: block.slice(layout.order, 0, layout.texels),
+                rank: block.slice(layout.rank, 0, layout.texels),
+                cumulative: block.slice(layout.cumulative, 0, layout.texels),
             }
         }
     }
@@ -135,9 +155,9 @@ pub unsafe extern "C" fn wis_jitter_init(
             if distribution > WIS_JITTER_ENERGY {
                 return Err(Failure::new(Status::InvalidArgument, 5));
             }
-            let block = Block::new(memory.cast(), bytes, layout.bytes, 6)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, 6)?;
             let needed = (layout.texels * size_of::<f64>()).next_multiple_of(WIS_ALIGNMENT);
-            let scratch = Block::new(scratch.cast(), scratch_bytes, needed, 8)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, needed, 8)?;
             let target = out(jitter, 10)?;
             let luminance = scratch.slice::<f64>(0, 0, layout.texels);
             decode_luminance(&map, &rows, luminance)?;
@@ -260,11 +280,10 @@ unsafe fn view<'a>(jitter: *const Jitter, light: u32) -> Checked<(Table<'a>, Fra
         let mismatch = Failure::new(Status::Mismatch, 1);
         let layout = Layout::new(header.size, header.lights).filter(|l| l.bytes as u64 == header.bytes);
         let layout = layout.filter(|_| header.magic == MAGIC).ok_or(mismatch)?;
-        let block = Block::new(jitter.cast_mut().cast(), layout.bytes, layout.bytes, 1)?;
+        let block = SharedBlock::new(jitter.cast(), layout.bytes, layout.bytes, 1)?;
         if light >= header.lights {
             return Err(Failure::new(Status::InvalidArgument, 2));
         }
-        let Parts { start, order, rank, cumulative } = layout.parts(&block);
-        Ok((Table { size: header.size, start, order, rank, cumulative }, Frame::from_array(&header.frame)))
+        Ok((header.table(&layout, &block), Frame::from_array(&header.frame)))
     }
 }

@@ -1,6 +1,6 @@
 //! Point sets in C.
 
-use super::{Checked, Failure, Strided, answer};
+use super::{Checked, Failure, StridedMut, answer};
 use crate::points;
 use crate::status::Status;
 use core::ptr::null_mut;
@@ -59,7 +59,7 @@ unsafe fn write_points(
     stride: usize,
     point: impl Fn(u32) -> [f32; 2],
 ) -> Checked<()> {
-    let out = Strided::<2>::new(out, stride, count, 4)?;
+    let out = StridedMut::<2>::new(out, stride, count, 4)?;
     for index in 0..count {
         // SAFETY: the caller's contract; the index is below the count.
         unsafe { out.write(index, point(first.wrapping_add(index as u32))) };

@@ -1,6 +1,6 @@
 //! The pooled resampler in C.
 
-use super::{Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, out, slice_mut};
+use super::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, out, slice_mut};
 use crate::pool::{self, Key, Pick};
 use crate::simd::{LANES, Lanes, Native};
 use crate::split::clamp_u;
@@ -71,7 +71,7 @@ pub unsafe extern "C" fn wis_pool_pick(
         let needed = self::scratch_bytes(count)?;
         let wi = Strided::<3>::new(wi, wi_stride, count, 2)?;
         let weight = Strided::<1>::new(weight, weight_stride, count, 4)?;
-        let block = super::Block::new(scratch.cast(), scratch_bytes, needed, 8)?;
+        let block = ExclusiveBlock::new(scratch.cast(), scratch_bytes, needed, 8)?;
         // SAFETY: the caller's contract; both halves of the scratch memory are apart, and all indices are below their
         // counts.
         unsafe {

@@ -1,6 +1,6 @@
 //! The visibility prior in C.
 
-use super::{Checked, Failure, Strided, answer, frame, sized};
+use super::{Checked, Failure, Strided, StridedMut, answer, frame, sized};
 use crate::prior::Prior;
 use crate::sphere::{square, unit};
 use crate::status::Status;
@@ -101,7 +101,7 @@ pub unsafe extern "C" fn wis_prior_weights(
             let weights = check(prior, 1)?.weights();
             let frame = frame(world_from_map, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
-            let target = Strided::<1>::new(weight, weight_stride, count, 6)?;
+            let target = StridedMut::<1>::new(weight, weight_stride, count, 6)?;
             for index in 0..count {
                 let cell = unit(wi.read(index)).map(|wi| crate::prior::cell(square(frame.to_map(wi))));
                 target.write(index, [cell.and_then(|cell| weights.get(cell)).copied().unwrap_or(0.0)]);

@@ -2,8 +2,8 @@
 
 use super::environment::{Environment, view};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, density, frame, out,
-    prior, sized,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, Strided, StridedMut, WIS_ALIGNMENT, answer,
+    borrow, density, frame, level, out, prior, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
@@ -13,7 +13,7 @@ use crate::product::{self, Budget, Built, Cell, Group, Node, Options, Product as
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
-use crate::simd::{self, BASELINE, Kernel, LANES, Lanes};
+use crate::simd::{self, Kernel, LANES, Lanes, Level};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use crate::table::Table;
@@ -39,7 +39,8 @@ pub const WIS_MAX_SQUARES: u32 = 4096;
 pub struct ProductConfig {
     /// sizeof(wis_product_config).
     pub size: u32,
-    /// What wis_cpu_detect answered, or 0 for the baseline of the platform. Never changes a bit of the results.
+    /// What wis_cpu_detect answered, or 0 for the baseline of the platform; anything else is WIS_INVALID_ARGUMENT. Never
+    /// changes a bit of the results.
     pub cpu_level: u32,
     /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
     pub max_squares: u32,
@@ -138,7 +139,7 @@ pub(super) unsafe fn evaluate(
     argument: u32,
 ) -> Checked<()> {
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
-    let f_cos = Strided::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
+    let f_cos = StridedMut::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
     for index in 0..count {
         // SAFETY: the caller's contract; the index is below the count.
         unsafe { f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], &rgb)) };
@@ -159,7 +160,11 @@ pub unsafe extern "C" fn wis_product_size(
     answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
-            let Settings { budget, .. } = read_config(config, 1)?;
+            let Settings { budget, level, .. } = read_config(config, 1)?;
+            // Asked once for many preparations: here the processor itself is asked.
+            if level != Level::BASELINE && level != Level::detect() {
+                return Err(Failure::new(Status::InvalidArgument, 1));
+            }
             let target = out(size, 2)?;
             let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 1))?;
             target.write(MemorySize { bytes: layout.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
@@ -369,7 +374,18 @@ pub unsafe extern "C" fn wis_product_sample_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_product_sample_lanes(environment, product, BASELINE, count, u, u_stride, wi, wi_stride, pdf, pdf_stride)
+        wis_product_sample_lanes(
+            environment,
+            product,
+            Level::BASELINE.code(),
+            count,
+            u,
+            u_stride,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
     }
 }
 
@@ -397,7 +413,7 @@ pub unsafe extern "C" fn wis_product_sample_lanes(
             let opened = Opened::new(environment, product)?;
             density::sample_n(
                 (&Group::of(&opened.cells), &opened.frame),
-                cpu_level,
+                level(cpu_level, 3)?,
                 count,
                 (u, u_stride),
                 (wi, wi_stride),
@@ -444,7 +460,9 @@ pub unsafe extern "C" fn wis_product_pdf_n(
     pdf_stride: usize,
 ) -> Status {
     // SAFETY: the caller's contract.
-    unsafe { wis_product_pdf_lanes(environment, product, BASELINE, count, wi, wi_stride, pdf, pdf_stride) }
+    unsafe {
+        wis_product_pdf_lanes(environment, product, Level::BASELINE.code(), count, wi, wi_stride, pdf, pdf_stride)
+    }
 }
 
 /// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
@@ -469,7 +487,7 @@ pub unsafe extern "C" fn wis_product_pdf_lanes(
             let opened = Opened::new(environment, product)?;
             density::pdf_n(
                 (&Group::of(&opened.cells), &opened.frame),
-                cpu_level,
+                level(cpu_level, 3)?,
                 count,
                 (wi, wi_stride),
                 (pdf, pdf_stride),
@@ -536,7 +554,7 @@ impl<'a> Opened<'a> {
                 return Err(Failure::new(Status::Mismatch, argument));
             }
             let bytes = header.bytes as usize;
-            let block = Block::new(product.cast_mut().cast(), bytes, bytes, argument)?;
+            let block = SharedBlock::new(product.cast(), bytes, bytes, argument)?;
             let cells = Cells {
                 light: environment.light(),
                 nodes: block.slice(Layout::NODES, 0, nodes(header.squares)),
@@ -741,7 +759,7 @@ impl Layout {
     ///
     /// # Safety
     /// The block is the caller's to write, and of nobody else while the room lives.
-    unsafe fn scratch<'a>(&self, block: &Block) -> Scratch<'a> {
+    unsafe fn scratch<'a>(&self, block: &ExclusiveBlock) -> Scratch<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             Scratch {
@@ -758,7 +776,7 @@ impl Layout {
 pub(super) struct Settings {
     budget: Budget,
     frame: Frame,
-    level: u32,
+    level: Level,
     pub(super) reuse_cone: f32,
     prior: Option<[f32; WIS_PRIOR_CELLS]>,
 }
@@ -784,7 +802,8 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
         }
         let frame = frame(config.world_from_map.cast(), argument)?;
         let prior = if config.prior.is_null() { None } else { Some(prior::check(config.prior, argument)?.weights()) };
-        Ok(Settings { budget, frame, level: config.cpu_level, reuse_cone: config.reuse_cone, prior })
+        let level = level(config.cpu_level, argument)?;
+        Ok(Settings { budget, frame, level, reuse_cone: config.reuse_cone, prior })
     }
 }
 
@@ -822,7 +841,7 @@ pub(super) unsafe fn prepare(
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, argument))?;
-        let block = Block::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
+        let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
         let target = out(product, argument + 3)?;
         let mut scratch = layout.scratch(&block);
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };

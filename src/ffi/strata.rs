@@ -3,7 +3,8 @@
 use super::environment::EnvironmentConfig;
 use super::environment::request::{PixelRows, read_config};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized, slice, slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized, slice,
+    slice_mut,
 };
 use crate::environment::{self as kernel, Layout, RowError};
 use crate::sphere::Frame;
@@ -81,7 +82,7 @@ pub unsafe extern "C" fn wis_strata_lights(
         unsafe {
             let request = Request::read(map, config)?;
             let layout = Layouts::new(&request.config).ok_or(Failure::new(Status::Overflow, 1))?;
-            let block = Block::new(scratch.cast(), scratch_bytes, layout.bytes, 3)?;
+            let block = ExclusiveBlock::new(scratch.cast(), scratch_bytes, layout.bytes, 3)?;
             let lights = slice_mut(lights, request.config.capacity(), 5)?;
             let light_count = out(light_count, 6)?;
             let texels = request.config.texels();
@@ -97,7 +98,7 @@ pub unsafe extern "C" fn wis_strata_lights(
 unsafe fn run(
     request: &Request,
     layout: &Layouts,
-    block: &Block,
+    block: &ExclusiveBlock,
     lights: &mut [Light],
     label: &mut [u32],
 ) -> Checked<u32> {

@@ -3,7 +3,7 @@
 use super::environment::{Environment, view};
 use super::product::{Material, Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config};
 use super::tree::{Tree, square_tree};
-use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, out, pointer, sized, slice};
+use super::{Checked, Diagnostic, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
 use crate::lobe::Lobes;
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
@@ -67,7 +67,7 @@ pub unsafe extern "C" fn wis_table_directions(
             }
             let target = out(wo, 5)?;
             let side = 1usize << depth;
-            let wi = Strided::<3>::new(wi, wi_stride, side * side, 6)?;
+            let wi = StridedMut::<3>::new(wi, wi_stride, side * side, 6)?;
             let wo = kernel::view(slice, slice_count);
             target.write(wo.to_array());
             let pixel = 1.0 / side as f32;

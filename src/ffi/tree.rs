@@ -1,8 +1,8 @@
 //! Wavelet trees of any function on the unit cube of one to four axes, in C.
 
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, check_grid, out, sized, slice,
-    slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, check_grid,
+    out, sized, slice, slice_mut,
 };
 use crate::numeric::{ContentHash, exp2i};
 use crate::status::Status;
@@ -106,9 +106,9 @@ pub unsafe extern "C" fn wis_tree_init(
             let request = Request::new(sized(config, 1)?)?;
             check_results(tree, 6, info, 7)?;
             let pixels = request.pixels()?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, request.scratch()?.bytes, 4)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, request.scratch()?.bytes, 4)?;
             // How long the block must be is known only when the tree is pruned.
-            Block::new(memory.cast(), bytes, 0, 2)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 2)?;
             let header = with_axes!(request.dimensions, 1, build(&request, pixels, &scratch, memory.cast(), bytes))?;
             publish(memory.cast(), &header, tree, info);
         }
@@ -133,11 +133,11 @@ pub unsafe extern "C" fn wis_tree_open(
         // SAFETY: the caller's contract.
         unsafe {
             check_results(tree, 3, info, 4)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let header = block.slice::<Header>(0, 0, 1).first().ok_or(corrupt)?;
             let stored = header.layout().filter(|stored| stored.bytes as u64 == header.bytes).ok_or(corrupt)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, stored.bytes, 1)?;
             with_axes!(header.dimensions, 1, check(&Object { header, block }))?;
             publish(memory.cast(), header, tree, info);
         }
@@ -342,7 +342,7 @@ struct Header {
 }
 
 /// "wis-tre" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
 
 impl Header {
     /// Where the parts stand; `None` if this is not the header of a tree.
@@ -390,7 +390,7 @@ impl Stored {
 /// A stored tree behind a handle.
 struct Object<'a> {
     header: &'a Header,
-    block: Block,
+    block: SharedBlock,
 }
 
 impl<'a> Object<'a> {
@@ -401,7 +401,7 @@ impl<'a> Object<'a> {
         // SAFETY: the caller's contract; a header is at least aligned.
         let header = unsafe { borrow(tree.cast::<Header>(), argument)? };
         let stored = header.layout().ok_or(Failure::new(Status::Mismatch, argument))?;
-        let block = Block::new(tree.cast_mut().cast(), stored.bytes, stored.bytes, argument)?;
+        let block = SharedBlock::new(tree.cast(), stored.bytes, stored.bytes, argument)?;
         Ok(Object { header, block })
     }
 
@@ -434,7 +434,7 @@ impl<'a> Object<'a> {
 unsafe fn build<const N: usize, const C: usize>(
     request: &Request,
     pixels: &[f32],
-    scratch: &Block,
+    scratch: &ExclusiveBlock,
     memory: *mut u8,
     bytes: usize,
 ) -> Checked<Header> {
@@ -446,7 +446,7 @@ unsafe fn build<const N: usize, const C: usize>(
         let complete = kernel::Tree::trusted(request.depth, scale.average, squares, &[]);
         let planned = prune::plan(&complete, request.budget.into(), savings)?;
         let stored = request.stored(planned.squares as usize)?;
-        let block = Block::new(memory, bytes, stored.bytes, request.memory)?;
+        let block = ExclusiveBlock::new(memory, bytes, stored.bytes, request.memory)?;
         let count = planned.squares as usize;
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, count);
         let links = block.slice::<Link>(stored.links, 0, count);

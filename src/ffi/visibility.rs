@@ -2,7 +2,9 @@
 
 use super::tree::{Tree, square_tree};
 use super::triple::sublinear;
-use super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, out};
+use super::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, out,
+};
 use crate::status::Status;
 use crate::triple::Wavelets;
 use crate::visibility::{self as kernel, MAX_NODES, Node};
@@ -57,7 +59,7 @@ pub unsafe extern "C" fn wis_visibility_init(
             let (tree, scale) = square_tree(tree, 1)?;
             let count = tree.squares().len();
             let needed = self::bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
-            let block = Block::new(memory.cast(), bytes, needed, 2)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, needed, 2)?;
             let target = out(visibility, 4)?;
             let average = f64::from(tree.average()) * scale;
             if average > 1.0 + 1e-6 {
@@ -89,11 +91,11 @@ pub unsafe extern "C" fn wis_visibility_open(
         // SAFETY: the caller's contract.
         unsafe {
             let target = out(visibility, 3)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let header = *block.slice::<Header>(0, 0, 1).first().ok_or(corrupt)?;
             let needed = self::bytes(header.nodes as usize).filter(|_| header.magic == MAGIC).ok_or(corrupt)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, needed, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, needed, 1)?;
             let nodes = block.slice::<Node>(size_of::<Header>(), 0, header.nodes as usize);
             kernel::Visibility::new(header.average, nodes).map_err(|_| corrupt)?;
             target.write(memory.cast());
@@ -161,7 +163,7 @@ struct Header {
 }
 
 /// "wis-vis" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x02");
 
 fn bytes(nodes: usize) -> Option<usize> {
     if nodes < MAX_NODES { Some(size_of::<Header>() + nodes * size_of::<Node>()) } else { None }
@@ -175,7 +177,7 @@ unsafe fn view<'a>(visibility: *const Visibility, argument: u32) -> Checked<kern
         let header = *borrow(visibility.cast::<Header>(), argument)?;
         let mismatch = Failure::new(Status::Mismatch, argument);
         let bytes = bytes(header.nodes as usize).filter(|_| header.magic == MAGIC).ok_or(mismatch)?;
-        let block = Block::new(visibility.cast_mut().cast(), bytes, bytes, argument)?;
+        let block = SharedBlock::new(visibility.cast(), bytes, bytes, argument)?;
         Ok(kernel::Visibility::trusted(header.average, block.slice(size_of::<Header>(), 0, header.nodes as usize)))
     }
 }

@@ -11,6 +11,7 @@ use wis::ffi::environment::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
 use wis::ffi::tree::rotated::RotatedConfig;
+use wis::ffi::wis_cpu_detect;
 use wis::query::*;
 use wis::status::Status;
 
@@ -152,6 +153,48 @@ fn product_configurations() {
             Status::Misaligned
         }),
     ];
+    check_faults("const wis_product_config *config", faults);
+}
+
+/// Levels of the processor that wis_cpu_detect never answered, 1 among them: a level is no count that could be guessed.
+const UNDETECTED: [u32; 6] = [1, 2, 3, 0x7fff_ffff, 1 << 31, u32::MAX];
+
+#[test]
+fn processor_levels() {
+    let scene = Scene::new();
+    for function in taking("const wis_product_config *config") {
+        for level in UNDETECTED {
+            let mut call = Call::valid(&scene, &function);
+            call.edit("config", |c: &mut ProductConfig| c.cpu_level = level);
+            call.fails(&format!("level {level}"), INVALID, "config");
+        }
+    }
+    for function in taking("uint32_t cpu_level") {
+        for (level, count) in UNDETECTED.into_iter().zip([0, 1, 2, 2, 2, 2]) {
+            let mut call = Call::valid(&scene, &function);
+            call.set_all(&[("cpu_level", level as usize), ("count", count)]);
+            call.fails(&format!("level {level}"), INVALID, "cpu_level");
+        }
+        for level in [0, wis_cpu_detect()] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("cpu_level", level as usize);
+            call.succeeds(&format!("level {level}"));
+        }
+    }
+}
+
+/// A matrix that scales or shears is refused where the configuration is first seen, not at the first hit.
+#[test]
+fn product_matrices() {
+    static SCALED: [f32; 9] = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0];
+    static SHEARED: [f32; 9] = [1.0, 0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    static UNKNOWN: [f32; 9] = [f32::NAN; 9];
+    let faults: &[Fault<ProductConfig>] = &[
+        ("scale", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
+        ("shear", |c| c.world_from_map = SHEARED.as_ptr(), TRANSFORM),
+        ("NaN", |c| c.world_from_map = UNKNOWN.as_ptr(), TRANSFORM),
+    ];
+    assert!(taking("const wis_product_config *config").iter().any(|function| function.name == "wis_product_size"));
     check_faults("const wis_product_config *config", faults);
 }
 

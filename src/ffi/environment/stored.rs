@@ -1,6 +1,6 @@
 //! Where the parts of a stored environment stand, and whether stored bytes are what they claim to be.
 
-use super::super::{Block, WIS_ALIGNMENT};
+use super::super::{ExclusiveBlock, SharedBlock, WIS_ALIGNMENT};
 use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use crate::environment::{Distribution, Environment, Header, Inverse, MAGIC, RowNumbers, size_of_texels};
 use crate::status::{Result, Status};
@@ -118,26 +118,38 @@ impl Stored {
         Stored::new(Counts::of(header), header.flags)
     }
 
-    /// The room behind odd numbers of marks and links.
+    /// Whether the room behind odd numbers of marks and links is clear.
     ///
     /// # Safety
-    /// As [`Block::slice`].
-    pub(super) unsafe fn padding<'a>(&self, block: &Block) -> (&'a mut [Mark], &'a mut [Link]) {
+    /// As [`SharedBlock::slice`].
+    pub(super) unsafe fn is_padding_clear(&self, block: &SharedBlock) -> bool {
         let Stored { marks, links, .. } = self;
         // SAFETY: the caller's contract; both parts are padded to the alignment of the next.
         unsafe {
-            (
-                block.slice(marks.offset, marks.count, marks.count & 1),
-                block.slice(links.offset, links.count, links.count & 1),
-            )
+            let marks = block.slice::<Mark>(marks.offset, marks.count, marks.count & 1);
+            let links = block.slice::<Link>(links.offset, links.count, links.count & 1);
+            marks.iter().all(|mark| *mark == Mark::default()) && links.iter().all(|link| *link == Link::default())
+        }
+    }
+
+    /// Clears the room behind odd numbers of marks and links.
+    ///
+    /// # Safety
+    /// As [`ExclusiveBlock::slice`].
+    pub(super) unsafe fn clear_padding(&self, block: &ExclusiveBlock) {
+        let Stored { marks, links, .. } = self;
+        // SAFETY: the caller's contract; both parts are padded to the alignment of the next.
+        unsafe {
+            block.slice(marks.offset, marks.count, marks.count & 1).fill(Mark::default());
+            block.slice(links.offset, links.count, links.count & 1).fill(Link::default());
         }
     }
 
     /// A part that is to be written.
     ///
     /// # Safety
-    /// As [`Block::slice`].
-    pub(super) unsafe fn part<'a, T>(block: &Block, part: Part) -> &'a mut [T] {
+    /// As [`ExclusiveBlock::slice`].
+    pub(super) unsafe fn part<'a, T>(block: &ExclusiveBlock, part: Part) -> &'a mut [T] {
         // SAFETY: the caller's contract.
         unsafe { block.slice(part.offset, 0, part.count) }
     }

@@ -1,6 +1,6 @@
 //! Products and weighted sums of trees in C.
 
-use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
+use super::super::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
 use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
 use crate::combine::{self as kernel, Factor, MAX_FACTORS, Place, Rule, Scratch, Times, WIS_MAX_BLEND, Weighted};
 use crate::numeric::{exp2i, exponent};
@@ -61,8 +61,8 @@ pub unsafe extern "C" fn wis_tree_multiply(
         unsafe {
             let factors = Factors::read(e, f, g)?;
             check_results(tree, 8, info, 9)?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
-            Block::new(memory.cast(), bytes, 0, 4)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 4)?;
             let blocks = Blocks { scratch, scratch_bytes, memory: memory.cast(), bytes };
             let header = with_axes!(factors.dimensions, 2, multiply(&factors, &blocks))?;
             publish(memory.cast(), &header, tree, info);
@@ -162,7 +162,7 @@ fn needed(dimensions: u32, squares: usize, scratch: &Layout) -> Checked<MemorySi
 
 /// The caller's memory: arguments 4 to 7 of both calls.
 struct Blocks {
-    scratch: Block,
+    scratch: ExclusiveBlock,
     scratch_bytes: usize,
     memory: *mut u8,
     bytes: usize,
@@ -201,7 +201,7 @@ unsafe fn run<const C: usize, const K: usize>(
         let Some(result) = kernel::combine::<C, K>(trees, rule, &mut parts) else { return Ok(None) };
         let (squares, dimensions) = (result.squares as usize, C.trailing_zeros());
         let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
-        let block = Block::new(blocks.memory, blocks.bytes, stored.bytes, 4)?;
+        let block = ExclusiveBlock::new(blocks.memory, blocks.bytes, stored.bytes, 4)?;
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
         let links = block.slice::<Link>(stored.links, 0, squares);
         let (power, average) = kernel::store(parts.values.get(..squares).unwrap_or(&[]), result.mean, kept);
@@ -283,8 +283,8 @@ pub unsafe extern "C" fn wis_tree_blend(
                 return Err(Failure::new(Status::InvalidArgument, 3));
             }
             check_results(tree, 8, info, 9)?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
-            Block::new(memory.cast(), bytes, 0, 4)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 4)?;
             let blocks = Blocks { scratch, scratch_bytes, memory: memory.cast(), bytes };
             let header = with_axes!(terms.dimensions, 2, add(&terms, weights, &blocks))?;
             publish(memory.cast(), &header, tree, info);

@@ -1,7 +1,9 @@
 //! Rotated maps in C.
 
 use super::super::environment::{Environment, view};
-use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized};
+use super::super::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized,
+};
 use super::{Request, Tree, TreeConfig, TreeInfo, build, check_results, publish};
 use crate::rotated::{Rotated, WIS_MAX_PLACES};
 use crate::status::Status;
@@ -81,8 +83,8 @@ pub unsafe extern "C" fn wis_tree_of_environment(
             let frames = [frame(config.world_from_map.cast(), 2)?, frame(config.world_from_tree.cast(), 2)?];
             check_results(tree, 7, info, 8)?;
             let layout = layout(&request)?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, layout.bytes, 5)?;
-            Block::new(memory.cast(), bytes, 0, 3)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, layout.bytes, 5)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 3)?;
             let pixels = scratch.slice::<f32>(layout.pixels, 0, 1 << (2 * request.depth));
             Rotated::new(environment.light(), frames, request.depth, config.places, config.least).fill(pixels);
             let header = build::<2, 4>(&request, pixels, &scratch, memory.cast(), bytes)?;

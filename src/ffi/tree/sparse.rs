@@ -2,7 +2,7 @@
 
 use super::super::triple::list;
 use super::super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
 };
 use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
 use crate::approximate;
@@ -345,7 +345,7 @@ unsafe fn build<W: Element, const C: usize>(
     let dimensions = C.trailing_zeros();
     let squares = sparse::squares(dimensions, set.wavelets);
     let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, arguments.count))?;
-    let block = Block::new(memory, bytes, stored.bytes, arguments.memory)?;
+    let block = ExclusiveBlock::new(memory, bytes, stored.bytes, arguments.memory)?;
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);

@@ -54,7 +54,7 @@ fn main() {
         .unwrap();
         let l: Light = env.light();
         let fr = Frame::IDENTITY;
-        let lev = wis::simd::detect();
+        let lev = wis::simd::Level::detect();
         let mats = [
             ("lambert", Material::new(&[Shape::LAMBERT]).unwrap()),
             ("ggx.5", Material::new(&[Shape::ggx(0.5, 0.5)]).unwrap()),

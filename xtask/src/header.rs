@@ -133,8 +133,26 @@ fn identifier(text: &str) -> Option<&str> {
     text.split(|c: char| !c.is_alphanumeric() && c != '_').next()
 }
 
-/// `ProductConfig` becomes `wis_product_config`.
+/// Types whose name in C is not that in Rust: systems of the wavelet header that share a word with the renderer's.
+const NAMES: [(&str, &str); 11] = [
+    ("Environment", "wis_wavelet_light"),
+    ("EnvironmentConfig", "wis_wavelet_light_config"),
+    ("EnvironmentInfo", "wis_wavelet_light_info"),
+    ("Product", "wis_wavelet_product"),
+    ("ProductConfig", "wis_wavelet_product_config"),
+    ("ProductInfo", "wis_wavelet_product_info"),
+    ("Query", "wis_wavelet_query"),
+    ("Lobe", "wis_wavelet_lobe"),
+    ("Sample", "wis_drawn"),
+    ("CallbackBrdf", "wis_wavelet_callback"),
+    ("Table", "wis_wavelet_table"),
+];
+
+/// `TreeConfig` becomes `wis_tree_config`.
 fn c_name(rust: &str) -> String {
+    if let Some((_, name)) = NAMES.iter().find(|(name, _)| *name == rust) {
+        return (*name).into();
+    }
     let mut name = String::from("wis");
     for letter in rust.chars() {
         if letter.is_uppercase() {
@@ -195,7 +213,7 @@ mod tests {
         assert_eq!(declared_type("pub struct ProductConfig {"), Some("ProductConfig"));
         assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
-        assert_eq!(c_name("ProductConfig"), "wis_product_config");
+        assert_eq!(c_name("ProductConfig"), "wis_wavelet_product_config");
     }
 
     #[test]

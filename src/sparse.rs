@@ -150,9 +150,44 @@ struct Open {
     slot: usize,
 }
 
-/// The product of a function of n axes and one of the first m of them: its wavelets in order as far as there is room, its
-/// average, and how many squares it has. Each square that either function has a wavelet in is visited once, and only those.
-pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set<V>), out: &mut [W]) -> (f64, usize) {
+/// How many squares the product of a function of n axes and one of the first m of them has: those that either has a wavelet
+/// in, counted level by level. One square of m axes is 2^((n - m) level) of n axes.
+pub fn count<W: Element, V: Element>((n, e): (u32, &[W]), (m, f): (u32, &[V])) -> u64 {
+    let on_level = |level| {
+        let both = above(n, e, level).filter(|square| holds(m, f, (first_axes(*square, n, m), level))).count();
+        let of_f = (above(m, f, level).count() as u64) << ((n - m) * level);
+        above(n, e, level).count() as u64 + of_f - both as u64
+    };
+    (0..MAX_DEPTH).map(on_level).sum()
+}
+
+/// The position of the square of the first m of n axes.
+fn first_axes(position: u64, n: u32, m: u32) -> u64 {
+    let on_level = |k: u32| (position >> (n * k) & ((1 << n) - 1)) >> (n - m) << (m * k);
+    (0..MAX_DEPTH).map(on_level).sum()
+}
+
+/// Whether a list has wavelets in a square.
+fn holds<W: Element>(axes: u32, list: &[W], key: (u64, u32)) -> bool {
+    let next = list.get(list.partition_point(|w| w.key() < key));
+    next.is_some_and(|w| w.key().0 >> shift(axes, key.1) == key.0 >> shift(axes, key.1))
+}
+
+/// The product of a function of n axes and one of the first m of them: writes its wavelets in order, and answers its average
+/// and how many squares it has. Each square that either function has a wavelet in is visited once, and only those. If there
+/// is no room for all, nothing is visited, and the answer is how many there are.
+///
+/// # Errors
+/// The number of squares, if `out` is shorter.
+pub fn multiply<W: Element, V: Element>(
+    (n, e): (u32, Set<W>),
+    (m, f): (u32, Set<V>),
+    out: &mut [W],
+) -> core::result::Result<(f64, usize), u64> {
+    let squares = self::count((n, e.wavelets), (m, f.wavelets));
+    if squares > out.len() as u64 {
+        return Err(squares);
+    }
     let root = |axes| Place { axes, key: (0, 0) };
     let mut open = [Open::default(); MAX_DEPTH as usize + 1];
     let (mut depth, mut count) = (0usize, 0usize);
@@ -171,7 +206,7 @@ pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set
             }
         }
         let Some(here) = depth.checked_sub(1).and_then(|top| open.get_mut(top)) else {
-            return (finished.unwrap_or(0.0), count);
+            return Ok((finished.unwrap_or(0.0), count));
         };
         if let Some(average) = finished.take() {
             here.children[here.next as usize & 15] = average;

@@ -52,7 +52,7 @@ fn products_are_those_of_the_pixels() {
         let (e, f) = (scattered(&mut random, a, DEPTH), scattered(&mut random, b, DEPTH));
         let (e, f) = (Sparse { average: 0.7, wavelets: &e }, Sparse { average: -0.3, wavelets: &f });
         let mut out = vec![Wavelets::default(); 12 * (a + b) + 1];
-        let (average, count) = multiply((2, e), (2, f), &mut out);
+        let (average, count) = multiply((2, e), (2, f), &mut out).unwrap();
         assert!(count <= 12 * (a + b), "{count}");
         let product = &out[..count];
         assert!(triple::is_ordered(product));
@@ -61,9 +61,10 @@ fn products_are_those_of_the_pixels() {
             assert!((got - e * f).abs() < 1e-5, "{got} for {}", e * f);
         }
         // What does not fit is counted and not written.
-        let mut short = vec![Wavelets::default(); count / 2];
-        assert_eq!(multiply((2, e), (2, f), &mut short), (average, count));
-        assert_eq!(short[..], product[..count / 2]);
+        let mut short = vec![Wavelets::default(); count.saturating_sub(1)];
+        let unwritten = short.clone();
+        assert!(count == 0 || multiply((2, e), (2, f), &mut short) == Err(count as u64));
+        assert_eq!(short, unwritten);
     }
 }
 
@@ -106,7 +107,7 @@ fn products_of_different_axes_are_those_of_the_pixels() {
             let (e, f) = (details(&mut random, n, a, depth), details(&mut random, m, b, depth));
             let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: -0.3, wavelets: &f });
             let mut out = vec![Details::default(); 1 << (n * depth)];
-            let (average, count) = multiply((n, e), (m, f), &mut out);
+            let (average, count) = multiply((n, e), (m, f), &mut out).unwrap();
             let product = &out[..count];
             assert!(is_ordered(product, n));
             let got = pixels_of(n, depth, Set { average, wavelets: product });
@@ -160,7 +161,7 @@ fn trees_of_products_of_sets() {
         let (e, f) = (details(random, axes, 12, depth), details(random, 1, 3, depth));
         let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: 0.9, wavelets: &f });
         let mut out = vec![Details::default(); 1 << (axes * depth)];
-        let (average, count) = multiply((axes, e), (1, f), &mut out);
+        let (average, count) = multiply((axes, e), (1, f), &mut out).unwrap();
         let (list, least) = (&out[..count], 0.05);
         let (mut size, mut handle, count) = (MemorySize::default(), null(), count as u32);
         let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
@@ -375,5 +376,45 @@ fn negative_values_are_raised_in_sample_and_pdf() {
             let status = wis_tree_open(memory.pointer(), size.bytes, &mut opened, null_mut(), null_mut());
             assert_eq!(status, Status::Ok);
         }
+    }
+}
+
+/// Room that is too short is found out from counts: of one wavelet that stands for 8^10 squares, and of any sets.
+#[test]
+fn rooms_that_are_too_short_cost_nothing() {
+    let started = std::time::Instant::now();
+    let multiply = |axes: (u32, u32), e: &[Details], f: &[Details], out: &mut [Details]| {
+        let (mut count, mut average) = (0, f64::NAN);
+        let (e_count, f_count, room) = (e.len() as u32, f.len() as u32, out.len() as u32);
+        let (e, f, out) = (e.as_ptr(), f.as_ptr(), out.as_mut_ptr());
+        // SAFETY: the lists are as long as stated.
+        let status = unsafe {
+            wis_sparse_multiply(axes.0, axes.1, 0.7, e_count, e, -0.3, f_count, f, room, out, &mut count, &mut average)
+        };
+        (status, count)
+    };
+    let wavelet = |level: u32| {
+        let mut detail = [0.0; 16];
+        detail[1] = 1.0;
+        [Details { level, detail, ..Details::default() }]
+    };
+    let mut room = [Details::default(); 16];
+    assert_eq!(multiply((4, 1), &[], &wavelet(10), &mut room), (Status::MemoryTooSmall, ((1u64 << 33) / 7) as u32));
+    // More than the count can tell.
+    assert_eq!(multiply((4, 1), &[], &wavelet(11), &mut room), (Status::MemoryTooSmall, u32::MAX));
+    assert!(started.elapsed().as_secs_f64() < 1.0, "{:?}", started.elapsed());
+    let mut random = Random(25);
+    for (n, m) in (1..=4u32).flat_map(|n| (1..=n).map(move |m| (n, m))) {
+        let depth = [0, 6, 4, 3, 2][n as usize];
+        let (e, f) = (details(&mut random, n, 9, depth), details(&mut random, m, 4, depth));
+        let mut long = vec![Details::default(); 1 << (n * depth)];
+        let (status, count) = multiply((n, m), &e, &f, &mut long);
+        assert_eq!(status, Status::Ok);
+        long.truncate(count as usize);
+        assert_eq!(multiply((n, m), &e, &f, &mut long), (Status::Ok, count));
+        long.pop();
+        let before = long.clone();
+        assert_eq!(multiply((n, m), &e, &f, &mut long), (Status::MemoryTooSmall, count));
+        assert_eq!(long, before);
     }
 }

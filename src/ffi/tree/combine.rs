@@ -8,7 +8,9 @@ use crate::status::Status;
 use crate::tree::{self, Link};
 use core::ffi::c_void;
 
-/// The memory that wis_tree_multiply needs for these trees, `g` may be null. Costs one visit of each square of the product.
+/// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
+/// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
+/// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -38,8 +40,10 @@ pub unsafe extern "C" fn wis_tree_multiply_size(
 /// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
 /// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted.
 ///
-/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products; one that is too short fails with
-/// WIS_MEMORY_TOO_SMALL. The bytes in use stand in `info`.
+/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
+/// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
+/// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
+/// `info`.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -124,9 +128,14 @@ unsafe fn factor<'a>(tree: *const Tree, argument: u32) -> Checked<(Factor<'a>, i
     }
 }
 
+/// The squares of the product, or where counting them could cost more than all trees are large, the most that it can have.
 fn count<const N: usize, const C: usize>(factors: &Factors) -> Checked<usize> {
-    let squares = kernel::count::<C, MAX_FACTORS>(factors.trees(), &Times).ok_or(Failure::new(Status::Overflow, 2))?;
-    Ok(squares as usize)
+    let alike = factors.trees().iter().all(|tree| tree.axes() == factors.dimensions);
+    let squares = match alike {
+        true => kernel::count::<C, MAX_FACTORS>(factors.trees(), &Times),
+        false => kernel::most::<C>(factors.trees()),
+    };
+    Ok(squares.ok_or(Failure::new(Status::Overflow, 2))? as usize)
 }
 
 /// Where the parts of the scratch memory stand for so many squares.

@@ -103,8 +103,9 @@ unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
 /// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
-/// visited once. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares the product has:
-/// WIS_MEMORY_TOO_SMALL if that is more. It never is above 12 times the sum of both counts.
+/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
+/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
+/// both counts.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -133,17 +134,15 @@ pub unsafe extern "C" fn wis_triple_multiply(
             let f = Sparse { average: f_average, wavelets: list(f, f_count, 6)? };
             let wavelets = slice_mut(wavelets, room as usize, 8)?;
             let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
-            let (mean, squares) = sparse::multiply((2, e), (2, f), wavelets);
-            to_count.write(squares as u32);
-            to_average.write(mean);
-            if squares > wavelets.len() { Err(Failure::new(Status::MemoryTooSmall, 7)) } else { Ok(()) }
+            let product = sparse::multiply((2, e), (2, f), wavelets);
+            report::<Wavelets>(product, to_count, (to_average, 7))
         }
     })
 }
 
 /// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
 /// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
-/// n axes ask for.
+/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -179,12 +178,35 @@ pub unsafe extern "C" fn wis_sparse_multiply(
             let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
             let out_list = slice_mut(product, room as usize, 10)?;
             let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
-            let (mean, squares) = sparse::multiply((n, e), (m, f), out_list);
-            to_count.write(u32::try_from(squares).unwrap_or(u32::MAX));
-            to_average.write(mean);
-            if squares > out_list.len() { Err(Failure::new(Status::MemoryTooSmall, 9)) } else { Ok(()) }
+            let product = sparse::multiply((n, e), (m, f), out_list);
+            report::<Details>(product, to_count, (to_average, 9))
         }
     })
+}
+
+/// Writes what a product of sets is; `room` is the argument that is at fault if there are more elements of `W`.
+///
+/// # Safety
+/// The pointers are those of the caller's results.
+unsafe fn report<W>(
+    product: core::result::Result<(f64, usize), u64>,
+    to_count: *mut u32,
+    (to_average, room): (*mut f64, u32),
+) -> Checked<()> {
+    let squares = product.map_or_else(|squares| squares, |(_, squares)| squares as u64);
+    // SAFETY: the caller's contract.
+    unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
+    match product {
+        Ok((mean, _)) => {
+            // SAFETY: as above.
+            unsafe { to_average.write(mean) };
+            Ok(())
+        }
+        Err(squares) => {
+            let bytes = squares.saturating_mul(size_of::<W>() as u64);
+            Err(Failure::too_small(room, usize::try_from(bytes).unwrap_or(usize::MAX)))
+        }
+    }
 }
 
 /// A list of wavelets of some axes in order.

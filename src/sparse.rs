@@ -6,6 +6,7 @@
 //! raised function that is sampled, whose pdf is told and whose averages are stored.
 
 use crate::morton::MAX_DEPTH;
+use crate::numeric::is_float;
 use crate::tree::Link;
 use crate::triple::Wavelets;
 
@@ -138,6 +139,15 @@ pub(crate) fn transform(values: &mut [f64; 16], axes: u32) {
     }
 }
 
+/// Why a product cannot be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// It has so many squares.
+    Room(u64),
+    /// Its average is no double, or a detail no float; what was written means nothing.
+    Range,
+}
+
 /// A square whose children are being multiplied.
 #[derive(Clone, Copy, Default)]
 struct Open {
@@ -175,18 +185,18 @@ fn holds<W: Element>(axes: u32, list: &[W], key: (u64, u32)) -> bool {
 
 /// The product of a function of n axes and one of the first m of them: writes its wavelets in order, and answers its average
 /// and how many squares it has. Each square that either function has a wavelet in is visited once, and only those. If there
-/// is no room for all, nothing is visited, and the answer is how many there are.
+/// is no room for all, nothing is visited.
 ///
 /// # Errors
-/// The number of squares, if `out` is shorter.
+/// [`Unfit`].
 pub fn multiply<W: Element, V: Element>(
     (n, e): (u32, Set<W>),
     (m, f): (u32, Set<V>),
     out: &mut [W],
-) -> core::result::Result<(f64, usize), u64> {
+) -> core::result::Result<(f64, usize), Unfit> {
     let squares = self::count((n, e.wavelets), (m, f.wavelets));
     if squares > out.len() as u64 {
-        return Err(squares);
+        return Err(Unfit::Room(squares));
     }
     let root = |axes| Place { axes, key: (0, 0) };
     let mut open = [Open::default(); MAX_DEPTH as usize + 1];
@@ -206,7 +216,8 @@ pub fn multiply<W: Element, V: Element>(
             }
         }
         let Some(here) = depth.checked_sub(1).and_then(|top| open.get_mut(top)) else {
-            return Ok((finished.unwrap_or(0.0), count));
+            let average = finished.unwrap_or(0.0);
+            return if average.is_finite() { Ok((average, count)) } else { Err(Unfit::Range) };
         };
         if let Some(average) = finished.take() {
             here.children[here.next as usize & 15] = average;
@@ -221,6 +232,9 @@ pub fn multiply<W: Element, V: Element>(
         let scale = 1.0 / f64::from(1u32 << n);
         transform(&mut here.children, n);
         let details = here.children.map(|sum| sum * scale);
+        if !details.iter().skip(1).all(|d| is_float(*d)) {
+            return Err(Unfit::Range);
+        }
         if let Some(slot) = out.get_mut(here.slot) {
             *slot = W::new(here.places[0].key, &details);
         }

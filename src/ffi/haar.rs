@@ -6,7 +6,7 @@ use crate::{haar, morton};
 use core::ptr::null_mut;
 
 /// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
+/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
 /// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
 /// scaling coefficient the pixel at the origin.
 ///
@@ -28,6 +28,9 @@ pub unsafe extern "C" fn wis_haar_inverse(dimensions: u32, depth: u32, count: us
     answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
 }
 
+/// The largest number that is transformed.
+const LARGEST: f64 = 1e290;
+
 #[derive(Clone, Copy)]
 enum Direction {
     Forward,
@@ -43,6 +46,10 @@ unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64,
     }
     // SAFETY: the caller's contract.
     let values = unsafe { slice_mut(values, count, 4)? };
+    // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
+    if !values.iter().all(|value| value.abs() <= LARGEST) {
+        return Err(Failure::new(Status::InvalidArgument, 4));
+    }
     with_axes!(dimensions, 1, transform_axes(depth, values, direction))
 }
 

@@ -59,7 +59,8 @@ pub unsafe extern "C" fn wis_strata_size(
 /// Cuts a map into strata and gives each as a directional light (Agarwal et al. 2003): bright regions get more lights
 /// than dark ones of the same energy, and lights of a region stand apart. The lights' `rgb` add up to the integral of
 /// radiance over the sphere. Written are `light_count` lights, in the order of importance in which they were placed; 0
-/// for a black map. The result depends on nothing but the map and the config.
+/// for a black map. The result depends on nothing but the map and the config. WIS_OVERFLOW if the light of a stratum is no
+/// float.
 ///
 /// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
 /// number of the light of each texel.
@@ -129,7 +130,8 @@ unsafe fn run(
     let (gathered, written) =
         (gathered.get_mut(..count).unwrap_or(&mut []), lights.get_mut(..count).unwrap_or(&mut []));
     let to_world = |d: [f64; 3]| request.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
-    strata::gather(config, (luminance, rgb), &scratch, centres, gathered, to_world, written);
+    let written = strata::gather(config, (luminance, rgb), &scratch, centres, gathered, to_world, written);
+    written.map_err(|status| Failure::new(status, 1))?;
     for (slot, number) in label.iter_mut().zip(scratch.component.iter()) {
         *slot = if count == 0 { 0 } else { *number };
     }

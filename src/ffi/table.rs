@@ -5,6 +5,7 @@ use super::product::{Material, Product, ProductConfig, estimate_coloured, evalua
 use super::tree::{Tree, square_tree};
 use super::{Checked, Diagnostic, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
 use crate::lobe::Lobes;
+use crate::numeric::exp2i;
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sphere::unit;
@@ -225,6 +226,10 @@ unsafe fn blend<'a>(trees: &[*const Tree], between: Between, argument: u32) -> C
 /// The handle points to a tree of this version.
 unsafe fn read<'a>(tree: *const Tree, argument: u32) -> Checked<Slice<'a>> {
     // SAFETY: the caller's contract.
-    let (tree, scale) = unsafe { square_tree(tree, argument)? };
-    Ok(Slice { tree, scale: scale.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32 })
+    let (tree, exponent) = unsafe { square_tree(tree, argument)? };
+    // Its average is a float; one that is smaller than any counts as the smallest.
+    if exponent > 127 {
+        return Err(Failure::new(Status::Overflow, argument));
+    }
+    Ok(Slice { tree, scale: exp2i(exponent.max(-126)) as f32 })
 }

@@ -4,7 +4,7 @@ use super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, check_grid,
     out, sized, slice, slice_mut,
 };
-use crate::numeric::{ContentHash, exp2i};
+use crate::numeric::{ContentHash, times_power};
 use crate::status::Status;
 use crate::tree::{self as kernel, Link, complete_len};
 use crate::{image, inner, morton, prune, warp};
@@ -341,6 +341,24 @@ struct Header {
     reserved: u32,
 }
 
+/// The exponents that a tree may have: its mean is a double, which is in [1, 2) times the power of two.
+const EXPONENTS: core::ops::RangeInclusive<i32> = -1022..=1023;
+
+/// A mean that a tree with such an exponent can have, from what it stores.
+fn mean_of(stored: f64, power: i32, exponent: i32, argument: u32) -> Checked<f64> {
+    let mean = times_power(stored, power);
+    let lost = mean <= 0.0 && stored > 0.0;
+    let fits = EXPONENTS.contains(&exponent) && mean <= f64::MAX && !lost;
+    if fits { Ok(mean) } else { Err(Failure::new(Status::Overflow, argument)) }
+}
+
+/// A result in the units of the input, from one in the units of what is stored.
+pub(super) fn in_units(stored: f64, exponents: &[i32], argument: u32) -> Checked<f64> {
+    let exponent = exponents.iter().fold(0i32, |sum, exponent| sum.saturating_add(*exponent));
+    let value = times_power(stored, exponent);
+    if value.is_finite() { Ok(value) } else { Err(Failure::new(Status::Overflow, argument)) }
+}
+
 /// "wis-tre" and the version of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
 
@@ -351,6 +369,15 @@ impl Header {
             return None;
         }
         Stored::new(self.dimensions, self.squares as usize)
+    }
+
+    /// Whether mean and error are finite, and the mean is what average and exponent say.
+    fn is_possible(&self) -> bool {
+        let finite = [self.mean, self.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
+        let told = times_power(self.average.into(), self.exponent);
+        // The average is rounded, and a mean below 2^-1022 is rounded twice.
+        let rounding = self.mean * 1e-6 + f64::MIN_POSITIVE * 1e-9;
+        finite && EXPONENTS.contains(&self.exponent) && (self.mean - told).abs() <= rounding
     }
 
     /// The hash of everything but the id itself.
@@ -455,7 +482,7 @@ unsafe fn build<const N: usize, const C: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: scale.mean * exp2i(request.exponent),
+            mean: times_power(scale.mean, request.exponent),
             error: planned.error,
             dimensions: request.dimensions,
             depth: request.depth,
@@ -480,9 +507,8 @@ unsafe fn check<const N: usize, const C: usize>(object: &Object) -> Checked<()> 
     let corrupt = Failure::new(Status::Corrupt, 1);
     let header = object.header;
     let tree = kernel::Tree::sparse(header.depth, header.average, squares, links).map_err(|_| corrupt)?;
-    let finite = [header.mean, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
-    let unchanged = header.reserved == 0 && header.content_id == header.content_id(&tree);
-    if finite && unchanged { Ok(()) } else { Err(corrupt) }
+    let sound = header.reserved == 0 && header.is_possible() && header.content_id == header.content_id(&tree);
+    if sound { Ok(()) } else { Err(corrupt) }
 }
 
 /// Checks the pointers to the results of a build.
@@ -526,18 +552,18 @@ unsafe fn publish(memory: *const Tree, header: &Header, tree: *mut *const Tree, 
     }
 }
 
-/// A tree of two dimensions, and what its stored values are to be multiplied by.
+/// A tree of two dimensions, and the exponent of the power of two that its stored values are to be multiplied by.
 ///
 /// # Safety
 /// The handle is null or points to a tree of this version.
-pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, f64)> {
+pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, i32)> {
     // SAFETY: the caller's contract; the header tells the number of children.
     unsafe {
         let object = Object::view(tree, argument)?;
         if object.header.dimensions != 2 {
             return Err(Failure::new(Status::InvalidArgument, argument));
         }
-        Ok((object.tree::<4>(), exp2i(object.header.exponent)))
+        Ok((object.tree::<4>(), object.header.exponent))
     }
 }
 
@@ -560,7 +586,7 @@ unsafe fn product_integral(e: &Object, f: &Object) -> Checked<f64> {
             _ => return Err(Failure::new(Status::InvalidArgument, 2)),
         }
     };
-    Ok(integral * exp2i(e.header.exponent) * exp2i(f.header.exponent))
+    in_units(integral, &[e.header.exponent, f.header.exponent], 3)
 }
 
 /// # Safety

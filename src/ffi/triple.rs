@@ -1,9 +1,10 @@
 //! Tripling coefficients and triple product integrals in C.
 
-use super::tree::{Tree, square_tree};
+use super::tree::{Tree, in_units, square_tree};
 use super::{Checked, Failure, answer, borrow, out, slice, slice_mut};
 use crate::approximate;
 use crate::combine::WIS_MAX_BLEND;
+use crate::numeric::exp2i;
 use crate::status::Status;
 use crate::triple::{self, Quadtree, Wavelets};
 use crate::tripling::{self, BasisFunction};
@@ -62,9 +63,9 @@ pub unsafe extern "C" fn wis_triple_integral(
         // SAFETY: the caller's contract.
         unsafe {
             let trees = [square_tree(brdf, 1)?, square_tree(light, 2)?, square_tree(visibility, 3)?];
-            let scale = trees[0].1 * trees[1].1 * trees[2].1;
+            let target = out(integral, 4)?;
             let sum = triple::integral([&trees[0].0, &trees[1].0, &trees[2].0]);
-            out(integral, 4)?.write(sum * scale);
+            target.write(in_units(sum, &trees.map(|(_, exponent)| exponent), 4)?);
         }
         Ok(())
     })
@@ -87,10 +88,11 @@ pub unsafe extern "C" fn wis_triple_select(
     answer(null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
+            let (tree, exponent) = square_tree(tree, 1)?;
             let wavelets = slice_mut(wavelets, keep as usize, 3)?;
             let target = out(wavelet_count, 4)?;
-            target.write(approximate::select(&tree, keep, scale, wavelets) as u32);
+            let squares = approximate::select(&tree, keep, exponent, wavelets);
+            target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
         }
         Ok(())
     })
@@ -111,10 +113,11 @@ pub unsafe extern "C" fn wis_triple_select_squares(
     answer(null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
+            let (tree, exponent) = square_tree(tree, 1)?;
             let wavelets = slice_mut(wavelets, keep as usize, 3)?;
             let target = out(wavelet_count, 4)?;
-            target.write(approximate::select_squares(&tree, keep, scale, wavelets) as u32);
+            let squares = approximate::select_squares(&tree, keep, exponent, wavelets);
+            target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
         }
         Ok(())
     })
@@ -143,8 +146,8 @@ pub unsafe extern "C" fn wis_triple_sublinear(
         // SAFETY: the caller's contract.
         unsafe {
             let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
-            let (visible, scale) = square_tree(visibility, 7)?;
-            sublinear(lists, light, (&visible, scale), integral)
+            let (visible, exponent) = square_tree(visibility, 7)?;
+            sublinear(lists, light, (&visible, exponent), integral)
         }
     })
 }
@@ -156,7 +159,7 @@ pub unsafe extern "C" fn wis_triple_sublinear(
 pub(super) unsafe fn sublinear<V: Quadtree>(
     (brdf_average, brdf, kept): (f64, (*const Wavelets, u32), (*const Wavelets, u32)),
     light: *const Tree,
-    (visible, visible_scale): (&V, f64),
+    (visible, visible_exponent): (&V, i32),
     integral: *mut f64,
 ) -> Checked<()> {
     if !brdf_average.is_finite() {
@@ -165,11 +168,11 @@ pub(super) unsafe fn sublinear<V: Quadtree>(
     // SAFETY: the caller's contract.
     unsafe {
         let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
-        let (light, light_scale) = square_tree(light, 6)?;
+        let (light, exponent) = square_tree(light, 6)?;
         let target = out(integral, 8)?;
-        let kept = triple::Scaled { wavelets: kept, scale: 1.0 / light_scale };
+        let kept = triple::Scaled { wavelets: kept, scale: exp2i(-exponent) };
         let sum = triple::sublinear(brdf_average, brdf, kept, &light, visible);
-        target.write(sum * light_scale * visible_scale);
+        target.write(in_units(sum, &[exponent, visible_exponent], 8)?);
     }
     Ok(())
 }
@@ -224,7 +227,7 @@ pub unsafe extern "C" fn wis_triple_blend(
                 }
             }
             let wavelets = slice_mut(wavelets, room as usize, 6)?;
-            let squares = triple::blend(&lists, &weights, wavelets);
+            let squares = triple::blend(&lists, &weights, wavelets).map_err(|status| Failure::new(status, 4))?;
             target.write(squares as u32);
             if squares > wavelets.len() { Err(Failure::new(Status::MemoryTooSmall, 5)) } else { Ok(()) }
         }

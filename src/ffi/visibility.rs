@@ -1,10 +1,11 @@
 //! Visibility in 8 bits, in C.
 
-use super::tree::{Tree, square_tree};
+use super::tree::{Tree, in_units, square_tree};
 use super::triple::sublinear;
 use super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, out,
 };
+use crate::numeric::exp2i;
 use crate::status::Status;
 use crate::triple::Wavelets;
 use crate::visibility::{self as kernel, MAX_NODES, Node};
@@ -56,8 +57,8 @@ pub unsafe extern "C" fn wis_visibility_init(
     answer(diagnostic, || {
         // SAFETY: the caller's contract; header and nodes do not overlap.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
-            let count = tree.squares().len();
+            let (tree, exponent) = square_tree(tree, 1)?;
+            let (scale, count) = (exp2i(exponent), tree.squares().len());
             let needed = self::bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
             let block = ExclusiveBlock::new(memory.cast(), bytes, needed, 2)?;
             let target = out(visibility, 4)?;
@@ -124,7 +125,7 @@ pub unsafe extern "C" fn wis_visibility_integral(
         unsafe {
             let visible = view(visibility, 7)?;
             let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
-            sublinear(lists, light, (&visible, 1.0), integral)
+            sublinear(lists, light, (&visible, 0), integral)
         }
     })
 }
@@ -145,9 +146,10 @@ pub unsafe extern "C" fn wis_visibility_product_integral(
     answer(null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
+            let (tree, exponent) = square_tree(tree, 1)?;
             let visible = view(visibility, 2)?;
-            out(integral, 3)?.write(visible.product_integral(&tree) * scale);
+            let target = out(integral, 3)?;
+            target.write(in_units(visible.product_integral(&tree), &[exponent], 3)?);
         }
         Ok(())
     })

@@ -149,6 +149,20 @@ fn headers() {
     }
 }
 
+/// Exponents that no tree of such a mean has, up to those beyond a double.
+#[test]
+fn exponents() {
+    for object in [sparse(), object(2, 0, 0.0, |_| 3.0), object(2, 2, 0.0, |_| 0.0)] {
+        let own = word(&object, EXPONENT) as i32;
+        for exponent in [own + 1, own - 1, -1023, -1075, 1024, 5000, i32::MAX, i32::MIN] {
+            // A black tree is black at any power of two.
+            if word(&object, AVERAGE) != 0 || !(-1022..=1023).contains(&exponent) {
+                assert_refuses(&KIND, &object, EXPONENT, &exponent.to_ne_bytes(), &format!("exponent {exponent}"));
+            }
+        }
+    }
+}
+
 #[test]
 fn links_that_are_no_tree() {
     let object = sparse();

@@ -1,7 +1,7 @@
 //! Products and weighted sums of trees in C.
 
 use super::super::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
-use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, mean_of, publish};
 use crate::combine::{self as kernel, Factor, MAX_FACTORS, Place, Rule, Scratch, Times, WIS_MAX_BLEND, Weighted};
 use crate::numeric::{exp2i, exponent};
 use crate::status::Status;
@@ -214,6 +214,10 @@ unsafe fn run<const C: usize, const K: usize>(
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
         let links = block.slice::<Link>(stored.links, 0, squares);
         let (power, average) = kernel::store(parts.values.get(..squares).unwrap_or(&[]), result.mean, kept);
+        let mean = match result.mean > 0.0 {
+            true => mean_of(result.mean, exponent, exponent.saturating_add(power), 1)?,
+            false => 0.0,
+        };
         for (link, from) in links.iter_mut().zip(parts.links.iter()) {
             *link = *from;
         }
@@ -222,12 +226,12 @@ unsafe fn run<const C: usize, const K: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: finite(result.mean * exp2i(exponent)),
+            mean,
             error: 0.0,
             dimensions,
             depth,
             squares: result.squares,
-            exponent: exponent.saturating_add(power),
+            exponent: if mean > 0.0 { exponent.saturating_add(power) } else { 0 },
             average,
             reserved: 0,
         };
@@ -379,9 +383,4 @@ fn count_sum<const N: usize, const C: usize>(terms: &Terms, weights: &[f64; WIS_
     let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
     let squares = kernel::count::<C, WIS_MAX_BLEND>(trees, &Weighted(*weights));
     Ok(squares.ok_or(Failure::new(Status::Overflow, 2))? as usize)
-}
-
-/// A mean that a tree can hold.
-fn finite(mean: f64) -> f64 {
-    if mean < f64::MAX { mean } else { f64::MAX }
 }

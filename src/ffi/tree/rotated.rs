@@ -5,7 +5,7 @@ use super::super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized,
 };
 use super::{Request, Tree, TreeConfig, TreeInfo, build, check_results, publish};
-use crate::rotated::{Rotated, WIS_MAX_PLACES};
+use crate::rotated::{MAX_LEAST, Rotated, WIS_MAX_PLACES};
 use crate::status::Status;
 use core::ffi::c_void;
 use core::ptr::null;
@@ -23,7 +23,7 @@ pub struct RotatedConfig {
     pub places: u32,
     /// As wis_tree_config.
     pub error_budget: f32,
-    /// The share of the map's mean that is added to each pixel, 0 or more: what keeps the pdf above 0 wherever there is light.
+    /// The share of the map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
     pub least: f32,
     /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
     pub world_from_map: *const f32,
@@ -100,7 +100,7 @@ fn request(config: &RotatedConfig, argument: u32) -> Checked<Request> {
     let size = size_of::<TreeConfig>() as u32;
     let (depth, error_budget) = (config.depth, config.error_budget);
     let tree = TreeConfig { size, dimensions: 2, depth, error_budget, pixels: null() };
-    let shares = (0.0..=f32::MAX).contains(&config.least);
+    let shares = (0.0..=MAX_LEAST).contains(&config.least);
     if !(1..=WIS_MAX_PLACES).contains(&config.places) || !shares {
         return Err(invalid);
     }

@@ -4,10 +4,10 @@ use super::super::triple::list;
 use super::super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
 };
-use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, mean_of, publish};
 use crate::approximate;
 use crate::numeric::{exp2i, exponent};
-use crate::sparse::{self, Details, Element, Set, Sparse};
+use crate::sparse::{self, Details, Element, Set, Sparse, Unfit};
 use crate::status::Status;
 use crate::tree::{self, Link};
 use crate::triple::Wavelets;
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn wis_sparse_select(
 unsafe fn largest<const N: usize, const C: usize>(object: &Object, keep: u32, out: &mut [Details]) -> Checked<u32> {
     // SAFETY: the caller's contract.
     let tree = unsafe { object.tree::<C>() };
-    Ok(approximate::select(&tree, keep, exp2i(object.header.exponent), out) as u32)
+    Ok(approximate::select(&tree, keep, object.header.exponent, out).map_err(|s| Failure::new(s, 1))? as u32)
 }
 
 /// # Safety
@@ -98,7 +98,7 @@ unsafe fn terms_for<const N: usize, const C: usize>(object: &Object, error: f64)
 /// As [`largest`].
 unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold: f64) -> Checked<u32> {
     // SAFETY: the caller's contract.
-    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, exp2i(object.header.exponent)))
+    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, object.header.exponent))
 }
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
@@ -189,23 +189,25 @@ pub unsafe extern "C" fn wis_sparse_multiply(
 /// # Safety
 /// The pointers are those of the caller's results.
 unsafe fn report<W>(
-    product: core::result::Result<(f64, usize), u64>,
+    product: core::result::Result<(f64, usize), Unfit>,
     to_count: *mut u32,
     (to_average, room): (*mut f64, u32),
 ) -> Checked<()> {
-    let squares = product.map_or_else(|squares| squares, |(_, squares)| squares as u64);
     // SAFETY: the caller's contract.
-    unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
+    let tell = |squares: u64| unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
     match product {
-        Ok((mean, _)) => {
-            // SAFETY: as above.
+        Ok((mean, squares)) => {
+            tell(squares as u64);
+            // SAFETY: the caller's contract.
             unsafe { to_average.write(mean) };
             Ok(())
         }
-        Err(squares) => {
+        Err(Unfit::Room(squares)) => {
+            tell(squares);
             let bytes = squares.saturating_mul(size_of::<W>() as u64);
             Err(Failure::too_small(room, usize::try_from(bytes).unwrap_or(usize::MAX)))
         }
+        Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),
     }
 }
 
@@ -382,7 +384,7 @@ unsafe fn build<W: Element, const C: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: mean * exp2i(power),
+            mean: mean_of(mean, power, power, arguments.list)?,
             error: 0.0,
             dimensions,
             depth,

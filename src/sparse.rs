@@ -8,7 +8,7 @@
 use crate::morton::MAX_DEPTH;
 use crate::numeric::is_float;
 use crate::tree::Link;
-use crate::triple::Wavelets;
+use crate::triple::{Wavelets, first_fault};
 
 /// A function on the square: its average, and wavelets in order.
 pub type Sparse<'a> = Set<'a, Wavelets>;
@@ -80,6 +80,11 @@ impl Element for Details {
 
 /// Whether a list is in order, of squares of `axes` axes on the grid, with numbers.
 pub fn is_ordered(list: &[Details], axes: u32) -> bool {
+    disorder(list, axes).is_none()
+}
+
+/// The first element of a list that is not on the grid, no number, or not behind the one before it.
+pub fn disorder(list: &[Details], axes: u32) -> Option<usize> {
     let on_grid = |w: &Details| {
         let used = w.detail.iter().take(1 << axes).skip(1);
         w.level < MAX_DEPTH
@@ -87,7 +92,7 @@ pub fn is_ordered(list: &[Details], axes: u32) -> bool {
             && w.position & ((1 << shift(axes, w.level)) - 1) == 0
             && used.copied().all(f32::is_finite)
     };
-    list.iter().all(on_grid) && list.windows(2).all(|pair| matches!(pair, [a, b] if a.key() < b.key()))
+    first_fault(list, on_grid, Details::key)
 }
 
 /// Bits of a position below those of a level.

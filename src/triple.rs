@@ -58,13 +58,33 @@ fn shift(level: u32) -> u32 {
 
 /// Whether a list is in order, of squares on the grid, with numbers.
 pub fn is_ordered(list: &[Wavelets]) -> bool {
+    disorder(list).is_none()
+}
+
+/// The first element of a list that is not on the grid, no number, or not behind the one before it.
+pub fn disorder(list: &[Wavelets]) -> Option<usize> {
     let on_grid = |w: &Wavelets| {
         let inside = u64::from(w.position) < 1 << (2 * MAX_DEPTH) && w.level < MAX_DEPTH;
         inside
             && w.position.trailing_zeros().min(2 * MAX_DEPTH) >= shift(w.level)
             && w.detail.iter().all(|d| d.is_finite())
     };
-    list.iter().all(on_grid) && list.windows(2).all(|pair| matches!(pair, [a, b] if a.key() < b.key()))
+    first_fault(list, on_grid, Wavelets::key)
+}
+
+/// The first element that is not sound, or not behind the one before it.
+pub(crate) fn first_fault<T, K: PartialOrd>(
+    list: &[T],
+    is_sound: impl Fn(&T) -> bool,
+    key: impl Fn(&T) -> K,
+) -> Option<usize> {
+    let mut before = None;
+    list.iter().position(|element| {
+        let (last, here) = (before.take(), key(element));
+        let behind = last.is_none_or(|last| last < here);
+        before = Some(here);
+        !behind || !is_sound(element)
+    })
 }
 
 /// A function on a square: its average and its details.

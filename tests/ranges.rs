@@ -113,11 +113,14 @@ fn details_beyond_a_float() {
     let (mut list, mut details, mut count) = ([Wavelets::default(); 4], [Details::default(); 4], 0);
     // SAFETY: there is room for four elements.
     unsafe {
-        assert_eq!(wis_triple_select(huge.handle, 4, list.as_mut_ptr(), &mut count), Status::Overflow);
-        assert_eq!(wis_triple_select_squares(huge.handle, 4, list.as_mut_ptr(), &mut count), Status::Overflow);
-        assert_eq!(wis_sparse_select(huge.handle, 4, details.as_mut_ptr(), &mut count), Status::Overflow);
+        assert_eq!(wis_triple_select(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
+        assert_eq!(
+            wis_triple_select_squares(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()),
+            Status::Overflow
+        );
+        assert_eq!(wis_sparse_select(huge.handle, 4, details.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
         // Nothing that is kept is too large.
-        assert_eq!(wis_triple_select(huge.handle, 0, list.as_mut_ptr(), &mut count), Status::Ok);
+        assert_eq!(wis_triple_select(huge.handle, 0, list.as_mut_ptr(), &mut count, null_mut()), Status::Ok);
     }
     let wavelets = [Wavelets { detail: [3e38; 3], ..Wavelets::default() }];
     let product = |e_average: f64, f_average: f64| {
@@ -136,6 +139,7 @@ fn details_beyond_a_float() {
                 out.as_mut_ptr(),
                 &mut count,
                 &mut average,
+                null_mut(),
             )
         }
     };
@@ -149,7 +153,16 @@ fn details_beyond_a_float() {
         let (mut out, mut count) = ([Wavelets::default(); 2], 0);
         // SAFETY: as above.
         let status = unsafe {
-            wis_triple_blend(2, lists.as_ptr(), counts.as_ptr(), weights.as_ptr(), 2, out.as_mut_ptr(), &mut count)
+            wis_triple_blend(
+                2,
+                lists.as_ptr(),
+                counts.as_ptr(),
+                weights.as_ptr(),
+                2,
+                out.as_mut_ptr(),
+                &mut count,
+                null_mut(),
+            )
         };
         assert_eq!(status, expected, "{weights:?}");
     }
@@ -177,15 +190,15 @@ fn integrals_beyond_a_double() {
         assert_eq!(wis_tree_product_integral(black.handle, x.handle, &mut integral), Status::Ok);
         assert_eq!(integral, 0.0);
         let list = null();
-        let status = wis_triple_sublinear(1e200, 0, list, 0, list, x.handle, one.handle, &mut integral);
+        let status = wis_triple_sublinear(1e200, 0, list, 0, list, x.handle, one.handle, &mut integral, null_mut());
         assert_eq!(status, Status::Overflow);
-        let status = wis_triple_sublinear(0.0, 0, list, 0, list, x.handle, x.handle, &mut integral);
+        let status = wis_triple_sublinear(0.0, 0, list, 0, list, x.handle, x.handle, &mut integral, null_mut());
         assert_eq!((status, integral), (Status::Ok, 0.0));
         let (mut size, mut seen) = (MemorySize::default(), null());
         assert_eq!(wis_visibility_size(one.handle, &mut size, null_mut()), Status::Ok);
         let mut memory = Memory::new(size.bytes);
         assert_eq!(wis_visibility_init(one.handle, memory.pointer(), size.bytes, &mut seen, null_mut()), Status::Ok);
-        let status = wis_visibility_integral(1e200, 0, list, 0, list, x.handle, seen, &mut integral);
+        let status = wis_visibility_integral(1e200, 0, list, 0, list, x.handle, seen, &mut integral, null_mut());
         assert_eq!(status, Status::Overflow);
     }
 }
@@ -228,7 +241,13 @@ fn transforms_stay_finite() {
         let transform = |values: &mut [f64; 256]| {
             let start = values.as_mut_ptr();
             // SAFETY: 4^4 numbers.
-            unsafe { if inverse { wis_haar_inverse(2, 4, 256, start) } else { wis_haar_forward(2, 4, 256, start) } }
+            unsafe {
+                if inverse {
+                    wis_haar_inverse(2, 4, 256, start, null_mut())
+                } else {
+                    wis_haar_forward(2, 4, 256, start, null_mut())
+                }
+            }
         };
         let mut values = [1e290; 256];
         assert_eq!(transform(&mut values), Status::Ok);

@@ -245,7 +245,7 @@ fn the_largest_of_any_axes() {
         let select = |keep: usize| {
             let (mut list, mut count) = (vec![Details::default(); keep], 0);
             // SAFETY: there is room for `keep` elements.
-            let status = unsafe { wis_sparse_select(handle, keep as u32, list.as_mut_ptr(), &mut count) };
+            let status = unsafe { wis_sparse_select(handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
             assert_eq!(status, Status::Ok);
             list.truncate(count as usize);
             assert!(is_ordered(&list, axes));
@@ -389,7 +389,21 @@ fn rooms_that_are_too_short_cost_nothing() {
         let (e, f, out) = (e.as_ptr(), f.as_ptr(), out.as_mut_ptr());
         // SAFETY: the lists are as long as stated.
         let status = unsafe {
-            wis_sparse_multiply(axes.0, axes.1, 0.7, e_count, e, -0.3, f_count, f, room, out, &mut count, &mut average)
+            wis_sparse_multiply(
+                axes.0,
+                axes.1,
+                0.7,
+                e_count,
+                e,
+                -0.3,
+                f_count,
+                f,
+                room,
+                out,
+                &mut count,
+                &mut average,
+                null_mut(),
+            )
         };
         (status, count)
     };

@@ -371,8 +371,9 @@ fn lights_are_ordered_by_what_they_may_add() {
         for threshold in [0.0, 0.02, 0.5, 1.0] {
             let (mut index, mut traced) = (vec![u32::MAX; count], u32::MAX);
             // SAFETY: both arrays have `count` elements.
-            let status =
-                unsafe { wis_strata_order(count, contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced) };
+            let status = unsafe {
+                wis_strata_order(count, contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced, null_mut())
+            };
             assert_eq!(status, Status::Ok);
             let mut expected: Vec<u32> = (0..count as u32).collect();
             expected.sort_by(|&a, &b| contribution[b as usize].total_cmp(&contribution[a as usize]).then(a.cmp(&b)));
@@ -397,7 +398,7 @@ fn lights_of_all_magnitudes_are_ordered() {
         let (mut index, mut traced) = (vec![u32::MAX; contribution.len()], u32::MAX);
         let (count, all) = (contribution.len(), contribution.as_ptr());
         // SAFETY: both arrays have `count` elements.
-        let status = unsafe { wis_strata_order(count, all, threshold, index.as_mut_ptr(), &mut traced) };
+        let status = unsafe { wis_strata_order(count, all, threshold, index.as_mut_ptr(), &mut traced, null_mut()) };
         assert_eq!(status, Status::Ok);
         // The smallest first: sums of few numbers of a like size are exact enough.
         let sum = |lights: &[u32]| lights.iter().rev().map(|&i| f64::from(contribution[i as usize])).sum::<f64>();

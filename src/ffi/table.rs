@@ -9,7 +9,7 @@ use crate::numeric::exp2i;
 use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sphere::unit;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use crate::table::{self as kernel, Between, Slice, WIS_MAX_SLICES};
 use crate::tree::MAX_DEPTH;
 use core::ffi::c_void;
@@ -27,7 +27,8 @@ pub struct Table {
     pub size: u32,
     /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
     pub slice_count: u32,
-    /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
+    /// The slices, trees of two axes (else WIS_INVALID_ARGUMENT) whose averages are floats (else WIS_OVERFLOW). Null for a
+    /// slice that was not built: the other one beside the view then stands in, and without both the answer is WIS_NOT_BUILT.
     pub slice: *const *const Tree,
     /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
     pub colour: [*const *const Tree; 3],
@@ -174,8 +175,9 @@ unsafe fn coloured<'a>(
         let mut channels = [lobes.seen(grey); 3];
         if table.colour.iter().any(|channel| !channel.is_null()) {
             for (channel, trees) in channels.iter_mut().zip(table.colour) {
-                let trees = slice(trees, table.slice_count as usize, argument)?;
-                *channel = lobes.seen(blend(trees, between, argument)?);
+                let of_colour = |at: Failure| at.of(c"colour");
+                let trees = slice(trees, table.slice_count as usize, argument).map_err(of_colour)?;
+                *channel = lobes.seen(blend(trees, between, argument).map_err(of_colour)?);
             }
         }
         Ok((lobes, channels))
@@ -194,16 +196,17 @@ unsafe fn lobes<'a>(
     unsafe {
         let table = sized(table, table_argument)?;
         if !(1..=WIS_MAX_SLICES).contains(&table.slice_count) {
-            return Err(Failure::new(Status::InvalidArgument, table_argument));
+            return Err(Failure::fault(Fault::range(c"slice_count"), table_argument));
         }
-        let trees = slice(table.slice, table.slice_count as usize, table_argument)?;
-        let turned = Failure::new(Status::InvalidTransform, query_argument);
-        let (normal, wo): (Vec3, Vec3) = (unit(query.normal).ok_or(turned)?, unit(query.wo).ok_or(turned)?);
+        let of_slice = |at: Failure| at.of(c"slice");
+        let trees = slice(table.slice, table.slice_count as usize, table_argument).map_err(of_slice)?;
+        let direction = |v, field| unit(v).ok_or(Failure::fault(Fault::transform(field), query_argument));
+        let (normal, wo): (Vec3, Vec3) = (direction(query.normal, c"normal")?, direction(query.wo, c"wo")?);
         let cosine = normal.dot(wo);
         let above = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
         let between = Between::new(above, table.slice_count);
-        let seen = blend(trees, between, table_argument)?;
-        let lobes = Lobes::new(query, Some(seen)).map_err(|status| Failure::new(status, query_argument))?;
+        let seen = blend(trees, between, table_argument).map_err(of_slice)?;
+        let lobes = Lobes::new(query, Some(seen)).map_err(|fault| Failure::fault(fault, query_argument))?;
         Ok((lobes, seen, between))
     }
 }

@@ -5,7 +5,7 @@ use super::{
     out, sized, slice, slice_mut,
 };
 use crate::numeric::{ContentHash, times_power};
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use crate::tree::{self as kernel, Link, complete_len};
 use crate::{image, inner, morton, prune, warp};
 use core::ffi::c_void;
@@ -159,7 +159,8 @@ pub unsafe extern "C" fn wis_tree_average(tree: *const Tree, average: *mut f64) 
 }
 
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
-/// many, and is constant along the rest. Costs one visit of each square that both trees keep.
+/// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
+/// Costs one visit of each square that both trees keep.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -236,8 +237,9 @@ pub unsafe extern "C" fn wis_warp_in_place(
     points: *mut f32,
     index: *mut u32,
     count: usize,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let tree = Object::view(tree, 1)?;
@@ -263,11 +265,17 @@ struct Request {
 
 impl Request {
     fn new(config: &TreeConfig) -> Checked<Request> {
-        check_grid(config.dimensions, config.depth).map_err(|_| Failure::new(Status::InvalidArgument, 1))?;
-        if config.error_budget.is_nan() || config.error_budget < 0.0 {
-            return Err(Failure::new(Status::InvalidArgument, 1));
+        for (holds, field) in [
+            ((1..=4).contains(&config.dimensions), c"dimensions"),
+            (config.depth <= kernel::MAX_DEPTH, c"depth"),
+            (config.error_budget >= 0.0, c"error_budget"),
+        ] {
+            if !holds {
+                return Err(Failure::fault(Fault::range(field), 1));
+            }
         }
-        let complete = with_axes!(config.dimensions, 1, complete_squares(config.depth))?;
+        let complete =
+            with_axes!(config.dimensions, 1, complete_squares(config.depth)).map_err(|at| at.of(c"depth"))?;
         Ok(Request {
             dimensions: config.dimensions,
             depth: config.depth,
@@ -284,12 +292,12 @@ impl Request {
     unsafe fn pixels<'a>(&self) -> Checked<&'a [f32]> {
         let count = morton::cells(self.dimensions, self.depth).ok_or(Failure::new(Status::Overflow, 1))?;
         // SAFETY: the caller's contract.
-        let pixels = unsafe { slice(self.pixels, count, 1)? };
+        let pixels = unsafe { slice(self.pixels, count, 1) }.map_err(|at| at.of(c"pixels"))?;
         match image::first_invalid(pixels) {
             Some(pixel) => {
                 let along = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
                 let (x, y) = (pixel & ((1 << self.depth) - 1), pixel >> self.depth);
-                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)))
+                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)).of(c"pixels"))
             }
             None => Ok(pixels),
         }
@@ -646,9 +654,12 @@ unsafe fn warp_points<const N: usize, const C: usize>(
 ) -> Checked<()> {
     // SAFETY: the caller's contract.
     unsafe {
+        if count.checked_mul(size_of::<[f32; N]>()).is_none_or(|bytes| bytes > isize::MAX as usize) {
+            return Err(Failure::new(Status::Overflow, 4));
+        }
         let points = slice_mut(points.cast::<[f32; N]>(), count, 2)?;
         let index = slice_mut(index, count, 3)?;
-        warp::warp_in_place(&tree.tree::<C>(), points, index)?;
+        warp::warp_in_place(&tree.tree::<C>(), points, index).map_err(|status| Failure::new(status, 1))?;
     }
     Ok(())
 }

@@ -20,7 +20,8 @@ pub struct Visibility {
     _opaque: [u8; 0],
 }
 
-/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved.
+/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved. WIS_INVALID_ARGUMENT for a tree of
+/// other than two axes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -119,8 +120,9 @@ pub unsafe extern "C" fn wis_visibility_integral(
     light: *const Tree,
     visibility: *const Visibility,
     integral: *mut f64,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let visible = view(visibility, 7)?;
@@ -130,10 +132,11 @@ pub unsafe extern "C" fn wis_visibility_integral(
     })
 }
 
-/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double product).
-/// Nothing is dropped: exact but for rounding where visibility is 0 or 1. If many vertices share a BRDF, as all
-/// that have one normal or one reflected direction, multiply it by the light once for a frame: this is then faster for each
-/// vertex than wis_visibility_integral, and no approximation.
+/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double
+/// product). Nothing is dropped: exact but for rounding where visibility is 0 or 1. At least 0; WIS_OVERFLOW if it is
+/// beyond a double. If many vertices share a BRDF, as all that have one normal or one reflected direction, multiply it
+/// by the light once for a frame: this is then faster for each vertex than wis_visibility_integral, and no
+/// approximation.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -108,7 +108,7 @@ fn exercise(block: &Block) {
         }
         let mut points: [f32; 32] = std::array::from_fn(|i| i as f32 / 32.0);
         let mut index = [0, 1, 2, 3, 4, 5, 6, 7];
-        let status = wis_warp_in_place(handle, points.as_mut_ptr(), index.as_mut_ptr(), index.len());
+        let status = wis_warp_in_place(handle, points.as_mut_ptr(), index.as_mut_ptr(), index.len(), null_mut());
         assert!(matches!(status, Status::Ok | Status::ZeroDensity));
     }
 }

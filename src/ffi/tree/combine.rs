@@ -38,7 +38,8 @@ pub unsafe extern "C" fn wis_tree_multiply_size(
 /// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
 /// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
 /// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
-/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted.
+/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT if `f` or
+/// `g` has more axes than `e`; WIS_OVERFLOW if the average is above 0 and below 2^-1022, or beyond a double.
 ///
 /// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
 /// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
@@ -267,7 +268,9 @@ pub unsafe extern "C" fn wis_tree_blend_size(
 
 /// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
 /// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
-/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
+/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT for another
+/// number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the tree or the
+/// weight. WIS_OVERFLOW as wis_tree_multiply.
 ///
 /// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
 /// stand in `info`, which may be null; its `error` is 0.
@@ -292,8 +295,8 @@ pub unsafe extern "C" fn wis_tree_blend(
         unsafe {
             let terms = Terms::read(tree_count, trees)?;
             let weights = slice(weight, terms.count, 3)?;
-            if !weights.iter().all(|weight| (0.0..=f64::MAX).contains(weight)) {
-                return Err(Failure::new(Status::InvalidArgument, 3));
+            if let Some(wrong) = weights.iter().position(|weight| !(0.0..=f64::MAX).contains(weight)) {
+                return Err(Failure::new(Status::InvalidArgument, 3).in_row(3, wrong));
             }
             check_results(tree, 8, info, 9)?;
             let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
@@ -333,10 +336,10 @@ impl<'a> Terms<'a> {
         let slots = read.trees.iter_mut().zip(&mut read.exponents);
         for (k, (&handle, (slot, to_exponent))) in handles.iter().zip(slots).enumerate() {
             // SAFETY: the caller's contract.
-            let (tree, exponent) = unsafe { factor(handle, 2)? };
+            let (tree, exponent) = unsafe { factor(handle, 2) }.map_err(|at| at.in_row(2, k))?;
             read.dimensions = if k == 0 { tree.axes() } else { read.dimensions };
             if tree.axes() != read.dimensions {
-                return Err(Failure::new(Status::InvalidArgument, 2));
+                return Err(Failure::new(Status::InvalidArgument, 2).in_row(2, k));
             }
             (*slot, *to_exponent) = (tree, exponent);
         }

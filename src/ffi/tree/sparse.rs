@@ -57,7 +57,7 @@ pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, 
     })
 }
 
-/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients.
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -67,8 +67,9 @@ pub unsafe extern "C" fn wis_sparse_select(
     keep: u32,
     kept: *mut Details,
     kept_count: *mut u32,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let object = Object::view(tree, 1)?;
@@ -105,7 +106,9 @@ unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold
 /// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
 /// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
 /// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
-/// both counts.
+/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
+/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
+/// undefined.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -121,8 +124,9 @@ pub unsafe extern "C" fn wis_triple_multiply(
     wavelets: *mut Wavelets,
     wavelet_count: *mut u32,
     average: *mut f64,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         for (argument, average) in [(1, e_average), (4, f_average)] {
             if !average.is_finite() {
                 return Err(Failure::new(Status::InvalidArgument, argument));
@@ -160,8 +164,9 @@ pub unsafe extern "C" fn wis_sparse_multiply(
     product: *mut Details,
     product_count: *mut u32,
     average: *mut f64,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
             if !(1..=most).contains(&axes) {
                 return Err(Failure::new(Status::InvalidArgument, argument));
@@ -218,7 +223,10 @@ unsafe fn report<W>(
 unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
     // SAFETY: the caller's contract.
     let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
-    if sparse::is_ordered(list, axes) { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+    match sparse::disorder(list, axes) {
+        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
+        None => Ok(list),
+    }
 }
 
 /// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
@@ -246,7 +254,9 @@ pub unsafe extern "C" fn wis_tree_of_wavelets_size(
 /// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
 /// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
 /// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
-/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if values are too large for a tree. `info` may be null.
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
+/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
+/// average is beyond a double. `info` may be null.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.

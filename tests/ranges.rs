@@ -7,7 +7,7 @@ mod support;
 use std::ptr::{null, null_mut};
 use stored::Random;
 use support::{Map, Memory};
-use wis::ffi::environment::{Environment, WIS_ENVIRONMENT_NEAREST};
+use wis::ffi::environment::{Environment, WIS_WAVELET_LIGHT_NEAREST};
 use wis::ffi::haar::*;
 use wis::ffi::tree::combine::*;
 use wis::ffi::tree::rotated::*;
@@ -206,7 +206,7 @@ fn integrals_beyond_a_double() {
 /// The share of the mean that is added to the pixels of a rotated map.
 #[test]
 fn rotated_maps_stay_finite() {
-    let map = Map::latlong(8, 4, |_, _| 1e37).build(0, WIS_ENVIRONMENT_NEAREST);
+    let map = Map::latlong(8, 4, |_, _| 1e37).build(0, WIS_WAVELET_LIGHT_NEAREST);
     let build = |least: f32| {
         let (size, world_from_map, world_from_tree) = (size_of::<RotatedConfig>() as u32, null(), null());
         let config =

@@ -20,8 +20,8 @@ void expect(bool holds, const char *what) {
 }
 
 std::vector<char> bytes_of(const wis::environment &light, const wis::product &product) {
-    auto info = wis::sized<wis_product_info>();
-    if (wis_product_describe(light.get(), product.get(), &info) != WIS_OK) return {};
+    auto info = wis::sized<wis_wavelet_product_info>();
+    if (wis_wavelet_product_describe(light.get(), product.get(), &info) != WIS_OK) return {};
     const char *const start = reinterpret_cast<const char *>(product.get());
     return std::vector<char>(start, start + info.bytes);
 }
@@ -36,7 +36,7 @@ void init_with_what_dies(wis::product &product) {
         prior->traced[k] = 8;
         prior->visible[k] = k % 8;
     }
-    auto config = wis::sized<wis_product_config>();
+    auto config = wis::sized<wis_wavelet_product_config>();
     config.world_from_map = matrix.get();
     config.prior = prior.get();
     expect(product.init(config) == WIS_OK, "a product with a matrix and a prior");
@@ -48,9 +48,9 @@ void init_with_what_dies(wis::product &product) {
 void products_need_init(const wis::environment &light) {
     wis::product product;
     expect(product.prepare(light, lambert()) == WIS_NOT_BUILT, "a forgotten init");
-    expect(product.init(wis::sized<wis_product_config>()) == WIS_OK, "an init");
+    expect(product.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "an init");
     expect(product.prepare(light, lambert()) == WIS_OK, "a preparation");
-    auto wrong = wis::sized<wis_product_config>();
+    auto wrong = wis::sized<wis_wavelet_product_config>();
     wrong.max_squares = WIS_MAX_SQUARES + 1;
     wis_diagnostic diagnostic = wis_diagnostic();
     expect(product.init(wrong, &diagnostic) == WIS_INVALID_ARGUMENT, "an init that fails");
@@ -61,7 +61,7 @@ void products_need_init(const wis::environment &light) {
 
 void products_keep_matrix_and_prior(const wis::environment &light) {
     wis::product plain, kept;
-    expect(plain.init(wis::sized<wis_product_config>()) == WIS_OK, "a plain product");
+    expect(plain.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "a plain product");
     expect(plain.prepare(light, lambert()) == WIS_OK, "a plain preparation");
     init_with_what_dies(kept);
     expect(kept.prepare(light, lambert()) == WIS_OK, "a preparation after the matrix is gone");

@@ -182,7 +182,7 @@ pub(crate) fn half(bits: u16) -> f32 {
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
-/// number of texels or bytes of a row overflows; with the field of wis_environment_config at fault.
+/// number of texels or bytes of a row overflows; with the field of wis_wavelet_light_config at fault.
 pub fn check(pixels: &Pixels) -> core::result::Result<(), Fault> {
     let fits = match pixels.layout {
         Layout::LatLong => true,

@@ -59,10 +59,10 @@ fn environments() {
         ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
         ("pixels", |c| (c.format, c.pixels) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(1)), MISALIGNED),
     ];
-    check(&["wis_environment_size", "wis_environment_init", "wis_environment_begin"], "config", faults);
+    check(&["wis_wavelet_light_size", "wis_wavelet_light_init", "wis_wavelet_light_begin"], "config", faults);
     // Half floats need two bytes only.
     let scene = Scene::new();
-    let init = function("wis_environment_init");
+    let init = function("wis_wavelet_light_init");
     let mut call = Call::valid(&scene, &init);
     call.edit("config", |c: &mut EnvironmentConfig| {
         (c.format, c.pixels, c.flags) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(2), c.flags | 16);
@@ -92,7 +92,11 @@ fn queries() {
         ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, [0.0; 3]), TRANSFORM),
         ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, q.normal), TRANSFORM),
     ];
-    check(&["wis_product_prepare", "wis_products_prepare", "wis_product_prepare_table"], "query", faults);
+    check(
+        &["wis_wavelet_product_prepare", "wis_wavelet_products_prepare", "wis_wavelet_product_prepare_table"],
+        "query",
+        faults,
+    );
     let faults: &[Fault<CallbackBrdf>] = &[
         ("flags", |b| b.flags = 8, INVALID),
         ("half_angle", |b| b.half_angle = -1.0, INVALID),
@@ -100,7 +104,7 @@ fn queries() {
         ("peak", |b| b.peak = [0.0; 3], TRANSFORM),
         ("eval", |b| b.eval = None, NULL),
     ];
-    check(&["wis_product_prepare_callback"], "brdf", faults);
+    check(&["wis_wavelet_product_prepare_callback"], "brdf", faults);
     let faults: &[Fault<ProductConfig>] = &[
         ("max_squares", |c| c.max_squares = u32::MAX, INVALID),
         ("reuse_cone", |c| c.reuse_cone = 2.0, INVALID),
@@ -108,7 +112,7 @@ fn queries() {
         ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
         ("prior", |c| c.prior = SCALED.as_ptr().cast(), Status::InvalidStructSize),
     ];
-    check(&["wis_product_size", "wis_product_prepare"], "config", faults);
+    check(&["wis_wavelet_product_size", "wis_wavelet_product_prepare"], "config", faults);
 }
 
 #[test]
@@ -119,7 +123,7 @@ fn tables() {
         ("slice", |t| t.slice = null(), NULL),
         ("slice", |t| t.slice = NO_TREES.as_ptr().cast(), Status::NotBuilt),
     ];
-    check(&["wis_product_prepare_table"], "table", faults);
+    check(&["wis_wavelet_product_prepare_table"], "table", faults);
 }
 
 #[test]

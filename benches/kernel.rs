@@ -159,7 +159,7 @@ fn trees(criterion: &mut Criterion) {
     let mut values: Vec<f64> = e.iter().map(|&x| f64::from(x)).collect();
     group.bench_function("haar forward", |bencher| {
         // SAFETY: the slice holds 2^(2 DEPTH) values.
-        bencher.iter(|| unsafe { wis_haar_forward(2, DEPTH, values.len(), values.as_mut_ptr()) });
+        bencher.iter(|| unsafe { wis_haar_forward(2, DEPTH, values.len(), values.as_mut_ptr(), std::ptr::null_mut()) });
     });
     let [e, f] = [e, f].map(|pixels| Stored::<4>::complete::<2>(DEPTH, &pixels).pruned(0.01).0);
     group.bench_function("product integral", |bencher| bencher.iter(|| inner::integral(&e.tree(), &f.tree())));

@@ -27,13 +27,16 @@
  * memory and scratch belong to that call alone.
  *
  * Failure. A call that can fail answers a wis_status. Unless that is WIS_OK, no handle and no result is written and
- * the memory of the object is undefined; the diagnostic, which may be null, says where the fault is. Other pointers
- * must not be null unless their comment says so.
+ * the memory of the object is undefined; the diagnostic, which may be null, says where the fault is: the argument, the
+ * field of a struct, the element of an array. Other pointers must not be null unless their comment says so. Every call
+ * answers WIS_NULL_POINTER, WIS_MISALIGNED, WIS_INVALID_STRUCT_SIZE, WIS_MISMATCH (a handle of something else) and
+ * WIS_MEMORY_TOO_SMALL as wis_status describes them; comments of calls tell the other statuses.
  *
  * Structs. Where the first field is `size`, set it to sizeof the struct and every field that is not used to 0.
  *
  * Arguments stand in the order objects, config, count, inputs, outputs. A stride is the distance in bytes between
- * the first floats of neighbouring elements; 0: they stand close together.
+ * the first floats of neighbouring elements; 0: they stand close together. A stride shorter than an element is
+ * WIS_INVALID_ARGUMENT, one that is no multiple of 4 WIS_MISALIGNED; the diagnostic then names the stride.
  *
  * Spaces and units. A direction is three floats x, y, z of unit length in world space and points away from the
  * surface: wo to the eye, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map.
@@ -159,19 +162,22 @@ typedef enum wis_status {
   WIS_OK = 0,
   /// A pointer that must not be null is null.
   WIS_NULL_POINTER = 1,
-  /// A value is outside the range that its comment states.
+  /// A value is outside the range that its comment states, or a stride is shorter than an element.
   WIS_INVALID_ARGUMENT = 2,
-  /// The first field of a struct is not the size of that struct.
+  /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
   WIS_INVALID_STRUCT_SIZE = 3,
   /// The memory is shorter than the size query said.
   WIS_MEMORY_TOO_SMALL = 4,
-  /// A pointer or a stride is not a multiple of the alignment that its comment states.
+  /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for
+  /// 16-bit floats.
   WIS_MISALIGNED = 5,
-  /// Sizes that were asked for overflow, or exceed what the format can address.
+  /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
+  /// float where it is stored as one.
   WIS_OVERFLOW = 6,
   /// A texel is NaN, infinite or negative, and the policy is to reject it.
   WIS_INVALID_TEXEL = 7,
-  /// A matrix is not a rotation or reflection within 1e-4, or a direction is not of unit length within 1e-3.
+  /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
+  /// that an anisotropic lobe needs is 0 or parallel to the normal.
   WIS_INVALID_TRANSFORM = 8,
   /// The product was prepared with another environment, or the memory does not hold such an object.
   WIS_MISMATCH = 9,
@@ -181,7 +187,7 @@ typedef enum wis_status {
   WIS_ZERO_DENSITY = 11,
   /// A callback failed or returned a value that is NaN, infinite or negative.
   WIS_CALLBACK_FAILED = 12,
-  /// The object was built without what the call needs (RGB, the compensated distribution).
+  /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
   WIS_NOT_BUILT = 13,
 } wis_status;
 
@@ -240,9 +246,11 @@ typedef struct wis_wavelet_light_config {
   /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
   /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
   float error_budget;
-  /// The first texel of row 0, or null if `row` gives the rows.
+  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
+  /// no alignment.
   const void *pixels;
-  /// Bytes from a row to the next, may be negative; 0: rows stand close together.
+  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
+  /// close together.
   ptrdiff_t row_stride;
   /// Used if `pixels` is null; called from each thread that runs the first pass.
   wis_row_fn row;
@@ -264,14 +272,18 @@ typedef struct wis_memory_size {
 typedef struct wis_diagnostic {
   /// The position of the argument at fault, 1 = first; 0: none in particular.
   uint32_t argument;
-  /// WIS_INVALID_TEXEL: the column of the texel.
+  /// WIS_INVALID_TEXEL: the column of the texel. wis_triple_blend: the number of the wavelet in its list, 0 = first.
   uint32_t x;
-  /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_wavelet_products_prepare: the number of the query, 0 = first.
+  /// The number of the element at fault in an array, 0 = first: the row of a texel, the query of wis_wavelet_products_prepare, a
+  /// tree, a list, a wavelet, a weight, a label. 0 where the argument is no array.
   uint32_t y;
   /// Always 0.
   uint32_t reserved;
   /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
   uint64_t bytes_needed;
+  /// The field at fault of the struct that the argument points to, as "normal" or "lobe[1].b": a static string. Null if
+  /// the argument is no struct, or no field in particular is at fault.
+  const char *field;
 } wis_diagnostic;
 
 /// What was built.
@@ -336,7 +348,7 @@ typedef struct wis_wavelet_lobe {
   float f0[3];
   /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
   float a;
-  /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
+  /// GGX: alpha along the bitangent, 1e-5 to 16; equal to `a` for an isotropic lobe, never 0. Others: not read.
   float b;
 } wis_wavelet_lobe;
 
@@ -350,7 +362,8 @@ typedef struct wis_wavelet_query {
   uint32_t lobe_count;
   /// The shading normal, unit length.
   float normal[3];
-  /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+  /// The direction of alpha `a`; need not be exactly normal to the normal. All 0, or along the normal: any, if no lobe is
+  /// anisotropic; else WIS_INVALID_TRANSFORM.
   float tangent[3];
   /// The direction to the viewer, unit length.
   float wo[3];
@@ -461,7 +474,8 @@ typedef struct wis_wavelet_table {
   uint32_t size;
   /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
   uint32_t slice_count;
-  /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
+  /// The slices, trees of two axes (else WIS_INVALID_ARGUMENT) whose averages are floats (else WIS_OVERFLOW). Null for a
+  /// slice that was not built: the other one beside the view then stands in, and without both the answer is WIS_NOT_BUILT.
   const struct wis_tree *const *slice;
   /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
   const struct wis_tree *const *colour[3];
@@ -513,7 +527,7 @@ typedef struct wis_rotated_config {
   uint32_t places;
   /// As wis_tree_config.
   float error_budget;
-  /// The share of the map's mean that is added to each pixel, 0 or more: what keeps the pdf above 0 wherever there is light.
+  /// The share of the map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
   float least;
   /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
   const float *world_from_map;
@@ -709,27 +723,34 @@ enum wis_status wis_wavelet_light_invert(const struct wis_wavelet_light *environ
                                          float u[2]);
 
 /// The centre of a cell of a grid of `side` x `side` directions (1 to WIS_MAX_GRID): the direction at which to tabulate what
-/// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest.
+/// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest. WIS_INVALID_ARGUMENT for a side or
+/// a cell out of range.
 enum wis_status wis_grid_direction(uint32_t side,
                                    uint32_t cell,
                                    float direction[3]);
 
-/// The four cells about a direction of unit length and their bilinear weights, which add up to 1. For pairs of directions,
-/// as a normal and the reflected direction, the 16 products of two weights interpolate quadrilinearly. Cells may repeat
-/// where the sheets of the square meet.
-enum wis_status wis_grid_cells(uint32_t side,
-                               const float wi[3],
-                               uint32_t cell[4],
-                               float weights[4]);
+/// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) and their bilinear weights, which add
+/// up to 1. For pairs of directions, as a normal and the reflected direction, the 16 products of two weights
+/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet.
+enum wis_status wis_grid_cells(uint32_t side, const float wi[3], uint32_t cell[4], float weights[4]);
 
 /// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
-/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
-/// scaling coefficient the pixel at the origin.
-enum wis_status wis_haar_forward(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
+/// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
+/// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
+/// ranges.
+enum wis_status wis_haar_forward(uint32_t dimensions,
+                                 uint32_t depth,
+                                 size_t count,
+                                 double *values,
+                                 struct wis_diagnostic *diagnostic);
 
-/// Replaces the coefficients of wis_haar_forward by the image, in place.
-enum wis_status wis_haar_inverse(uint32_t dimensions, uint32_t depth, size_t count, double *values);
+/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses.
+enum wis_status wis_haar_inverse(uint32_t dimensions,
+                                 uint32_t depth,
+                                 size_t count,
+                                 double *values,
+                                 struct wis_diagnostic *diagnostic);
 
 /// The memory that wis_jitter_init needs for the strata of a lat-long map.
 enum wis_status wis_jitter_size(const struct wis_wavelet_light_config *map,
@@ -738,8 +759,8 @@ enum wis_status wis_jitter_size(const struct wis_wavelet_light_config *map,
                                 struct wis_diagnostic *diagnostic);
 
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
-/// `light_count`), so that directions can be drawn inside each. `distribution`: WIS_JITTER_*. `world_from_map` as in
-/// wis_strata_config; null is the identity.
+/// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
+/// WIS_JITTER_*. `world_from_map` as in wis_strata_config; null is the identity.
 enum wis_status wis_jitter_init(const struct wis_wavelet_light_config *map,
                                 const float world_from_map[9],
                                 uint32_t light_count,
@@ -764,31 +785,38 @@ enum wis_status wis_jitter_sample(const struct wis_jitter *jitter,
 /// the stratum.
 enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, const float wi[3], float *pdf);
 
-/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
-/// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
-/// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
-/// whole; they follow in an order of no meaning. Estimate those by their sum x the share that is visible of a few of them
-/// drawn in proportion to `contribution`: without bias. The time is that of a pass over all lights and of sorting those
-/// that are traced.
+/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count`
+/// lights into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0
+/// and finite, else WIS_INVALID_ARGUMENT), the largest first, equal ones by number. What the others could add is at
+/// most `threshold` (0 to 1, however small) of the whole; they follow in an order of no meaning. Estimate those by
+/// their sum x the share that is visible of a few of them drawn in proportion to `contribution`: without bias. The time
+/// is that of a pass over all lights and of sorting those that are traced.
 enum wis_status wis_strata_order(size_t count,
                                  const float *contribution,
                                  float threshold,
                                  uint32_t *index,
-                                 uint32_t *traced);
+                                 uint32_t *traced,
+                                 struct wis_diagnostic *diagnostic);
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
 
-/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square. No coordinate is
-/// exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
-enum wis_status wis_points_hammersley(uint32_t first, uint32_t count, uint32_t total, float *out, size_t stride);
+/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if
+/// those are more than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+enum wis_status wis_points_hammersley(uint32_t first,
+                                      uint32_t count,
+                                      uint32_t total,
+                                      float *out,
+                                      size_t stride);
 
-/// Points `first` to `first + count - 1` (at most 2^32 - 1) of an Owen-scrambled Sobol (0,2)-sequence: each aligned
-/// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are
-/// independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+/// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol
+/// (0,2)-sequence: each aligned block of 2^k points has one in every elementary interval of area 2^-k. Sequences of
+/// different seeds are independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0:
+/// packed.
 enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
 
-/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`.
+/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
+/// WIS_MAX_CANDIDATES.
 enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 
 /// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
@@ -1057,7 +1085,8 @@ enum wis_status wis_strata_size(const struct wis_wavelet_light_config *map,
 /// Cuts a map into strata and gives each as a directional light (Agarwal et al. 2003): bright regions get more lights
 /// than dark ones of the same energy, and lights of a region stand apart. The lights' `rgb` add up to the integral of
 /// radiance over the sphere. Written are `light_count` lights, in the order of importance in which they were placed; 0
-/// for a black map. The result depends on nothing but the map and the config.
+/// for a black map. The result depends on nothing but the map and the config. WIS_OVERFLOW if the light of a stratum is no
+/// float.
 ///
 /// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
 /// number of the light of each texel.
@@ -1138,7 +1167,8 @@ enum wis_status wis_tree_open(const void *memory,
 enum wis_status wis_tree_average(const struct wis_tree *tree, double *average);
 
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
-/// many, and is constant along the rest. Costs one visit of each square that both trees keep.
+/// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
+/// Costs one visit of each square that both trees keep.
 enum wis_status wis_tree_product_integral(const struct wis_tree *e, const struct wis_tree *f, double *integral);
 
 /// Samples a point of the unit cube in proportion to the function. `u`: n numbers in [0, 1) (others are moved there,
@@ -1156,9 +1186,15 @@ enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point,
 /// and `index` (your numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to
 /// the bit.
 /// WIS_ZERO_DENSITY if the tree is 0 everywhere.
-enum wis_status wis_warp_in_place(const struct wis_tree *tree, float *points, uint32_t *index, size_t count);
+enum wis_status wis_warp_in_place(const struct wis_tree *tree,
+                                  float *points,
+                                  uint32_t *index,
+                                  size_t count,
+                                  struct wis_diagnostic *diagnostic);
 
-/// The memory that wis_tree_multiply needs for these trees, `g` may be null. Costs one visit of each square of the product.
+/// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
+/// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
+/// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
 enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
                                        const struct wis_tree *f,
                                        const struct wis_tree *g,
@@ -1168,10 +1204,13 @@ enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
 /// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
 /// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
 /// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
-/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted.
+/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT if `f` or
+/// `g` has more axes than `e`; WIS_OVERFLOW if the average is above 0 and below 2^-1022, or beyond a double.
 ///
-/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products; one that is too short fails with
-/// WIS_MEMORY_TOO_SMALL. The bytes in use stand in `info`.
+/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
+/// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
+/// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
+/// `info`.
 enum wis_status wis_tree_multiply(const struct wis_tree *e,
                                   const struct wis_tree *f,
                                   const struct wis_tree *g,
@@ -1191,7 +1230,9 @@ enum wis_status wis_tree_blend_size(uint32_t tree_count,
 
 /// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
 /// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
-/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
+/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT for another
+/// number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the tree or the
+/// weight. WIS_OVERFLOW as wis_tree_multiply.
 ///
 /// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
 /// stand in `info`, which may be null; its `error` is 0.
@@ -1214,7 +1255,8 @@ enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *co
 /// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
 /// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
 /// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
-/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
+/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`. Costs (places 2^depth)^2
+/// look-ups in the map.
 enum wis_status wis_tree_of_environment(const struct wis_wavelet_light *environment,
                                         const struct wis_rotated_config *config,
                                         void *memory,
@@ -1238,16 +1280,20 @@ enum wis_status wis_triple_at_least(const struct wis_tree *tree,
                                     double threshold,
                                     uint32_t *terms);
 
-/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients.
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
 enum wis_status wis_sparse_select(const struct wis_tree *tree,
                                   uint32_t keep,
                                   struct wis_details *kept,
-                                  uint32_t *kept_count);
+                                  uint32_t *kept_count,
+                                  struct wis_diagnostic *diagnostic);
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
 /// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
-/// visited once. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares the product has:
-/// WIS_MEMORY_TOO_SMALL if that is more. It never is above 12 times the sum of both counts.
+/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
+/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
+/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
+/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
+/// undefined.
 enum wis_status wis_triple_multiply(double e_average,
                                     uint32_t e_count,
                                     const struct wis_wavelets *e,
@@ -1257,11 +1303,12 @@ enum wis_status wis_triple_multiply(double e_average,
                                     uint32_t room,
                                     struct wis_wavelets *wavelets,
                                     uint32_t *wavelet_count,
-                                    double *average);
+                                    double *average,
+                                    struct wis_diagnostic *diagnostic);
 
 /// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
 /// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
-/// n axes ask for.
+/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
 enum wis_status wis_sparse_multiply(uint32_t n,
                                     uint32_t m,
                                     double e_average,
@@ -1273,7 +1320,8 @@ enum wis_status wis_sparse_multiply(uint32_t n,
                                     uint32_t room,
                                     struct wis_details *product,
                                     uint32_t *product_count,
-                                    double *average);
+                                    double *average,
+                                    struct wis_diagnostic *diagnostic);
 
 /// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
 enum wis_status wis_tree_of_wavelets_size(uint32_t count,
@@ -1284,7 +1332,9 @@ enum wis_status wis_tree_of_wavelets_size(uint32_t count,
 /// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
 /// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
 /// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
-/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if values are too large for a tree. `info` may be null.
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
+/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
+/// average is beyond a double. `info` may be null.
 enum wis_status wis_tree_of_wavelets(double average,
                                      uint32_t count,
                                      const struct wis_wavelets *wavelets,
@@ -1316,7 +1366,8 @@ enum wis_status wis_tree_of_details(uint32_t dimensions,
 
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
-/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`.
+/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
+/// out of range.
 enum wis_status wis_tripling_coefficient(uint32_t n,
                                          uint32_t m,
                                          const struct wis_basis_function *i,
@@ -1324,35 +1375,40 @@ enum wis_status wis_tripling_coefficient(uint32_t n,
                                          const struct wis_basis_function *k,
                                          double *coefficient);
 
-/// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two
-/// dimensions: exact but for rounding, in any order of the trees, one visit of each square that two of them keep. For
-/// the six faces of a cube map, or three channels, add up as many calls.
+/// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
+/// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the
+/// relative error is at most 2e-7. WIS_OVERFLOW if it is beyond a double. Costs one visit of each square that two of the trees
+/// keep. For the six faces of a cube map, or three channels, add up as many calls.
 enum wis_status wis_triple_integral(const struct wis_tree *brdf,
                                     const struct wis_tree *light,
                                     const struct wis_tree *visibility,
                                     double *integral);
 
-/// Keeps the `keep` wavelets of a tree of two dimensions with the largest orthonormal coefficients (non-linear
-/// approximation); of equal ones the first in depth-first order. `wavelets` has room for `keep` elements;
-/// `wavelet_count` tells how many squares were written, at most that many. Costs 33 visits of each square: do it when
-/// the function is built.
+/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
+/// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
+/// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
+/// undefined. Costs 33 visits of each square: do it when the function is built.
 enum wis_status wis_triple_select(const struct wis_tree *tree,
                                   uint32_t keep,
                                   struct wis_wavelets *wavelets,
-                                  uint32_t *wavelet_count);
+                                  uint32_t *wavelet_count,
+                                  struct wis_diagnostic *diagnostic);
 
 /// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
 /// Section 7.2, keeps the light's squares so).
 enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
                                           uint32_t keep,
                                           struct wis_wavelets *wavelets,
-                                          uint32_t *wavelet_count);
+                                          uint32_t *wavelet_count,
+                                          struct wis_diagnostic *diagnostic);
 
-/// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the BRDF
-/// meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's wavelet is
-/// kept. The exact integral if nothing was dropped. `brdf_average`: the BRDF's mean over the square; both lists as
-/// wis_triple_select writes them (WIS_INVALID_ARGUMENT if they are out of order). Costs a few steps down the trees for each
-/// element, whatever the resolution.
+/// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
+/// BRDF meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's
+/// wavelet is kept. `brdf_average`: the BRDF's mean over the square, finite; both lists as wis_triple_select writes
+/// them (WIS_INVALID_ARGUMENT if they are out of order; `y` in the diagnostic is the first element that is). The exact
+/// integral, but for rounding, if nothing was dropped. An integral that is 0 or small may come out below 0, by what was
+/// dropped or by rounding. WIS_OVERFLOW if it is beyond a double. Costs a few steps down the trees for each element,
+/// whatever the resolution.
 enum wis_status wis_triple_sublinear(double brdf_average,
                                      uint32_t brdf_count,
                                      const struct wis_wavelets *brdf,
@@ -1360,22 +1416,25 @@ enum wis_status wis_triple_sublinear(double brdf_average,
                                      const struct wis_wavelets *kept_light,
                                      const struct wis_tree *light,
                                      const struct wis_tree *visibility,
-                                     double *integral);
+                                     double *integral,
+                                     struct wis_diagnostic *diagnostic);
 
 /// The weighted sum of up to WIS_MAX_BLEND approximations: a BRDF between tabulated ones, as the 16 nearest pairs of normal
 /// and reflected direction give it (Ng et al. 2004, Section 7.1.2; wis_grid_cells). `list`: as wis_triple_select writes them,
 /// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
 /// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
-/// Averages are blended with the same weights.
+/// WIS_OVERFLOW if a detail is beyond a float. `wavelets` is undefined after both. Averages are blended with the same weights.
 enum wis_status wis_triple_blend(uint32_t count,
                                  const struct wis_wavelets *const *list,
                                  const uint32_t *list_count,
                                  const double *weight,
                                  uint32_t room,
                                  struct wis_wavelets *wavelets,
-                                 uint32_t *wavelet_count);
+                                 uint32_t *wavelet_count,
+                                 struct wis_diagnostic *diagnostic);
 
-/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved.
+/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved. WIS_INVALID_ARGUMENT for a tree of
+/// other than two axes.
 enum wis_status wis_visibility_size(const struct wis_tree *tree,
                                     struct wis_memory_size *size,
                                     struct wis_diagnostic *diagnostic);
@@ -1403,12 +1462,14 @@ enum wis_status wis_visibility_integral(double brdf_average,
                                         const struct wis_wavelets *kept_light,
                                         const struct wis_tree *light,
                                         const struct wis_visibility *visibility,
-                                        double *integral);
+                                        double *integral,
+                                        struct wis_diagnostic *diagnostic);
 
-/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double product).
-/// Nothing is dropped: exact but for rounding where visibility is 0 or 1. If many vertices share a BRDF, as all
-/// that have one normal or one reflected direction, multiply it by the light once for a frame: this is then faster for each
-/// vertex than wis_visibility_integral, and no approximation.
+/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double
+/// product). Nothing is dropped: exact but for rounding where visibility is 0 or 1. At least 0; WIS_OVERFLOW if it is
+/// beyond a double. If many vertices share a BRDF, as all that have one normal or one reflected direction, multiply it
+/// by the light once for a frame: this is then faster for each vertex than wis_visibility_integral, and no
+/// approximation.
 enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
                                                 const struct wis_visibility *visibility,
                                                 double *integral);

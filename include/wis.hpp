@@ -133,6 +133,7 @@ public:
     /// afterwards. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
     status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
+        config_.size = 0;
         wis_memory_size need;
         const status measured = wis_wavelet_product_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
@@ -150,14 +151,17 @@ public:
         seen_ = prior != nullptr;
         if (seen_) prior_ = *prior;
     }
+    /// WIS_NOT_BUILT, here and below, if init was not called, or failed.
     status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
         const wis_wavelet_product_config own = config();
         return pass(wis_wavelet_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
                                         diagnostic));
     }
     status prepare(const environment &light, const wis_wavelet_callback &brdf, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
         const wis_wavelet_product_config own = config();
         return pass(wis_wavelet_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
                                                  &handle_.value, diagnostic));
@@ -166,6 +170,7 @@ public:
     status prepare(const environment &light, const wis_wavelet_table &table, const wis_wavelet_query &query,
                    wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
         const wis_wavelet_product_config own = config();
         return pass(wis_wavelet_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
                                               &handle_.value, diagnostic));
@@ -193,6 +198,12 @@ public:
     }
 
 private:
+    /// Whether init succeeded and the memory was not moved away.
+    bool is_ready(wis_diagnostic *diagnostic) const noexcept {
+        const bool ready = config_.size != 0 && memory_.data();
+        if (!ready && diagnostic) *diagnostic = wis_diagnostic();
+        return ready;
+    }
     /// The configuration with pointers to what this object keeps, wherever it was moved to.
     wis_wavelet_product_config config() const noexcept {
         wis_wavelet_product_config own = config_;

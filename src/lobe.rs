@@ -8,10 +8,11 @@ use crate::query::{
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
-use crate::status::{Result, Status};
+use crate::status::{Fault, Result};
 use crate::table::Table;
 use crate::wide::vector::{V3, add, dot, splat, to_arrays};
 use core::f32::consts::PI;
+use core::ffi::CStr;
 use glam::Vec3;
 
 /// The narrowest and the widest microfacet distribution that a lobe may have.
@@ -144,26 +145,27 @@ impl<'a> Lobes<'a> {
     ///
     /// # Errors
     /// [`Status::InvalidTransform`] for a normal or wo that is not of unit length, or a tangent that is needed and
-    /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range.
-    pub fn new(query: &Query, table: Option<Table<'a>>) -> Result<Lobes<'a>> {
+    /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range. The lobes come first, so
+    /// that a wrong alpha is not taken for an anisotropy without tangent.
+    pub fn new(query: &Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Fault> {
         if query.flags & !(WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED) != 0 {
-            return Err(Status::InvalidArgument);
+            return Err(Fault::range(c"flags"));
         }
-        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Status::InvalidArgument)?;
-        let normal = unit(query.normal).ok_or(Status::InvalidTransform)?;
-        let world_wo = unit(query.wo).ok_or(Status::InvalidTransform)?;
+        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Fault::range(c"lobe_count"))?;
+        for (lobe, fields) in lobes.iter().zip(&FIELDS) {
+            check(lobe, table.is_some()).map_err(|field| Fault::range(fields[field as usize]))?;
+        }
+        let normal = unit(query.normal).ok_or(Fault::transform(c"normal"))?;
+        let world_wo = unit(query.wo).ok_or(Fault::transform(c"wo"))?;
         let anisotropic = lobes.iter().any(|l| l.kind == WIS_WAVELET_LOBE_GGX && l.a != l.b);
-        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Status::InvalidTransform)?;
+        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Fault::transform(c"tangent"))?;
         let bitangent = normal.cross(tangent);
         let mut wo = Vec3::new(world_wo.dot(tangent), world_wo.dot(bitangent), world_wo.dot(normal));
         let side = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 && wo.z < 0.0 { -1.0 } else { 1.0 };
         wo.z *= side;
         let mut prepared = [Prepared::Lambert { albedo: 0.0 }; WIS_WAVELET_MAX_LOBES];
         for (slot, lobe) in prepared.iter_mut().zip(lobes) {
-            if lobe.kind == WIS_WAVELET_LOBE_TABLE && table.is_none() {
-                return Err(Status::InvalidArgument);
-            }
-            *slot = prepare(lobe, wo)?;
+            *slot = prepare(lobe, wo);
         }
         let count = lobes.len();
         let mut all = Lobes {
@@ -521,38 +523,64 @@ fn rounds_for(lobe: &Lobe) -> u32 {
     }
 }
 
-/// Checks a lobe and prepares it.
-fn prepare(lobe: &Lobe, wo: Vec3) -> Result<Prepared> {
-    let valid_weight = lobe.weight.iter().all(|w| (0.0..=f32::MAX).contains(w));
-    if !valid_weight {
-        return Err(Status::InvalidArgument);
-    }
+/// A field of a lobe.
+#[derive(Clone, Copy)]
+enum Field {
+    Kind,
+    Weight,
+    F0,
+    A,
+    B,
+}
+
+/// The fields' names in C, lobe by lobe.
+const FIELDS: [[&CStr; 5]; WIS_WAVELET_MAX_LOBES] = [
+    [c"lobe[0].kind", c"lobe[0].weight", c"lobe[0].f0", c"lobe[0].a", c"lobe[0].b"],
+    [c"lobe[1].kind", c"lobe[1].weight", c"lobe[1].f0", c"lobe[1].a", c"lobe[1].b"],
+    [c"lobe[2].kind", c"lobe[2].weight", c"lobe[2].f0", c"lobe[2].a", c"lobe[2].b"],
+    [c"lobe[3].kind", c"lobe[3].weight", c"lobe[3].f0", c"lobe[3].a", c"lobe[3].b"],
+];
+
+/// Whether a lobe is one; else the first field out of its range.
+fn check(lobe: &Lobe, has_table: bool) -> core::result::Result<(), Field> {
+    let known = match lobe.kind {
+        WIS_WAVELET_LOBE_LAMBERT | WIS_WAVELET_LOBE_GGX | WIS_WAVELET_LOBE_PHONG => true,
+        WIS_WAVELET_LOBE_TABLE => has_table,
+        _ => false,
+    };
+    let (is_ggx, is_phong) = (lobe.kind == WIS_WAVELET_LOBE_GGX, lobe.kind == WIS_WAVELET_LOBE_PHONG);
+    let is_alpha = |a: f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(&a);
+    let checks = [
+        (known, Field::Kind),
+        (lobe.weight.iter().all(|w| (0.0..=f32::MAX).contains(w)), Field::Weight),
+        (!is_ggx || lobe.f0.iter().all(|f| (0.0..=1.0).contains(f)), Field::F0),
+        (!is_ggx || is_alpha(lobe.a), Field::A),
+        (!is_ggx || is_alpha(lobe.b), Field::B),
+        (!is_phong || (0.0..=MAX_EXPONENT).contains(&lobe.a), Field::A),
+    ];
+    checks.iter().find(|(holds, _)| !holds).map_or(Ok(()), |(_, field)| Err(*field))
+}
+
+/// Prepares a lobe that was checked.
+fn prepare(lobe: &Lobe, wo: Vec3) -> Prepared {
     let luminance = |v: [f64; 3]| (LUMINANCE[0] * v[0] + LUMINANCE[1] * v[1] + LUMINANCE[2] * v[2]) as f32;
     let weight = lobe.weight.map(f64::from);
     match lobe.kind {
-        WIS_WAVELET_LOBE_LAMBERT => Ok(Prepared::Lambert { albedo: luminance(weight) / PI }),
         WIS_WAVELET_LOBE_GGX => {
             let alpha = [lobe.a, lobe.b];
-            let in_range = |a: &f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(a);
-            let valid = alpha.iter().all(in_range) && lobe.f0.iter().all(|f| (0.0..=1.0).contains(f));
-            if !valid {
-                return Err(Status::InvalidArgument);
-            }
             let [r, g, b] = lobe.f0.map(f64::from);
             let normal = [weight[0] * r, weight[1] * g, weight[2] * b];
             let rest = [weight[0] * (1.0 - r), weight[1] * (1.0 - g), weight[2] * (1.0 - b)];
-            Ok(Prepared::Ggx {
+            Prepared::Ggx {
                 alpha,
                 norm: 0.5 / (PI * alpha[0] * alpha[1]),
                 wo_length: Vec3::new(alpha[0] * wo.x, alpha[1] * wo.y, wo.z).length(),
                 fresnel: [luminance(normal), luminance(rest)],
-            })
+            }
         }
-        WIS_WAVELET_LOBE_TABLE => Ok(Prepared::Table { weight: luminance(weight) }),
-        WIS_WAVELET_LOBE_PHONG if (0.0..=MAX_EXPONENT).contains(&lobe.a) => {
-            Ok(Prepared::Phong { exponent: lobe.a, norm: luminance(weight) * phong_norm(lobe.a) })
-        }
-        _ => Err(Status::InvalidArgument),
+        WIS_WAVELET_LOBE_TABLE => Prepared::Table { weight: luminance(weight) },
+        WIS_WAVELET_LOBE_PHONG => Prepared::Phong { exponent: lobe.a, norm: luminance(weight) * phong_norm(lobe.a) },
+        _ => Prepared::Lambert { albedo: luminance(weight) / PI },
     }
 }
 

@@ -30,7 +30,7 @@ pub struct Lobe {
     pub f0: [f32; 3],
     /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
     pub a: f32,
-    /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
+    /// GGX: alpha along the bitangent, 1e-5 to 16; equal to `a` for an isotropic lobe, never 0. Others: not read.
     pub b: f32,
 }
 
@@ -46,7 +46,8 @@ pub struct Query {
     pub lobe_count: u32,
     /// The shading normal, unit length.
     pub normal: [f32; 3],
-    /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+    /// The direction of alpha `a`; need not be exactly normal to the normal. All 0, or along the normal: any, if no lobe is
+    /// anisotropic; else WIS_INVALID_TRANSFORM.
     pub tangent: [f32; 3],
     /// The direction to the viewer, unit length.
     pub wo: [f32; 3],

@@ -371,8 +371,9 @@ fn lights_are_ordered_by_what_they_may_add() {
         for threshold in [0.0, 0.02, 0.5, 1.0] {
             let (mut index, mut traced) = (vec![u32::MAX; count], u32::MAX);
             // SAFETY: both arrays have `count` elements.
-            let status =
-                unsafe { wis_strata_order(count, contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced) };
+            let status = unsafe {
+                wis_strata_order(count, contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced, null_mut())
+            };
             assert_eq!(status, Status::Ok);
             let mut expected: Vec<u32> = (0..count as u32).collect();
             expected.sort_by(|&a, &b| contribution[b as usize].total_cmp(&contribution[a as usize]).then(a.cmp(&b)));
@@ -387,6 +388,45 @@ fn lights_are_ordered_by_what_they_may_add() {
             assert!(one_less.is_none_or(|rest| rest > f64::from(threshold) * sum(&index)));
         }
     }
+}
+
+/// Lights of all magnitudes of a float, and thresholds far below what a double tells from 1.
+#[test]
+fn lights_of_all_magnitudes_are_ordered() {
+    for threshold in [1e-3f32, 1e-15, 1e-17, 1e-30, 1e-38, 1e-45] {
+        let contribution: Vec<f32> = (0..276).map(|k| 2.0f32.powi(k / 2 - 148 + k % 7)).chain([f32::MAX; 4]).collect();
+        let (mut index, mut traced) = (vec![u32::MAX; contribution.len()], u32::MAX);
+        let (count, all) = (contribution.len(), contribution.as_ptr());
+        // SAFETY: both arrays have `count` elements.
+        let status = unsafe { wis_strata_order(count, all, threshold, index.as_mut_ptr(), &mut traced, null_mut()) };
+        assert_eq!(status, Status::Ok);
+        // The smallest first: sums of few numbers of a like size are exact enough.
+        let sum = |lights: &[u32]| lights.iter().rev().map(|&i| f64::from(contribution[i as usize])).sum::<f64>();
+        let (kept, rest) = index.split_at(traced as usize);
+        let allowed = f64::from(threshold) * sum(&index);
+        assert!(sum(rest) <= allowed, "{threshold}: {} for {allowed}", sum(rest));
+        let last = f64::from(contribution[kept[kept.len() - 1] as usize]);
+        assert!(sum(rest) + last > allowed, "{threshold}: one light less would do");
+    }
+}
+
+/// Exponents that carry energies out of a double's range change nothing: shares of the energy count. Light that is no float
+/// is told.
+#[test]
+fn lights_of_extreme_maps() {
+    let exponents = [8.0f32, 0.25];
+    let config = StrataConfig { exponents: exponents.as_ptr(), ..strata_config(20) };
+    let at = |scale: f32| {
+        let map = Map::latlong(32, 16, |x, y| scale * (1 + x % 5 + y % 3) as f32);
+        lights(&map.config(0, 0), &config).map(|(lights, label)| (lights.len(), label))
+    };
+    let expected = at(1.0).unwrap();
+    assert!(expected.0 >= 20);
+    for scale in [2f32.powi(120), 2f32.powi(-120)] {
+        assert_eq!(at(scale).as_ref(), Ok(&expected));
+    }
+    let map = Map::latlong(32, 16, |_, _| f32::MAX);
+    assert_eq!(lights(&map.config(0, 0), &strata_config(1)).unwrap_err(), Status::Overflow);
 }
 
 /// A small bright square in a wider one on a dark sphere: the paper's Figure 3.

@@ -61,7 +61,7 @@ fn compress(tree: &Owned) -> Result<(Memory, *const Visibility), Status> {
 fn select(tree: &Owned, keep: usize) -> Vec<Wavelets> {
     let (mut list, mut count) = (vec![Wavelets::default(); keep], 0);
     // SAFETY: there is room for `keep` elements.
-    let status = unsafe { wis_triple_select(tree.handle, keep as u32, list.as_mut_ptr(), &mut count) };
+    let status = unsafe { wis_triple_select(tree.handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
     assert_eq!(status, Status::Ok);
     list.truncate(count as usize);
     list
@@ -72,8 +72,9 @@ fn integral(brdf: (f64, &[Wavelets]), kept: &[Wavelets], light: &Owned, visible:
     let (count, list) = (brdf.1.len() as u32, brdf.1.as_ptr());
     let (lights, kept) = (kept.len() as u32, kept.as_ptr());
     // SAFETY: the lists are as long as they say, and the handles are alive.
-    let status =
-        unsafe { wis_visibility_integral(brdf.0, count, list, lights, kept, light.handle, visible, &mut integral) };
+    let status = unsafe {
+        wis_visibility_integral(brdf.0, count, list, lights, kept, light.handle, visible, &mut integral, null_mut())
+    };
     assert_eq!(status, Status::Ok);
     integral
 }
@@ -206,8 +207,9 @@ fn blends_are_weighted_sums() {
         let (mut list, mut count) = (vec![Wavelets::default(); room], 0);
         let (handles, counts, weights) = (handles.as_ptr(), counts.as_ptr(), weights.as_ptr());
         // SAFETY: sixteen lists, and room for as many elements as is said.
-        let status =
-            unsafe { wis_triple_blend(16, handles, counts, weights, room as u32, list.as_mut_ptr(), &mut count) };
+        let status = unsafe {
+            wis_triple_blend(16, handles, counts, weights, room as u32, list.as_mut_ptr(), &mut count, null_mut())
+        };
         list.truncate(count as usize);
         (status, count as usize, list)
     };
@@ -221,10 +223,11 @@ fn blends_are_weighted_sums() {
     assert_eq!((status, count), (Status::MemoryTooSmall, expected.len()));
     let mut count = 9;
     // SAFETY: nothing is read or written but the count.
-    let status = unsafe { wis_triple_blend(0, null(), null(), null(), 0, null_mut(), &mut count) };
+    let status = unsafe { wis_triple_blend(0, null(), null(), null(), 0, null_mut(), &mut count, null_mut()) };
     assert_eq!((status, count), (Status::Ok, 0));
     // SAFETY: refused before anything is read.
-    let status = unsafe { wis_triple_blend(17, handles.as_ptr(), null(), null(), 0, null_mut(), &mut count) };
+    let status =
+        unsafe { wis_triple_blend(17, handles.as_ptr(), null(), null(), 0, null_mut(), &mut count, null_mut()) };
     assert_eq!(status, Status::InvalidArgument);
 }
 

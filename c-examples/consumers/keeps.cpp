@@ -44,6 +44,21 @@ void init_with_what_dies(wis::product &product) {
     std::memset(prior.get(), 0x7f, sizeof(wis_prior));
 }
 
+// Without init, or after one that failed, a preparation says that nothing is built.
+void products_need_init(const wis::environment &light) {
+    wis::product product;
+    expect(product.prepare(light, lambert()) == WIS_NOT_BUILT, "a forgotten init");
+    expect(product.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "an init");
+    expect(product.prepare(light, lambert()) == WIS_OK, "a preparation");
+    auto wrong = wis::sized<wis_wavelet_product_config>();
+    wrong.max_squares = WIS_MAX_SQUARES + 1;
+    wis_diagnostic diagnostic = wis_diagnostic();
+    expect(product.init(wrong, &diagnostic) == WIS_INVALID_ARGUMENT, "an init that fails");
+    expect(diagnostic.field && std::strcmp(diagnostic.field, "max_squares") == 0, "the field at fault");
+    expect(product.prepare(light, lambert(), &diagnostic) == WIS_NOT_BUILT, "a preparation after it");
+    expect(diagnostic.argument == 0 && !diagnostic.field, "no argument is at fault");
+}
+
 void products_keep_matrix_and_prior(const wis::environment &light) {
     wis::product plain, kept;
     expect(plain.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "a plain product");
@@ -79,6 +94,7 @@ void pools_own_what_they_write_to() {
 int main() {
     wis::environment light;
     expect(light.init(map_config(paint())) == WIS_OK, "an environment");
+    products_need_init(light);
     products_keep_matrix_and_prior(light);
     pools_own_what_they_write_to();
     const wis::environment moved(std::move(light));

@@ -25,6 +25,20 @@ pub struct Failure {
     pub diagnostic: raw::wis_diagnostic,
 }
 
+// SAFETY: the diagnostic's pointer is to a static string, if it is not null.
+unsafe impl Send for Failure {}
+// SAFETY: as above.
+unsafe impl Sync for Failure {}
+
+impl Failure {
+    /// The field of a struct that is at fault.
+    pub fn field(&self) -> Option<&'static CStr> {
+        let field = self.diagnostic.field;
+        // SAFETY: a static string, if it is not null.
+        if field.is_null() { None } else { Some(unsafe { CStr::from_ptr(field) }) }
+    }
+}
+
 /// The result of a call that can fail.
 pub type Result<T> = std::result::Result<T, Failure>;
 
@@ -38,7 +52,7 @@ impl fmt::Display for Failure {
 
 impl fmt::Debug for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self}, {:?}", self.diagnostic)
+        write!(f, "{self}, {:?}, {:?}", self.diagnostic, self.field())
     }
 }
 
@@ -1001,7 +1015,7 @@ impl Tree {
         let mut wavelets = vec![raw::wis_wavelets::default(); keep as usize];
         let mut count = 0;
         // SAFETY: there is room for `keep` elements.
-        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count) })?;
+        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count, null_mut()) })?;
         wavelets.truncate(count as usize);
         Ok(wavelets)
     }
@@ -1025,6 +1039,7 @@ impl Tree {
                 self.handle(),
                 visible.handle(),
                 &mut integral,
+                null_mut(),
             )
         })?;
         Ok(integral)
@@ -1067,7 +1082,13 @@ impl Tree {
         assert!(points.len() == index.len() && self.info.dimensions as usize == N);
         // SAFETY: the handle is alive, and the slices are of one length.
         check(unsafe {
-            raw::wis_warp_in_place(self.handle(), points.as_mut_ptr().cast(), index.as_mut_ptr(), points.len())
+            raw::wis_warp_in_place(
+                self.handle(),
+                points.as_mut_ptr().cast(),
+                index.as_mut_ptr(),
+                points.len(),
+                null_mut(),
+            )
         })
     }
 }
@@ -1221,7 +1242,14 @@ pub fn order(contribution: &[f32], threshold: f32, index: &mut [u32]) -> Result<
     let mut traced = 0;
     // SAFETY: both slices have as many elements.
     check(unsafe {
-        raw::wis_strata_order(contribution.len(), contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced)
+        raw::wis_strata_order(
+            contribution.len(),
+            contribution.as_ptr(),
+            threshold,
+            index.as_mut_ptr(),
+            &mut traced,
+            null_mut(),
+        )
     })?;
     Ok(traced as usize)
 }
@@ -1277,6 +1305,7 @@ impl Visibility {
                 light.handle(),
                 self.0.start().cast(),
                 &mut integral,
+                null_mut(),
             )
         })?;
         Ok(integral)
@@ -1294,7 +1323,16 @@ pub fn blend(lists: &[(&[raw::wis_wavelets], f64)], out: &mut Vec<raw::wis_wavel
     let (handles, counts, weights) = (handles.as_ptr(), counts.as_ptr(), weights.as_ptr());
     // SAFETY: the lists are alive, and there is room for all of their elements.
     check(unsafe {
-        raw::wis_triple_blend(lists.len() as u32, handles, counts, weights, room, out.as_mut_ptr(), &mut count)
+        raw::wis_triple_blend(
+            lists.len() as u32,
+            handles,
+            counts,
+            weights,
+            room,
+            out.as_mut_ptr(),
+            &mut count,
+            null_mut(),
+        )
     })?;
     out.truncate(count as usize);
     Ok(())

@@ -125,8 +125,8 @@ pub unsafe extern "C" fn wis_jitter_size(
 }
 
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
-/// `light_count`), so that directions can be drawn inside each. `distribution`: WIS_JITTER_*. `world_from_map` as in
-/// wis_strata_config; null is the identity.
+/// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
+/// WIS_JITTER_*. `world_from_map` as in wis_strata_config; null is the identity.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
@@ -171,7 +171,8 @@ pub unsafe extern "C" fn wis_jitter_init(
                 WIS_JITTER_UNIFORM => jitter::build(labels, solid_angle, solid_angle, &mut parts),
                 _ => jitter::build(labels, energy, solid_angle, &mut parts),
             };
-            built.map_err(|status| Failure::new(status, 4))?;
+            let wrong = || labels.iter().position(|&label| label >= light_count).unwrap_or(0);
+            built.map_err(|status| Failure::new(status, 4).in_row(4, wrong()))?;
             let header =
                 Header { magic: MAGIC, bytes: layout.bytes as u64, size, lights: light_count, frame: frame.to_array() };
             if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
@@ -231,12 +232,12 @@ pub unsafe extern "C" fn wis_jitter_pdf(
     })
 }
 
-/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
-/// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
-/// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
-/// whole; they follow in an order of no meaning. Estimate those by their sum x the share that is visible of a few of them
-/// drawn in proportion to `contribution`: without bias. The time is that of a pass over all lights and of sorting those
-/// that are traced.
+/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count`
+/// lights into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0
+/// and finite, else WIS_INVALID_ARGUMENT), the largest first, equal ones by number. What the others could add is at
+/// most `threshold` (0 to 1, however small) of the whole; they follow in an order of no meaning. Estimate those by
+/// their sum x the share that is visible of a few of them drawn in proportion to `contribution`: without bias. The time
+/// is that of a pass over all lights and of sorting those that are traced.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -247,16 +248,17 @@ pub unsafe extern "C" fn wis_strata_order(
     threshold: f32,
     index: *mut u32,
     traced: *mut u32,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             if count >= u32::MAX as usize {
                 return Err(Failure::new(Status::Overflow, 1));
             }
             let contribution: &[f32] = if count == 0 { &[] } else { slice(contribution, count, 2)? };
-            if !contribution.iter().all(|c| (0.0..=f32::MAX).contains(c)) {
-                return Err(Failure::new(Status::InvalidArgument, 2));
+            if let Some(wrong) = contribution.iter().position(|c| !(0.0..=f32::MAX).contains(c)) {
+                return Err(Failure::new(Status::InvalidArgument, 2).in_row(2, wrong));
             }
             if !(0.0..=1.0).contains(&threshold) {
                 return Err(Failure::new(Status::InvalidArgument, 3));

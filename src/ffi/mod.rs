@@ -35,7 +35,7 @@ mod control;
 mod density;
 
 use crate::simd::Level;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
 
@@ -58,18 +58,28 @@ pub struct MemorySize {
 
 /// Where the fault is. Written only on failure, and only if the caller gives one.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Diagnostic {
     /// The position of the argument at fault, 1 = first; 0: none in particular.
     pub argument: u32,
-    /// WIS_INVALID_TEXEL: the column of the texel.
+    /// WIS_INVALID_TEXEL: the column of the texel. wis_triple_blend: the number of the wavelet in its list, 0 = first.
     pub x: u32,
-    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_wavelet_products_prepare: the number of the query, 0 = first.
+    /// The number of the element at fault in an array, 0 = first: the row of a texel, the query of wis_wavelet_products_prepare, a
+    /// tree, a list, a wavelet, a weight, a label. 0 where the argument is no array.
     pub y: u32,
     /// Always 0.
     pub reserved: u32,
     /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
     pub bytes_needed: u64,
+    /// The field at fault of the struct that the argument points to, as "normal" or "lobe[1].b": a static string. Null if
+    /// the argument is no struct, or no field in particular is at fault.
+    pub field: *const c_char,
+}
+
+impl Default for Diagnostic {
+    fn default() -> Diagnostic {
+        Diagnostic { argument: 0, x: 0, y: 0, reserved: 0, bytes_needed: 0, field: core::ptr::null() }
+    }
 }
 
 /// A sentence for a log; a static string, also for a value that is not a status.
@@ -118,6 +128,27 @@ impl Failure {
 }
 
 impl Failure {
+    /// The same failure, at a field of the struct that the argument points to.
+    pub(crate) fn of(self, field: &'static CStr) -> Failure {
+        Failure { diagnostic: Diagnostic { field: field.as_ptr(), ..self.diagnostic }, ..self }
+    }
+
+    /// The same failure, in an array of arrays: the number of the element becomes the column.
+    pub(crate) fn in_column(self) -> Failure {
+        let Diagnostic { y, .. } = self.diagnostic;
+        Failure { diagnostic: Diagnostic { x: y, y: 0, ..self.diagnostic }, ..self }
+    }
+
+    /// The same failure, of another argument.
+    pub(crate) fn instead(self, argument: u32) -> Failure {
+        Failure { diagnostic: Diagnostic { argument, ..self.diagnostic }, ..self }
+    }
+
+    /// What is wrong with a struct.
+    pub(crate) fn fault(fault: Fault, argument: u32) -> Failure {
+        Failure::new(fault.status, argument).of(fault.field)
+    }
+
     /// The same failure, at an element of the array that an argument points to.
     pub(crate) fn in_row(self, argument: u32, row: usize) -> Failure {
         let y = u32::try_from(row).unwrap_or(u32::MAX);
@@ -193,7 +224,7 @@ pub(crate) unsafe fn sized<'a, T>(source: *const T, argument: u32) -> Checked<&'
     // SAFETY: not null, aligned for T and so for its first field, which is a u32 in each of these structs.
     let size = unsafe { source.cast::<u32>().read() };
     if size as usize != size_of::<T>() {
-        return Err(Failure::new(Status::InvalidStructSize, argument));
+        return Err(Failure::new(Status::InvalidStructSize, argument).of(c"size"));
     }
     // SAFETY: the caller states that the struct is this long.
     Ok(unsafe { &*source })
@@ -410,11 +441,11 @@ fn check_stride<const N: usize>(start: *const f32, stride: usize, count: usize, 
         return Ok(stride);
     }
     pointer(start, argument)?;
-    if stride % size_of::<f32>() != 0 {
-        return Err(Failure::new(Status::Misaligned, argument + 1));
-    }
     if stride < packed {
         return Err(Failure::new(Status::InvalidArgument, argument + 1));
+    }
+    if stride % size_of::<f32>() != 0 {
+        return Err(Failure::new(Status::Misaligned, argument + 1));
     }
     if count.checked_mul(stride).is_none_or(|bytes| bytes > isize::MAX as usize) {
         return Err(Failure::new(Status::Overflow, argument + 1));

@@ -11,7 +11,8 @@ use core::ptr::null_mut;
 /// The most candidates of one pool.
 pub const WIS_MAX_CANDIDATES: u32 = 1 << 24;
 
-/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`.
+/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
+/// WIS_MAX_CANDIDATES.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -120,7 +121,7 @@ fn gather(
         for (i, place) in places.into_iter().enumerate().take(here) {
             let weight = weight(first + i);
             if !(0.0..=f32::MAX).contains(&weight) {
-                return Err(Failure::new(Status::InvalidArgument, 4));
+                return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, first + i));
             }
             // Every key is written, and its place only kept if it can be picked: there is nothing to predict.
             if let Some(slot) = keys.get_mut(used) {

@@ -3,7 +3,7 @@
 use super::{Checked, Failure, Strided, StridedMut, answer, frame, sized};
 use crate::prior::Prior;
 use crate::sphere::{square, unit};
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use core::ptr::null_mut;
 
 /// Counts rays: `visible[k]` is not 0 where the ray along `wi[k]` reached the light. Directions that are not of unit
@@ -118,5 +118,5 @@ pub unsafe extern "C" fn wis_prior_weights(
 pub(super) unsafe fn check<'a>(prior: *const Prior, argument: u32) -> Checked<&'a Prior> {
     // SAFETY: the caller's contract.
     let prior = unsafe { sized(prior, argument)? };
-    if prior.is_sound() { Ok(prior) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+    if prior.is_sound() { Ok(prior) } else { Err(Failure::fault(Fault::range(c"visible"), argument)) }
 }

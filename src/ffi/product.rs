@@ -15,7 +15,7 @@ use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
 use crate::simd::{self, Kernel, LANES, Lanes, Level};
 use crate::sphere::{Frame, unit};
-use crate::status::{Result, Status};
+use crate::status::{Fault, Result, Status};
 use crate::table::Table;
 use crate::wide::vector::{V3, dot, splat, to_arrays};
 use core::ffi::{c_int, c_void};
@@ -120,7 +120,7 @@ pub unsafe extern "C" fn wis_query_eval(
     answer(core::ptr::null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let lobes = Lobes::new(sized(query, 1)?, None).map_err(|status| Failure::new(status, 1))?;
+            let lobes = Lobes::new(sized(query, 1)?, None).map_err(|fault| Failure::fault(fault, 1))?;
             evaluate(|wi| lobes.rgb(wi), count, (wi, wi_stride), (f_cos, f_cos_stride), 3)?;
         }
         Ok(())
@@ -193,7 +193,7 @@ pub unsafe extern "C" fn wis_wavelet_product_prepare(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 2)?;
-            let mut lobes = Lobes::new(&query, None).map_err(|status| Failure::new(status, 2))?;
+            let mut lobes = Lobes::new(&query, None).map_err(|fault| Failure::fault(fault, 2))?;
             let settings = read_config(config, 3)?;
             lobes.widen(Reuse::new(settings.reuse_cone));
             prepare(&environment, query, Material::Lobes(lobes), (&settings, 3), (memory, bytes), product)
@@ -247,7 +247,7 @@ pub unsafe extern "C" fn wis_wavelet_product_covers(
             let header = Opened::new(environment, product)?.header;
             let query = sized(query, 3)?;
             let target = out(covers, 4)?;
-            Lobes::new(query, Some(Table::NOTHING)).map_err(|status| Failure::new(status, 3))?;
+            Lobes::new(query, Some(Table::NOTHING)).map_err(|fault| Failure::fault(fault, 3))?;
             let normal = unit(query.normal).ok_or(Failure::new(Status::InvalidTransform, 3))?;
             target.write(u32::from(header.covers(query, normal)));
         }
@@ -611,17 +611,17 @@ pub(super) struct Callback {
 
 impl Callback {
     fn new(brdf: &CallbackBrdf) -> Checked<Callback> {
-        let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2))?;
+        let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2).of(c"eval"))?;
         let whole = brdf.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
-        if brdf.flags & !WIS_WAVELET_QUERY_WHOLE_SPHERE != 0
-            || !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle)
-        {
-            return Err(Failure::new(Status::InvalidArgument, 2));
+        if brdf.flags & !WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 {
+            return Err(Failure::fault(Fault::range(c"flags"), 2));
         }
-        let invalid = Failure::new(Status::InvalidTransform, 2);
-        let normal = unit(brdf.normal).ok_or(invalid)?;
+        if !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle) {
+            return Err(Failure::fault(Fault::range(c"half_angle"), 2));
+        }
+        let normal = unit(brdf.normal).ok_or(Failure::fault(Fault::transform(c"normal"), 2))?;
         let peak = if brdf.half_angle > 0.0 {
-            let direction = unit(brdf.peak).ok_or(invalid)?;
+            let direction = unit(brdf.peak).ok_or(Failure::fault(Fault::transform(c"peak"), 2))?;
             Some(Peak::disc(direction, brdf.half_angle))
         } else {
             None
@@ -799,7 +799,7 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
     unsafe {
         let config = sized(config, argument)?;
         if config.max_squares > WIS_MAX_SQUARES {
-            return Err(Failure::new(Status::InvalidArgument, argument));
+            return Err(Failure::fault(Fault::range(c"max_squares"), argument));
         }
         let or = |value: u32, default: u32| if value == 0 { default } else { value };
         let budget = Budget {
@@ -807,11 +807,15 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
             evaluations: or(config.max_evaluations, Budget::DEFAULT.evaluations),
         };
         if !(0.0..=core::f32::consts::FRAC_PI_2).contains(&config.reuse_cone) {
-            return Err(Failure::new(Status::InvalidArgument, argument));
+            return Err(Failure::fault(Fault::range(c"reuse_cone"), argument));
         }
-        let frame = frame(config.world_from_map.cast(), argument)?;
-        let prior = if config.prior.is_null() { None } else { Some(prior::check(config.prior, argument)?.weights()) };
-        let level = level(config.cpu_level, argument)?;
+        let frame = frame(config.world_from_map.cast(), argument).map_err(|at| at.of(c"world_from_map"))?;
+        let prior = if config.prior.is_null() {
+            None
+        } else {
+            Some(prior::check(config.prior, argument).map_err(|at| at.of(c"prior"))?.weights())
+        };
+        let level = level(config.cpu_level, argument).map_err(|at| at.of(c"cpu_level"))?;
         Ok(Settings { budget, frame, level, reuse_cone: config.reuse_cone, prior })
     }
 }
@@ -855,7 +859,10 @@ pub(super) unsafe fn prepare(
         let mut scratch = layout.scratch(&block);
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };
         let building = Building { environment, frame, material: &mut material, options, scratch: &mut scratch };
-        let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
+        let built = simd::run(level, building).map_err(|status| match status {
+            Status::CallbackFailed => Failure::new(status, argument - 1).of(c"eval"),
+            _ => Failure::new(status, argument - 1),
+        })?;
         let [average, visible] = scratch.finish(built.base, built.squares, prior.as_ref());
         let header = Header {
             magic: MAGIC,

@@ -52,7 +52,7 @@ pub unsafe extern "C" fn wis_wavelet_products_prepare(
                 let at = |failure: Failure| failure.in_row(3, number);
                 // One at a time: after a struct of another size nothing stands where it ought to.
                 let query = sized(query.wrapping_add(number), 3).map_err(at)?;
-                let mut lobes = Lobes::new(query, None).map_err(|status| at(status.into()))?;
+                let mut lobes = Lobes::new(query, None).map_err(|fault| at(Failure::fault(fault, 3)))?;
                 lobes.widen(Reuse::new(settings.reuse_cone));
                 let place = block.start().add(number * each).cast();
                 prepare(&environment, *query, Material::Lobes(lobes), (&settings, 4), (place, each), handle)?;

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::environment::{self as kernel, Layout, RowError};
 use crate::sphere::Frame;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use crate::strata::{self, Ball, Config, GROUP, Gathered, Light, Scratch};
 use core::ffi::c_void;
 use glam::Vec3;
@@ -59,7 +59,8 @@ pub unsafe extern "C" fn wis_strata_size(
 /// Cuts a map into strata and gives each as a directional light (Agarwal et al. 2003): bright regions get more lights
 /// than dark ones of the same energy, and lights of a region stand apart. The lights' `rgb` add up to the integral of
 /// radiance over the sphere. Written are `light_count` lights, in the order of importance in which they were placed; 0
-/// for a black map. The result depends on nothing but the map and the config.
+/// for a black map. The result depends on nothing but the map and the config. WIS_OVERFLOW if the light of a stratum is no
+/// float.
 ///
 /// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
 /// number of the light of each texel.
@@ -129,7 +130,8 @@ unsafe fn run(
     let (gathered, written) =
         (gathered.get_mut(..count).unwrap_or(&mut []), lights.get_mut(..count).unwrap_or(&mut []));
     let to_world = |d: [f64; 3]| request.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
-    strata::gather(config, (luminance, rgb), &scratch, centres, gathered, to_world, written);
+    let written = strata::gather(config, (luminance, rgb), &scratch, centres, gathered, to_world, written);
+    written.map_err(|status| Failure::new(status, 1))?;
     for (slot, number) in label.iter_mut().zip(scratch.component.iter()) {
         *slot = if count == 0 { 0 } else { *number };
     }
@@ -177,15 +179,15 @@ pub(super) unsafe fn read_map(map: *const EnvironmentConfig) -> Checked<(kernel:
     let (request, rows) = unsafe { read_config(map)? };
     match request.config.pixels.layout {
         Layout::LatLong => Ok((request.config, rows)),
-        _ => Err(Failure::new(Status::InvalidArgument, 1)),
+        _ => Err(Failure::fault(Fault::range(c"layout"), 1)),
     }
 }
 
 /// A row that was refused.
 fn refused(error: &RowError, y: u32) -> Failure {
     match error {
-        RowError::Missing => Failure::at(error.status(), 1, 0, y),
-        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y),
+        RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
+        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
     }
 }
 
@@ -205,13 +207,23 @@ impl Request {
         let (map, rows, given, exponents) = unsafe {
             let (map, rows) = read_map(map)?;
             let given = sized(config, 2)?;
-            let exponents = if given.exponents.is_null() { &[1.0, 0.25] } else { slice(given.exponents, 2, 2)? };
+            let exponents = if given.exponents.is_null() {
+                &[1.0, 0.25]
+            } else {
+                slice(given.exponents, 2, 2).map_err(|at| at.of(c"exponents"))?
+            };
             (map, rows, given, exponents)
         };
         let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
         let allowed = exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent));
-        if given.levels > 64 || !(limit > 0.0 && limit <= f32::MAX) || !allowed {
-            return Err(Failure::new(Status::InvalidArgument, 2));
+        for (holds, field) in [
+            (given.levels <= 64, c"levels"),
+            (limit > 0.0 && limit <= f32::MAX, c"angle_limit"),
+            (allowed, c"exponents"),
+        ] {
+            if !holds {
+                return Err(Failure::fault(Fault::range(field), 2));
+            }
         }
         let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
         let (width, height) = (map.pixels.width, map.pixels.height);
@@ -223,10 +235,10 @@ impl Request {
             ..Config::new(width, height, given.count)
         };
         if config.texels() >= u32::MAX as usize {
-            return Err(Failure::new(Status::Overflow, 1));
+            return Err(Failure::new(Status::Overflow, 1).of(c"height"));
         }
         // SAFETY: the caller's contract.
-        let frame = unsafe { frame(given.world_from_map.cast(), 2)? };
+        let frame = unsafe { frame(given.world_from_map.cast(), 2) }.map_err(|at| at.of(c"world_from_map"))?;
         Ok(Request { map, rows, config, frame })
     }
 }

@@ -4,8 +4,8 @@ use super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, check_grid,
     out, sized, slice, slice_mut,
 };
-use crate::numeric::{ContentHash, exp2i};
-use crate::status::Status;
+use crate::numeric::{ContentHash, times_power};
+use crate::status::{Fault, Status};
 use crate::tree::{self as kernel, Link, complete_len};
 use crate::{image, inner, morton, prune, warp};
 use core::ffi::c_void;
@@ -159,7 +159,8 @@ pub unsafe extern "C" fn wis_tree_average(tree: *const Tree, average: *mut f64) 
 }
 
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
-/// many, and is constant along the rest. Costs one visit of each square that both trees keep.
+/// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
+/// Costs one visit of each square that both trees keep.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -236,8 +237,9 @@ pub unsafe extern "C" fn wis_warp_in_place(
     points: *mut f32,
     index: *mut u32,
     count: usize,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let tree = Object::view(tree, 1)?;
@@ -263,11 +265,17 @@ struct Request {
 
 impl Request {
     fn new(config: &TreeConfig) -> Checked<Request> {
-        check_grid(config.dimensions, config.depth).map_err(|_| Failure::new(Status::InvalidArgument, 1))?;
-        if config.error_budget.is_nan() || config.error_budget < 0.0 {
-            return Err(Failure::new(Status::InvalidArgument, 1));
+        for (holds, field) in [
+            ((1..=4).contains(&config.dimensions), c"dimensions"),
+            (config.depth <= kernel::MAX_DEPTH, c"depth"),
+            (config.error_budget >= 0.0, c"error_budget"),
+        ] {
+            if !holds {
+                return Err(Failure::fault(Fault::range(field), 1));
+            }
         }
-        let complete = with_axes!(config.dimensions, 1, complete_squares(config.depth))?;
+        let complete =
+            with_axes!(config.dimensions, 1, complete_squares(config.depth)).map_err(|at| at.of(c"depth"))?;
         Ok(Request {
             dimensions: config.dimensions,
             depth: config.depth,
@@ -284,12 +292,12 @@ impl Request {
     unsafe fn pixels<'a>(&self) -> Checked<&'a [f32]> {
         let count = morton::cells(self.dimensions, self.depth).ok_or(Failure::new(Status::Overflow, 1))?;
         // SAFETY: the caller's contract.
-        let pixels = unsafe { slice(self.pixels, count, 1)? };
+        let pixels = unsafe { slice(self.pixels, count, 1) }.map_err(|at| at.of(c"pixels"))?;
         match image::first_invalid(pixels) {
             Some(pixel) => {
                 let along = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
                 let (x, y) = (pixel & ((1 << self.depth) - 1), pixel >> self.depth);
-                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)))
+                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)).of(c"pixels"))
             }
             None => Ok(pixels),
         }
@@ -341,6 +349,24 @@ struct Header {
     reserved: u32,
 }
 
+/// The exponents that a tree may have: its mean is a double, which is in [1, 2) times the power of two.
+const EXPONENTS: core::ops::RangeInclusive<i32> = -1022..=1023;
+
+/// A mean that a tree with such an exponent can have, from what it stores.
+fn mean_of(stored: f64, power: i32, exponent: i32, argument: u32) -> Checked<f64> {
+    let mean = times_power(stored, power);
+    let lost = mean <= 0.0 && stored > 0.0;
+    let fits = EXPONENTS.contains(&exponent) && mean <= f64::MAX && !lost;
+    if fits { Ok(mean) } else { Err(Failure::new(Status::Overflow, argument)) }
+}
+
+/// A result in the units of the input, from one in the units of what is stored.
+pub(super) fn in_units(stored: f64, exponents: &[i32], argument: u32) -> Checked<f64> {
+    let exponent = exponents.iter().fold(0i32, |sum, exponent| sum.saturating_add(*exponent));
+    let value = times_power(stored, exponent);
+    if value.is_finite() { Ok(value) } else { Err(Failure::new(Status::Overflow, argument)) }
+}
+
 /// "wis-tre" and the version of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
 
@@ -351,6 +377,15 @@ impl Header {
             return None;
         }
         Stored::new(self.dimensions, self.squares as usize)
+    }
+
+    /// Whether mean and error are finite, and the mean is what average and exponent say.
+    fn is_possible(&self) -> bool {
+        let finite = [self.mean, self.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
+        let told = times_power(self.average.into(), self.exponent);
+        // The average is rounded, and a mean below 2^-1022 is rounded twice.
+        let rounding = self.mean * 1e-6 + f64::MIN_POSITIVE * 1e-9;
+        finite && EXPONENTS.contains(&self.exponent) && (self.mean - told).abs() <= rounding
     }
 
     /// The hash of everything but the id itself.
@@ -455,7 +490,7 @@ unsafe fn build<const N: usize, const C: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: scale.mean * exp2i(request.exponent),
+            mean: times_power(scale.mean, request.exponent),
             error: planned.error,
             dimensions: request.dimensions,
             depth: request.depth,
@@ -480,9 +515,8 @@ unsafe fn check<const N: usize, const C: usize>(object: &Object) -> Checked<()> 
     let corrupt = Failure::new(Status::Corrupt, 1);
     let header = object.header;
     let tree = kernel::Tree::sparse(header.depth, header.average, squares, links).map_err(|_| corrupt)?;
-    let finite = [header.mean, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
-    let unchanged = header.reserved == 0 && header.content_id == header.content_id(&tree);
-    if finite && unchanged { Ok(()) } else { Err(corrupt) }
+    let sound = header.reserved == 0 && header.is_possible() && header.content_id == header.content_id(&tree);
+    if sound { Ok(()) } else { Err(corrupt) }
 }
 
 /// Checks the pointers to the results of a build.
@@ -526,18 +560,18 @@ unsafe fn publish(memory: *const Tree, header: &Header, tree: *mut *const Tree, 
     }
 }
 
-/// A tree of two dimensions, and what its stored values are to be multiplied by.
+/// A tree of two dimensions, and the exponent of the power of two that its stored values are to be multiplied by.
 ///
 /// # Safety
 /// The handle is null or points to a tree of this version.
-pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, f64)> {
+pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, i32)> {
     // SAFETY: the caller's contract; the header tells the number of children.
     unsafe {
         let object = Object::view(tree, argument)?;
         if object.header.dimensions != 2 {
             return Err(Failure::new(Status::InvalidArgument, argument));
         }
-        Ok((object.tree::<4>(), exp2i(object.header.exponent)))
+        Ok((object.tree::<4>(), object.header.exponent))
     }
 }
 
@@ -560,7 +594,7 @@ unsafe fn product_integral(e: &Object, f: &Object) -> Checked<f64> {
             _ => return Err(Failure::new(Status::InvalidArgument, 2)),
         }
     };
-    Ok(integral * exp2i(e.header.exponent) * exp2i(f.header.exponent))
+    in_units(integral, &[e.header.exponent, f.header.exponent], 3)
 }
 
 /// # Safety
@@ -620,9 +654,12 @@ unsafe fn warp_points<const N: usize, const C: usize>(
 ) -> Checked<()> {
     // SAFETY: the caller's contract.
     unsafe {
+        if count.checked_mul(size_of::<[f32; N]>()).is_none_or(|bytes| bytes > isize::MAX as usize) {
+            return Err(Failure::new(Status::Overflow, 4));
+        }
         let points = slice_mut(points.cast::<[f32; N]>(), count, 2)?;
         let index = slice_mut(index, count, 3)?;
-        warp::warp_in_place(&tree.tree::<C>(), points, index)?;
+        warp::warp_in_place(&tree.tree::<C>(), points, index).map_err(|status| Failure::new(status, 1))?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ mod block;
 mod call;
 mod control;
 mod extremes;
+mod fields;
 mod header;
 mod objects;
 mod passes;

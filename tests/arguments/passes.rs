@@ -190,7 +190,7 @@ fn strides_of_rows() {
     let init = function("wis_wavelet_light_init");
     let expected = Call::valid(&scene, &init);
     expected.succeeds("packed");
-    for (stride, address) in [(72, 0), (72, 1), (75, 3), (400, 2), (-72, 0), (-77, 5)] {
+    for (stride, address) in [(72, 0), (72, 4), (76, 12), (400, 8), (-72, 0), (-80, 4)] {
         let mut call = Call::valid(&scene, &init);
         let mut rows = Block::new(&[0xff; 1024], 0);
         call.edit("config", |c: &mut EnvironmentConfig| {

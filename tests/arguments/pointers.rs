@@ -1,7 +1,7 @@
 //! Null and misaligned pointers, short blocks, wrong struct sizes and strides: the same faults at every function.
 
 use crate::block::{Block, SENTINEL};
-use crate::call::Call;
+use crate::call::{Call, field};
 use crate::header::{Function, Parameter, begins_with_size, functions};
 use crate::scene::{Scene, numbers};
 use wis::descent::Sample;
@@ -181,7 +181,8 @@ fn wrong_struct_sizes() {
             for wrong in [0, size - 4, size - 1, size + 1, size + 4, u32::MAX] {
                 let mut call = Call::valid(scene, function);
                 call.give(&parameter.name, Block::new(&wrong.to_ne_bytes(), 0));
-                call.fails(&format!("size {wrong}"), Status::InvalidStructSize, &parameter.name);
+                let diagnostic = call.fails(&format!("size {wrong}"), Status::InvalidStructSize, &parameter.name);
+                assert!(!function.takes("wis_diagnostic *diagnostic") || field(&diagnostic) == Some("size"));
             }
         }
     });
@@ -212,10 +213,10 @@ fn strides() {
             call.set(&parameter.name, stride);
             call.fails(&format!("{array} {stride}"), status, &parameter.name);
         };
-        for stride in (4..packed).step_by(4) {
+        for stride in 1..packed {
             try_stride(stride, Status::InvalidArgument);
         }
-        for stride in [1, 2, 3, packed + 1, packed + 2, usize::MAX] {
+        for stride in [packed + 1, packed + 2, usize::MAX] {
             try_stride(stride, Status::Misaligned);
         }
         for stride in [usize::MAX - 3, usize::MAX / 2 - 3] {

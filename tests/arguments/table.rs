@@ -92,7 +92,7 @@ pub const TABLE: &[Entry] = table! {
     );
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);
-    wis_strata_order(count, contribution, threshold, index, traced);
+    wis_strata_order(count, contribution, threshold, index, traced, diagnostic);
     wis_pool_size(count, size);
     wis_pool_pick(
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
@@ -114,8 +114,8 @@ pub const TABLE: &[Entry] = table! {
     wis_wavelet_product_sample_lanes(environment, product, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
     wis_wavelet_product_pdf_lanes(environment, product, cpu_level, count, wi, wi_stride, pdf, pdf_stride);
     wis_wavelet_product_invert(environment, product, wi, u);
-    wis_haar_forward(dimensions, depth, count, values);
-    wis_haar_inverse(dimensions, depth, count, values);
+    wis_haar_forward(dimensions, depth, count, values, diagnostic);
+    wis_haar_inverse(dimensions, depth, count, values, diagnostic);
     wis_tree_size(config, size, diagnostic);
     wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_open(memory, bytes, tree, info, diagnostic);
@@ -138,20 +138,20 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_invert(tree, point, u);
     wis_tripling_coefficient(n, m, i, j, k, coefficient);
     wis_triple_integral(brdf, light, visibility, integral);
-    wis_triple_select(tree, keep, wavelets, wavelet_count);
-    wis_triple_select_squares(tree, keep, wavelets, wavelet_count);
+    wis_triple_select(tree, keep, wavelets, wavelet_count, diagnostic);
+    wis_triple_select_squares(tree, keep, wavelets, wavelet_count, diagnostic);
     wis_triple_sublinear(
-        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
+        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral, diagnostic
     );
-    wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count);
+    wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count, diagnostic);
     wis_triple_terms(tree, error, terms);
     wis_triple_at_least(tree, threshold, terms);
     wis_triple_multiply(
-        e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average
+        e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average, diagnostic
     );
-    wis_sparse_select(tree, keep, kept, kept_count);
+    wis_sparse_select(tree, keep, kept, kept_count, diagnostic);
     wis_sparse_multiply(
-        n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average
+        n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average, diagnostic
     );
     wis_tree_of_wavelets_size(count, wavelets, size, diagnostic);
     wis_tree_of_wavelets(average, count, wavelets, least, memory, bytes, tree, info, diagnostic);
@@ -159,10 +159,10 @@ pub const TABLE: &[Entry] = table! {
     wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
     wis_visibility_open(memory, bytes, visibility, diagnostic);
     wis_visibility_integral(
-        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
+        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral, diagnostic
     );
     wis_visibility_product_integral(tree, visibility, integral);
     wis_grid_direction(side, cell, direction);
     wis_grid_cells(side, wi, cell, weights);
-    wis_warp_in_place(tree, points, index, count);
+    wis_warp_in_place(tree, points, index, count, diagnostic);
 };

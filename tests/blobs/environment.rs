@@ -420,3 +420,16 @@ fn links() {
         }
     }
 }
+
+/// Exponents that no map of such a power has.
+#[test]
+fn exponents() {
+    for object in [object(|c| c.storage = WIS_STORAGE_PYRAMID, varied), object(|_| (), varied), object(|_| (), |_| 0.0)]
+    {
+        let own = word(&object, offset_of!(Header, exponent)) as i32;
+        for exponent in [own + 1, own - 1, -2000, 129, 1024, i32::MAX, i32::MIN] {
+            let context = format!("exponent {exponent}");
+            assert_refuses(&KIND, &object, offset_of!(Header, exponent), &exponent.to_ne_bytes(), &context);
+        }
+    }
+}

@@ -27,13 +27,16 @@
  * memory and scratch belong to that call alone.
  *
  * Failure. A call that can fail answers a wis_status. Unless that is WIS_OK, no handle and no result is written and
- * the memory of the object is undefined; the diagnostic, which may be null, says where the fault is. Other pointers
- * must not be null unless their comment says so.
+ * the memory of the object is undefined; the diagnostic, which may be null, says where the fault is: the argument, the
+ * field of a struct, the element of an array. Other pointers must not be null unless their comment says so. Every call
+ * answers WIS_NULL_POINTER, WIS_MISALIGNED, WIS_INVALID_STRUCT_SIZE, WIS_MISMATCH (a handle of something else) and
+ * WIS_MEMORY_TOO_SMALL as wis_status describes them; comments of calls tell the other statuses.
  *
  * Structs. Where the first field is `size`, set it to sizeof the struct and every field that is not used to 0.
  *
  * Arguments stand in the order objects, config, count, inputs, outputs. A stride is the distance in bytes between
- * the first floats of neighbouring elements; 0: they stand close together.
+ * the first floats of neighbouring elements; 0: they stand close together. A stride shorter than an element is
+ * WIS_INVALID_ARGUMENT, one that is no multiple of 4 WIS_MISALIGNED; the diagnostic then names the stride.
  *
  * Spaces and units. A direction is three floats x, y, z of unit length in world space and points away from the
  * surface: wo to the eye, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map.

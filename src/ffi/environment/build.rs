@@ -179,8 +179,8 @@ impl Build {
             )
         };
         let decoded = kernel::decode(&self.request.config, rows, y, luminance, rgb).map_err(|error| match error {
-            RowError::Missing => Failure::at(error.status(), 1, 0, y),
-            RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y),
+            RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
+            RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
         })?;
         if let Some(summary) = summary.first_mut() {
             *summary = decoded;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::environment::{self as kernel, Config, Format, Layout, Pixels, Rows, Storage};
 use crate::numeric::ContentHash;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use crate::tree::{MAX_DEPTH, complete_len};
 use core::ffi::c_void;
 
@@ -56,39 +56,51 @@ impl Request {
 pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Request, PixelRows)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
-    let invalid = Failure::new(Status::InvalidArgument, 1);
+    let invalid = |field| Failure::fault(Fault::range(field), 1);
     let layout = match c.layout {
         WIS_LAYOUT_LATLONG => Layout::LatLong,
         WIS_LAYOUT_CUBE => Layout::Cube,
         WIS_LAYOUT_OCTAHEDRAL => Layout::Octahedral,
-        _ => return Err(invalid),
+        _ => return Err(invalid(c"layout")),
     };
     let format = match c.format {
         WIS_FORMAT_F32 => Format::F32,
         WIS_FORMAT_F16 => Format::F16,
-        _ => return Err(invalid),
+        _ => return Err(invalid(c"format")),
     };
     let storage = match c.storage {
         WIS_STORAGE_PYRAMID => Storage::Pyramid,
         WIS_STORAGE_SPARSE => Storage::Sparse,
-        _ => return Err(invalid),
+        _ => return Err(invalid(c"storage")),
     };
     let resolution_fits = c.resolution == 0 || (c.resolution.is_power_of_two() && c.resolution <= 1 << MAX_DEPTH);
-    if !resolution_fits || c.flags & !ALL_FLAGS != 0 || !(0.0..=f32::MAX).contains(&c.error_budget) {
-        return Err(invalid);
+    for (holds, field) in [
+        (resolution_fits, c"resolution"),
+        (c.flags & !ALL_FLAGS == 0, c"flags"),
+        ((0.0..=f32::MAX).contains(&c.error_budget), c"error_budget"),
+    ] {
+        if !holds {
+            return Err(invalid(field));
+        }
     }
     let pixels = Pixels { layout, width: c.width, height: c.height, channels: c.channels, format };
-    kernel::check(&pixels).map_err(|status| Failure::new(status, 1))?;
-    let row_bytes = pixels.row_bytes().ok_or(Failure::new(Status::Overflow, 1))?;
+    kernel::check(&pixels).map_err(|fault| Failure::fault(fault, 1))?;
+    let row_bytes = pixels.row_bytes().ok_or(Failure::new(Status::Overflow, 1).of(c"width"))?;
     let stride = if c.row_stride == 0 { row_bytes as isize } else { c.row_stride };
     if stride.unsigned_abs() < row_bytes {
-        return Err(invalid);
+        return Err(invalid(c"row_stride"));
+    }
+    if stride % format.bytes() as isize != 0 {
+        return Err(Failure::new(Status::Misaligned, 1).of(c"row_stride"));
     }
     if stride.checked_mul(c.height as isize).is_none() {
-        return Err(Failure::new(Status::Overflow, 1));
+        return Err(Failure::new(Status::Overflow, 1).of(c"row_stride"));
     }
     if c.pixels.is_null() && c.row.is_none() {
-        return Err(Failure::new(Status::NullPointer, 1));
+        return Err(Failure::new(Status::NullPointer, 1).of(c"pixels"));
+    }
+    if c.pixels.addr() % format.bytes() != 0 {
+        return Err(Failure::new(Status::Misaligned, 1).of(c"pixels"));
     }
     let depth = if c.resolution == 0 { Config::natural_depth(&pixels) } else { c.resolution.ilog2() };
     // What a client with a bilinear filter sees varies inside texels, too: edges of texels, which squares below cells

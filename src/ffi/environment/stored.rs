@@ -3,8 +3,10 @@
 use super::super::{ExclusiveBlock, SharedBlock, WIS_ALIGNMENT};
 use super::{ALL_FLAGS, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
 use crate::environment::{Distribution, Environment, Header, Inverse, MAGIC, RowNumbers, size_of_texels};
+use crate::numeric::times_power;
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree};
+use core::f64::consts::PI;
 
 /// Checks everything in stored bytes that later calls rely on, and that nothing was changed.
 pub(super) fn check_stored(view: &Environment) -> Result<()> {
@@ -25,7 +27,18 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
     let finite = [header.power, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value))
         && (0.0..=MAX_AVERAGE).contains(&header.compensated_average)
         && colours.all(|channel| (0.0..=f32::MAX).contains(channel));
-    if finite && header.content_id == view.content_id() { Ok(()) } else { Err(Status::Corrupt) }
+    let sound = finite && exponent_is_of(header.exponent, header.power) && header.content_id == view.content_id();
+    if sound { Ok(()) } else { Err(Status::Corrupt) }
+}
+
+/// Whether an exponent is that of the mean luminance of a map of this power.
+fn exponent_is_of(exponent: i32, power: f64) -> bool {
+    if power <= 0.0 {
+        return exponent == 0;
+    }
+    // Luminance is a float, at least the smallest one times 0.07 over all texels.
+    let stored_mean = times_power(power / (4.0 * PI), exponent.saturating_neg());
+    (-256..=128).contains(&exponent) && (0.999_999..=2.000_001).contains(&stored_mean)
 }
 
 /// How many squares a stored environment has.

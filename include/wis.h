@@ -7,8 +7,8 @@
  * their exact pdf. Radiance L, BRDF f and visibility of a sample are evaluated by the caller, who also owns the
  * memory, the threads and the random numbers.
  *
- * Order of work: wis_environment_size and _init once for a light; wis_product_size once for a thread;
- * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed. Besides: picks from a pool
+ * Order of work: wis_wavelet_light_size and _init once for a light; wis_wavelet_product_size once for a thread;
+ * wis_wavelet_product_prepare at a shading point; then sample, pdf and invert as often as needed. Besides: picks from a pool
  * of candidates (wis_pool_*), a map as directional lights (wis_strata_*), low-discrepancy points (wis_points_*), and
  * wavelet trees of any function to sample from (wis_haar_*, wis_tree_*, wis_warp_*).
  *
@@ -72,7 +72,7 @@
 #define WIS_FORMAT_F16 2
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
-/// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
+/// to the library and WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
 /// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
 #define WIS_STORAGE_PYRAMID 1
 
@@ -80,22 +80,22 @@
 #define WIS_STORAGE_SPARSE 2
 
 /// The client looks texels up without filtering: importance is not spread to neighbouring texels.
-#define WIS_ENVIRONMENT_NEAREST 1
+#define WIS_WAVELET_LIGHT_NEAREST 1
 
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
-#define WIS_ENVIRONMENT_EXACT_ZERO 2
+#define WIS_WAVELET_LIGHT_EXACT_ZERO 2
 
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
 /// luminance; in a pyramid whose resolution is left to the library it keeps, for clients without filter
-/// (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
-#define WIS_ENVIRONMENT_COMPENSATED 4
+/// (WIS_WAVELET_LIGHT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
+#define WIS_WAVELET_LIGHT_COMPENSATED 4
 
-/// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
-#define WIS_ENVIRONMENT_RGB 8
+/// RGB averages are stored too, for wis_wavelet_product_estimate_rgb: 48 bytes for four cells, and a third more.
+#define WIS_WAVELET_LIGHT_RGB 8
 
 /// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
 /// +Inf by the largest finite luminance of the map.
-#define WIS_ENVIRONMENT_SANITISE 16
+#define WIS_WAVELET_LIGHT_SANITISE 16
 
 /// Proportional to luminance.
 #define WIS_DISTRIBUTION_PLAIN 0
@@ -117,26 +117,26 @@
 #define WIS_MAX_SQUARES 4096
 
 /// A lobe `weight / pi`.
-#define WIS_LOBE_LAMBERT 1
+#define WIS_WAVELET_LOBE_LAMBERT 1
 
 /// A lobe of Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)` with height-correlated Smith shadowing
 /// and Schlick's Fresnel term.
-#define WIS_LOBE_GGX 2
+#define WIS_WAVELET_LOBE_GGX 2
 
 /// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
-#define WIS_LOBE_PHONG 3
+#define WIS_WAVELET_LOBE_PHONG 3
 
-/// A lobe `weight` times the table that is given with the query (wis_product_prepare_table, wis_table_eval).
-#define WIS_LOBE_TABLE 4
+/// A lobe `weight` times the table that is given with the query (wis_wavelet_product_prepare_table, wis_wavelet_table_eval).
+#define WIS_WAVELET_LOBE_TABLE 4
 
 /// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
-#define WIS_QUERY_WHOLE_SPHERE 1
+#define WIS_WAVELET_QUERY_WHOLE_SPHERE 1
 
 /// Query flag: the values already contain the cosine: it is not multiplied again.
-#define WIS_QUERY_COSINE_INCLUDED 2
+#define WIS_WAVELET_QUERY_COSINE_INCLUDED 2
 
 /// Lobes in a query.
-#define WIS_MAX_LOBES 4
+#define WIS_WAVELET_MAX_LOBES 4
 
 /// The most slices of a table.
 #define WIS_MAX_SLICES 256
@@ -187,7 +187,7 @@ typedef enum wis_status {
 
 /// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
-typedef struct wis_environment wis_environment;
+typedef struct wis_wavelet_light wis_wavelet_light;
 
 /// A Haar function of one variable: `2^(level/2) phi(2^level x - translation)`, or the wavelet psi in place of phi.
 /// psi is 1 on the lower and -1 on the upper half.
@@ -201,7 +201,7 @@ typedef struct wis_jitter wis_jitter;
 /// WIS_ALIGNMENT) and kept. Constant once prepared; any number of threads may use it at once. Every call on it also
 /// takes the environment that it was prepared with. The same environment, query and configuration give the same
 /// bytes. Nothing to free.
-typedef struct wis_product wis_product;
+typedef struct wis_wavelet_product wis_wavelet_product;
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -217,8 +217,8 @@ typedef struct wis_visibility wis_visibility;
 typedef const void *(*wis_row_fn)(void *user, uint32_t y);
 
 /// What to build.
-typedef struct wis_environment_config {
-  /// sizeof(wis_environment_config).
+typedef struct wis_wavelet_light_config {
+  /// sizeof(wis_wavelet_light_config).
   uint32_t size;
   /// WIS_LAYOUT_*.
   uint32_t layout;
@@ -230,7 +230,7 @@ typedef struct wis_environment_config {
   uint32_t channels;
   /// WIS_FORMAT_*.
   uint32_t format;
-  /// WIS_ENVIRONMENT_*, or 0.
+  /// WIS_WAVELET_LIGHT_*, or 0.
   uint32_t flags;
   /// WIS_STORAGE_*.
   uint32_t storage;
@@ -248,7 +248,7 @@ typedef struct wis_environment_config {
   wis_row_fn row;
   /// Handed to `row`.
   void *row_user;
-} wis_environment_config;
+} wis_wavelet_light_config;
 
 /// How much memory an object needs. Both blocks are the caller's.
 typedef struct wis_memory_size {
@@ -266,7 +266,7 @@ typedef struct wis_diagnostic {
   uint32_t argument;
   /// WIS_INVALID_TEXEL: the column of the texel.
   uint32_t x;
-  /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_products_prepare: the number of the query, 0 = first.
+  /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_wavelet_products_prepare: the number of the query, 0 = first.
   uint32_t y;
   /// Always 0.
   uint32_t reserved;
@@ -275,14 +275,14 @@ typedef struct wis_diagnostic {
 } wis_diagnostic;
 
 /// What was built.
-typedef struct wis_environment_info {
-  /// sizeof(wis_environment_info), set by the caller.
+typedef struct wis_wavelet_light_info {
+  /// sizeof(wis_wavelet_light_info), set by the caller.
   uint32_t size;
   /// Cells along each side of the square.
   uint32_t resolution;
   /// WIS_STORAGE_*.
   uint32_t storage;
-  /// WIS_ENVIRONMENT_*.
+  /// WIS_WAVELET_LIGHT_*.
   uint32_t flags;
   /// Bytes of the environment: that much of the block is in use and needs to be saved.
   uint64_t bytes;
@@ -296,15 +296,15 @@ typedef struct wis_environment_info {
   double power;
   /// Sparse storage: the variance that pruning added, relative.
   double error;
-} wis_environment_info;
+} wis_wavelet_light_info;
 
 /// A direction in world space and its pdf per solid angle; a pdf of 0 means that there is no sample.
-typedef struct wis_sample {
+typedef struct wis_drawn {
   /// The direction towards the light, unit length, world space.
   float wi[3];
   /// The probability density per solid angle; 0: no sample.
   float pdf;
-} wis_sample;
+} wis_drawn;
 
 /// A candidate and how often it was picked.
 typedef struct wis_pick {
@@ -327,8 +327,8 @@ typedef struct wis_prior {
 } wis_prior;
 
 /// One lobe of a BRDF.
-typedef struct wis_lobe {
-  /// WIS_LOBE_LAMBERT, WIS_LOBE_GGX, WIS_LOBE_PHONG or WIS_LOBE_TABLE.
+typedef struct wis_wavelet_lobe {
+  /// WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_PHONG or WIS_WAVELET_LOBE_TABLE.
   uint32_t kind;
   /// Linear RGB factor, finite and not negative.
   float weight[3];
@@ -338,13 +338,13 @@ typedef struct wis_lobe {
   float a;
   /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
   float b;
-} wis_lobe;
+} wis_wavelet_lobe;
 
 /// A shading point: everything that the product needs to know of it. World space; plain and copyable.
-typedef struct wis_query {
-  /// sizeof(wis_query).
+typedef struct wis_wavelet_query {
+  /// sizeof(wis_wavelet_query).
   uint32_t size;
-  /// WIS_QUERY_* flags, or 0: the upper hemisphere of the normal, the cosine not contained.
+  /// WIS_WAVELET_QUERY_* flags, or 0: the upper hemisphere of the normal, the cosine not contained.
   uint32_t flags;
   /// Lobes used, 0 to 4; with 0 there is nothing to sample.
   uint32_t lobe_count;
@@ -355,12 +355,12 @@ typedef struct wis_query {
   /// The direction to the viewer, unit length.
   float wo[3];
   /// The lobes, of which the first lobe_count are read.
-  struct wis_lobe lobe[WIS_MAX_LOBES];
-} wis_query;
+  struct wis_wavelet_lobe lobe[WIS_WAVELET_MAX_LOBES];
+} wis_wavelet_query;
 
 /// What a preparation may spend, and how the map is turned.
-typedef struct wis_product_config {
-  /// sizeof(wis_product_config).
+typedef struct wis_wavelet_product_config {
+  /// sizeof(wis_wavelet_product_config).
   uint32_t size;
   /// What wis_cpu_detect answered, or 0 for the baseline of the platform; anything else is WIS_INVALID_ARGUMENT. Never
   /// changes a bit of the results.
@@ -373,14 +373,14 @@ typedef struct wis_product_config {
   /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
   const float *world_from_map;
   /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
-  /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
+  /// query's (wis_wavelet_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
   /// what the product estimates is then widened too. Hits outside are best given another product; narrow lobes sample
   /// better with a small cone (.05). 0: this normal only.
   float reuse_cone;
   /// What other pixels saw about here, as a factor of the density (wis_prior_count says when that is unbiased); null:
   /// none. The estimates stay those without visibility. Read during the call.
   const struct wis_prior *prior;
-} wis_product_config;
+} wis_wavelet_product_config;
 
 /// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each. Where the
 /// BRDF is 0 outside a hemisphere, and not narrow, directions outside are asked for as their mirror images inside.
@@ -388,10 +388,10 @@ typedef struct wis_product_config {
 typedef int (*wis_brdf_batch_fn)(void *user, size_t count, const float *wi, float *f_cos);
 
 /// A BRDF that the client evaluates. It is called only while the product is prepared.
-typedef struct wis_callback_brdf {
-  /// sizeof(wis_callback_brdf).
+typedef struct wis_wavelet_callback {
+  /// sizeof(wis_wavelet_callback).
   uint32_t size;
-  /// WIS_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
+  /// WIS_WAVELET_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
   uint32_t flags;
   /// The shading normal, unit length.
   float normal[3];
@@ -403,11 +403,11 @@ typedef struct wis_callback_brdf {
   wis_brdf_batch_fn eval;
   /// Handed to `eval`.
   void *user;
-} wis_callback_brdf;
+} wis_wavelet_callback;
 
 /// What a prepared product is made of.
-typedef struct wis_product_info {
-  /// sizeof(wis_product_info), set by the caller.
+typedef struct wis_wavelet_product_info {
+  /// sizeof(wis_wavelet_product_info), set by the caller.
   uint32_t size;
   /// Inner nodes.
   uint32_t squares;
@@ -419,7 +419,7 @@ typedef struct wis_product_info {
   uint64_t bytes;
   /// The content id of the environment.
   uint64_t environment;
-} wis_product_info;
+} wis_wavelet_product_info;
 
 /// How to cut a map into strata. Zeros stand for the paper's choices.
 typedef struct wis_strata_config {
@@ -454,10 +454,10 @@ typedef struct wis_light {
 
 /// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
 /// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
-/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
-/// Directions are sampled by luminance; colours, if there are any, are what wis_table_eval tells.
-typedef struct wis_table {
-  /// sizeof(wis_table).
+/// direction (wis_wavelet_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_table_eval tells.
+typedef struct wis_wavelet_table {
+  /// sizeof(wis_wavelet_table).
   uint32_t size;
   /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
   uint32_t slice_count;
@@ -465,7 +465,7 @@ typedef struct wis_table {
   const struct wis_tree *const *slice;
   /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
   const struct wis_tree *const *colour[3];
-} wis_table;
+} wis_wavelet_table;
 
 /// What to build.
 typedef struct wis_tree_config {
@@ -566,10 +566,10 @@ extern "C" {
 /// A sentence for a log; a static string, also for a value that is not a status.
 const char *wis_status_string(uint32_t status);
 
-/// The best instructions that this processor and the library have: a number to hand to preparations (wis_product_config)
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_wavelet_product_config)
 /// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
 /// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
-/// process, not in a file: another machine may lack the instructions, which wis_product_size finds and later calls do not.
+/// process, not in a file: another machine may lack the instructions, which wis_wavelet_product_size finds and later calls do not.
 /// Takes about 20 us in a virtual machine: call it once.
 uint32_t wis_cpu_detect(void);
 
@@ -577,35 +577,35 @@ uint32_t wis_cpu_detect(void);
 uint32_t wis_version(void);
 
 /// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
-/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
-/// wis_environment_finish may then be called again).
-enum wis_status wis_environment_size(const struct wis_environment_config *config,
+/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_wavelet_light_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// wis_wavelet_light_finish may then be called again).
+enum wis_status wis_wavelet_light_size(const struct wis_wavelet_light_config *config,
                                      struct wis_memory_size *size,
                                      struct wis_diagnostic *diagnostic);
 
 /// Builds an environment in one call. `info` may be null.
-enum wis_status wis_environment_init(const struct wis_environment_config *config,
+enum wis_status wis_wavelet_light_init(const struct wis_wavelet_light_config *config,
                                      void *memory,
                                      size_t bytes,
                                      void *scratch,
                                      size_t scratch_bytes,
-                                     const struct wis_environment **environment,
-                                     struct wis_environment_info *info,
+                                     const struct wis_wavelet_light **environment,
+                                     struct wis_wavelet_light_info *info,
                                      struct wis_diagnostic *diagnostic);
 
 /// Begins a build that threads share: for each of the two passes `p`, the rows `0..rows[p]` go to
-/// wis_environment_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
+/// wis_wavelet_light_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
 /// how the rows were shared.
-enum wis_status wis_environment_begin(const struct wis_environment_config *config,
+enum wis_status wis_wavelet_light_begin(const struct wis_wavelet_light_config *config,
                                       void *scratch,
                                       size_t scratch_bytes,
                                       uint32_t rows[2],
                                       struct wis_diagnostic *diagnostic);
 
 /// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
-/// wis_environment_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
+/// wis_wavelet_light_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
 /// before the first is done.
-enum wis_status wis_environment_run(const struct wis_environment_config *config,
+enum wis_status wis_wavelet_light_run(const struct wis_wavelet_light_config *config,
                                     void *scratch,
                                     size_t scratch_bytes,
                                     uint32_t pass,
@@ -614,38 +614,38 @@ enum wis_status wis_environment_run(const struct wis_environment_config *config,
                                     struct wis_diagnostic *diagnostic);
 
 /// Ends a build when both passes are done (WIS_MISMATCH before). `info` may be null.
-enum wis_status wis_environment_finish(const struct wis_environment_config *config,
+enum wis_status wis_wavelet_light_finish(const struct wis_wavelet_light_config *config,
                                        void *memory,
                                        size_t bytes,
                                        void *scratch,
                                        size_t scratch_bytes,
-                                       const struct wis_environment **environment,
-                                       struct wis_environment_info *info,
+                                       const struct wis_wavelet_light **environment,
+                                       struct wis_wavelet_light_info *info,
                                        struct wis_diagnostic *diagnostic);
 
 /// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as an environment. Reads
 /// all of them once. `info` may be null.
-enum wis_status wis_environment_open(const void *memory,
+enum wis_status wis_wavelet_light_open(const void *memory,
                                      size_t bytes,
-                                     const struct wis_environment **environment,
-                                     struct wis_environment_info *info,
+                                     const struct wis_wavelet_light **environment,
+                                     struct wis_wavelet_light_info *info,
                                      struct wis_diagnostic *diagnostic);
 
 /// The integral of a distribution over the sphere, in the units of the map times steradian: of luminance, or of what
 /// compensation leaves of it. Its radiance over this power is the pdf of a direction, up to the size of a cell.
-enum wis_status wis_environment_power(const struct wis_environment *environment, uint32_t distribution, double *power);
+enum wis_status wis_wavelet_light_power(const struct wis_wavelet_light *environment, uint32_t distribution, double *power);
 
 /// Samples a direction in proportion to the light alone. `u`: two numbers in [0, 1) (others are moved there, NaN
 /// counts as 1/2). `world_from_map`: a row-major 3x3 rotation or reflection, within 1e-4; null is the identity. A
 /// black environment gives pdf 0.
-enum wis_status wis_environment_sample(const struct wis_environment *environment,
+enum wis_status wis_wavelet_light_sample(const struct wis_wavelet_light *environment,
                                        uint32_t distribution,
                                        const float world_from_map[9],
                                        const float u[2],
-                                       struct wis_sample *sample);
+                                       struct wis_drawn *sample);
 
-/// As `count` calls of wis_environment_sample. Strides are in bytes from one element to the next; 0: packed.
-enum wis_status wis_environment_sample_n(const struct wis_environment *environment,
+/// As `count` calls of wis_wavelet_light_sample. Strides are in bytes from one element to the next; 0: packed.
+enum wis_status wis_wavelet_light_sample_n(const struct wis_wavelet_light *environment,
                                          uint32_t distribution,
                                          const float world_from_map[9],
                                          size_t count,
@@ -656,9 +656,9 @@ enum wis_status wis_environment_sample_n(const struct wis_environment *environme
                                          float *pdf,
                                          size_t pdf_stride);
 
-/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// As wis_wavelet_light_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
 /// quarters of the time.
-enum wis_status wis_environment_sample_lanes(const struct wis_environment *environment,
+enum wis_status wis_wavelet_light_sample_lanes(const struct wis_wavelet_light *environment,
                                              uint32_t distribution,
                                              const float world_from_map[9],
                                              uint32_t cpu_level,
@@ -671,14 +671,14 @@ enum wis_status wis_environment_sample_lanes(const struct wis_environment *envir
                                              size_t pdf_stride);
 
 /// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with.
-enum wis_status wis_environment_pdf(const struct wis_environment *environment,
+enum wis_status wis_wavelet_light_pdf(const struct wis_wavelet_light *environment,
                                     uint32_t distribution,
                                     const float world_from_map[9],
                                     const float wi[3],
                                     float *pdf);
 
-/// As `count` calls of wis_environment_pdf; a direction that is not of unit length gets pdf 0.
-enum wis_status wis_environment_pdf_n(const struct wis_environment *environment,
+/// As `count` calls of wis_wavelet_light_pdf; a direction that is not of unit length gets pdf 0.
+enum wis_status wis_wavelet_light_pdf_n(const struct wis_wavelet_light *environment,
                                       uint32_t distribution,
                                       const float world_from_map[9],
                                       size_t count,
@@ -687,9 +687,9 @@ enum wis_status wis_environment_pdf_n(const struct wis_environment *environment,
                                       float *pdf,
                                       size_t pdf_stride);
 
-/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// As wis_wavelet_light_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
 /// quarters of the time.
-enum wis_status wis_environment_pdf_lanes(const struct wis_environment *environment,
+enum wis_status wis_wavelet_light_pdf_lanes(const struct wis_wavelet_light *environment,
                                           uint32_t distribution,
                                           const float world_from_map[9],
                                           uint32_t cpu_level,
@@ -700,7 +700,7 @@ enum wis_status wis_environment_pdf_lanes(const struct wis_environment *environm
                                           size_t pdf_stride);
 
 /// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
-enum wis_status wis_environment_invert(const struct wis_environment *environment,
+enum wis_status wis_wavelet_light_invert(const struct wis_wavelet_light *environment,
                                        uint32_t distribution,
                                        const float world_from_map[9],
                                        const float wi[3],
@@ -730,7 +730,7 @@ enum wis_status wis_haar_forward(uint32_t dimensions, uint32_t depth, size_t cou
 enum wis_status wis_haar_inverse(uint32_t dimensions, uint32_t depth, size_t count, double *values);
 
 /// The memory that wis_jitter_init needs for the strata of a lat-long map.
-enum wis_status wis_jitter_size(const struct wis_environment_config *map,
+enum wis_status wis_jitter_size(const struct wis_wavelet_light_config *map,
                                 uint32_t light_count,
                                 struct wis_memory_size *size,
                                 struct wis_diagnostic *diagnostic);
@@ -738,7 +738,7 @@ enum wis_status wis_jitter_size(const struct wis_environment_config *map,
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
 /// `light_count`), so that directions can be drawn inside each. `distribution`: WIS_JITTER_*. `world_from_map` as in
 /// wis_strata_config; null is the identity.
-enum wis_status wis_jitter_init(const struct wis_environment_config *map,
+enum wis_status wis_jitter_init(const struct wis_wavelet_light_config *map,
                                 const float world_from_map[9],
                                 uint32_t light_count,
                                 const uint32_t *label,
@@ -756,7 +756,7 @@ enum wis_status wis_jitter_init(const struct wis_environment_config *map,
 enum wis_status wis_jitter_sample(const struct wis_jitter *jitter,
                                   uint32_t light,
                                   const float u[2],
-                                  struct wis_sample *sample);
+                                  struct wis_drawn *sample);
 
 /// The pdf of wis_jitter_sample for any direction of unit length: the very bits that a sample came with, and 0 outside
 /// the stratum.
@@ -792,8 +792,8 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
 /// nothing is prepared, or where lobes are too narrow for a product.
 ///
-/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_environment_sample_lanes with
-/// WIS_DISTRIBUTION_COMPENSATED, or from wis_product_sample_lanes where a product is prepared, and the others from the
+/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_wavelet_light_sample_lanes with
+/// WIS_DISTRIBUTION_COMPENSATED, or from wis_wavelet_product_sample_lanes where a product is prepared, and the others from the
 /// BRDF. Good choices are k = 16 for a single pick (up to eight samples in a call cost little more than two), 8 for up to
 /// four picks and 4 for more. Where the BRDF is dear, 8 and 4, and 4 for Lambert's lobes alone from two picks on; of both,
 /// more than four picks under a sun need no pool: trace all N candidates (k = 1) and add up what they are weighed with
@@ -860,7 +860,7 @@ enum wis_status wis_prior_weights(const struct wis_prior *prior,
 
 /// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what the lobes mean.
 /// Strides are in bytes; 0: packed.
-enum wis_status wis_query_eval(const struct wis_query *query,
+enum wis_status wis_query_eval(const struct wis_wavelet_query *query,
                                size_t count,
                                const float *wi,
                                size_t wi_stride,
@@ -868,43 +868,43 @@ enum wis_status wis_query_eval(const struct wis_query *query,
                                size_t f_cos_stride);
 
 /// The bytes that a product needs; no scratch memory besides. Allocate one block per thread and use it over and over.
-enum wis_status wis_product_size(const struct wis_product_config *config,
+enum wis_status wis_wavelet_product_size(const struct wis_wavelet_product_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);
 
 /// Prepares the product of an environment and a shading point. A query without lobes, or light and lobes that do not
 /// meet, give a product whose samples have pdf 0.
-enum wis_status wis_product_prepare(const struct wis_environment *environment,
-                                    const struct wis_query *query,
-                                    const struct wis_product_config *config,
+enum wis_status wis_wavelet_product_prepare(const struct wis_wavelet_light *environment,
+                                    const struct wis_wavelet_query *query,
+                                    const struct wis_wavelet_product_config *config,
                                     void *memory,
                                     size_t bytes,
-                                    const struct wis_product **product,
+                                    const struct wis_wavelet_product **product,
                                     struct wis_diagnostic *diagnostic);
 
-/// As wis_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
+/// As wis_wavelet_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
 /// estimate of such a product.
-enum wis_status wis_product_prepare_callback(const struct wis_environment *environment,
-                                             const struct wis_callback_brdf *brdf,
-                                             const struct wis_product_config *config,
+enum wis_status wis_wavelet_product_prepare_callback(const struct wis_wavelet_light *environment,
+                                             const struct wis_wavelet_callback *brdf,
+                                             const struct wis_wavelet_product_config *config,
                                              void *memory,
                                              size_t bytes,
-                                             const struct wis_product **product,
+                                             const struct wis_wavelet_product **product,
                                              struct wis_diagnostic *diagnostic);
 
 /// Whether a product may serve a hit: 1 if the hit has the lobes and flags of the query that was prepared, bit for bit,
 /// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. That a tabulated
 /// lobe means the same table is yours to know. The view (wo) may
 /// differ: it changes the quality of the samples, not that the pdf is above 0 wherever the hit reflects light.
-enum wis_status wis_product_covers(const struct wis_environment *environment,
-                                   const struct wis_product *product,
-                                   const struct wis_query *query,
+enum wis_status wis_wavelet_product_covers(const struct wis_wavelet_light *environment,
+                                   const struct wis_wavelet_product *product,
+                                   const struct wis_wavelet_query *query,
                                    uint32_t *covers);
 
 /// What a product is made of.
-enum wis_status wis_product_describe(const struct wis_environment *environment,
-                                     const struct wis_product *product,
-                                     struct wis_product_info *info);
+enum wis_status wis_wavelet_product_describe(const struct wis_wavelet_light *environment,
+                                     const struct wis_wavelet_product *product,
+                                     struct wis_wavelet_product_info *info);
 
 /// An approximation of the integral over directions of luminance x luminance of BRDF x cosine, without visibility, in
 /// the units of the map. An approximation: a ratio or control variate that uses it inherits its error.
@@ -913,28 +913,28 @@ enum wis_status wis_product_describe(const struct wis_environment *environment,
 /// f L V / pdf is unbiased (Clarberg et al. 2005, Eq. 8). This integral times the share of samples with V = 1 (Eq. 11), or
 /// times sum(f L V / pdf) / sum(f L / pdf), is free of noise where nothing is blocked, and biased by the integral's error:
 /// better for a few samples, worse from 64 on.
-enum wis_status wis_product_estimate(const struct wis_environment *environment,
-                                     const struct wis_product *product,
+enum wis_status wis_wavelet_product_estimate(const struct wis_wavelet_light *environment,
+                                     const struct wis_wavelet_product *product,
                                      double *luminance);
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query without a table (for those with: wis_table_estimate_rgb). Costs a
+/// with WIS_WAVELET_LIGHT_RGB and the product from a query without a table (for those with: wis_wavelet_table_estimate_rgb). Costs a
 /// BRDF evaluation for each leaf.
-enum wis_status wis_product_estimate_rgb(const struct wis_environment *environment,
-                                         const struct wis_product *product,
+enum wis_status wis_wavelet_product_estimate_rgb(const struct wis_wavelet_light *environment,
+                                         const struct wis_wavelet_product *product,
                                          double rgb[3]);
 
 /// Samples a direction in proportion to the product. `u`: two numbers in [0, 1) (others are moved there, NaN counts as
 /// 1/2). pdf 0: there is nothing to sample.
-enum wis_status wis_product_sample(const struct wis_environment *environment,
-                                   const struct wis_product *product,
+enum wis_status wis_wavelet_product_sample(const struct wis_wavelet_light *environment,
+                                   const struct wis_wavelet_product *product,
                                    const float u[2],
-                                   struct wis_sample *sample);
+                                   struct wis_drawn *sample);
 
-/// As `count` calls of wis_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
+/// As `count` calls of wis_wavelet_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
 /// packed.
-enum wis_status wis_product_sample_n(const struct wis_environment *environment,
-                                     const struct wis_product *product,
+enum wis_status wis_wavelet_product_sample_n(const struct wis_wavelet_light *environment,
+                                     const struct wis_wavelet_product *product,
                                      size_t count,
                                      const float *u,
                                      size_t u_stride,
@@ -943,10 +943,10 @@ enum wis_status wis_product_sample_n(const struct wis_environment *environment,
                                      float *pdf,
                                      size_t pdf_stride);
 
-/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// As wis_wavelet_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
 /// of the time.
-enum wis_status wis_product_sample_lanes(const struct wis_environment *environment,
-                                         const struct wis_product *product,
+enum wis_status wis_wavelet_product_sample_lanes(const struct wis_wavelet_light *environment,
+                                         const struct wis_wavelet_product *product,
                                          uint32_t cpu_level,
                                          size_t count,
                                          const float *u,
@@ -958,24 +958,24 @@ enum wis_status wis_product_sample_lanes(const struct wis_environment *environme
 
 /// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with, and
 /// above 0 wherever radiance x BRDF x cosine is.
-enum wis_status wis_product_pdf(const struct wis_environment *environment,
-                                const struct wis_product *product,
+enum wis_status wis_wavelet_product_pdf(const struct wis_wavelet_light *environment,
+                                const struct wis_wavelet_product *product,
                                 const float wi[3],
                                 float *pdf);
 
-/// As `count` calls of wis_product_pdf; a direction that is not of unit length gets pdf 0.
-enum wis_status wis_product_pdf_n(const struct wis_environment *environment,
-                                  const struct wis_product *product,
+/// As `count` calls of wis_wavelet_product_pdf; a direction that is not of unit length gets pdf 0.
+enum wis_status wis_wavelet_product_pdf_n(const struct wis_wavelet_light *environment,
+                                  const struct wis_wavelet_product *product,
                                   size_t count,
                                   const float *wi,
                                   size_t wi_stride,
                                   float *pdf,
                                   size_t pdf_stride);
 
-/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// As wis_wavelet_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
 /// of the time.
-enum wis_status wis_product_pdf_lanes(const struct wis_environment *environment,
-                                      const struct wis_product *product,
+enum wis_status wis_wavelet_product_pdf_lanes(const struct wis_wavelet_light *environment,
+                                      const struct wis_wavelet_product *product,
                                       uint32_t cpu_level,
                                       size_t count,
                                       const float *wi,
@@ -984,28 +984,28 @@ enum wis_status wis_product_pdf_lanes(const struct wis_environment *environment,
                                       size_t pdf_stride);
 
 /// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
-enum wis_status wis_product_invert(const struct wis_environment *environment,
-                                   const struct wis_product *product,
+enum wis_status wis_wavelet_product_invert(const struct wis_wavelet_light *environment,
+                                   const struct wis_wavelet_product *product,
                                    const float wi[3],
                                    float u[2]);
 
-/// Prepares `count` products in one block of `count` times the bytes that wis_product_size gives; `product` receives
-/// their handles. Each has the bytes of wis_product_prepare. On failure, products before the query at fault, whose number
+/// Prepares `count` products in one block of `count` times the bytes that wis_wavelet_product_size gives; `product` receives
+/// their handles. Each has the bytes of wis_wavelet_product_prepare. On failure, products before the query at fault, whose number
 /// stands in the diagnostic's `y`, are whole.
-enum wis_status wis_products_prepare(const struct wis_environment *environment,
+enum wis_status wis_wavelet_products_prepare(const struct wis_wavelet_light *environment,
                                      size_t count,
-                                     const struct wis_query *query,
-                                     const struct wis_product_config *config,
+                                     const struct wis_wavelet_query *query,
+                                     const struct wis_wavelet_product_config *config,
                                      void *memory,
                                      size_t bytes,
-                                     const struct wis_product **product,
+                                     const struct wis_wavelet_product **product,
                                      struct wis_diagnostic *diagnostic);
 
-/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a quarter of the time.
+/// One sample of each of `count` products: the bits of as many calls of wis_wavelet_product_sample, in a quarter of the time.
 /// Strides are in bytes from one element to the next; 0: packed.
-enum wis_status wis_products_sample(const struct wis_environment *environment,
+enum wis_status wis_wavelet_products_sample(const struct wis_wavelet_light *environment,
                                     size_t count,
-                                    const struct wis_product *const *product,
+                                    const struct wis_wavelet_product *const *product,
                                     const float *u,
                                     size_t u_stride,
                                     float *wi,
@@ -1013,11 +1013,11 @@ enum wis_status wis_products_sample(const struct wis_environment *environment,
                                     float *pdf,
                                     size_t pdf_stride);
 
-/// As wis_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
-enum wis_status wis_products_sample_lanes(const struct wis_environment *environment,
+/// As wis_wavelet_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+enum wis_status wis_wavelet_products_sample_lanes(const struct wis_wavelet_light *environment,
                                           uint32_t cpu_level,
                                           size_t count,
-                                          const struct wis_product *const *product,
+                                          const struct wis_wavelet_product *const *product,
                                           const float *u,
                                           size_t u_stride,
                                           float *wi,
@@ -1025,21 +1025,21 @@ enum wis_status wis_products_sample_lanes(const struct wis_environment *environm
                                           float *pdf,
                                           size_t pdf_stride);
 
-/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
+/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_wavelet_product_pdf; 0 for a direction
 /// that is not of unit length. Strides as above.
-enum wis_status wis_products_pdf(const struct wis_environment *environment,
+enum wis_status wis_wavelet_products_pdf(const struct wis_wavelet_light *environment,
                                  size_t count,
-                                 const struct wis_product *const *product,
+                                 const struct wis_wavelet_product *const *product,
                                  const float *wi,
                                  size_t wi_stride,
                                  float *pdf,
                                  size_t pdf_stride);
 
-/// As wis_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
-enum wis_status wis_products_pdf_lanes(const struct wis_environment *environment,
+/// As wis_wavelet_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+enum wis_status wis_wavelet_products_pdf_lanes(const struct wis_wavelet_light *environment,
                                        uint32_t cpu_level,
                                        size_t count,
-                                       const struct wis_product *const *product,
+                                       const struct wis_wavelet_product *const *product,
                                        const float *wi,
                                        size_t wi_stride,
                                        float *pdf,
@@ -1047,7 +1047,7 @@ enum wis_status wis_products_pdf_lanes(const struct wis_environment *environment
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
 /// storage, resolution and error budget do not matter.
-enum wis_status wis_strata_size(const struct wis_environment_config *map,
+enum wis_status wis_strata_size(const struct wis_wavelet_light_config *map,
                                 const struct wis_strata_config *config,
                                 struct wis_memory_size *size,
                                 struct wis_diagnostic *diagnostic);
@@ -1059,7 +1059,7 @@ enum wis_status wis_strata_size(const struct wis_environment_config *map,
 ///
 /// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
 /// number of the light of each texel.
-enum wis_status wis_strata_lights(const struct wis_environment_config *map,
+enum wis_status wis_strata_lights(const struct wis_wavelet_light_config *map,
                                   const struct wis_strata_config *config,
                                   void *scratch,
                                   size_t scratch_bytes,
@@ -1072,7 +1072,7 @@ enum wis_status wis_strata_lights(const struct wis_environment_config *map,
 /// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
 /// pixel, 1/2 for its centre. Average several places, and choose pixels (2 / 2^depth radians wide at the mirror direction) that
 /// are finer than the lobe: samples are as uneven as the lobe is inside a pixel. wi below the surface are given too. The stride is in bytes; 0: packed.
-enum wis_status wis_table_directions(uint32_t slice,
+enum wis_status wis_wavelet_table_directions(uint32_t slice,
                                      uint32_t slice_count,
                                      uint32_t depth,
                                      const float offset[2],
@@ -1081,30 +1081,30 @@ enum wis_status wis_table_directions(uint32_t slice,
                                      size_t wi_stride);
 
 /// As wis_query_eval, for a query with tabulated lobes: what the table means, in its colours.
-enum wis_status wis_table_eval(const struct wis_table *table,
-                               const struct wis_query *query,
+enum wis_status wis_wavelet_table_eval(const struct wis_wavelet_table *table,
+                               const struct wis_wavelet_query *query,
                                size_t count,
                                const float *wi,
                                size_t wi_stride,
                                float *f_cos,
                                size_t f_cos_stride);
 
-/// As wis_product_prepare, for a query with tabulated lobes (WIS_LOBE_TABLE, weighted, beside others if there are). The
+/// As wis_wavelet_product_prepare, for a query with tabulated lobes (WIS_WAVELET_LOBE_TABLE, weighted, beside others if there are). The
 /// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
 /// above 0 wherever the true BRDF may be, however coarse the table is.
-enum wis_status wis_product_prepare_table(const struct wis_environment *environment,
-                                          const struct wis_table *table,
-                                          const struct wis_query *query,
-                                          const struct wis_product_config *config,
+enum wis_status wis_wavelet_product_prepare_table(const struct wis_wavelet_light *environment,
+                                          const struct wis_wavelet_table *table,
+                                          const struct wis_wavelet_query *query,
+                                          const struct wis_wavelet_product_config *config,
                                           void *memory,
                                           size_t bytes,
-                                          const struct wis_product **product,
+                                          const struct wis_wavelet_product **product,
                                           struct wis_diagnostic *diagnostic);
 
-/// As wis_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
-enum wis_status wis_table_estimate_rgb(const struct wis_environment *environment,
-                                       const struct wis_product *product,
-                                       const struct wis_table *table,
+/// As wis_wavelet_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+enum wis_status wis_wavelet_table_estimate_rgb(const struct wis_wavelet_light *environment,
+                                       const struct wis_wavelet_product *product,
+                                       const struct wis_wavelet_table *table,
                                        double rgb[3]);
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
@@ -1213,7 +1213,7 @@ enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *co
 /// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
 /// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
 /// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
-enum wis_status wis_tree_of_environment(const struct wis_environment *environment,
+enum wis_status wis_tree_of_environment(const struct wis_wavelet_light *environment,
                                         const struct wis_rotated_config *config,
                                         void *memory,
                                         size_t bytes,

@@ -94,36 +94,36 @@ private:
 class environment {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_environment_config &config, wis_environment_info *info = nullptr,
+    status init(const wis_wavelet_light_config &config, wis_wavelet_light_info *info = nullptr,
                 wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;
-        const status measured = wis_environment_size(&config, &need, diagnostic);
+        const status measured = wis_wavelet_light_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         memory scratch;
         if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
             return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_environment_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
+        return pass(wis_wavelet_light_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
                                          &handle_.value, info, diagnostic));
     }
-    const wis_environment *get() const noexcept { return handle_; }
+    const wis_wavelet_light *get() const noexcept { return handle_; }
 
-    status sample(const float (&u)[2], wis_sample &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+    status sample(const float (&u)[2], wis_drawn &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
                   const float *world_from_map = nullptr) const {
-        return pass(wis_environment_sample(handle_, distribution, world_from_map, u, &out));
+        return pass(wis_wavelet_light_sample(handle_, distribution, world_from_map, u, &out));
     }
     status pdf(const float (&wi)[3], float &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
                const float *world_from_map = nullptr) const {
-        return pass(wis_environment_pdf(handle_, distribution, world_from_map, wi, &out));
+        return pass(wis_wavelet_light_pdf(handle_, distribution, world_from_map, wi, &out));
     }
     status invert(const float (&wi)[3], float (&u)[2], std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
                   const float *world_from_map = nullptr) const {
-        return pass(wis_environment_invert(handle_, distribution, world_from_map, wi, u));
+        return pass(wis_wavelet_light_invert(handle_, distribution, world_from_map, wi, u));
     }
 
 private:
     memory memory_;
-    moving<const wis_environment *> handle_;
+    moving<const wis_wavelet_light *> handle_;
 };
 
 /// The product at one shading point after another, in memory that is reserved once. One for each thread.
@@ -131,10 +131,10 @@ class product {
 public:
     /// Reserves the memory, and copies the configuration with its matrix and its prior: both pointers may go away
     /// afterwards. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_product_config &config, wis_diagnostic *diagnostic = nullptr) {
+    status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;
-        const status measured = wis_product_size(&config, &need, diagnostic);
+        const status measured = wis_wavelet_product_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
         config_ = config;
@@ -150,63 +150,63 @@ public:
         seen_ = prior != nullptr;
         if (seen_) prior_ = *prior;
     }
-    status prepare(const environment &light, const wis_query &query, wis_diagnostic *diagnostic = nullptr) {
+    status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
-        const wis_product_config own = config();
-        return pass(wis_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
                                         diagnostic));
     }
-    status prepare(const environment &light, const wis_callback_brdf &brdf, wis_diagnostic *diagnostic = nullptr) {
+    status prepare(const environment &light, const wis_wavelet_callback &brdf, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
-        const wis_product_config own = config();
-        return pass(wis_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
                                                  &handle_.value, diagnostic));
     }
     /// For a query with tabulated lobes.
-    status prepare(const environment &light, const wis_table &table, const wis_query &query,
+    status prepare(const environment &light, const wis_wavelet_table &table, const wis_wavelet_query &query,
                    wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
-        const wis_product_config own = config();
-        return pass(wis_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
                                               &handle_.value, diagnostic));
     }
-    const wis_product *get() const noexcept { return handle_; }
+    const wis_wavelet_product *get() const noexcept { return handle_; }
 
     /// Whether a hit may use the product: see reuse_cone.
-    status covers(const environment &light, const wis_query &query, bool &out) const {
+    status covers(const environment &light, const wis_wavelet_query &query, bool &out) const {
         std::uint32_t answer = 0;
-        const status asked = wis_product_covers(light.get(), handle_, &query, &answer);
+        const status asked = wis_wavelet_product_covers(light.get(), handle_, &query, &answer);
         out = answer == 1;
         return pass(asked);
     }
     status estimate(const environment &light, double &luminance) const {
-        return pass(wis_product_estimate(light.get(), handle_, &luminance));
+        return pass(wis_wavelet_product_estimate(light.get(), handle_, &luminance));
     }
-    status sample(const environment &light, const float (&u)[2], wis_sample &out) const {
-        return pass(wis_product_sample(light.get(), handle_, u, &out));
+    status sample(const environment &light, const float (&u)[2], wis_drawn &out) const {
+        return pass(wis_wavelet_product_sample(light.get(), handle_, u, &out));
     }
     status pdf(const environment &light, const float (&wi)[3], float &out) const {
-        return pass(wis_product_pdf(light.get(), handle_, wi, &out));
+        return pass(wis_wavelet_product_pdf(light.get(), handle_, wi, &out));
     }
     status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
-        return pass(wis_product_invert(light.get(), handle_, wi, u));
+        return pass(wis_wavelet_product_invert(light.get(), handle_, wi, u));
     }
 
 private:
     /// The configuration with pointers to what this object keeps, wherever it was moved to.
-    wis_product_config config() const noexcept {
-        wis_product_config own = config_;
+    wis_wavelet_product_config config() const noexcept {
+        wis_wavelet_product_config own = config_;
         if (turned_) own.world_from_map = matrix_;
         if (seen_) own.prior = &prior_;
         return own;
     }
     memory memory_;
     /// Without its pointers.
-    wis_product_config config_ = wis_product_config();
+    wis_wavelet_product_config config_ = wis_wavelet_product_config();
     bool turned_ = false, seen_ = false;
     float matrix_[9] = {};
     wis_prior prior_ = wis_prior();
-    moving<const wis_product *> handle_;
+    moving<const wis_wavelet_product *> handle_;
 };
 
 /// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
@@ -344,7 +344,7 @@ private:
 class lights {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_environment_config &map, const wis_strata_config &config,
+    status init(const wis_wavelet_light_config &map, const wis_strata_config &config,
                 wis_diagnostic *diagnostic = nullptr) {
         count_ = 0;
         wis_memory_size need;

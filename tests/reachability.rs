@@ -9,7 +9,7 @@ use support::quadrature::Scene;
 use support::scenes::{ShadingPoint, grid};
 use support::vector::{V3, add, cross, luminance, scale, single, unit};
 use support::*;
-use wis::ffi::environment::WIS_ENVIRONMENT_EXACT_ZERO;
+use wis::ffi::environment::WIS_WAVELET_LIGHT_EXACT_ZERO;
 use wis::sphere::direction_f64;
 
 /// A shading point with what a client evaluates there.
@@ -91,7 +91,7 @@ fn supports_are_reached_although_black_stays_black() {
     for (name, map) in contrasts() {
         let directions = supports(&map);
         for resolution in [0, 8, 256] {
-            let environment = map.build(resolution, WIS_ENVIRONMENT_EXACT_ZERO);
+            let environment = map.build(resolution, WIS_WAVELET_LIGHT_EXACT_ZERO);
             for case in cases(&name, &map) {
                 let product = case.point.prepare(&environment);
                 let worlds = directions.iter().map(|&d| case.point.world(d));

@@ -9,7 +9,7 @@ use support::{Map, Memory};
 use wis::descent::Sample;
 use wis::ffi::MemorySize;
 use wis::ffi::environment::{
-    EnvironmentConfig, WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL,
+    EnvironmentConfig, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_SANITISE,
 };
 use wis::ffi::jitter::{
     Jitter, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample, wis_jitter_size,
@@ -220,7 +220,7 @@ fn strata_config(count: u32) -> StrataConfig {
 #[test]
 fn lights_carry_the_energy_of_their_strata() {
     let map = Map { pixels: room(96, 48), ..Map::latlong(96, 48, |_, _| 0.0) };
-    let power = map.build(0, WIS_ENVIRONMENT_NEAREST).power(0);
+    let power = map.build(0, WIS_WAVELET_LIGHT_NEAREST).power(0);
     let matrix = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6f32];
     let still = strata_config(80);
     let turned = StrataConfig { world_from_map: matrix.as_ptr(), ..still };
@@ -458,12 +458,12 @@ fn bad_maps_and_configs_are_refused() {
     invalid.pixels[9] = f32::NAN;
     assert_eq!(lights(&invalid.config(0, 0), &good).err(), Some(Status::InvalidTexel));
     invalid.pixels[30] = f32::INFINITY;
-    let (sound, _) = lights(&invalid.config(0, WIS_ENVIRONMENT_SANITISE), &good).unwrap();
+    let (sound, _) = lights(&invalid.config(0, WIS_WAVELET_LIGHT_SANITISE), &good).unwrap();
     assert!(!sound.is_empty() && sound.iter().all(|l| l.luminance.is_finite()));
     let black = Map::latlong(16, 8, |_, _| 0.0);
     assert_eq!(lights(&black.config(0, 0), &good).unwrap(), (vec![], vec![0; 128]));
     let nothing = Map::latlong(16, 8, |_, _| f32::NAN);
     assert_eq!(lights(&nothing.config(0, 0), &good).err(), Some(Status::InvalidTexel));
-    assert_eq!(lights(&nothing.config(0, WIS_ENVIRONMENT_SANITISE), &good).unwrap(), (vec![], vec![0; 128]));
+    assert_eq!(lights(&nothing.config(0, WIS_WAVELET_LIGHT_SANITISE), &good).unwrap(), (vec![], vec![0; 128]));
     assert_eq!(lights(&map.config(0, 0), &strata_config(0)).unwrap().0, vec![]);
 }

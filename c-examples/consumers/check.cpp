@@ -13,7 +13,7 @@ const unsigned samples = 64;
 bool densities_agree(const wis::environment &environment, const wis::product &product) {
     for (unsigned i = 0; i < samples; i++) {
         const float u[2] = {(i + 0.5f) / samples, (i * 37 % samples + 0.5f) / samples};
-        wis_sample sample;
+        wis_drawn sample;
         float pdf = 0.0f;
         if (product.sample(environment, u, sample) != WIS_OK) return false;
         if (product.pdf(environment, sample.wi, pdf) != WIS_OK) return false;
@@ -28,7 +28,7 @@ bool lights_carry_the_power(const std::vector<float> &pixels, const wis::environ
     wis::lights lights;
     double power = 0.0, sum = 0.0;
     if (lights.init(map_config(pixels), config) != WIS_OK) return false;
-    if (wis_environment_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
+    if (wis_wavelet_light_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
     for (const wis_light &light : lights) sum += light.luminance;
     return lights.size() > 0 && sum > 0.999 * power && sum < 1.001 * power;
 }
@@ -54,7 +54,7 @@ int main() {
 
     wis::environment environment;
     wis::product product;
-    const auto config = wis::sized<wis_product_config>();
+    const auto config = wis::sized<wis_wavelet_product_config>();
     const bool passed = environment.init(map_config(pixels)) == WIS_OK && product.init(config) == WIS_OK &&
                         product.prepare(environment, lambert()) == WIS_OK && densities_agree(environment, product) &&
                         lights_carry_the_power(pixels, environment) && product_is_that_of_averages();

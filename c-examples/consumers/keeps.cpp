@@ -20,8 +20,8 @@ void expect(bool holds, const char *what) {
 }
 
 std::vector<char> bytes_of(const wis::environment &light, const wis::product &product) {
-    auto info = wis::sized<wis_product_info>();
-    if (wis_product_describe(light.get(), product.get(), &info) != WIS_OK) return {};
+    auto info = wis::sized<wis_wavelet_product_info>();
+    if (wis_wavelet_product_describe(light.get(), product.get(), &info) != WIS_OK) return {};
     const char *const start = reinterpret_cast<const char *>(product.get());
     return std::vector<char>(start, start + info.bytes);
 }
@@ -36,7 +36,7 @@ void init_with_what_dies(wis::product &product) {
         prior->traced[k] = 8;
         prior->visible[k] = k % 8;
     }
-    auto config = wis::sized<wis_product_config>();
+    auto config = wis::sized<wis_wavelet_product_config>();
     config.world_from_map = matrix.get();
     config.prior = prior.get();
     expect(product.init(config) == WIS_OK, "a product with a matrix and a prior");
@@ -46,7 +46,7 @@ void init_with_what_dies(wis::product &product) {
 
 void products_keep_matrix_and_prior(const wis::environment &light) {
     wis::product plain, kept;
-    expect(plain.init(wis::sized<wis_product_config>()) == WIS_OK, "a plain product");
+    expect(plain.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "a plain product");
     expect(plain.prepare(light, lambert()) == WIS_OK, "a plain preparation");
     init_with_what_dies(kept);
     expect(kept.prepare(light, lambert()) == WIS_OK, "a preparation after the matrix is gone");

@@ -132,7 +132,7 @@ impl Shared {
         self.samples.clear();
     }
 
-    /// The product that covers a hit. All hits of a pixel have one material here: the normal is what wis_product_covers
+    /// The product that covers a hit. All hits of a pixel have one material here: the normal is what wis_wavelet_product_covers
     /// looks at.
     fn covering(&self, normal: Vec3) -> Option<usize> {
         self.normals.iter().position(|own| *own == normal || own.dot(normal) >= REUSE_CONE.cos())

@@ -213,7 +213,7 @@ impl Light {
     /// # Errors
     /// Those of the library.
     pub fn environment(&self) -> crate::client::Result<Environment> {
-        let flags = raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_COMPENSATED;
+        let flags = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_COMPENSATED;
         let map = Map::latlong(self.width as u32, self.height as u32, 1, &self.luminance);
         match self.layout {
             Layout::LatLong => Environment::new(&Map { flags, ..map }),
@@ -221,7 +221,7 @@ impl Light {
             Layout::Angular => {
                 let side = self.width.max(self.height).next_power_of_two() as u32;
                 let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
-                Environment::new(&Map { flags: raw::WIS_ENVIRONMENT_COMPENSATED, ..Map::octahedral(side, &texels) })
+                Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_COMPENSATED, ..Map::octahedral(side, &texels) })
             }
         }
     }

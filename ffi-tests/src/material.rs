@@ -143,7 +143,7 @@ impl Material {
     }
 
     /// The same BRDF as the library is told of it.
-    pub fn query(&self, point: &ShadingPoint) -> raw::wis_query {
+    pub fn query(&self, point: &ShadingPoint) -> raw::wis_wavelet_query {
         let grey = |w| [w; 3];
         if self.measured.is_some() {
             return client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated(grey(1.0))]);

@@ -67,7 +67,7 @@ pub struct Header {
     pub error: f64,
     /// WIS_STORAGE_*.
     pub storage: u32,
-    /// WIS_ENVIRONMENT_*.
+    /// WIS_WAVELET_LIGHT_*.
     pub flags: u32,
     /// The square has 2^depth cells per axis.
     pub depth: u32,

@@ -34,36 +34,36 @@ pub const WIS_FORMAT_F32: u32 = 1;
 pub const WIS_FORMAT_F16: u32 = 2;
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
-/// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
+/// to the library and WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
 /// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
 pub const WIS_STORAGE_PYRAMID: u32 = 1;
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
 pub const WIS_STORAGE_SPARSE: u32 = 2;
 
 /// The client looks texels up without filtering: importance is not spread to neighbouring texels.
-pub const WIS_ENVIRONMENT_NEAREST: u32 = 1;
+pub const WIS_WAVELET_LIGHT_NEAREST: u32 = 1;
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
-pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
+pub const WIS_WAVELET_LIGHT_EXACT_ZERO: u32 = 2;
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
 /// luminance; in a pyramid whose resolution is left to the library it keeps, for clients without filter
-/// (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
-pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
-/// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
-pub const WIS_ENVIRONMENT_RGB: u32 = 8;
+/// (WIS_WAVELET_LIGHT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
+pub const WIS_WAVELET_LIGHT_COMPENSATED: u32 = 4;
+/// RGB averages are stored too, for wis_wavelet_product_estimate_rgb: 48 bytes for four cells, and a third more.
+pub const WIS_WAVELET_LIGHT_RGB: u32 = 8;
 /// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
 /// +Inf by the largest finite luminance of the map.
-pub const WIS_ENVIRONMENT_SANITISE: u32 = 16;
+pub const WIS_WAVELET_LIGHT_SANITISE: u32 = 16;
 
 /// Proportional to luminance.
 pub const WIS_DISTRIBUTION_PLAIN: u32 = 0;
 /// Proportional to the luminance above the mean: for multiple importance sampling with the BRDF.
 pub const WIS_DISTRIBUTION_COMPENSATED: u32 = 1;
 
-const ALL_FLAGS: u32 = WIS_ENVIRONMENT_NEAREST
-    | WIS_ENVIRONMENT_EXACT_ZERO
-    | WIS_ENVIRONMENT_COMPENSATED
-    | WIS_ENVIRONMENT_RGB
-    | WIS_ENVIRONMENT_SANITISE;
+const ALL_FLAGS: u32 = WIS_WAVELET_LIGHT_NEAREST
+    | WIS_WAVELET_LIGHT_EXACT_ZERO
+    | WIS_WAVELET_LIGHT_COMPENSATED
+    | WIS_WAVELET_LIGHT_RGB
+    | WIS_WAVELET_LIGHT_SANITISE;
 
 /// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -80,7 +80,7 @@ pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *cons
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentConfig {
-    /// sizeof(wis_environment_config).
+    /// sizeof(wis_wavelet_light_config).
     pub size: u32,
     /// WIS_LAYOUT_*.
     pub layout: u32,
@@ -92,7 +92,7 @@ pub struct EnvironmentConfig {
     pub channels: u32,
     /// WIS_FORMAT_*.
     pub format: u32,
-    /// WIS_ENVIRONMENT_*, or 0.
+    /// WIS_WAVELET_LIGHT_*, or 0.
     pub flags: u32,
     /// WIS_STORAGE_*.
     pub storage: u32,
@@ -116,13 +116,13 @@ pub struct EnvironmentConfig {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EnvironmentInfo {
-    /// sizeof(wis_environment_info), set by the caller.
+    /// sizeof(wis_wavelet_light_info), set by the caller.
     pub size: u32,
     /// Cells along each side of the square.
     pub resolution: u32,
     /// WIS_STORAGE_*.
     pub storage: u32,
-    /// WIS_ENVIRONMENT_*.
+    /// WIS_WAVELET_LIGHT_*.
     pub flags: u32,
     /// Bytes of the environment: that much of the block is in use and needs to be saved.
     pub bytes: u64,
@@ -139,13 +139,13 @@ pub struct EnvironmentInfo {
 }
 
 /// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
-/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
-/// wis_environment_finish may then be called again).
+/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_wavelet_light_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// wis_wavelet_light_finish may then be called again).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_size(
+pub unsafe extern "C" fn wis_wavelet_light_size(
     config: *const EnvironmentConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -169,7 +169,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_init(
+pub unsafe extern "C" fn wis_wavelet_light_init(
     config: *const EnvironmentConfig,
     memory: *mut c_void,
     bytes: usize,
@@ -196,13 +196,13 @@ pub unsafe extern "C" fn wis_environment_init(
 }
 
 /// Begins a build that threads share: for each of the two passes `p`, the rows `0..rows[p]` go to
-/// wis_environment_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
+/// wis_wavelet_light_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
 /// how the rows were shared.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `rows` to two numbers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_begin(
+pub unsafe extern "C" fn wis_wavelet_light_begin(
     config: *const EnvironmentConfig,
     scratch: *mut c_void,
     scratch_bytes: usize,
@@ -222,13 +222,13 @@ pub unsafe extern "C" fn wis_environment_begin(
 }
 
 /// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
-/// wis_environment_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
+/// wis_wavelet_light_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
 /// before the first is done.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; no other thread works on the same rows.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_run(
+pub unsafe extern "C" fn wis_wavelet_light_run(
     config: *const EnvironmentConfig,
     scratch: *mut c_void,
     scratch_bytes: usize,
@@ -258,9 +258,9 @@ pub unsafe extern "C" fn wis_environment_run(
 /// Ends a build when both passes are done (WIS_MISMATCH before). `info` may be null.
 ///
 /// # Safety
-/// As wis_environment_init; no thread is still at work on the scratch block.
+/// As wis_wavelet_light_init; no thread is still at work on the scratch block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_finish(
+pub unsafe extern "C" fn wis_wavelet_light_finish(
     config: *const EnvironmentConfig,
     memory: *mut c_void,
     bytes: usize,
@@ -288,7 +288,7 @@ pub unsafe extern "C" fn wis_environment_finish(
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the environment is in use.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_open(
+pub unsafe extern "C" fn wis_wavelet_light_open(
     memory: *const c_void,
     bytes: usize,
     environment: *mut *const Environment,
@@ -324,7 +324,7 @@ pub unsafe extern "C" fn wis_environment_open(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_power(
+pub unsafe extern "C" fn wis_wavelet_light_power(
     environment: *const Environment,
     distribution: u32,
     power: *mut f64,
@@ -349,7 +349,7 @@ pub unsafe extern "C" fn wis_environment_power(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_sample(
+pub unsafe extern "C" fn wis_wavelet_light_sample(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -365,12 +365,12 @@ pub unsafe extern "C" fn wis_environment_sample(
     })
 }
 
-/// As `count` calls of wis_environment_sample. Strides are in bytes from one element to the next; 0: packed.
+/// As `count` calls of wis_wavelet_light_sample. Strides are in bytes from one element to the next; 0: packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_sample_n(
+pub unsafe extern "C" fn wis_wavelet_light_sample_n(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -384,7 +384,7 @@ pub unsafe extern "C" fn wis_environment_sample_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_environment_sample_lanes(
+        wis_wavelet_light_sample_lanes(
             environment,
             distribution,
             world_from_map,
@@ -400,13 +400,13 @@ pub unsafe extern "C" fn wis_environment_sample_n(
     }
 }
 
-/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// As wis_wavelet_light_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
 /// quarters of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_sample_lanes(
+pub unsafe extern "C" fn wis_wavelet_light_sample_lanes(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -434,7 +434,7 @@ pub unsafe extern "C" fn wis_environment_sample_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_pdf(
+pub unsafe extern "C" fn wis_wavelet_light_pdf(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -450,12 +450,12 @@ pub unsafe extern "C" fn wis_environment_pdf(
     })
 }
 
-/// As `count` calls of wis_environment_pdf; a direction that is not of unit length gets pdf 0.
+/// As `count` calls of wis_wavelet_light_pdf; a direction that is not of unit length gets pdf 0.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_pdf_n(
+pub unsafe extern "C" fn wis_wavelet_light_pdf_n(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -467,7 +467,7 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_environment_pdf_lanes(
+        wis_wavelet_light_pdf_lanes(
             environment,
             distribution,
             world_from_map,
@@ -481,13 +481,13 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
     }
 }
 
-/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// As wis_wavelet_light_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
 /// quarters of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_pdf_lanes(
+pub unsafe extern "C" fn wis_wavelet_light_pdf_lanes(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -513,7 +513,7 @@ pub unsafe extern "C" fn wis_environment_pdf_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_invert(
+pub unsafe extern "C" fn wis_wavelet_light_invert(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -551,7 +551,7 @@ unsafe fn light<'a>(
 fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Distribution<'a>> {
     match distribution {
         WIS_DISTRIBUTION_PLAIN => Ok(environment.plain()),
-        WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
+        WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0 => {
             Ok(environment.compensated())
         }
         WIS_DISTRIBUTION_COMPENSATED => Err(Failure::new(Status::NotBuilt, 2)),

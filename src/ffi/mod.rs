@@ -64,7 +64,7 @@ pub struct Diagnostic {
     pub argument: u32,
     /// WIS_INVALID_TEXEL: the column of the texel.
     pub x: u32,
-    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_products_prepare: the number of the query, 0 = first.
+    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_wavelet_products_prepare: the number of the query, 0 = first.
     pub y: u32,
     /// Always 0.
     pub reserved: u32,
@@ -79,10 +79,10 @@ pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
     text.as_ptr()
 }
 
-/// The best instructions that this processor and the library have: a number to hand to preparations (wis_product_config)
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_wavelet_product_config)
 /// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
 /// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
-/// process, not in a file: another machine may lack the instructions, which wis_product_size finds and later calls do not.
+/// process, not in a file: another machine may lack the instructions, which wis_wavelet_product_size finds and later calls do not.
 /// Takes about 20 us in a virtual machine: call it once.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_cpu_detect() -> u32 {

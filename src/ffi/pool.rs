@@ -29,8 +29,8 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
 /// nothing is prepared, or where lobes are too narrow for a product.
 ///
-/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_environment_sample_lanes with
-/// WIS_DISTRIBUTION_COMPENSATED, or from wis_product_sample_lanes where a product is prepared, and the others from the
+/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_wavelet_light_sample_lanes with
+/// WIS_DISTRIBUTION_COMPENSATED, or from wis_wavelet_product_sample_lanes where a product is prepared, and the others from the
 /// BRDF. Good choices are k = 16 for a single pick (up to eight samples in a call cost little more than two), 8 for up to
 /// four picks and 4 for more. Where the BRDF is dear, 8 and 4, and 4 for Lambert's lobes alone from two picks on; of both,
 /// more than four picks under a sun need no pool: trace all N candidates (k = 1) and add up what they are weighed with

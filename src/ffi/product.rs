@@ -10,7 +10,7 @@ use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak, share_of_lobe};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
 use crate::product::{self, Budget, Built, Cell, Group, Node, Options, Product as Cells, Room, Scratch};
-use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
+use crate::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
 use crate::simd::{self, Kernel, LANES, Lanes, Level};
@@ -37,7 +37,7 @@ pub const WIS_MAX_SQUARES: u32 = 4096;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ProductConfig {
-    /// sizeof(wis_product_config).
+    /// sizeof(wis_wavelet_product_config).
     pub size: u32,
     /// What wis_cpu_detect answered, or 0 for the baseline of the platform; anything else is WIS_INVALID_ARGUMENT. Never
     /// changes a bit of the results.
@@ -50,7 +50,7 @@ pub struct ProductConfig {
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,
     /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
-    /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
+    /// query's (wis_wavelet_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
     /// what the product estimates is then widened too. Hits outside are best given another product; narrow lobes sample
     /// better with a small cone (.05). 0: this normal only.
     pub reuse_cone: f32,
@@ -69,9 +69,9 @@ pub type BrdfBatchFn =
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CallbackBrdf {
-    /// sizeof(wis_callback_brdf).
+    /// sizeof(wis_wavelet_callback).
     pub size: u32,
-    /// WIS_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
+    /// WIS_WAVELET_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
     pub flags: u32,
     /// The shading normal, unit length.
     pub normal: [f32; 3],
@@ -89,7 +89,7 @@ pub struct CallbackBrdf {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProductInfo {
-    /// sizeof(wis_product_info), set by the caller.
+    /// sizeof(wis_wavelet_product_info), set by the caller.
     pub size: u32,
     /// Inner nodes.
     pub squares: u32,
@@ -152,7 +152,7 @@ pub(super) unsafe fn evaluate(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_size(
+pub unsafe extern "C" fn wis_wavelet_product_size(
     config: *const ProductConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -179,7 +179,7 @@ pub unsafe extern "C" fn wis_product_size(
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_prepare(
+pub unsafe extern "C" fn wis_wavelet_product_prepare(
     environment: *const Environment,
     query: *const Query,
     config: *const ProductConfig,
@@ -201,13 +201,13 @@ pub unsafe extern "C" fn wis_product_prepare(
     })
 }
 
-/// As wis_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
+/// As wis_wavelet_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
 /// estimate of such a product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_prepare_callback(
+pub unsafe extern "C" fn wis_wavelet_product_prepare_callback(
     environment: *const Environment,
     brdf: *const CallbackBrdf,
     config: *const ProductConfig,
@@ -235,7 +235,7 @@ pub unsafe extern "C" fn wis_product_prepare_callback(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_covers(
+pub unsafe extern "C" fn wis_wavelet_product_covers(
     environment: *const Environment,
     product: *const Product,
     query: *const Query,
@@ -260,7 +260,7 @@ pub unsafe extern "C" fn wis_product_covers(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_describe(
+pub unsafe extern "C" fn wis_wavelet_product_describe(
     environment: *const Environment,
     product: *const Product,
     info: *mut ProductInfo,
@@ -295,7 +295,7 @@ pub unsafe extern "C" fn wis_product_describe(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_estimate(
+pub unsafe extern "C" fn wis_wavelet_product_estimate(
     environment: *const Environment,
     product: *const Product,
     luminance: *mut f64,
@@ -311,13 +311,13 @@ pub unsafe extern "C" fn wis_product_estimate(
 }
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query without a table (for those with: wis_table_estimate_rgb). Costs a
+/// with WIS_WAVELET_LIGHT_RGB and the product from a query without a table (for those with: wis_wavelet_table_estimate_rgb). Costs a
 /// BRDF evaluation for each leaf.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_estimate_rgb(
+pub unsafe extern "C" fn wis_wavelet_product_estimate_rgb(
     environment: *const Environment,
     product: *const Product,
     rgb: *mut [f64; 3],
@@ -340,7 +340,7 @@ pub unsafe extern "C" fn wis_product_estimate_rgb(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_sample(
+pub unsafe extern "C" fn wis_wavelet_product_sample(
     environment: *const Environment,
     product: *const Product,
     u: *const [f32; 2],
@@ -355,13 +355,13 @@ pub unsafe extern "C" fn wis_product_sample(
     })
 }
 
-/// As `count` calls of wis_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
+/// As `count` calls of wis_wavelet_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
 /// packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_sample_n(
+pub unsafe extern "C" fn wis_wavelet_product_sample_n(
     environment: *const Environment,
     product: *const Product,
     count: usize,
@@ -374,7 +374,7 @@ pub unsafe extern "C" fn wis_product_sample_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_product_sample_lanes(
+        wis_wavelet_product_sample_lanes(
             environment,
             product,
             Level::BASELINE.code(),
@@ -389,13 +389,13 @@ pub unsafe extern "C" fn wis_product_sample_n(
     }
 }
 
-/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// As wis_wavelet_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
 /// of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_sample_lanes(
+pub unsafe extern "C" fn wis_wavelet_product_sample_lanes(
     environment: *const Environment,
     product: *const Product,
     cpu_level: u32,
@@ -430,7 +430,7 @@ pub unsafe extern "C" fn wis_product_sample_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_pdf(
+pub unsafe extern "C" fn wis_wavelet_product_pdf(
     environment: *const Environment,
     product: *const Product,
     wi: *const [f32; 3],
@@ -445,12 +445,12 @@ pub unsafe extern "C" fn wis_product_pdf(
     })
 }
 
-/// As `count` calls of wis_product_pdf; a direction that is not of unit length gets pdf 0.
+/// As `count` calls of wis_wavelet_product_pdf; a direction that is not of unit length gets pdf 0.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_pdf_n(
+pub unsafe extern "C" fn wis_wavelet_product_pdf_n(
     environment: *const Environment,
     product: *const Product,
     count: usize,
@@ -461,17 +461,26 @@ pub unsafe extern "C" fn wis_product_pdf_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_product_pdf_lanes(environment, product, Level::BASELINE.code(), count, wi, wi_stride, pdf, pdf_stride)
+        wis_wavelet_product_pdf_lanes(
+            environment,
+            product,
+            Level::BASELINE.code(),
+            count,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
     }
 }
 
-/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// As wis_wavelet_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
 /// of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_pdf_lanes(
+pub unsafe extern "C" fn wis_wavelet_product_pdf_lanes(
     environment: *const Environment,
     product: *const Product,
     cpu_level: u32,
@@ -502,7 +511,7 @@ pub unsafe extern "C" fn wis_product_pdf_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_invert(
+pub unsafe extern "C" fn wis_wavelet_product_invert(
     environment: *const Environment,
     product: *const Product,
     wi: *const [f32; 3],
@@ -568,7 +577,7 @@ impl<'a> Opened<'a> {
 
     /// The query of a product that was prepared from one, which is needed with the environment's colours: the integral in RGB.
     fn coloured_query(&self) -> Checked<&'a Query> {
-        if self.environment.header.flags & super::environment::WIS_ENVIRONMENT_RGB == 0 {
+        if self.environment.header.flags & super::environment::WIS_WAVELET_LIGHT_RGB == 0 {
             return Err(Failure::new(Status::NotBuilt, 1));
         }
         if self.header.query.size == 0 { Err(Failure::new(Status::NotBuilt, 2)) } else { Ok(&self.header.query) }
@@ -603,8 +612,8 @@ pub(super) struct Callback {
 impl Callback {
     fn new(brdf: &CallbackBrdf) -> Checked<Callback> {
         let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2))?;
-        let whole = brdf.flags & WIS_QUERY_WHOLE_SPHERE != 0;
-        if brdf.flags & !WIS_QUERY_WHOLE_SPHERE != 0
+        let whole = brdf.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
+        if brdf.flags & !WIS_WAVELET_QUERY_WHOLE_SPHERE != 0
             || !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle)
         {
             return Err(Failure::new(Status::InvalidArgument, 2));

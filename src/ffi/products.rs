@@ -17,15 +17,15 @@ use crate::wide::{GROUPS, InLanes, TOGETHER};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-/// Prepares `count` products in one block of `count` times the bytes that wis_product_size gives; `product` receives
-/// their handles. Each has the bytes of wis_product_prepare. On failure, products before the query at fault, whose number
+/// Prepares `count` products in one block of `count` times the bytes that wis_wavelet_product_size gives; `product` receives
+/// their handles. Each has the bytes of wis_wavelet_product_prepare. On failure, products before the query at fault, whose number
 /// stands in the diagnostic's `y`, are whole.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements, to a block as long as stated that nobody else uses, or to what the
 /// header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_prepare(
+pub unsafe extern "C" fn wis_wavelet_products_prepare(
     environment: *const Environment,
     count: usize,
     query: *const Query,
@@ -62,13 +62,13 @@ pub unsafe extern "C" fn wis_products_prepare(
     })
 }
 
-/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a quarter of the time.
+/// One sample of each of `count` products: the bits of as many calls of wis_wavelet_product_sample, in a quarter of the time.
 /// Strides are in bytes from one element to the next; 0: packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_sample(
+pub unsafe extern "C" fn wis_wavelet_products_sample(
     environment: *const Environment,
     count: usize,
     product: *const *const Product,
@@ -81,7 +81,7 @@ pub unsafe extern "C" fn wis_products_sample(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_products_sample_lanes(
+        wis_wavelet_products_sample_lanes(
             environment,
             Level::BASELINE.code(),
             count,
@@ -96,12 +96,12 @@ pub unsafe extern "C" fn wis_products_sample(
     }
 }
 
-/// As wis_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+/// As wis_wavelet_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_sample_lanes(
+pub unsafe extern "C" fn wis_wavelet_products_sample_lanes(
     environment: *const Environment,
     cpu_level: u32,
     count: usize,
@@ -136,13 +136,13 @@ pub unsafe extern "C" fn wis_products_sample_lanes(
     })
 }
 
-/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
+/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_wavelet_product_pdf; 0 for a direction
 /// that is not of unit length. Strides as above.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_pdf(
+pub unsafe extern "C" fn wis_wavelet_products_pdf(
     environment: *const Environment,
     count: usize,
     product: *const *const Product,
@@ -153,16 +153,25 @@ pub unsafe extern "C" fn wis_products_pdf(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_products_pdf_lanes(environment, Level::BASELINE.code(), count, product, wi, wi_stride, pdf, pdf_stride)
+        wis_wavelet_products_pdf_lanes(
+            environment,
+            Level::BASELINE.code(),
+            count,
+            product,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
     }
 }
 
-/// As wis_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+/// As wis_wavelet_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_pdf_lanes(
+pub unsafe extern "C" fn wis_wavelet_products_pdf_lanes(
     environment: *const Environment,
     cpu_level: u32,
     count: usize,

@@ -5,7 +5,7 @@ use super::product::{Material, Product, ProductConfig, estimate_coloured, evalua
 use super::tree::{Tree, square_tree};
 use super::{Checked, Diagnostic, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
 use crate::lobe::Lobes;
-use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
+use crate::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sphere::unit;
 use crate::status::Status;
@@ -17,12 +17,12 @@ use glam::Vec3;
 
 /// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
 /// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
-/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
-/// Directions are sampled by luminance; colours, if there are any, are what wis_table_eval tells.
+/// direction (wis_wavelet_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_table_eval tells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
-    /// sizeof(wis_table).
+    /// sizeof(wis_wavelet_table).
     pub size: u32,
     /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
     pub slice_count: u32,
@@ -40,7 +40,7 @@ pub struct Table {
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_table_directions(
+pub unsafe extern "C" fn wis_wavelet_table_directions(
     slice: u32,
     slice_count: u32,
     depth: u32,
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn wis_table_directions(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_table_eval(
+pub unsafe extern "C" fn wis_wavelet_table_eval(
     table: *const Table,
     query: *const Query,
     count: usize,
@@ -106,14 +106,14 @@ pub unsafe extern "C" fn wis_table_eval(
     })
 }
 
-/// As wis_product_prepare, for a query with tabulated lobes (WIS_LOBE_TABLE, weighted, beside others if there are). The
+/// As wis_wavelet_product_prepare, for a query with tabulated lobes (WIS_WAVELET_LOBE_TABLE, weighted, beside others if there are). The
 /// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
 /// above 0 wherever the true BRDF may be, however coarse the table is.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_prepare_table(
+pub unsafe extern "C" fn wis_wavelet_product_prepare_table(
     environment: *const Environment,
     table: *const Table,
     query: *const Query,
@@ -136,12 +136,12 @@ pub unsafe extern "C" fn wis_product_prepare_table(
     })
 }
 
-/// As wis_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+/// As wis_wavelet_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_table_estimate_rgb(
+pub unsafe extern "C" fn wis_wavelet_table_estimate_rgb(
     environment: *const Environment,
     product: *const Product,
     table: *const Table,
@@ -199,7 +199,7 @@ unsafe fn lobes<'a>(
         let turned = Failure::new(Status::InvalidTransform, query_argument);
         let (normal, wo): (Vec3, Vec3) = (unit(query.normal).ok_or(turned)?, unit(query.wo).ok_or(turned)?);
         let cosine = normal.dot(wo);
-        let above = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
+        let above = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
         let between = Between::new(above, table.slice_count);
         let seen = blend(trees, between, table_argument)?;
         let lobes = Lobes::new(query, Some(seen)).map_err(|status| Failure::new(status, query_argument))?;

@@ -36,7 +36,7 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
         "diagnostic" | "world_from_map" | "g" => true,
         "label" => function.name == "wis_strata_lights",
-        "info" => function.name != "wis_product_describe",
+        "info" => function.name != "wis_wavelet_product_describe",
         _ => false,
     }
 }
@@ -44,28 +44,30 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
 /// The alignment of what a pointer points to.
 fn alignment(parameter: &Parameter) -> usize {
     match parameter.pointee() {
-        "void" | "wis_environment" | "wis_product" | "wis_tree" | "wis_jitter" | "wis_visibility" => WIS_ALIGNMENT,
+        "void" | "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_jitter" | "wis_visibility" => {
+            WIS_ALIGNMENT
+        }
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
-        "wis_product *const" | "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
-        "wis_table" => align_of::<Table>(),
+        "wis_wavelet_product *const" | "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
+        "wis_wavelet_table" => align_of::<Table>(),
         "double" => 8,
-        "wis_sample" => align_of::<Sample>(),
+        "wis_drawn" => align_of::<Sample>(),
         "wis_pick" => align_of::<Pick>(),
         "wis_light" => align_of::<Light>(),
         "wis_strata_config" => align_of::<StrataConfig>(),
-        "wis_query" => align_of::<Query>(),
+        "wis_wavelet_query" => align_of::<Query>(),
         "wis_memory_size" => align_of::<MemorySize>(),
         "wis_diagnostic" => align_of::<Diagnostic>(),
-        "wis_environment_config" => align_of::<EnvironmentConfig>(),
-        "wis_environment_info" => align_of::<EnvironmentInfo>(),
-        "wis_product_config" => align_of::<ProductConfig>(),
-        "wis_product_info" => align_of::<ProductInfo>(),
-        "wis_callback_brdf" => align_of::<CallbackBrdf>(),
+        "wis_wavelet_light_config" => align_of::<EnvironmentConfig>(),
+        "wis_wavelet_light_info" => align_of::<EnvironmentInfo>(),
+        "wis_wavelet_product_config" => align_of::<ProductConfig>(),
+        "wis_wavelet_product_info" => align_of::<ProductInfo>(),
+        "wis_wavelet_callback" => align_of::<CallbackBrdf>(),
         "wis_rotated_config" => align_of::<RotatedConfig>(),
         "wis_tree_config" => align_of::<TreeConfig>(),
         "wis_tree_info" => align_of::<TreeInfo>(),
@@ -143,7 +145,7 @@ fn block_of(length: &str) -> Option<&'static str> {
 
 /// The storages with which a function is tried; `None` as it comes.
 fn storages(function: &Function) -> Vec<Option<u32>> {
-    let builds = matches!(function.name.as_str(), "wis_environment_init" | "wis_environment_begin");
+    let builds = matches!(function.name.as_str(), "wis_wavelet_light_init" | "wis_wavelet_light_begin");
     if builds { vec![Some(WIS_STORAGE_PYRAMID), Some(WIS_STORAGE_SPARSE)] } else { vec![None] }
 }
 
@@ -287,7 +289,7 @@ fn zero_elements() {
 #[test]
 fn other_objects() {
     for_each_parameter(|scene, function, parameter| {
-        if matches!(parameter.pointee(), "wis_environment" | "wis_product" | "wis_tree" | "wis_visibility") {
+        if matches!(parameter.pointee(), "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_visibility") {
             let len = Call::valid(scene, function).bytes(&parameter.name).len();
             for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {
                 let mut call = Call::valid(scene, function);

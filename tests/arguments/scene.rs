@@ -53,7 +53,7 @@ pub struct Scene {
     pixels: Vec<f32>,
     image: Vec<f32>,
     environment_size: MemorySize,
-    /// A scratch block after wis_environment_begin and the first pass.
+    /// A scratch block after wis_wavelet_light_begin and the first pass.
     decoded: Vec<u8>,
     /// A scratch block after both passes.
     integrated: Vec<u8>,
@@ -133,18 +133,18 @@ impl Scene {
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_environment_size(config, &mut self.environment_size, null_mut()));
+            expect_ok(wis_wavelet_light_size(config, &mut self.environment_size, null_mut()));
             let (bytes, scratch_bytes) = (self.environment_size.bytes, self.environment_size.scratch_bytes);
             let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
             let work = scratch.pointer().cast();
-            expect_ok(wis_environment_begin(config, work, scratch_bytes, &mut rows, null_mut()));
-            expect_ok(wis_environment_run(config, work, scratch_bytes, 0, 0, rows[0], null_mut()));
+            expect_ok(wis_wavelet_light_begin(config, work, scratch_bytes, &mut rows, null_mut()));
+            expect_ok(wis_wavelet_light_run(config, work, scratch_bytes, 0, 0, rows[0], null_mut()));
             self.decoded = scratch.to_vec();
-            expect_ok(wis_environment_run(config, work, scratch_bytes, 1, 0, rows[1], null_mut()));
+            expect_ok(wis_wavelet_light_run(config, work, scratch_bytes, 1, 0, rows[1], null_mut()));
             self.integrated = scratch.to_vec();
             let place = memory.pointer().cast();
             let (info, none) = (null_mut(), null_mut());
-            expect_ok(wis_environment_finish(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
+            expect_ok(wis_wavelet_light_finish(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
             self.environment = memory.to_vec();
         }
     }
@@ -156,7 +156,7 @@ impl Scene {
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_product_size(config, &mut self.product_size, null_mut()));
+            expect_ok(wis_wavelet_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
             let (map, strata) = (self.environment_config(), strata_config());
             let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
@@ -165,9 +165,9 @@ impl Scene {
             self.pool_size.scratch_bytes = self.pool_size.bytes;
             let memory = Block::unwritten(self.product_size.bytes);
             let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
-            expect_ok(wis_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
+            expect_ok(wis_wavelet_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
             let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..ProductInfo::default() };
-            expect_ok(wis_product_describe(light, handle, &mut info));
+            expect_ok(wis_wavelet_product_describe(light, handle, &mut info));
             self.product = memory[..info.bytes as usize].to_vec();
         }
     }
@@ -245,7 +245,7 @@ impl Scene {
     fn number(&self, function: &Function, parameter: &Parameter) -> usize {
         let name = function.name.as_str();
         match parameter.name.as_str() {
-            "count" if name == "wis_environment_run" => 1,
+            "count" if name == "wis_wavelet_light_run" => 1,
             "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" if name.starts_with("wis_tree_of") => 2,
@@ -277,28 +277,28 @@ impl Scene {
         let count = if function.takes("size_t count") || function.takes("uint32_t count") { COUNT } else { 1 };
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
-            "const wis_environment_config *config" => self.environment_config(),
-            "const wis_environment_config *map" => self.environment_config(),
+            "const wis_wavelet_light_config *config" => self.environment_config(),
+            "const wis_wavelet_light_config *map" => self.environment_config(),
             "const wis_strata_config *config" => strata_config(),
-            "const wis_product_config *config" => product_config(),
+            "const wis_wavelet_product_config *config" => product_config(),
             "const wis_rotated_config *config" => rotated_config(),
             "const wis_tree_config *config" => self.tree_config(),
-            "const wis_query *query" if name == "wis_products_prepare" => query().repeat(COUNT),
-            "const wis_query *query" => query(),
-            "const wis_table *table" => self.table(),
+            "const wis_wavelet_query *query" if name == "wis_wavelet_products_prepare" => query().repeat(COUNT),
+            "const wis_wavelet_query *query" => query(),
+            "const wis_wavelet_table *table" => self.table(),
             "const float offset[2]" => numbers(&[0.5f32; 2]),
             "float wo[3]" => unwritten(12),
-            "float *wi" if name == "wis_table_directions" => unwritten(12 * IMAGE.len()),
-            "const wis_product *const *product" => numbers(&self.products),
-            "const wis_product **product" if name == "wis_products_prepare" => {
+            "float *wi" if name == "wis_wavelet_table_directions" => unwritten(12 * IMAGE.len()),
+            "const wis_wavelet_product *const *product" => numbers(&self.products),
+            "const wis_wavelet_product **product" if name == "wis_wavelet_products_prepare" => {
                 unwritten(COUNT * size_of::<*const c_void>())
             }
             "wis_prior *prior" | "const wis_prior *prior" | "const wis_prior *other" => prior(),
             "const uint8_t *visible" => vec![1, 0, 1],
             "float *weight" => unwritten(4 * count),
-            "const wis_callback_brdf *brdf" => callback_brdf(),
-            "const wis_environment *environment" => self.environment.clone(),
-            "const wis_product *product" => self.product.clone(),
+            "const wis_wavelet_callback *brdf" => callback_brdf(),
+            "const wis_wavelet_light *environment" => self.environment.clone(),
+            "const wis_wavelet_product *product" => self.product.clone(),
             "const wis_jitter *jitter" => self.jitter.clone(),
             "const uint32_t *label" => labels(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
@@ -330,15 +330,15 @@ impl Scene {
             "double *coefficient" => unwritten(8),
             "const void *memory" => self.stored(name).to_vec(),
             "void *memory" => unwritten(self.size(name).bytes),
-            "void *scratch" if name == "wis_environment_run" => self.decoded.clone(),
-            "void *scratch" if name == "wis_environment_finish" => self.integrated.clone(),
+            "void *scratch" if name == "wis_wavelet_light_run" => self.decoded.clone(),
+            "void *scratch" if name == "wis_wavelet_light_finish" => self.integrated.clone(),
             "void *scratch" => unwritten(self.size(name).scratch_bytes),
-            "wis_environment_info *info" => sized(size_of::<EnvironmentInfo>()),
-            "wis_product_info *info" => sized(size_of::<ProductInfo>()),
+            "wis_wavelet_light_info *info" => sized(size_of::<EnvironmentInfo>()),
+            "wis_wavelet_product_info *info" => sized(size_of::<ProductInfo>()),
             "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
             "wis_memory_size *size" => unwritten(size_of::<MemorySize>()),
             "wis_diagnostic *diagnostic" => unwritten(size_of::<Diagnostic>()),
-            "wis_sample *sample" => unwritten(size_of::<Sample>()),
+            "wis_drawn *sample" => unwritten(size_of::<Sample>()),
             "const float world_from_map[9]" => numbers(&ROTATION),
             "const float *u" | "const float u[2]" => numbers(&RANDOM[..count]),
             "const float *wi" | "const float wi[3]" => numbers(&DIRECTIONS[..count]),
@@ -369,7 +369,7 @@ impl Scene {
 
     /// An object of another kind than a handle's.
     pub fn other_object(&self, kind: &str) -> Vec<u8> {
-        if kind == "wis_environment" { self.product.clone() } else { self.environment.clone() }
+        if kind == "wis_wavelet_light" { self.product.clone() } else { self.environment.clone() }
     }
 
     /// The object that a function opens.
@@ -396,8 +396,10 @@ impl Scene {
             }
             "wis_tree_of_wavelets" | "wis_tree_of_details" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
-            "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
-            name if name.starts_with("wis_product") => self.product_size,
+            "wis_wavelet_products_prepare" => {
+                MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size }
+            }
+            name if name.starts_with("wis_wavelet_product") => self.product_size,
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
             name if name.starts_with("wis_jitter") => self.jitter_size,
@@ -411,7 +413,7 @@ impl Scene {
             config.layout = WIS_LAYOUT_LATLONG;
             (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
             config.format = WIS_FORMAT_F32;
-            config.flags = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+            config.flags = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB;
             config.storage = WIS_STORAGE_SPARSE;
             config.resolution = 4;
             config.pixels = self.pixels.as_ptr().cast();
@@ -464,9 +466,9 @@ fn query() -> Vec<u8> {
         (query.normal, query.wo) = ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]);
         query.tangent = [1.0, 0.0, 0.0];
         let [lambert, ggx, phong, _] = &mut query.lobe;
-        *lambert = Lobe { kind: WIS_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
-        *ggx = Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
-        *phong = Lobe { kind: WIS_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
+        *lambert = Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
+        *ggx = Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
+        *phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
     })
 }
 

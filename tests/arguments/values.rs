@@ -81,7 +81,7 @@ fn environment_configurations() {
         ("scratch of 2^63 bytes", |c| (c.width, c.height, c.channels, c.format) = (1 << 30, 1 << 30, 1, 2), OVERFLOW),
         ("no pixels", |c| c.pixels = null(), Status::NullPointer),
     ];
-    check_faults("const wis_environment_config *config", faults);
+    check_faults("const wis_wavelet_light_config *config", faults);
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn product_configurations() {
             Status::Misaligned
         }),
     ];
-    check_faults("const wis_product_config *config", faults);
+    check_faults("const wis_wavelet_product_config *config", faults);
 }
 
 /// Levels of the processor that wis_cpu_detect never answered, 1 among them: a level is no count that could be guessed.
@@ -162,7 +162,7 @@ const UNDETECTED: [u32; 6] = [1, 2, 3, 0x7fff_ffff, 1 << 31, u32::MAX];
 #[test]
 fn processor_levels() {
     let scene = Scene::new();
-    for function in taking("const wis_product_config *config") {
+    for function in taking("const wis_wavelet_product_config *config") {
         for level in UNDETECTED {
             let mut call = Call::valid(&scene, &function);
             call.edit("config", |c: &mut ProductConfig| c.cpu_level = level);
@@ -194,14 +194,18 @@ fn product_matrices() {
         ("shear", |c| c.world_from_map = SHEARED.as_ptr(), TRANSFORM),
         ("NaN", |c| c.world_from_map = UNKNOWN.as_ptr(), TRANSFORM),
     ];
-    assert!(taking("const wis_product_config *config").iter().any(|function| function.name == "wis_product_size"));
-    check_faults("const wis_product_config *config", faults);
+    assert!(
+        taking("const wis_wavelet_product_config *config")
+            .iter()
+            .any(|function| function.name == "wis_wavelet_product_size")
+    );
+    check_faults("const wis_wavelet_product_config *config", faults);
 }
 
 #[test]
 fn queries() {
     fn lambert(lobe: &mut Lobe) {
-        lobe.kind = WIS_LOBE_LAMBERT;
+        lobe.kind = WIS_WAVELET_LOBE_LAMBERT;
     }
     let faults: &[Fault<Query>] = &[
         ("flag 4", |q| q.flags = 4, INVALID),
@@ -242,10 +246,10 @@ fn queries() {
         ("no tangent, though one is needed", |q| (q.lobe[1].b, q.tangent) = (0.5, [0.0; 3]), TRANSFORM),
         ("tangent along the normal, though one is needed", |q| (q.lobe[1].b, q.tangent) = (0.5, q.normal), TRANSFORM),
     ];
-    check_faults("const wis_query *query", faults);
+    check_faults("const wis_wavelet_query *query", faults);
     let accepted: &[fn(&mut Query)] = &[
         |q| q.lobe_count = 0,
-        |q| q.flags = WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED,
+        |q| q.flags = WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED,
         |q| (q.normal, q.wo) = (q.normal.map(|c| c * 1.0004), q.wo.map(|c| c * 0.9996)),
         |q| q.wo = [0.0, 0.6, -0.8],
         |q| (q.lobe[1].a, q.lobe[1].b, q.tangent) = (1e-5, 16.0, [1.0, 0.0, 0.5]),
@@ -259,7 +263,7 @@ fn queries() {
         |q| q.lobe.iter_mut().for_each(|lobe| lobe.weight = [f32::MAX; 3]),
     ];
     let scene = Scene::new();
-    for function in taking("const wis_query *query") {
+    for function in taking("const wis_wavelet_query *query") {
         for (number, edit) in accepted.iter().enumerate() {
             let mut call = Call::valid(&scene, &function);
             call.edit("query", edit);
@@ -272,7 +276,7 @@ fn queries() {
 fn callback_brdfs() {
     let faults: &[Fault<CallbackBrdf>] = &[
         ("no function", |b| b.eval = None, Status::NullPointer),
-        ("flag 2", |b| b.flags = WIS_QUERY_COSINE_INCLUDED, INVALID),
+        ("flag 2", |b| b.flags = WIS_WAVELET_QUERY_COSINE_INCLUDED, INVALID),
         ("flag 4", |b| b.flags = 4, INVALID),
         ("all flags", |b| b.flags = u32::MAX, INVALID),
         ("half-angle < 0", |b| b.half_angle = -0.1, INVALID),
@@ -291,15 +295,15 @@ fn callback_brdfs() {
         ("gives less than 0", |b| b.eval = Some(gives_negative), Status::CallbackFailed),
         ("refuses later", |b| b.eval = Some(refuses_late), Status::CallbackFailed),
     ];
-    check_faults("const wis_callback_brdf *brdf", faults);
+    check_faults("const wis_wavelet_callback *brdf", faults);
     let accepted: &[fn(&mut CallbackBrdf)] = &[
-        |b| b.flags = WIS_QUERY_WHOLE_SPHERE,
+        |b| b.flags = WIS_WAVELET_QUERY_WHOLE_SPHERE,
         |b| (b.half_angle, b.peak) = (0.0, [f32::NAN; 3]),
         |b| b.half_angle = std::f32::consts::FRAC_PI_2,
         |b| b.half_angle = 1e-30,
     ];
     let scene = Scene::new();
-    for function in taking("const wis_callback_brdf *brdf") {
+    for function in taking("const wis_wavelet_callback *brdf") {
         for edit in accepted {
             let mut call = Call::valid(&scene, &function);
             call.edit("brdf", edit);
@@ -382,7 +386,7 @@ fn check_matrices(matrices: &[[f32; 9]], failure: Option<Status>) {
             call.give("world_from_map", Block::new(&numbers(matrix), 0));
             check(&mut call, matrix, failure, "world_from_map");
         }
-        for function in taking("const wis_product_config *config") {
+        for function in taking("const wis_wavelet_product_config *config") {
             let mut call = Call::valid(&scene, &function);
             call.edit("config", |c: &mut ProductConfig| c.world_from_map = matrix.as_ptr());
             check(&mut call, matrix, failure, "config");
@@ -504,7 +508,7 @@ fn distributions() {
         let mut call = Call::valid(&scene, &function);
         call.set("distribution", WIS_DISTRIBUTION_COMPENSATED as usize);
         call.succeeds("compensated");
-        if !function.takes("const wis_environment *environment") {
+        if !function.takes("const wis_wavelet_light *environment") {
             continue;
         }
         call.give("environment", Block::new(&objects::plain_environment(&scene), 0));
@@ -546,7 +550,7 @@ fn grids_and_points() {
 #[test]
 fn other_environments() {
     let scene = Scene::new();
-    for function in taking("const wis_product *product") {
+    for function in taking("const wis_wavelet_product *product") {
         let mut call = Call::valid(&scene, &function);
         call.give("environment", Block::new(&objects::plain_environment(&scene), 0));
         call.fails("another environment", Status::Mismatch, "product");
@@ -576,13 +580,13 @@ fn estimates_without_rgb() {
 fn black() {
     let scene = Scene::new();
     let black = objects::black_environment(&scene);
-    for function in taking("const wis_environment *environment") {
+    for function in taking("const wis_wavelet_light *environment") {
         let mut call = Call::valid(&scene, &function);
         call.give("environment", Block::new(&black, 0));
-        if function.takes("const wis_product *product") {
+        if function.takes("const wis_wavelet_product *product") {
             call.give("product", Block::new(&objects::product(&scene, &black), 0));
         }
-        if function.takes("const wis_product *const *product") {
+        if function.takes("const wis_wavelet_product *const *product") {
             // The scene's products are not of this environment.
             call.fails("products of another environment", Status::Mismatch, "product");
             continue;

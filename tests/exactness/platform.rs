@@ -4,13 +4,13 @@
 use crate::support::{Environment, Map, build, ggx, lambert, product_config, query};
 use crate::{DISTRIBUTIONS, bits};
 use wis::ffi::environment::{
-    EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_NEAREST,
-    WIS_ENVIRONMENT_RGB, WIS_STORAGE_SPARSE,
+    EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
+    WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB,
 };
 use wis::ffi::product::ProductConfig;
 use wis::numeric::ContentHash;
 use wis::points::sobol;
-use wis::query::{Lobe, WIS_LOBE_PHONG};
+use wis::query::{Lobe, WIS_WAVELET_LOBE_PHONG};
 
 /// A map made by sums and products alone: the mathematical functions of a platform are not the library's.
 fn map() -> Map {
@@ -32,7 +32,7 @@ fn digest(bytes: &[u8]) -> u64 {
 }
 
 fn lobes() -> [Vec<Lobe>; 5] {
-    let phong = Lobe { kind: WIS_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
+    let phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
     [vec![lambert(0.8)], vec![ggx(0.5)], vec![ggx(0.2), lambert(0.1)], vec![ggx(0.01)], vec![phong]]
 }
 
@@ -76,7 +76,7 @@ fn bits_are_on_record() {
         0x7d6a_e01f_e7b9_dfcb,
     ];
     let map = map();
-    let config = map.config(64, WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB);
+    let config = map.config(64, WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB);
     let sparse = EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget: 0.01, ..config };
     let environments = [config, sparse].map(|config| build(&config).unwrap());
     let mut digests: Vec<u64> = environments.iter().map(|environment| digest(environment.bytes())).collect();
@@ -90,7 +90,7 @@ fn bits_are_on_record() {
     digests.push(drawn.finish());
     environments.iter().for_each(|environment| add_products(environment, &mut digests));
     // A compensated distribution that keeps texels.
-    let natural = map.build(0, WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST);
+    let natural = map.build(0, WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_NEAREST);
     let mut drawn = ContentHash::new();
     for i in 0..200 {
         let sample = natural.sample(WIS_DISTRIBUTION_COMPENSATED, None, sobol(5, i));

@@ -114,7 +114,7 @@ pub fn build_over(config: &EnvironmentConfig, fill: u8) -> Result<Environment, (
     let mut size = MemorySize::default();
     let mut diagnostic = Diagnostic::default();
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_environment_size(config, &mut size, &mut diagnostic) };
+    let status = unsafe { wis_wavelet_light_size(config, &mut size, &mut diagnostic) };
     if status != Status::Ok {
         return Err((status, diagnostic));
     }
@@ -123,7 +123,7 @@ pub fn build_over(config: &EnvironmentConfig, fill: u8) -> Result<Environment, (
     let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
     // SAFETY: all pointers are valid and the blocks as long as the library said.
     let status = unsafe {
-        wis_environment_init(
+        wis_wavelet_light_init(
             config,
             memory.pointer(),
             size.bytes,
@@ -149,13 +149,13 @@ pub fn build_shared(config: &EnvironmentConfig, threads: u32) -> Environment {
     let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
     // SAFETY: all pointers are valid and the blocks as long as the library said.
     unsafe {
-        assert_eq!(wis_environment_size(config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_light_size(config, &mut size, null_mut()), Status::Ok);
         let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
         let (block, bytes) = (scratch.pointer(), size.scratch_bytes);
-        assert_eq!(wis_environment_begin(config, block, bytes, &mut rows, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_light_begin(config, block, bytes, &mut rows, null_mut()), Status::Ok);
         let shared = &Shared(config, block);
         for pass in 0..2 {
-            let run = |row| wis_environment_run(shared.0, shared.1, bytes, pass, row, 1, null_mut());
+            let run = |row| wis_wavelet_light_run(shared.0, shared.1, bytes, pass, row, 1, null_mut());
             let run_all = |first| {
                 let own = (0..rows[pass as usize]).rev().filter(|row| row % threads == first);
                 own.for_each(|row| assert_eq!(run(row), Status::Ok));
@@ -163,7 +163,7 @@ pub fn build_shared(config: &EnvironmentConfig, threads: u32) -> Environment {
             std::thread::scope(|scope| (0..threads).for_each(|first| drop(scope.spawn(move || run_all(first)))));
         }
         let block = memory.pointer();
-        let status = wis_environment_finish(
+        let status = wis_wavelet_light_finish(
             config,
             block,
             size.bytes,
@@ -188,7 +188,7 @@ impl Environment {
         let mut sample = Sample::default();
         let matrix = matrix.map_or(null(), |m| m as *const _);
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_sample(self.handle, distribution, matrix, &u, &mut sample) };
+        let status = unsafe { wis_wavelet_light_sample(self.handle, distribution, matrix, &u, &mut sample) };
         assert_eq!(status, Status::Ok);
         sample
     }
@@ -197,7 +197,7 @@ impl Environment {
         let mut pdf = -1.0;
         let matrix = matrix.map_or(null(), |m| m as *const _);
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_pdf(self.handle, distribution, matrix, &wi, &mut pdf) };
+        let status = unsafe { wis_wavelet_light_pdf(self.handle, distribution, matrix, &wi, &mut pdf) };
         assert_eq!(status, Status::Ok);
         pdf
     }
@@ -205,7 +205,7 @@ impl Environment {
     pub fn power(&self, distribution: u32) -> f64 {
         let mut power = -1.0;
         // SAFETY: all pointers are valid.
-        assert_eq!(unsafe { wis_environment_power(self.handle, distribution, &mut power) }, Status::Ok);
+        assert_eq!(unsafe { wis_wavelet_light_power(self.handle, distribution, &mut power) }, Status::Ok);
         power
     }
 
@@ -213,7 +213,7 @@ impl Environment {
         let mut u = [-1.0; 2];
         let matrix = matrix.map_or(null(), |m| m as *const _);
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_invert(self.handle, distribution, matrix, &wi, &mut u) };
+        let status = unsafe { wis_wavelet_light_invert(self.handle, distribution, matrix, &wi, &mut u) };
         if status == Status::Ok { Some(u) } else { None }
     }
 
@@ -224,7 +224,7 @@ impl Environment {
         let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
         let start = memory.pointer();
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_open(start, bytes.len(), &mut handle, &mut info, null_mut()) };
+        let status = unsafe { wis_wavelet_light_open(start, bytes.len(), &mut handle, &mut info, null_mut()) };
         assert_eq!(status, Status::Ok);
         Environment { memory, handle, info }
     }
@@ -239,10 +239,11 @@ impl Environment {
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            assert_eq!(wis_product_size(config, &mut size, null_mut()), Status::Ok);
+            assert_eq!(wis_wavelet_product_size(config, &mut size, null_mut()), Status::Ok);
             let mut memory = Memory::filled(size.bytes, fill);
             let block = memory.pointer();
-            let status = wis_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
+            let status =
+                wis_wavelet_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
             assert_eq!(status, Status::Ok);
             Product { environment: self, memory, handle }
         }
@@ -269,7 +270,7 @@ impl Product<'_> {
     pub fn sample(&self, u: [f32; 2]) -> Sample {
         let mut sample = Sample::default();
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
+        let status = unsafe { wis_wavelet_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
         assert_eq!(status, Status::Ok);
         sample
     }
@@ -277,7 +278,7 @@ impl Product<'_> {
     pub fn pdf(&self, wi: [f32; 3]) -> f32 {
         let mut pdf = -1.0;
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
+        let status = unsafe { wis_wavelet_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
         assert_eq!(status, Status::Ok);
         pdf
     }
@@ -285,14 +286,14 @@ impl Product<'_> {
     pub fn invert(&self, wi: [f32; 3]) -> Option<[f32; 2]> {
         let mut u = [-1.0; 2];
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_invert(self.environment.handle, self.handle, &wi, &mut u) };
+        let status = unsafe { wis_wavelet_product_invert(self.environment.handle, self.handle, &wi, &mut u) };
         if status == Status::Ok { Some(u) } else { None }
     }
 
     pub fn estimate(&self) -> f64 {
         let mut luminance = -1.0;
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_estimate(self.environment.handle, self.handle, &mut luminance) };
+        let status = unsafe { wis_wavelet_product_estimate(self.environment.handle, self.handle, &mut luminance) };
         assert_eq!(status, Status::Ok);
         luminance
     }
@@ -300,7 +301,7 @@ impl Product<'_> {
     pub fn estimate_rgb(&self) -> [f64; 3] {
         let mut rgb = [-1.0; 3];
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_estimate_rgb(self.environment.handle, self.handle, &mut rgb) };
+        let status = unsafe { wis_wavelet_product_estimate_rgb(self.environment.handle, self.handle, &mut rgb) };
         assert_eq!(status, Status::Ok);
         rgb
     }
@@ -308,7 +309,7 @@ impl Product<'_> {
     pub fn info(&self) -> ProductInfo {
         let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..Default::default() };
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_describe(self.environment.handle, self.handle, &mut info) };
+        let status = unsafe { wis_wavelet_product_describe(self.environment.handle, self.handle, &mut info) };
         assert_eq!(status, Status::Ok);
         info
     }
@@ -333,11 +334,11 @@ pub fn product_config() -> ProductConfig {
 }
 
 pub fn lambert(albedo: f32) -> Lobe {
-    Lobe { kind: WIS_LOBE_LAMBERT, weight: [albedo; 3], ..Lobe::default() }
+    Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight: [albedo; 3], ..Lobe::default() }
 }
 
 pub fn ggx(alpha: f32) -> Lobe {
-    Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
+    Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
 }
 
 /// A shading point with up to four lobes.

@@ -133,7 +133,7 @@ fn identifier(text: &str) -> Option<&str> {
     text.split(|c: char| !c.is_alphanumeric() && c != '_').next()
 }
 
-/// `ProductConfig` becomes `wis_product_config`.
+/// `ProductConfig` becomes `wis_wavelet_product_config`.
 fn c_name(rust: &str) -> String {
     let mut name = String::from("wis");
     for letter in rust.chars() {
@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(declared_type("pub struct ProductConfig {"), Some("ProductConfig"));
         assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
-        assert_eq!(c_name("ProductConfig"), "wis_product_config");
+        assert_eq!(c_name("ProductConfig"), "wis_wavelet_product_config");
     }
 
     #[test]

@@ -7,8 +7,8 @@
  * their exact pdf. Radiance L, BRDF f and visibility of a sample are evaluated by the caller, who also owns the
  * memory, the threads and the random numbers.
  *
- * Order of work: wis_environment_size and _init once for a light; wis_product_size once for a thread;
- * wis_product_prepare at a shading point; then sample, pdf and invert as often as needed. Besides: picks from a pool
+ * Order of work: wis_wavelet_light_size and _init once for a light; wis_wavelet_product_size once for a thread;
+ * wis_wavelet_product_prepare at a shading point; then sample, pdf and invert as often as needed. Besides: picks from a pool
  * of candidates (wis_pool_*), a map as directional lights (wis_strata_*), low-discrepancy points (wis_points_*), and
  * wavelet trees of any function to sample from (wis_haar_*, wis_tree_*, wis_warp_*).
  *

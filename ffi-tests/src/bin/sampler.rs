@@ -139,7 +139,7 @@ fn costs(out: &mut String, light: &Light) -> Result<()> {
 /// What a point costs if all are prepared, sampled once and asked for one pdf in a call each.
 fn side_by_side(
     environment: &Environment,
-    queries: &[raw::wis_query],
+    queries: &[raw::wis_wavelet_query],
     preparation: &Preparation,
     u: &[[f32; 2]],
 ) -> Result<[f64; 3]> {
@@ -243,7 +243,7 @@ fn environment(light: &Light, flags: u32, resolution: u32) -> client::Result<Env
 
 /// Each idea switched off, one at a time.
 fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
-    const FLAGS: u32 = raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_COMPENSATED;
+    const FLAGS: u32 = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_COMPENSATED;
     head(out, "One idea switched off at a time", "what")?;
     let points = points(POINTS);
     let names = [
@@ -264,7 +264,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
         let natural = ((width * height).next_power_of_two().ilog2().div_ceil(2)).min(12);
         let whole = environment(light, FLAGS, 0)?;
         let coarse = environment(light, FLAGS, 1 << natural)?;
-        let spread = environment(light, FLAGS & !raw::WIS_ENVIRONMENT_NEAREST, 0)?;
+        let spread = environment(light, FLAGS & !raw::WIS_WAVELET_LIGHT_NEAREST, 0)?;
         let [whole, coarse, spread] = [&whole, &coarse, &spread].map(|environment| Lit::new(light, environment));
         let (whole, coarse, spread) = (whole?, coarse?, spread?);
         let mut results = names.map(|_| Vec::new());

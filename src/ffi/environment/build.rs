@@ -233,7 +233,7 @@ impl Build {
     /// Builds the trees and writes the environment; both passes are done.
     ///
     /// # Safety
-    /// As wis_environment_finish.
+    /// As wis_wavelet_light_finish.
     pub(super) unsafe fn finish(
         &self,
         memory: *mut u8,

@@ -3,9 +3,9 @@
 use super::super::{Checked, Failure, sized};
 use super::stored::{Counts, Stored};
 use super::{
-    ALL_FLAGS, EnvironmentConfig, RowFn, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO,
-    WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_RGB, WIS_ENVIRONMENT_SANITISE, WIS_FORMAT_F16, WIS_FORMAT_F32,
-    WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE,
+    ALL_FLAGS, EnvironmentConfig, RowFn, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG,
+    WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
+    WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 use crate::environment::{self as kernel, Config, Format, Layout, Pixels, Rows, Storage};
 use crate::numeric::ContentHash;
@@ -93,17 +93,17 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
     let depth = if c.resolution == 0 { Config::natural_depth(&pixels) } else { c.resolution.ilog2() };
     // What a client with a bilinear filter sees varies inside texels, too: edges of texels, which squares below cells
     // would draw sharply, are not edges to it.
-    let nearest = c.flags & WIS_ENVIRONMENT_NEAREST != 0;
+    let nearest = c.flags & WIS_WAVELET_LIGHT_NEAREST != 0;
     let config = Config {
         pixels,
         depth,
         storage,
         error_budget: c.error_budget.into(),
         nearest,
-        exact_zero: c.flags & WIS_ENVIRONMENT_EXACT_ZERO != 0,
-        compensated: c.flags & WIS_ENVIRONMENT_COMPENSATED != 0,
-        rgb: c.flags & WIS_ENVIRONMENT_RGB != 0,
-        sanitise: c.flags & WIS_ENVIRONMENT_SANITISE != 0,
+        exact_zero: c.flags & WIS_WAVELET_LIGHT_EXACT_ZERO != 0,
+        compensated: c.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0,
+        rgb: c.flags & WIS_WAVELET_LIGHT_RGB != 0,
+        sanitise: c.flags & WIS_WAVELET_LIGHT_SANITISE != 0,
         refined: nearest && c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
         natural: c.resolution == 0,
     };

@@ -1,7 +1,7 @@
 //! Where the parts of a stored environment stand, and whether stored bytes are what they claim to be.
 
 use super::super::{ExclusiveBlock, SharedBlock, WIS_ALIGNMENT};
-use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
+use super::{ALL_FLAGS, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
 use crate::environment::{Distribution, Environment, Header, Inverse, MAGIC, RowNumbers, size_of_texels};
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree};
@@ -16,7 +16,7 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
     tree(header.average, view.squares)?;
     match &view.texels {
         Some(texels) if !texels.is_sound() => return Err(Status::Corrupt),
-        None if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
+        None if header.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0 => {
             tree(header.compensated_average, view.compensated)?;
         }
         _ => {}
@@ -91,8 +91,8 @@ impl Stored {
             squares: part(squares, size_of::<[f32; 4]>()),
             marks: part(when(is_refined, cells.div_ceil(32)), size_of::<Mark>()),
             links: part(linked, size_of::<Link>()),
-            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED) && !keeps, squares), size_of::<[f32; 4]>()),
-            rgb: part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
+            compensated: part(when(has(WIS_WAVELET_LIGHT_COMPENSATED) && !keeps, squares), size_of::<[f32; 4]>()),
+            rgb: part(when(has(WIS_WAVELET_LIGHT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
             rows: part(when(keeps, texels[0].into()), size_of::<RowNumbers>()),
             starts: part(when(keeps, starts), size_of::<u32>()),
             guides: part(when(keeps, guides), size_of::<u16>()),
@@ -111,7 +111,7 @@ impl Stored {
         if header.refined > header.squares || (sparse && header.refined != 0) {
             return None;
         }
-        let possible = !sparse && header.flags & WIS_ENVIRONMENT_COMPENSATED != 0;
+        let possible = !sparse && header.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0;
         if header.texels != [0; 2] && !possible {
             return None;
         }

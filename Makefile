@@ -23,7 +23,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test check-aarch64 clean
+.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test mutants check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -107,6 +107,10 @@ check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test
 	scripts/test.sh $(BUILD)
+
+mutants: ## break one rule at a time and see that a test notices: ONLY='split-clamp ...'
+	scripts/setup.sh test
+	scripts/mutants.sh $(ONLY)
 
 clean: ## remove what was built
 	$(CARGO) clean

@@ -18,6 +18,7 @@ clang         clang
 cmake         cmake
 g++           g++
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
+patch         patch
 pkg-config    pkg-config
 valgrind      valgrind
 "

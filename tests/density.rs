@@ -6,7 +6,7 @@
 
 mod support;
 
-use support::maps::{Filter, one_texel, real, sky, sun};
+use support::maps::{Filter, HDR_MAPS, hdr_maps, one_texel, sky, sun};
 use support::partition::Cell;
 use support::scenes::{GRID, ShadingPoint, grid, matrices};
 use support::statistics::{LARGEST_MISSED, Mean, chi_square, chi_square_smallest_fault, corrected, kolmogorov_smirnov};
@@ -20,13 +20,7 @@ use wis::query::{
 };
 
 /// Maps that the families of tests cover.
-const MAPS: usize = 4;
-
-/// Real maps, small enough for brute force: a room with lamps, and a field in the sun.
-fn real_maps() -> Vec<(&'static str, Map)> {
-    let names = ["studio_small_03_1k.hdr", "rooitou_park_1k.hdr"];
-    names.into_iter().filter_map(|name| Some((name, real(name)?.reduced(4)))).collect()
-}
+const MAPS: usize = 2 + HDR_MAPS;
 
 /// Counts samples in cells of the square of similar probability, and compares with the integral of the pdf over
 /// each. The pdf must integrate to 1 within `exactness`. Returns the p-value. A fault is the root mean square of the
@@ -80,8 +74,8 @@ fn frequencies_match_the_pdf_under_one_texel() {
 }
 
 #[test]
-fn frequencies_match_the_pdf_under_real_maps() {
-    for (name, map) in real_maps() {
+fn frequencies_match_the_pdf_under_hdr_maps() {
+    for (name, map) in hdr_maps() {
         frequencies_match_the_pdf(name, &map, 128);
     }
 }
@@ -184,8 +178,8 @@ fn estimates_have_no_bias_under_one_texel() {
 }
 
 #[test]
-fn estimates_have_no_bias_under_real_maps() {
-    for (name, map) in real_maps() {
+fn estimates_have_no_bias_under_hdr_maps() {
+    for (name, map) in hdr_maps() {
         estimates_have_no_bias(name, &map);
     }
 }

@@ -4,7 +4,7 @@ mod support;
 
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
-use support::maps::{Filter, real, sky, sun};
+use support::maps::{Filter, hdr_maps, photograph, sky, sun};
 use support::material::Material;
 use support::quadrature::Scene;
 use support::scenes::{grid, lobes, matrices, views};
@@ -308,8 +308,8 @@ fn the_estimate_under_constant_light_is_the_albedo() {
 /// beside brute force.
 #[test]
 fn estimates_are_of_the_right_size() {
-    let maps = [Some(("sun", sun(256, 128))), real("st_fagans_interior_1k.hdr").map(|map| ("room", map.reduced(4)))];
-    for (name, map) in maps.into_iter().flatten() {
+    let maps = hdr_maps().into_iter().chain([("sun", sun(256, 128))]);
+    for (name, map) in maps.chain(photograph("st_fagans_interior_1k.hdr")) {
         let environment = map.build(0, 0);
         for point in grid(&map) {
             let scene = point.scene(&map, Filter::Bilinear);
@@ -356,8 +356,8 @@ fn relative_variance(scene: &Scene, mut sample: impl FnMut() -> wis::descent::Sa
 /// light alone, which does not know the BRDF and the horizon.
 #[test]
 fn products_have_less_variance_than_the_light_alone() {
-    let maps = [Some(sky(256, 128)), Some(sun(256, 128)), real("studio_small_03_1k.hdr").map(|map| map.reduced(4))];
-    for map in maps.into_iter().flatten() {
+    let maps = hdr_maps().into_iter().chain([("sky", sky(256, 128)), ("sun", sun(256, 128))]);
+    for (name, map) in maps {
         let environment = map.build(0, 0);
         let mut gain = Mean::default();
         for point in grid(&map) {
@@ -368,8 +368,8 @@ fn products_have_less_variance_than_the_light_alone() {
             let light = relative_variance(&scene, || environment.sample(WIS_DISTRIBUTION_PLAIN, matrix, u()));
             let own = relative_variance(&scene, || product.sample(u()));
             let resolved = scene.material.half_angle() >= 0.02;
-            assert!(own < light || !resolved, "{}: {own} instead of {light}", point.name);
-            println!("{}: relative variance {own:.3}, light alone {light:.3}", point.name);
+            assert!(own < light || !resolved, "{name}, {}: {own} instead of {light}", point.name);
+            println!("{name}, {}: relative variance {own:.3}, light alone {light:.3}", point.name);
             gain.add((light / own).ln());
         }
         println!("the light alone has {:.1} times the variance (geometric mean)", gain.mean.exp());

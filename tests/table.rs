@@ -310,6 +310,83 @@ fn products_of_tables() {
     }
 }
 
+/// A table is 0 below the horizon of the prepared normal, but other normals of the cone reflect from there: only the lowered
+/// horizon keeps the density above 0.
+#[test]
+fn tables_serve_every_normal_of_the_cone() {
+    const CONE: f64 = 0.6;
+    let environment = map().build(0, 0);
+    let lobe = lambert(0.8);
+    let owned = Owned::new(4, 5, 0.0, |wo, wi| eval(&query(UP, wo, &[lobe]), wi)[0]);
+    let config = ProductConfig { reuse_cone: CONE as f32, ..product_config() };
+    let mut random = Random(12);
+    for _ in 0..20 {
+        let normal = normalise(random.direction());
+        let at = query(normal, normal, &[tabulated([1.0; 3])]);
+        let product = prepare(&environment, &owned.table(), &at, &config).unwrap();
+        for _ in 0..200 {
+            let n = normal.map(f64::from);
+            let across = support::vector::unit(support::vector::cross(n, random.direction()));
+            let turned = |angle: f64| normalise([0, 1, 2].map(|k| angle.cos() * n[k] + angle.sin() * across[k]));
+            let hit = turned(0.999 * CONE);
+            let wi = turned(std::f64::consts::FRAC_PI_2 + 0.99 * CONE * random.f64());
+            assert!(eval(&query(hit, hit, &[lobe]), wi)[0] > 0.0 && product.pdf(wi) > 0.0, "{normal:?} {hit:?} {wi:?}");
+        }
+    }
+}
+
+/// A narrow table is found wherever its peak lies, as a narrow lobe is: a table of one slice, seen at its elevation.
+#[test]
+fn narrow_tables_are_found() {
+    let environment = Map::latlong(16, 8, |_, _| 1.0).build(512, 0);
+    let lobe = ggx(0.02);
+    let owned = Owned::new(1, 7, 0.0, |wo, wi| eval(&query(UP, wo, &[lobe]), wi)[0]);
+    let (mut random, mut least) = (Random(83), f64::INFINITY);
+    for _ in 0..300 {
+        // Slices are seen at 45 degrees.
+        let (n, d) = (random.direction(), random.direction());
+        let along = support::vector::unit(support::vector::cross(n, d));
+        let wo: [f32; 3] = normalise([0, 1, 2].map(|k| n[k] + along[k]));
+        let mirror = normalise([0, 1, 2].map(|k| n[k] - along[k]));
+        let at = query(normalise(n), wo, &[tabulated([1.0; 3])]);
+        let product = prepare(&environment, &owned.table(), &at, &product_config()).unwrap();
+        let value = table_eval(&owned.table(), &at, mirror).unwrap()[0];
+        least = least.min(f64::from(product.pdf(mirror) / value));
+    }
+    println!("at least {least:.3} of the table's own value at its peak");
+    assert!(least > 0.15, "{least}");
+}
+
+/// The half-width that a table announces is, on average over widths, about 0.43 of that at which its lobe has fallen to
+/// half: cells are powers of two wide, so one lobe alone may be off by that.
+#[test]
+fn half_widths_of_tables_follow_their_lobes() {
+    use wis::table::{Slice, Table};
+    const DEPTH: u32 = 8;
+    let (side, lobes) = (1u32 << DEPTH, 16);
+    let mut sum = 0.0;
+    for k in 0..lobes {
+        let half_width = 0.1 * f64::from(1.0 + k as f32 / lobes as f32);
+        let pixel = |i: u32| {
+            let at = |c: u32| (f64::from(c) + 0.5) / f64::from(side);
+            let [x, y, z] = wis::sphere::direction_f64([at(i / side), at(i % side)]);
+            let angle = x.hypot(y).atan2(z);
+            (-(angle / half_width).powi(2)).exp2() as f32
+        };
+        let pixels: Vec<f32> = (0..side * side).map(pixel).collect();
+        let mut squares = vec![[0.0f32; 4]; ((1 << (2 * DEPTH)) - 1) / 3];
+        let scale = wis::image::build::<2, 4>(DEPTH, &pixels, &mut squares).unwrap();
+        let tree = wis::tree::Tree::complete(DEPTH, scale.average, &squares).unwrap();
+        let table = Table::new([Slice { tree, scale: 1.0 }; 2], 0.0).seen(glam::Vec3::Z);
+        let (direction, radius) = table.peak().expect("a narrow lobe");
+        assert!(direction.z > 0.99, "{direction}");
+        sum += (f64::from(radius) / half_width).ln() / f64::from(lobes);
+    }
+    let ratio = sum.exp();
+    println!("{ratio:.3} of the half-width on average");
+    assert!((0.34..0.52).contains(&ratio), "{ratio}");
+}
+
 #[test]
 fn faults() {
     let owned = Owned::new(4, 3, 0.0, |_, wi| wi[2]);

@@ -108,6 +108,27 @@ fn integrals_with_eight_bits() {
     assert!(largest > 1e-6, "8 bits lose something: {largest}");
 }
 
+/// Stored averages are the nearest bytes: off by 1/510 at most, and as often too high as too low.
+#[test]
+fn averages_are_rounded_to_the_nearest_byte() {
+    use wis::triple::Quadtree;
+    let averages: Vec<f32> = (0..1024).map(|i| (i as f32 + 0.5) / 1024.0).collect();
+    let squares: Vec<[f32; 4]> = averages.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]).collect();
+    let mut sum = 0.0;
+    for square in squares {
+        let squares = [square];
+        let tree = wis::tree::Tree::<4>::complete(1, square.iter().sum::<f32>() / 4.0, &squares).unwrap();
+        let mut nodes = [wis::visibility::Node::default()];
+        wis::visibility::compress(&tree, 1.0, &mut nodes).unwrap();
+        let stored = wis::visibility::Visibility::new(tree.average(), &nodes).unwrap().children(0);
+        for (stored, exact) in stored.into_iter().zip(square) {
+            assert!((stored - exact).abs() <= 1.0 / 510.0 + 1e-6, "{stored} for {exact}");
+            sum += f64::from(stored - exact) / 1024.0;
+        }
+    }
+    assert!(sum.abs() < 1e-4, "off by {sum} on average");
+}
+
 /// What is seen of a product is the sum over pixels, to rounding, since bits lose nothing in 8 bits: for complete and
 /// for pruned trees, and where either is constant.
 #[test]

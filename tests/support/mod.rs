@@ -3,6 +3,7 @@
 
 pub mod maps;
 pub mod material;
+pub mod panorama;
 pub mod partition;
 pub mod quadrature;
 pub mod scenes;

@@ -8,6 +8,7 @@
 pub mod candidates;
 pub mod joint;
 pub mod pick;
+pub mod sampler;
 
 use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
@@ -42,7 +43,7 @@ pub fn candidate_count(rays: usize, per_ray: usize) -> usize {
 
 /// A call for rays.
 #[derive(Debug)]
-pub struct Request<'a> {
+pub struct Request<'a, 'b> {
     /// The light.
     pub light: &'a Light<'a>,
     /// From map space to the world.
@@ -54,12 +55,12 @@ pub struct Request<'a> {
     /// How many rays may be traced.
     pub rays: usize,
     /// Room for the candidates; their number is [`candidate_count`].
-    pub candidates: &'a mut Candidates<'a>,
+    pub candidates: &'a mut Candidates<'b>,
     /// The rays, at least as many as may be traced.
     pub out: &'a mut [Ray],
 }
 
-impl Kernel for Request<'_> {
+impl Kernel for Request<'_, '_> {
     type Output = usize;
 
     /// How many rays there are.

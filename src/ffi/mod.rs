@@ -20,6 +20,7 @@ pub mod environment;
 pub mod grid;
 pub mod haar;
 pub mod jitter;
+pub mod light;
 pub mod points;
 pub mod pool;
 pub mod prior;

@@ -133,8 +133,11 @@ fn identifier(text: &str) -> Option<&str> {
     text.split(|c: char| !c.is_alphanumeric() && c != '_').next()
 }
 
-/// Types whose name in C is not that in Rust: systems of the wavelet header that share a word with the renderer's.
-const NAMES: [(&str, &str); 11] = [
+/// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
+const NAMES: [(&str, &str); 14] = [
+    ("EnvironmentObject", "wis_environment"),
+    ("LightConfig", "wis_environment_config"),
+    ("LightInfo", "wis_environment_info"),
     ("Environment", "wis_wavelet_light"),
     ("EnvironmentConfig", "wis_wavelet_light_config"),
     ("EnvironmentInfo", "wis_wavelet_light_info"),

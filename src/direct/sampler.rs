@@ -34,7 +34,8 @@ pub struct Config {
 impl Config {
     /// Candidates of a call for so many rays.
     fn candidates(&self, rays: usize) -> usize {
-        let per_ray = if self.candidates_per_ray == 0 { candidates_per_ray(rays) } else { self.candidates_per_ray as usize };
+        let per_ray =
+            if self.candidates_per_ray == 0 { candidates_per_ray(rays) } else { self.candidates_per_ray as usize };
         candidate_count(rays, per_ray)
     }
 
@@ -111,15 +112,8 @@ impl<'a> Sampler<'a> {
         let mut columns = self.scratch.chunks_exact_mut(count);
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
-        let request = Request {
-            light: &light,
-            frame: &frame,
-            surface: &surface,
-            turn,
-            rays,
-            candidates: &mut candidates,
-            out,
-        };
+        let request =
+            Request { light: &light, frame: &frame, surface: &surface, turn, rays, candidates: &mut candidates, out };
         Ok(run(self.level, request))
     }
 }

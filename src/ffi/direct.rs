@@ -3,7 +3,7 @@
 use super::light::{EnvironmentObject, environment};
 use super::material::{PointData, failure, point};
 use super::sampler::{SamplerObject, with_sampler};
-use super::{Failure, borrow, out, slice_mut};
+use super::{Failure, out, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
 use crate::status::Status;

@@ -57,6 +57,14 @@ pub struct Header {
     reserved: u32,
 }
 
+impl Header {
+    /// The bytes of the environment that begins with this; `None` if it is no environment of this version.
+    #[inline(always)]
+    pub fn length(&self) -> Option<usize> {
+        if self.magic == MAGIC { usize::try_from(self.bytes).ok() } else { None }
+    }
+}
+
 const BILINEAR: u32 = 1;
 const ROWS_AT_POLES: u32 = 2;
 const EXACT_ZERO: u32 = 4;

@@ -13,8 +13,9 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 16] = [
     "src/ffi/mod.rs",
+    "src/direct/mod.rs",
     "src/query.rs",
     "src/table.rs",
     "src/descent.rs",
@@ -133,8 +134,11 @@ fn identifier(text: &str) -> Option<&str> {
     text.split(|c: char| !c.is_alphanumeric() && c != '_').next()
 }
 
-/// Types whose name in C is not that in Rust: systems of the wavelet header that share a word with the renderer's.
-const NAMES: [(&str, &str); 11] = [
+/// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
+const NAMES: [(&str, &str); 14] = [
+    ("EnvironmentObject", "wis_environment"),
+    ("LightConfig", "wis_environment_config"),
+    ("LightInfo", "wis_environment_info"),
     ("Environment", "wis_wavelet_light"),
     ("EnvironmentConfig", "wis_wavelet_light_config"),
     ("EnvironmentInfo", "wis_wavelet_light_info"),

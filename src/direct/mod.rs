@@ -8,6 +8,7 @@
 pub mod candidates;
 pub mod joint;
 pub mod pick;
+pub mod ray;
 pub mod sampler;
 
 use crate::brdf::surface::Surface;
@@ -16,16 +17,7 @@ use crate::simd::{Kernel, Lanes};
 use crate::sphere::Frame;
 use candidates::{Candidates, Draw};
 use joint::Turn;
-
-/// A direction to trace, and what the light that comes from it counts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ray {
-    /// The direction towards the light, unit length, world space.
-    pub wi: [f32; 3],
-    /// What f x cosine x L x V is multiplied by.
-    pub weight: f32,
-}
+pub use ray::Ray;
 
 /// Candidates for each ray, by the number of rays; on `spot` under the developer maps these have the least variance x time.
 pub fn candidates_per_ray(rays: usize) -> usize {

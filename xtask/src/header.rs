@@ -15,7 +15,7 @@ const HEADER: &str = "include/wis.h";
 /// modules of a `mod.rs` are followed.
 const SOURCES: [&str; 16] = [
     "src/ffi/mod.rs",
-    "src/direct/mod.rs",
+    "src/direct/ray.rs",
     "src/query.rs",
     "src/table.rs",
     "src/descent.rs",

@@ -248,7 +248,7 @@ typedef struct wis_jitter wis_jitter;
 typedef struct wis_wavelet_product wis_wavelet_product;
 
 /// One thread's working memory: bytes in your memory without pointers to it. Nothing to free. One thread at a time may use it.
-typedef struct wis_sampler_object wis_sampler_object;
+typedef struct wis_sampler wis_sampler;
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -260,7 +260,7 @@ typedef struct wis_tree wis_tree;
 typedef struct wis_visibility wis_visibility;
 
 /// The shape of a lobe.
-typedef struct wis_lobe_data {
+typedef struct wis_lobe {
   /// WIS_LOBE_*.
   uint32_t kind;
   /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
@@ -270,28 +270,28 @@ typedef struct wis_lobe_data {
   /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1.
   /// Others: not read.
   float eta;
-} wis_lobe_data;
+} wis_lobe;
 
 /// The shapes of a material's lobes. Plain and copyable: fill `size`, `lobe_count` and `lobe`, then call wis_material_init once.
-typedef struct wis_material_data {
+typedef struct wis_material {
   /// sizeof(wis_material).
   uint32_t size;
   /// Lobes used, 0 to 4. Without lobes a point reflects alike in all directions.
   uint32_t lobe_count;
   /// The lobes, of which the first lobe_count are read.
-  struct wis_lobe_data lobe[WIS_MAX_LOBES];
+  struct wis_lobe lobe[WIS_MAX_LOBES];
   /// Written by wis_material_init: tells materials apart by their content.
   uint64_t hash;
-} wis_material_data;
+} wis_material;
 
 /// A shading point in world space. Plain and copyable.
-typedef struct wis_point_data {
+typedef struct wis_point {
   /// sizeof(wis_point).
   uint32_t size;
   /// WIS_POINT_*, or 0: the upper hemisphere of the normal.
   uint32_t flags;
   /// The material, after wis_material_init. Null: no lobes. Read during calls only.
-  const struct wis_material_data *material;
+  const struct wis_material *material;
   /// The shading normal, unit length.
   float normal[3];
   /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
@@ -310,7 +310,7 @@ typedef struct wis_point_data {
   uint32_t stream;
   /// Always 0.
   uint32_t reserved;
-} wis_point_data;
+} wis_point;
 
 /// A direction to trace, and what the light that comes from it counts.
 typedef struct wis_ray {
@@ -714,9 +714,9 @@ uint32_t wis_version(void);
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `count` tells how many there are, between 0 (no
 /// light) and `rays`. `u`: null. It takes about 30 ns for each candidate, of which a single ray has 16.
-enum wis_status wis_direct(struct wis_sampler_object *sampler,
+enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment_object,
-                           const struct wis_point_data *shading_point,
+                           const struct wis_point *shading_point,
                            uint32_t rays,
                            const float *u,
                            struct wis_ray *ray,
@@ -932,7 +932,7 @@ enum wis_status wis_strata_order(size_t count,
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
 /// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe.
-enum wis_status wis_material_init(struct wis_material_data *material,
+enum wis_status wis_material_init(struct wis_material *material,
                                   struct wis_diagnostic *diagnostic);
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
@@ -1221,23 +1221,23 @@ enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
 enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
                                  void *memory,
                                  size_t memory_bytes,
-                                 struct wis_sampler_object **sampler,
+                                 struct wis_sampler **sampler,
                                  struct wis_diagnostic *diagnostic);
 
 /// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing.
 /// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
-enum wis_status wis_sampler_begin_pixel(struct wis_sampler_object *sampler);
+enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 
 /// Where the last call on this sampler that failed was at fault: argument, field and element. A pointer into the sampler, which
 /// stays valid as long as that does; null for a null sampler.
-const struct wis_diagnostic *wis_sampler_fault(const struct wis_sampler_object *sampler);
+const struct wis_diagnostic *wis_sampler_fault(const struct wis_sampler *sampler);
 
 /// Draws `count` directions in proportion to the light.
 ///
 /// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `wi`: unit length, world space. `pdf`: per
 /// steradian, above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides are the bytes
 /// from one element to the next; 0: packed. About 40 ns each in batches of 8 and more.
-enum wis_status wis_sample(struct wis_sampler_object *sampler,
+enum wis_status wis_sample(struct wis_sampler *sampler,
                            const struct wis_environment *environment_object,
                            size_t count,
                            const float *u,
@@ -1249,7 +1249,7 @@ enum wis_status wis_sample(struct wis_sampler_object *sampler,
 
 /// The pdf of `count` directions in the light, per steradian; 0 for those that are not of unit length within 1e-3. Strides as in
 /// wis_sample. About 15 ns each in batches of 8 and more.
-enum wis_status wis_pdf(struct wis_sampler_object *sampler,
+enum wis_status wis_pdf(struct wis_sampler *sampler,
                         const struct wis_environment *environment_object,
                         size_t count,
                         const float *wi,
@@ -1260,7 +1260,7 @@ enum wis_status wis_pdf(struct wis_sampler_object *sampler,
 /// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
 /// written. Strides as in wis_sample; statuses stand close together.
-enum wis_status wis_invert(struct wis_sampler_object *sampler,
+enum wis_status wis_invert(struct wis_sampler *sampler,
                            const struct wis_environment *environment_object,
                            size_t count,
                            const float *wi,

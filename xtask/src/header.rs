@@ -135,7 +135,11 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 14] = [
+const NAMES: [(&str, &str); 18] = [
+    ("SamplerObject", "wis_sampler"),
+    ("MaterialData", "wis_material"),
+    ("LobeData", "wis_lobe"),
+    ("PointData", "wis_point"),
     ("EnvironmentObject", "wis_environment"),
     ("LightConfig", "wis_environment_config"),
     ("LightInfo", "wis_environment_info"),

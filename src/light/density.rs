@@ -116,10 +116,13 @@ impl Light<'_> {
         self.sample_in(cells, numbers)
     }
 
-    /// Directions of map space distributed as the light: near enough for candidates, whose density is looked up again.
+    /// Directions of map space distributed as the light, and their densities: for candidates, which need no pdf of an f32 world
+    /// direction.
     #[inline(always)]
-    pub fn direction<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        self.direction_of(&self.draw(u))
+    pub fn candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
+        let drawn = self.draw(u);
+        let direction = self.direction_of(&drawn);
+        (direction, self.alone(&self.drawn_at(direction, &drawn)))
     }
 
     /// Densities of directions of map space of unit length in the light.

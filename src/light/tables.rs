@@ -538,6 +538,16 @@ impl Light<'_> {
         self.chart.direction(patch.face, [column, patch.low[1] + position[1] * patch.size[1]])
     }
 
+    /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
+    #[inline(always)]
+    pub fn drawn_at<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> Located<F> {
+        let place = self.chart.place(d);
+        let Drawn { patch, shape, position } = drawn;
+        let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
+        let scale = (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
+        Located { patch: *patch, position: *position, density: patch.probability * shape.unscaled(*position) / scale }
+    }
+
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
     /// lanes in which rounding left the patch. In a light for nearest clients, also of those in which it came so close to the
     /// border that the client's own rounding might find the neighbour.

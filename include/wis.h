@@ -152,6 +152,9 @@
 /// x86-64 with AVX2.
 #define WIS_CPU_AVX2 2
 
+/// Rays of one point at the most, in a wave.
+#define WIS_WAVE_RAYS 64
+
 /// A lobe `weight / pi`.
 #define WIS_WAVELET_LOBE_LAMBERT 1
 
@@ -688,6 +691,75 @@ typedef struct wis_basis_function {
   /// psi instead of phi: bit n - 1 along axis 1, and so on to bit 0 along axis n.
   uint32_t wavelet;
 } wis_basis_function;
+
+/// A whole number of each point.
+typedef struct wis_ints_in {
+  /// The number of point 0; null where that is allowed.
+  const uint32_t *first;
+  /// Bytes from a point to the next; 0: all points share it.
+  ptrdiff_t point;
+} wis_ints_in;
+
+/// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`.
+/// Array of structures: point = sizeof the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
+typedef struct wis_floats_in {
+  /// The first number of point 0; null where that is allowed.
+  const float *first;
+  /// Bytes from a point to the next; 0: all points share these numbers.
+  ptrdiff_t point;
+  /// Bytes from a number to the next; 0: they stand close together.
+  ptrdiff_t number;
+} wis_floats_in;
+
+/// As wis_floats_in, for numbers that are written. `point` must not be 0.
+typedef struct wis_floats_out {
+  /// The first number of point 0.
+  float *first;
+  /// Bytes from a point to the next.
+  ptrdiff_t point;
+  /// Bytes from a number to the next; 0: they stand close together.
+  ptrdiff_t number;
+} wis_floats_out;
+
+/// The points of a wave, and where their rays go.
+typedef struct wis_wave {
+  /// sizeof(wis_wave).
+  uint32_t size;
+  /// WIS_POINT_* of all points.
+  uint32_t flags;
+  /// How many materials there are.
+  uint32_t material_count;
+  /// The most rays for each point, at most as many as the sampler was made for.
+  uint32_t rays;
+  /// The materials, each after wis_material_init.
+  const struct wis_material *materials;
+  /// The material of each point, below material_count. Null: material 0.
+  struct wis_ints_in material;
+  /// Points whose byte is 0 are left out: their count is 0 and nothing else of them is read. Null: none.
+  const uint8_t *mask;
+  /// Three numbers each: the shading normal.
+  struct wis_floats_in normal;
+  /// Three numbers each; null: any, if no lobe is anisotropic.
+  struct wis_floats_in tangent;
+  /// Three numbers each: the direction to the viewer.
+  struct wis_floats_in wo;
+  /// Three numbers for each lobe, lobe after lobe: RGB factors. Null: 1.
+  struct wis_floats_in weight;
+  /// Three numbers for each lobe, lobe after lobe: reflectance at normal incidence. Null: 0.
+  struct wis_floats_in f0;
+  /// The pixel of each point; wis_sampler_begin_pixel is called where it changes.
+  struct wis_ints_in seed;
+  /// The number of the hit of each point among all hits of its pixel and stream; null: 0.
+  struct wis_ints_in turn;
+  /// The bounce of each point; null: 0.
+  struct wis_ints_in stream;
+  /// Four numbers for each ray, ray after ray: direction and weight.
+  struct wis_floats_out ray;
+  /// How many rays each point has.
+  uint32_t *count;
+  /// A wis_status for each point, as a byte: a bad point never fails the others. May be null.
+  uint8_t *status;
+} wis_wave;
 
 
 
@@ -1667,6 +1739,13 @@ enum wis_status wis_visibility_integral(double brdf_average,
 enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
                                                 const struct wis_visibility *visibility,
                                                 double *integral);
+
+/// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
+/// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
+enum wis_status wis_direct_wave(struct wis_sampler *sampler,
+                                const struct wis_environment *environment_object,
+                                size_t count,
+                                const struct wis_wave *wave);
 
 #ifdef __cplusplus
 }  // extern "C"

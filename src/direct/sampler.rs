@@ -87,6 +87,9 @@ impl<'a> Sampler<'a> {
         &self.config
     }
 
+    /// Forgets what hits of the last pixel shared.
+    pub fn begin_pixel(&mut self) {}
+
     /// The rays to trace at a point: their number, at most `rays` and the room in `out`. A sampler that was made for fewer rays
     /// answers those.
     ///

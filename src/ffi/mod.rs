@@ -35,6 +35,7 @@ pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod visibility;
+pub mod wave;
 
 mod control;
 mod density;

@@ -135,7 +135,8 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 18] = [
+const NAMES: [(&str, &str); 19] = [
+    ("DirectWave", "wis_wave"),
     ("SamplerObject", "wis_sampler"),
     ("MaterialData", "wis_material"),
     ("LobeData", "wis_lobe"),

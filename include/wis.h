@@ -57,23 +57,6 @@
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 #define WIS_ALIGNMENT 16
 
-/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
-/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
-#define WIS_LAYOUT_LATLONG 1
-
-/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
-#define WIS_LAYOUT_CUBE 2
-
-/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
-/// along y; height = width.
-#define WIS_LAYOUT_OCTAHEDRAL 3
-
-/// 32-bit floats.
-#define WIS_FORMAT_F32 1
-
-/// 16-bit floats.
-#define WIS_FORMAT_F16 2
-
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
 /// to the library and WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
 /// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
@@ -112,6 +95,44 @@
 
 /// Directions in proportion to the radiance of the texels: the light's `rgb` luminance x visibility is unbiased.
 #define WIS_JITTER_ENERGY 1
+
+/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
+/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
+#define WIS_LAYOUT_LATLONG 1
+
+/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
+#define WIS_LAYOUT_CUBE 2
+
+/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
+/// along y; height = width.
+#define WIS_LAYOUT_OCTAHEDRAL 3
+
+/// 32-bit floats.
+#define WIS_FORMAT_F32 1
+
+/// 16-bit floats.
+#define WIS_FORMAT_F16 2
+
+/// You interpolate between texel centres along both axes. Lat-long maps wrap in azimuth and mirror over the poles, faces of a
+/// cube and edges of an octahedral map join.
+#define WIS_FILTER_BILINEAR 0
+
+/// You take the texel that holds the direction.
+#define WIS_FILTER_NEAREST 1
+
+/// Lat-long only: the first and the last row of texels lie at the poles, so theta = pi y / (height - 1).
+#define WIS_ENVIRONMENT_ROWS_AT_POLES 1
+
+/// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
+#define WIS_ENVIRONMENT_EXACT_ZERO 2
+
+/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For multiple
+/// importance sampling with BRDF samples.
+#define WIS_ENVIRONMENT_COMPENSATED 4
+
+/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
+/// +Inf by the largest finite luminance of the map.
+#define WIS_ENVIRONMENT_SANITISE 8
 
 /// Lobes of a material.
 #define WIS_MAX_LOBES 4
@@ -231,9 +252,9 @@ typedef enum wis_status {
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 typedef struct wis_wavelet_light wis_wavelet_light;
 
-/// An environment map as a distribution of directions. It stands in your memory and holds no pointers: it may be copied (to any
-/// block aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads
-/// may use it at once. Nothing to free.
+/// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
+/// aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may
+/// use it at once. Nothing to free.
 typedef struct wis_environment wis_environment;
 
 /// A Haar function of one variable: `2^(level/2) phi(2^level x - translation)`, or the wavelet psi in place of phi.
@@ -422,6 +443,72 @@ typedef struct wis_drawn {
   /// The probability density per solid angle; 0: no sample.
   float pdf;
 } wis_drawn;
+
+/// The map, and what to build from it.
+typedef struct wis_environment_config {
+  /// sizeof(wis_environment_config).
+  uint32_t size;
+  /// WIS_LAYOUT_*.
+  uint32_t layout;
+  /// Texels in a row, 1 to 32768; any number, also odd.
+  uint32_t width;
+  /// Rows, 1 to 32768; of a cube map all six faces.
+  uint32_t height;
+  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+  uint32_t channels;
+  /// WIS_FORMAT_*.
+  uint32_t format;
+  /// WIS_FILTER_*: how you look the map up.
+  uint32_t filter;
+  /// WIS_ENVIRONMENT_*, or 0.
+  uint32_t flags;
+  /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1. 0 keeps every texel. 0.01 makes a
+  /// smooth sky take kilobytes.
+  float error_budget;
+  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
+  /// no alignment.
+  const void *pixels;
+  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
+  /// close together.
+  ptrdiff_t row_stride;
+  /// Used if `pixels` is null; called from each thread that runs the first pass.
+  wis_row_fn row;
+  /// Handed to `row`.
+  void *row_user;
+  /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied.
+  const float *world_from_map;
+} wis_environment_config;
+
+/// What was built.
+typedef struct wis_environment_info {
+  /// sizeof(wis_environment_info), set by the caller.
+  uint32_t size;
+  /// WIS_LAYOUT_*.
+  uint32_t layout;
+  /// Texels in a row.
+  uint32_t width;
+  /// Rows.
+  uint32_t height;
+  /// WIS_FILTER_*.
+  uint32_t filter;
+  /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE.
+  uint32_t flags;
+  /// Bytes of the environment: that much of the block is in use and needs to be saved.
+  uint64_t bytes;
+  /// Texels that were replaced.
+  uint64_t sanitised;
+  /// Tells environments apart: a hash of the bytes, also of world_from_map.
+  uint64_t content_id;
+  /// The integral of what the pdf is proportional to over the sphere: of luminance (of what compensation leaves of it), in the
+  /// unit of the map times steradian.
+  double power;
+  /// The mean luminance over the sphere, in the unit of the map.
+  double mean;
+  /// The share of the light that the brightest texel gives, 0 to 1.
+  double largest_share;
+  /// The relative standard deviation of radiance / pdf that the error budget added.
+  double error;
+} wis_environment_info;
 
 /// A candidate and how often it was picked.
 typedef struct wis_pick {
@@ -1001,6 +1088,79 @@ enum wis_status wis_strata_order(size_t count,
                                  uint32_t *index,
                                  uint32_t *traced,
                                  struct wis_diagnostic *diagnostic);
+
+/// The memory that a build needs. `size`: bytes of the environment, exactly without an error budget and at most with one; and
+/// bytes of scratch memory. A map of 1024 x 512 takes 2.4 MB and 2.5 MB of scratch. Takes microseconds; reads no pixels.
+enum wis_status wis_environment_size(const struct wis_environment_config *config,
+                                     struct wis_memory_size *size,
+                                     struct wis_diagnostic *diagnostic);
+
+/// Builds an environment in `memory`, on one thread. `scratch` may be freed afterwards. `environment` receives the handle, which
+/// is the address of `memory`. WIS_INVALID_TEXEL names the texel at fault by column and row. WIS_MEMORY_TOO_SMALL tells the
+/// bytes that are needed, which an error budget makes fewer than wis_environment_size says. A map of 1024 x 512 floats takes
+/// about 10 ms.
+enum wis_status wis_environment_init(const struct wis_environment_config *config,
+                                     void *memory,
+                                     size_t bytes,
+                                     void *scratch,
+                                     size_t scratch_bytes,
+                                     const struct wis_environment **environment,
+                                     struct wis_diagnostic *diagnostic);
+
+/// Begins a build that threads share. `items` receives how many items each of three passes has: rows of texels; cells, whose
+/// tables are chosen; cells, whose tables are written. Hand items 0 to items[p] - 1 of pass p to wis_environment_run in any
+/// portions, on any threads; all of a pass before any of the next. Then call wis_environment_finish. The bytes are those of
+/// wis_environment_init, however the items were shared.
+enum wis_status wis_environment_begin(const struct wis_environment_config *config,
+                                      void *scratch,
+                                      size_t scratch_bytes,
+                                      uint32_t items[3],
+                                      struct wis_diagnostic *diagnostic);
+
+/// Works on `count` items of `pass` (0, 1 or 2) from item `first` on. `config` is that of wis_environment_begin. Threads may call
+/// this at once for different items. `memory` is used by pass 2 only, may be null before, and must be the same block in all calls
+/// of pass 2 and in wis_environment_finish; if it is too short, WIS_MEMORY_TOO_SMALL tells the bytes that are needed, and pass 2
+/// may be run again. WIS_MISMATCH if the passes before are not done.
+enum wis_status wis_environment_run(const struct wis_environment_config *config,
+                                    void *memory,
+                                    size_t bytes,
+                                    void *scratch,
+                                    size_t scratch_bytes,
+                                    uint32_t pass,
+                                    uint32_t first,
+                                    uint32_t count,
+                                    struct wis_diagnostic *diagnostic);
+
+/// Ends a build whose three passes are done (WIS_MISMATCH before). `memory` is the block of pass 2; `environment` receives the
+/// handle.
+enum wis_status wis_environment_finish(const struct wis_environment_config *config,
+                                       void *memory,
+                                       size_t bytes,
+                                       void *scratch,
+                                       size_t scratch_bytes,
+                                       const struct wis_environment **environment,
+                                       struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as an environment: `environment`
+/// receives the handle, which is the address of `memory`. `bytes`: as many as the info says, or more. WIS_CORRUPT if a byte was
+/// changed. Reads all bytes once.
+enum wis_status wis_environment_open(const void *memory,
+                                     size_t bytes,
+                                     const struct wis_environment **environment,
+                                     struct wis_diagnostic *diagnostic);
+
+/// Describes an environment. Set `info->size` before.
+enum wis_status wis_environment_info(const struct wis_environment *environment, struct wis_environment_info *info);
+
+/// Turns an environment in place: `world_from_map` is a row-major 3x3 rotation or reflection, world = M map, within 1e-4, that
+/// replaces the former one; null is the identity. Nothing is rebuilt: takes less than a microsecond. The content id changes, so
+/// products that were prepared before answer WIS_MISMATCH. No other thread may use the environment meanwhile. A call that
+/// fails changes nothing.
+enum wis_status wis_environment_turn(void *memory,
+                                     size_t bytes,
+                                     const float world_from_map[9],
+                                     const struct wis_environment **environment,
+                                     struct wis_diagnostic *diagnostic);
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
 /// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe.

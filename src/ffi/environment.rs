@@ -4,6 +4,10 @@ mod build;
 pub(super) mod request;
 mod stored;
 
+pub use super::light::{
+    RowFn, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
+};
+
 use super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, density,
     frame, level, out, sized,
@@ -18,20 +22,6 @@ use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
 use stored::{Stored, check_stored, opened};
-
-/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
-/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
-pub const WIS_LAYOUT_LATLONG: u32 = 1;
-/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
-pub const WIS_LAYOUT_CUBE: u32 = 2;
-/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
-/// along y; height = width.
-pub const WIS_LAYOUT_OCTAHEDRAL: u32 = 3;
-
-/// 32-bit floats.
-pub const WIS_FORMAT_F32: u32 = 1;
-/// 16-bit floats.
-pub const WIS_FORMAT_F16: u32 = 2;
 
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
 /// to the library and WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
@@ -71,10 +61,6 @@ const ALL_FLAGS: u32 = WIS_WAVELET_LIGHT_NEAREST
 pub struct Environment {
     _opaque: [u8; 0],
 }
-
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
-/// thread. Null stops the build with WIS_CALLBACK_FAILED.
-pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
 
 /// What to build.
 #[repr(C)]

@@ -1,7 +1,8 @@
 //! Structured importance sampling in C: a map as directional lights.
 
 use super::environment::EnvironmentConfig;
-use super::environment::request::{PixelRows, read_config};
+use super::environment::request::read_config;
+use super::light::rows::PixelRows;
 use super::{
     Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized, slice,
     slice_mut,

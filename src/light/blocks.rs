@@ -83,16 +83,20 @@ impl CellBlocks {
         Tile { face: self.face, origin, grid, end, step }
     }
 
-    /// What the blocks take with a grid of no steps (level 0).
+    /// What the blocks take with a grid of no steps (level 0), in closed form: big maps have many blocks.
     pub fn full(&self, plan: &Plan) -> Lengths {
-        self.lengths(plan, |_| [0, 0])
-    }
-
-    /// What the blocks take with these steps.
-    pub fn lengths(&self, plan: &Plan, steps: impl Fn(usize) -> Steps) -> Lengths {
+        let bilinear = plan.of.filter == Filter::Bilinear;
         let [columns, rows] = self.blocks().map(|n| n as usize);
-        let cell = Lengths { starts: rows + rows * columns, blocks: rows * columns, rows: 0, lines: 0 };
-        (0..self.count()).fold(cell, |sum, number| sum.plus(block_words(plan, &self.tile(number, steps(number)))))
+        let side = 1usize << self.side[0];
+        let last = self.patches[0] as usize - columns.saturating_sub(1) * side;
+        let words = columns.saturating_sub(1) * line_words(side, bilinear) + line_words(last, bilinear);
+        let lines = self.patches[1] as usize + if bilinear { rows } else { 0 };
+        Lengths {
+            starts: rows + rows * columns,
+            blocks: rows * columns,
+            rows: columns * self.patches[1] as usize,
+            lines: lines * words,
+        }
     }
 }
 

@@ -188,7 +188,8 @@ pub struct Scratch<'a> {
 }
 
 impl<'a> Scratch<'a> {
-    fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 6]> {
+    /// Lengths and sizes of elements of the parts, in the order of the fields, with so many blocks at most.
+    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 6]> {
         let rows = plan.rows() as usize;
         Some([
             (rows, size_of::<RowSummary>()),
@@ -434,6 +435,40 @@ fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {
     hash.add(tables);
     hash.add_floats(frame);
     hash.finish()
+}
+
+/// Where the tables of all cells stand in the bytes of an environment, for threads that write cells side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Places {
+    /// Of [`Cell`]s.
+    pub cells: usize,
+    /// Of in-cell starts.
+    pub starts: usize,
+    /// Of [`Block`]s.
+    pub blocks: usize,
+    /// Of row starts.
+    pub rows: usize,
+    /// Of lines.
+    pub lines: usize,
+    end: usize,
+}
+
+impl Places {
+    /// The places for what the cells were found to take.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`].
+    pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
+        let lengths = build::offset(work, plan.cells());
+        let Sections { cells, starts, blocks, rows, lines, end, .. } =
+            Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
+        Ok(Places { cells, starts, blocks, rows, lines, end })
+    }
+
+    /// The bytes of the environment.
+    pub fn bytes(&self) -> usize {
+        self.end
+    }
 }
 
 /// An environment while its tables are written.

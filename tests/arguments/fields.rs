@@ -6,6 +6,7 @@ use crate::objects::{self, function};
 use crate::scene::{Scene, numbers};
 use std::ptr::null;
 use wis::ffi::environment::*;
+use wis::ffi::light::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::StrataConfig;
 use wis::ffi::table::Table;
@@ -71,6 +72,39 @@ fn environments() {
     let faults: &[Fault<EnvironmentConfig>] =
         &[("layout", |c| (c.layout, c.width) = (WIS_LAYOUT_OCTAHEDRAL, c.height), INVALID)];
     check(&["wis_strata_size", "wis_jitter_size", "wis_jitter_init"], "map", faults);
+}
+
+#[test]
+fn lights() {
+    let faults: &[Fault<LightConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("layout", |c| c.layout = 9, INVALID),
+        ("format", |c| c.format = 9, INVALID),
+        ("filter", |c| c.filter = 2, INVALID),
+        ("channels", |c| c.channels = 2, INVALID),
+        ("flags", |c| c.flags = 16, INVALID),
+        (
+            "flags",
+            |c| (c.layout, c.width, c.height, c.flags) = (WIS_LAYOUT_CUBE, 1, 6, WIS_ENVIRONMENT_ROWS_AT_POLES),
+            INVALID,
+        ),
+        ("width", |c| c.width = 0, INVALID),
+        ("width", |c| (c.width, c.row_stride) = (32769, 0), Status::Overflow),
+        ("height", |c| c.height = 0, INVALID),
+        ("height", |c| c.height = 32769, Status::Overflow),
+        ("height", |c| (c.layout, c.height) = (WIS_LAYOUT_CUBE, 7), INVALID),
+        ("error_budget", |c| c.error_budget = -1.0, INVALID),
+        ("row_stride", |c| c.row_stride = 71, INVALID),
+        ("row_stride", |c| c.row_stride = 74, MISALIGNED),
+        ("row_stride", |c| (c.format, c.row_stride) = (WIS_FORMAT_F16, -37), MISALIGNED),
+        ("pixels", |c| c.pixels = null(), NULL),
+        ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
+        ("pixels", |c| (c.format, c.pixels) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(1)), MISALIGNED),
+        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
+        ("world_from_map", |c| c.world_from_map = c.world_from_map.wrapping_byte_add(2), MISALIGNED),
+    ];
+    let functions = ["size", "init", "begin", "run", "finish"].map(|name| format!("wis_environment_{name}"));
+    check(&functions.each_ref().map(String::as_str), "config", faults);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;
 use wis::ffi::jitter::*;
+use wis::ffi::light::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
@@ -58,6 +59,10 @@ pub struct Scene {
     /// A scratch block after both passes.
     integrated: Vec<u8>,
     environment: Vec<u8>,
+    light_size: MemorySize,
+    /// A scratch block after two passes and after three; the memory after three, and at the end.
+    light_scratch: [Vec<u8>; 2],
+    light_memory: [Vec<u8>; 2],
     product_size: MemorySize,
     pool_size: MemorySize,
     strata_size: MemorySize,
@@ -90,6 +95,9 @@ impl Scene {
             decoded: Vec::new(),
             integrated: Vec::new(),
             environment: Vec::new(),
+            light_size: MemorySize::default(),
+            light_scratch: [Vec::new(), Vec::new()],
+            light_memory: [Vec::new(), Vec::new()],
             product_size: MemorySize::default(),
             pool_size: MemorySize::default(),
             strata_size: MemorySize::default(),
@@ -110,6 +118,7 @@ impl Scene {
             trees: [null(); COUNT],
             blend_size: MemorySize::default(),
         };
+        scene.build_light();
         scene.build_environment();
         scene.build_product();
         scene.build_jitter();
@@ -124,6 +133,31 @@ impl Scene {
         unsafe { expect_ok(wis_tree_blend_size(count, trees, &mut scene.blend_size, null_mut())) };
         scene.slices = [scene.stored[1].pointer().cast_const().cast(); SLICES];
         scene
+    }
+
+    fn build_light(&mut self) {
+        let config = Block::new(&self.light_config(), 0);
+        let config = config.pointer().cast();
+        let (mut items, mut handle, none) = ([0; 3], null(), null_mut());
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_environment_size(config, &mut self.light_size, none));
+            let (bytes, scratch_bytes) = (self.light_size.bytes, self.light_size.scratch_bytes);
+            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
+            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
+            expect_ok(wis_environment_begin(config, work, scratch_bytes, &mut items, none));
+            let run = |pass: u32, count| {
+                expect_ok(wis_environment_run(config, place, bytes, work, scratch_bytes, pass, 0, count, none));
+            };
+            run(0, items[0]);
+            run(1, items[1]);
+            self.light_scratch[0] = scratch.to_vec();
+            run(2, items[2]);
+            self.light_scratch[1] = scratch.to_vec();
+            self.light_memory[0] = memory.to_vec();
+            expect_ok(wis_environment_finish(config, place, bytes, work, scratch_bytes, &mut handle, none));
+            self.light_memory[1] = memory.to_vec();
+        }
     }
 
     fn build_environment(&mut self) {
@@ -245,7 +279,8 @@ impl Scene {
     fn number(&self, function: &Function, parameter: &Parameter) -> usize {
         let name = function.name.as_str();
         match parameter.name.as_str() {
-            "count" if name == "wis_wavelet_light_run" => 1,
+            "count" if name == "wis_wavelet_light_run" || name == "wis_environment_run" => 1,
+            "pass" if name == "wis_environment_run" => 2,
             "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" if name.starts_with("wis_tree_of") => 2,
@@ -277,6 +312,7 @@ impl Scene {
         let count = if function.takes("size_t count") || function.takes("uint32_t count") { COUNT } else { 1 };
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
+            "const wis_environment_config *config" => self.light_config(),
             "const wis_wavelet_light_config *config" => self.environment_config(),
             "const wis_wavelet_light_config *map" => self.environment_config(),
             "const wis_strata_config *config" => strata_config(),
@@ -297,6 +333,7 @@ impl Scene {
             "const uint8_t *visible" => vec![1, 0, 1],
             "float *weight" => unwritten(4 * count),
             "const wis_wavelet_callback *brdf" => callback_brdf(),
+            "const wis_environment *environment" => self.light_memory[1].clone(),
             "const wis_wavelet_light *environment" => self.environment.clone(),
             "const wis_wavelet_product *product" => self.product.clone(),
             "const wis_jitter *jitter" => self.jitter.clone(),
@@ -329,10 +366,15 @@ impl Scene {
             "uint32_t *wavelet_count" => unwritten(4),
             "double *coefficient" => unwritten(8),
             "const void *memory" => self.stored(name).to_vec(),
+            "void *memory" if name == "wis_environment_finish" => self.light_memory[0].clone(),
+            "void *memory" if name == "wis_environment_turn" => self.light_memory[1].clone(),
             "void *memory" => unwritten(self.size(name).bytes),
+            "void *scratch" if name == "wis_environment_run" => self.light_scratch[0].clone(),
+            "void *scratch" if name == "wis_environment_finish" => self.light_scratch[1].clone(),
             "void *scratch" if name == "wis_wavelet_light_run" => self.decoded.clone(),
             "void *scratch" if name == "wis_wavelet_light_finish" => self.integrated.clone(),
             "void *scratch" => unwritten(self.size(name).scratch_bytes),
+            "wis_environment_info *info" => sized(size_of::<LightInfo>()),
             "wis_wavelet_light_info *info" => sized(size_of::<EnvironmentInfo>()),
             "wis_wavelet_product_info *info" => sized(size_of::<ProductInfo>()),
             "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
@@ -357,6 +399,7 @@ impl Scene {
             "double *weight_sum" => unwritten(8),
             "float *u" | "float u[2]" | "float *point" | "uint32_t rows[2]" => unwritten(8),
             "double *power" | "double *luminance" | "double *average" | "double *integral" => unwritten(8),
+            "uint32_t items[3]" => unwritten(12),
             "double rgb[3]" => unwritten(24),
             handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
             other => panic!("no argument for {other} of {name}"),
@@ -377,6 +420,7 @@ impl Scene {
         match function {
             name if name.starts_with("wis_tree") => &self.tree,
             name if name.starts_with("wis_visibility") => &self.visibility,
+            name if name.starts_with("wis_environment") => &self.light_memory[1],
             _ => &self.environment,
         }
     }
@@ -403,6 +447,7 @@ impl Scene {
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
             name if name.starts_with("wis_jitter") => self.jitter_size,
+            name if name.starts_with("wis_environment") => self.light_size,
             _ => self.environment_size,
         }
     }
@@ -417,6 +462,17 @@ impl Scene {
             config.storage = WIS_STORAGE_SPARSE;
             config.resolution = 4;
             config.pixels = self.pixels.as_ptr().cast();
+        })
+    }
+
+    fn light_config(&self) -> Vec<u8> {
+        plain(|config: &mut LightConfig| {
+            config.size = size_of::<LightConfig>() as u32;
+            config.layout = WIS_LAYOUT_LATLONG;
+            (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
+            config.format = WIS_FORMAT_F32;
+            config.pixels = self.pixels.as_ptr().cast();
+            config.world_from_map = ROTATION.as_ptr();
         })
     }
 

@@ -155,6 +155,7 @@ fn bytes_do_not_depend_on_the_memory() {
     let scene = Scene::new();
     for name in [
         "wis_wavelet_light_init",
+        "wis_environment_init",
         "wis_tree_init",
         "wis_wavelet_product_prepare",
         "wis_wavelet_product_prepare_callback",

@@ -8,6 +8,7 @@ use crate::scene::{Scene, numbers};
 use std::ffi::{c_int, c_void};
 use std::ptr::null;
 use wis::ffi::environment::*;
+use wis::ffi::light::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
 use wis::ffi::tree::rotated::RotatedConfig;
@@ -85,6 +86,32 @@ fn environment_configurations() {
         ("no pixels", |c| c.pixels = null(), Status::NullPointer),
     ];
     check_faults("const wis_wavelet_light_config *config", faults);
+}
+
+#[test]
+fn light_configurations() {
+    let faults: &[Fault<LightConfig>] = &[
+        ("layout 0", |c| c.layout = 0, INVALID),
+        ("layout max", |c| c.layout = u32::MAX, INVALID),
+        ("format 0", |c| c.format = 0, INVALID),
+        ("format max", |c| c.format = u32::MAX, INVALID),
+        ("filter max", |c| c.filter = u32::MAX, INVALID),
+        ("channels 0", |c| c.channels = 0, INVALID),
+        ("channels max", |c| c.channels = u32::MAX, INVALID),
+        ("all flags", |c| c.flags = u32::MAX, INVALID),
+        ("a cube beyond 2^32", |c| (c.layout, c.width, c.height) = (WIS_LAYOUT_CUBE, 1 << 31, 0), INVALID),
+        ("an oblong square", |c| (c.layout, c.width, c.height) = (WIS_LAYOUT_OCTAHEDRAL, 4, 8), INVALID),
+        ("budget < 0", |c| c.error_budget = -1e-30, INVALID),
+        ("budget > 1", |c| c.error_budget = 1.5, INVALID),
+        ("budget NaN", |c| c.error_budget = f32::NAN, INVALID),
+        ("rows that overlap", |c| c.row_stride = 71, INVALID),
+        ("rows that overlap backwards", |c| c.row_stride = -71, INVALID),
+        ("rows beyond memory", |c| c.row_stride = isize::MAX - 3, OVERFLOW),
+        ("rows before memory", |c| c.row_stride = isize::MIN, OVERFLOW),
+        ("4 billion squared", |c| (c.width, c.height) = (u32::MAX, u32::MAX), OVERFLOW),
+        ("no pixels", |c| c.pixels = null(), Status::NullPointer),
+    ];
+    check_faults("const wis_environment_config *config", faults);
 }
 
 #[test]

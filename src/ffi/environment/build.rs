@@ -1,7 +1,8 @@
 //! A build at work on the caller's scratch block: its layout, its two passes, and the trees at the end.
 
+use super::super::light::rows::PixelRows;
 use super::super::{Checked, DividedBlock, ExclusiveBlock, Failure, WIS_ALIGNMENT};
-use super::request::{PixelRows, Request};
+use super::request::Request;
 use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
 use crate::environment::{

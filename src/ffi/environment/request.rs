@@ -1,17 +1,17 @@
 //! A configuration that was checked, and the client's rows as the kernel reads them.
 
+use super::super::light::rows::{PixelRows, Source};
 use super::super::{Checked, Failure, sized};
 use super::stored::{Counts, Stored};
 use super::{
-    ALL_FLAGS, EnvironmentConfig, RowFn, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG,
+    ALL_FLAGS, EnvironmentConfig, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG,
     WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
     WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
-use crate::environment::{self as kernel, Config, Format, Layout, Pixels, Rows, Storage};
+use crate::environment::{self as kernel, Config, Format, Layout, Pixels, Storage};
 use crate::numeric::ContentHash;
 use crate::status::{Fault, Status};
 use crate::tree::{MAX_DEPTH, complete_len};
-use core::ffi::c_void;
 
 /// A checked configuration.
 #[derive(Clone, Copy)]
@@ -86,22 +86,8 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
     let pixels = Pixels { layout, width: c.width, height: c.height, channels: c.channels, format };
     kernel::check(&pixels).map_err(|fault| Failure::fault(fault, 1))?;
     let row_bytes = pixels.row_bytes().ok_or(Failure::new(Status::Overflow, 1).of(c"width"))?;
-    let stride = if c.row_stride == 0 { row_bytes as isize } else { c.row_stride };
-    if stride.unsigned_abs() < row_bytes {
-        return Err(invalid(c"row_stride"));
-    }
-    if stride % format.bytes() as isize != 0 {
-        return Err(Failure::new(Status::Misaligned, 1).of(c"row_stride"));
-    }
-    if stride.checked_mul(c.height as isize).is_none() {
-        return Err(Failure::new(Status::Overflow, 1).of(c"row_stride"));
-    }
-    if c.pixels.is_null() && c.row.is_none() {
-        return Err(Failure::new(Status::NullPointer, 1).of(c"pixels"));
-    }
-    if c.pixels.addr() % format.bytes() != 0 {
-        return Err(Failure::new(Status::Misaligned, 1).of(c"pixels"));
-    }
+    let source = Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
+    let rows = PixelRows::new(source, format, row_bytes, c.height)?;
     let depth = if c.resolution == 0 { Config::natural_depth(&pixels) } else { c.resolution.ilog2() };
     // What a client with a bilinear filter sees varies inside texels, too: edges of texels, which squares below cells
     // would draw sharply, are not edges to it.
@@ -119,32 +105,5 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
         refined: nearest && c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
         natural: c.resolution == 0,
     };
-    let rows = PixelRows { pixels: c.pixels, stride, row_bytes, row: c.row, user: c.row_user };
     Ok((Request { config, flags: c.flags }, rows))
-}
-
-/// The client's rows: an array or a callback.
-pub(in crate::ffi) struct PixelRows {
-    pixels: *const c_void,
-    stride: isize,
-    row_bytes: usize,
-    row: RowFn,
-    user: *mut c_void,
-}
-
-impl Rows for PixelRows {
-    fn row(&self, y: u32) -> Option<&[u8]> {
-        let start: *const u8 = match self.row {
-            // SAFETY: row y of the array that the client describes; the offset was checked to fit an isize.
-            _ if !self.pixels.is_null() => unsafe { self.pixels.cast::<u8>().byte_offset(self.stride * y as isize) },
-            // SAFETY: the client's function with the client's argument.
-            Some(row) => unsafe { row(self.user, y).cast() },
-            None => core::ptr::null(),
-        };
-        if start.is_null() {
-            return None;
-        }
-        // SAFETY: the client gives rows of that many bytes.
-        Some(unsafe { core::slice::from_raw_parts(start, self.row_bytes) })
-    }
 }

@@ -15,6 +15,7 @@ mod portable;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
+mod table;
 
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
@@ -26,6 +27,7 @@ pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
+pub use table::Table;
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -41,6 +43,9 @@ pub type Native = Portable;
 
 /// Numbers in a [`Lanes`].
 pub const LANES: usize = 8;
+
+/// Numbers of a table that a search reads at once.
+pub const WINDOW: usize = 16;
 
 /// Eight numbers.
 pub trait Lanes:

@@ -257,10 +257,7 @@ impl Lanes for Neon {
         unsafe {
             let (mask, add) = (vdupq_n_u32(0xffff << 12), vdupq_n_u32(add));
             let number = |bits| vreinterpretq_f32_u32(vaddq_u32(vandq_u32(bits, mask), add));
-            [
-                Neon(index.0.map(|a| number(vshlq_n_u32::<12>(a)))),
-                Neon(index.0.map(|a| number(vshrq_n_u32::<4>(a)))),
-            ]
+            [Neon(index.0.map(|a| number(vshlq_n_u32::<12>(a)))), Neon(index.0.map(|a| number(vshrq_n_u32::<4>(a))))]
         }
     }
 

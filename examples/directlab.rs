@@ -105,7 +105,7 @@ fn main() {
                 for i in 0..nref {
                     let u = wis::points::sobol(11, i);
                     let v = wis::points::sobol(12, i);
-                    let d = l.direction::<f32>(u);
+                    let d = l.candidates::<f32>(u).0;
                     let lo = s.to_local::<f32>(d);
                     let pb = s.eval::<f32>(lo).1;
                     let pl = l.density::<f32>(d);

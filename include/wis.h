@@ -134,11 +134,47 @@
 /// +Inf by the largest finite luminance of the map.
 #define WIS_ENVIRONMENT_SANITISE 8
 
+/// Lobes of a material.
+#define WIS_MAX_LOBES 4
+
+/// Diffuse reflection: `weight / pi` on the side of wo.
+#define WIS_LOBE_LAMBERT 1
+
+/// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
+#define WIS_LOBE_GGX 2
+
+/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+#define WIS_LOBE_PHONG 3
+
+/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`.
+#define WIS_LOBE_GGX_TRANSMISSION 5
+
+/// Diffuse transmission: `weight / pi` on the side opposite to wo.
+#define WIS_LOBE_LAMBERT_TRANSMISSION 6
+
+/// Directions on both sides of the surface count, with |n.wi| for the cosine. Implied by a lobe that transmits.
+#define WIS_POINT_WHOLE_SPHERE 1
+
+/// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
+#define WIS_POINT_COSINE_INCLUDED 2
+
 /// The most candidates of one pool.
 #define WIS_MAX_CANDIDATES (1 << 24)
 
 /// The most squares that a configuration may ask for.
 #define WIS_MAX_SQUARES 4096
+
+/// Detect the instructions of this processor.
+#define WIS_CPU_DETECT 0
+
+/// Instructions that every processor of the platform has.
+#define WIS_CPU_BASELINE 1
+
+/// x86-64 with AVX2.
+#define WIS_CPU_AVX2 2
+
+/// Rays of one point at the most, in a wave.
+#define WIS_WAVE_RAYS 64
 
 /// A lobe `weight / pi`.
 #define WIS_WAVELET_LOBE_LAMBERT 1
@@ -235,6 +271,9 @@ typedef struct wis_jitter wis_jitter;
 /// bytes. Nothing to free.
 typedef struct wis_wavelet_product wis_wavelet_product;
 
+/// One thread's working memory: bytes in your memory without pointers to it. Nothing to free. One thread at a time may use it.
+typedef struct wis_sampler wis_sampler;
+
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 typedef struct wis_tree wis_tree;
@@ -243,6 +282,67 @@ typedef struct wis_tree wis_tree;
 /// WIS_ALIGNMENT), saved and mapped. A third of the tree that it was made of. Constant; any number of threads may use it at
 /// once. Nothing to free.
 typedef struct wis_visibility wis_visibility;
+
+/// The shape of a lobe.
+typedef struct wis_lobe {
+  /// WIS_LOBE_*.
+  uint32_t kind;
+  /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
+  float a;
+  /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
+  float b;
+  /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1.
+  /// Others: not read.
+  float eta;
+} wis_lobe;
+
+/// The shapes of a material's lobes. Plain and copyable: fill `size`, `lobe_count` and `lobe`, then call wis_material_init once.
+typedef struct wis_material {
+  /// sizeof(wis_material).
+  uint32_t size;
+  /// Lobes used, 0 to 4. Without lobes a point reflects alike in all directions.
+  uint32_t lobe_count;
+  /// The lobes, of which the first lobe_count are read.
+  struct wis_lobe lobe[WIS_MAX_LOBES];
+  /// Written by wis_material_init: tells materials apart by their content.
+  uint64_t hash;
+} wis_material;
+
+/// A shading point in world space. Plain and copyable.
+typedef struct wis_point {
+  /// sizeof(wis_point).
+  uint32_t size;
+  /// WIS_POINT_*, or 0: the upper hemisphere of the normal.
+  uint32_t flags;
+  /// The material, after wis_material_init. Null: no lobes. Read during calls only.
+  const struct wis_material *material;
+  /// The shading normal, unit length.
+  float normal[3];
+  /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+  float tangent[3];
+  /// The direction to the viewer, unit length.
+  float wo[3];
+  /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here.
+  float weight[WIS_MAX_LOBES][3];
+  /// GGX: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
+  float f0[WIS_MAX_LOBES][3];
+  /// The pixel: any number, another one for each pixel.
+  uint32_t seed;
+  /// The number of this hit among all hits of the pixel and the stream, over all passes: 0, 1, 2 ...
+  uint32_t turn;
+  /// The bounce: 0 for camera hits, 1 for the next ...
+  uint32_t stream;
+  /// Always 0.
+  uint32_t reserved;
+} wis_point;
+
+/// A direction to trace, and what the light that comes from it counts.
+typedef struct wis_ray {
+  /// The direction towards the light, unit length, world space.
+  float wi[3];
+  /// What f x cosine x L x V is multiplied by.
+  float weight;
+} wis_ray;
 
 /// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
 /// thread. Null stops the build with WIS_CALLBACK_FAILED.
@@ -526,6 +626,22 @@ typedef struct wis_wavelet_product_info {
   uint64_t environment;
 } wis_wavelet_product_info;
 
+/// What a sampler is made for. Zeros are good choices.
+typedef struct wis_sampler_config {
+  /// sizeof(wis_sampler_config).
+  uint32_t size;
+  /// WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks.
+  uint32_t cpu_level;
+  /// The most rays of one call, 1 to 4096; 0: 16.
+  uint32_t rays;
+  /// Candidates for each ray, 1 to 256; 0: the library's choice.
+  uint32_t candidates_per_ray;
+  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known.
+  uint32_t hits_per_pixel;
+  /// Always 0.
+  uint32_t reserved;
+} wis_sampler_config;
+
 /// How to cut a map into strata. Zeros stand for the paper's choices.
 typedef struct wis_strata_config {
   /// sizeof(wis_strata_config).
@@ -663,6 +779,75 @@ typedef struct wis_basis_function {
   uint32_t wavelet;
 } wis_basis_function;
 
+/// A whole number of each point.
+typedef struct wis_ints_in {
+  /// The number of point 0; null where that is allowed.
+  const uint32_t *first;
+  /// Bytes from a point to the next; 0: all points share it.
+  ptrdiff_t point;
+} wis_ints_in;
+
+/// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`.
+/// Array of structures: point = sizeof the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
+typedef struct wis_floats_in {
+  /// The first number of point 0; null where that is allowed.
+  const float *first;
+  /// Bytes from a point to the next; 0: all points share these numbers.
+  ptrdiff_t point;
+  /// Bytes from a number to the next; 0: they stand close together.
+  ptrdiff_t number;
+} wis_floats_in;
+
+/// As wis_floats_in, for numbers that are written. `point` must not be 0.
+typedef struct wis_floats_out {
+  /// The first number of point 0.
+  float *first;
+  /// Bytes from a point to the next.
+  ptrdiff_t point;
+  /// Bytes from a number to the next; 0: they stand close together.
+  ptrdiff_t number;
+} wis_floats_out;
+
+/// The points of a wave, and where their rays go.
+typedef struct wis_wave {
+  /// sizeof(wis_wave).
+  uint32_t size;
+  /// WIS_POINT_* of all points.
+  uint32_t flags;
+  /// How many materials there are.
+  uint32_t material_count;
+  /// The most rays for each point, at most as many as the sampler was made for.
+  uint32_t rays;
+  /// The materials, each after wis_material_init.
+  const struct wis_material *materials;
+  /// The material of each point, below material_count. Null: material 0.
+  struct wis_ints_in material;
+  /// Points whose byte is 0 are left out: their count is 0 and nothing else of them is read. Null: none.
+  const uint8_t *mask;
+  /// Three numbers each: the shading normal.
+  struct wis_floats_in normal;
+  /// Three numbers each; null: any, if no lobe is anisotropic.
+  struct wis_floats_in tangent;
+  /// Three numbers each: the direction to the viewer.
+  struct wis_floats_in wo;
+  /// Three numbers for each lobe, lobe after lobe: RGB factors. Null: 1.
+  struct wis_floats_in weight;
+  /// Three numbers for each lobe, lobe after lobe: reflectance at normal incidence. Null: 0.
+  struct wis_floats_in f0;
+  /// The pixel of each point; wis_sampler_begin_pixel is called where it changes.
+  struct wis_ints_in seed;
+  /// The number of the hit of each point among all hits of its pixel and stream; null: 0.
+  struct wis_ints_in turn;
+  /// The bounce of each point; null: 0.
+  struct wis_ints_in stream;
+  /// Four numbers for each ray, ray after ray: direction and weight.
+  struct wis_floats_out ray;
+  /// How many rays each point has.
+  uint32_t *count;
+  /// A wis_status for each point, as a byte: a bad point never fails the others. May be null.
+  uint8_t *status;
+} wis_wave;
+
 
 
 #ifdef __cplusplus
@@ -681,6 +866,20 @@ uint32_t wis_cpu_detect(void);
 
 /// WIS_VERSION of the library that is linked.
 uint32_t wis_version(void);
+
+/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add
+/// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
+/// and radiance that vanish outside the point's hemisphere and where the built light is 0.
+///
+/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `count` tells how many there are, between 0 (no
+/// light) and `rays`. `u`: null. It takes about 30 ns for each candidate, of which a single ray has 16.
+enum wis_status wis_direct(struct wis_sampler *sampler,
+                           const struct wis_environment *environment_object,
+                           const struct wis_point *shading_point,
+                           uint32_t rays,
+                           const float *u,
+                           struct wis_ray *ray,
+                           uint32_t *count);
 
 /// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
 /// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_wavelet_light_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
@@ -951,7 +1150,7 @@ enum wis_status wis_environment_open(const void *memory,
                                      struct wis_diagnostic *diagnostic);
 
 /// Describes an environment. Set `info->size` before.
-enum wis_status wis_environment_info(const struct wis_environment *environment, struct wis_environment_info *info);
+enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
 
 /// Turns an environment in place: `world_from_map` is a row-major 3x3 rotation or reflection, world = M map, within 1e-4, that
 /// replaces the former one; null is the identity. Nothing is rebuilt: takes less than a microsecond. The content id changes, so
@@ -962,6 +1161,11 @@ enum wis_status wis_environment_turn(void *memory,
                                      const float world_from_map[9],
                                      const struct wis_environment **environment,
                                      struct wis_diagnostic *diagnostic);
+
+/// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
+/// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe.
+enum wis_status wis_material_init(struct wis_material *material,
+                                  struct wis_diagnostic *diagnostic);
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
@@ -1239,6 +1443,63 @@ enum wis_status wis_wavelet_products_pdf_lanes(const struct wis_wavelet_light *e
                                                size_t wi_stride,
                                                float *pdf,
                                                size_t pdf_stride);
+
+/// The bytes that a sampler needs: 1.4 kB for 16 rays.
+enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
+                                 struct wis_memory_size *size,
+                                 struct wis_diagnostic *diagnostic);
+
+/// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread.
+enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
+                                 void *memory,
+                                 size_t memory_bytes,
+                                 struct wis_sampler **sampler,
+                                 struct wis_diagnostic *diagnostic);
+
+/// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing.
+/// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
+enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
+
+/// Where the last call on this sampler that failed was at fault: argument, field and element. A pointer into the sampler, which
+/// stays valid as long as that does; null for a null sampler.
+const struct wis_diagnostic *wis_sampler_fault(const struct wis_sampler *sampler);
+
+/// Draws `count` directions in proportion to the light.
+///
+/// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `wi`: unit length, world space. `pdf`: per
+/// steradian, above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides are the bytes
+/// from one element to the next; 0: packed. About 40 ns each in batches of 8 and more.
+enum wis_status wis_sample(struct wis_sampler *sampler,
+                           const struct wis_environment *environment_object,
+                           size_t count,
+                           const float *u,
+                           size_t u_stride,
+                           float *wi,
+                           size_t wi_stride,
+                           float *pdf,
+                           size_t pdf_stride);
+
+/// The pdf of `count` directions in the light, per steradian; 0 for those that are not of unit length within 1e-3. Strides as in
+/// wis_sample. About 15 ns each in batches of 8 and more.
+enum wis_status wis_pdf(struct wis_sampler *sampler,
+                        const struct wis_environment *environment_object,
+                        size_t count,
+                        const float *wi,
+                        size_t wi_stride,
+                        float *pdf,
+                        size_t pdf_stride);
+
+/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
+/// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
+/// written. Strides as in wis_sample; statuses stand close together.
+enum wis_status wis_invert(struct wis_sampler *sampler,
+                           const struct wis_environment *environment_object,
+                           size_t count,
+                           const float *wi,
+                           size_t wi_stride,
+                           float *u,
+                           size_t u_stride,
+                           uint8_t *status);
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
 /// storage, resolution and error budget do not matter.
@@ -1638,6 +1899,13 @@ enum wis_status wis_visibility_integral(double brdf_average,
 enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
                                                 const struct wis_visibility *visibility,
                                                 double *integral);
+
+/// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
+/// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
+enum wis_status wis_direct_wave(struct wis_sampler *sampler,
+                                const struct wis_environment *environment_object,
+                                size_t count,
+                                const struct wis_wave *wave);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -156,20 +156,23 @@ const WAITING: usize = 3 * MAX_DEPTH as usize + 4;
 /// children that no two keep, the product of averages is exact. No term is negative, so the relative error is that of the
 /// stored averages, 3 2^-24 at most.
 pub fn integral(trees: [&Tree<4>; 3]) -> f64 {
+    let product = |visit: &Visit| area(visit.level) * (visit.averages[0] * visit.averages[1] * visit.averages[2]);
+    let root = Visit::root(trees);
+    if !root.is_shared() {
+        return product(&root);
+    }
     let mut waiting = [Visit::default(); WAITING];
     let (mut count, mut sum) = (0usize, 0.0);
-    let mut next = Some(Visit::root(trees));
+    let mut next = Some(root);
     while let Some(visit) = next {
-        if visit.is_shared() {
-            for c in (0..4).rev() {
-                if let Some(slot) = waiting.get_mut(count) {
-                    *slot = visit.child(trees, c);
-                    count += 1;
-                }
+        for c in (0..4).rev() {
+            let child = visit.child(trees, c);
+            if !child.is_shared() {
+                sum += product(&child);
+            } else if let Some(slot) = waiting.get_mut(count) {
+                *slot = child;
+                count += 1;
             }
-        } else {
-            let [p, l, v] = visit.averages;
-            sum += area(visit.level) * (p * l * v);
         }
         count = count.wrapping_sub(1);
         next = waiting.get(count).copied();

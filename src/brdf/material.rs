@@ -140,6 +140,15 @@ impl Material {
         Ok(material)
     }
 
+    /// The material of shapes that [`Material::new`] checked, which gave this hash.
+    pub fn checked(shapes: &[Shape], hash: u64) -> Material {
+        let mut material = Material { count: shapes.len().min(MAX_LOBES), hash, ..Material::NONE };
+        for (slot, shape) in material.lobes.iter_mut().zip(shapes) {
+            *slot = *shape;
+        }
+        material
+    }
+
     /// Its lobes.
     pub fn lobes(&self) -> &[Shape] {
         self.lobes.get(..self.count).unwrap_or(&[])

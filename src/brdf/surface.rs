@@ -147,6 +147,11 @@ impl Surface {
         self.axes[2]
     }
 
+    /// The direction to the viewer along tangent, bitangent and normal.
+    pub fn wo(&self) -> [f32; 3] {
+        self.wo
+    }
+
     /// How many lobes there are.
     pub fn lobe_count(&self) -> usize {
         self.count

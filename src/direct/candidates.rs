@@ -57,19 +57,22 @@ impl Draw<'_> {
                 points[1][lane] = y;
             }
             let u = [<F as Num>::load(points[0]), <F as Num>::load(points[1])];
-            let direction =
-                if from_light { self.light.direction(u) } else { self.surface.to_map(self.surface.sample(u)) };
-            self.weigh(direction, half as f32, group, out);
+            if from_light {
+                let (direction, light) = self.light.candidates(u);
+                self.weigh(direction, light, half as f32, group, out);
+            } else {
+                let direction = self.surface.to_map(self.surface.sample(u));
+                self.weigh(direction, self.light.density(direction), half as f32, group, out);
+            }
         }
     }
 
-    /// Weighs eight directions and writes them.
+    /// Weighs eight directions with their densities in the light, and writes them.
     #[inline(always)]
-    fn weigh<F: Lanes>(&self, direction: [F; 3], half: f32, group: usize, out: &mut Candidates<'_>) {
+    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
         let (zero, one) = (<F as Num>::splat(0.0), <F as Num>::splat(1.0));
         let local = self.surface.to_local(direction);
         let (value, lobes) = self.surface.eval(local);
-        let light = self.light.density(direction);
         let density = <F as Num>::splat(half) * (light + lobes);
         let counts = if self.surface.is_whole() { Num::lt(zero, one) } else { Num::lt(zero, local[2]) };
         // A density of 0 can only come from rounding: such a direction does not count either.

@@ -8,6 +8,8 @@
 pub mod candidates;
 pub mod joint;
 pub mod pick;
+pub mod ray;
+pub mod sampler;
 
 use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
@@ -15,16 +17,7 @@ use crate::simd::{Kernel, Lanes};
 use crate::sphere::Frame;
 use candidates::{Candidates, Draw};
 use joint::Turn;
-
-/// A direction to trace, and what the light that comes from it counts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ray {
-    /// The direction towards the light, unit length, world space.
-    pub wi: [f32; 3],
-    /// What f x cosine x L x V is multiplied by.
-    pub weight: f32,
-}
+pub use ray::Ray;
 
 /// Candidates for each ray, by the number of rays; on `spot` under the developer maps these have the least variance x time.
 pub fn candidates_per_ray(rays: usize) -> usize {
@@ -42,7 +35,7 @@ pub fn candidate_count(rays: usize, per_ray: usize) -> usize {
 
 /// A call for rays.
 #[derive(Debug)]
-pub struct Request<'a> {
+pub struct Request<'a, 'b> {
     /// The light.
     pub light: &'a Light<'a>,
     /// From map space to the world.
@@ -54,12 +47,12 @@ pub struct Request<'a> {
     /// How many rays may be traced.
     pub rays: usize,
     /// Room for the candidates; their number is [`candidate_count`].
-    pub candidates: &'a mut Candidates<'a>,
+    pub candidates: &'a mut Candidates<'b>,
     /// The rays, at least as many as may be traced.
     pub out: &'a mut [Ray],
 }
 
-impl Kernel for Request<'_> {
+impl Kernel for Request<'_, '_> {
     type Output = usize;
 
     /// How many rays there are.

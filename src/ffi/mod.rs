@@ -16,21 +16,26 @@ macro_rules! with_axes {
     };
 }
 
+pub mod direct;
 pub mod environment;
 pub mod grid;
 pub mod haar;
 pub mod jitter;
 pub mod light;
+pub mod material;
 pub mod points;
 pub mod pool;
 pub mod prior;
 pub mod product;
 pub mod products;
+pub mod sampler;
+pub mod sampling;
 pub mod strata;
 pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod visibility;
+pub mod wave;
 
 mod control;
 mod density;

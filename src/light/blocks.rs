@@ -308,8 +308,8 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
     }
     let total = write_cell_starts(&cell, light, starts, blocks);
     let written = Cell {
-        origin: cell.origin,
-        patches: cell.patches,
+        origin: cell.origin.map(|n| n as u16),
+        patches: cell.patches.map(|n| n as u16),
         blocks: cell.blocks().map(|n| n as u16),
         side: cell.side.map(|n| n as u8),
         face: cell.face as u8,
@@ -317,6 +317,7 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         starts: offset.starts as u32,
         first: offset.blocks as u32,
         probability: 0.0,
+        padding: 0,
     };
     (written, total)
 }
@@ -343,9 +344,9 @@ fn write_cell_starts(cell: &CellBlocks, light: &mut [f64], starts: &mut [f32], b
                 *out = units as f32 * UNIT;
             }
         });
-        let row_width = super::search::cell(row_starts, j).1;
+        let row_width = super::search::cell(row_starts, 0, rows, j).1;
         for (i, block) in blocks.iter_mut().enumerate() {
-            block.share = row_width * super::search::cell(starts, i).1;
+            block.share = row_width * super::search::cell(starts, 0, columns, i).1;
         }
     }
     total

@@ -118,9 +118,9 @@ pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f3
                 *out = units as f32 * UNIT;
             }
         });
-        let row = super::search::cell(row_starts, j).1;
+        let row = super::search::cell(row_starts, 0, plan.grid[1] as usize, j).1;
         for (i, cell) in cells.iter_mut().enumerate() {
-            cell.probability = if power > 0.0 { row * super::search::cell(starts, i).1 } else { 0.0 };
+            cell.probability = if power > 0.0 { row * super::search::cell(starts, 0, columns, i).1 } else { 0.0 };
         }
     }
     power

@@ -4,6 +4,7 @@
 //! for a bilinear client an edge runs through texel centres, so the first and the last patch are half as wide. Lat-long maps
 //! begin their columns at the first texel centre and wrap. The same functions serve one direction and eight.
 
+use super::warp::{Profile, Profiles};
 use crate::numeric::{ATAN_TURNS, COS_TURNS, SIN_TURNS};
 use crate::simd::Num;
 use core::f32::consts::PI;
@@ -74,6 +75,13 @@ impl Chart {
     /// Faces of the layout.
     pub fn faces(&self) -> u32 {
         if self.layout == Layout::Cube { 6 } else { 1 }
+    }
+
+    /// How close to a border along an axis, in units of position, a direction's rounding may be felt.
+    #[inline(always)]
+    pub fn margin(&self, axis: usize) -> f32 {
+        const SHARE: f32 = 1.0 / (1 << 22) as f32;
+        self.axes[axis].length * SHARE
     }
 
     /// Where a direction of unit length is.
@@ -216,22 +224,14 @@ impl Chart {
         ]
     }
 
-    /// How the solid angle varies down (`[0]`) and across (`[1]`) a patch, each as a parabola in its own coordinate; but for
-    /// a constant factor the solid angle of a position is their product.
+    /// How the solid angle varies down and across a patch, each as a parabola in its own coordinate; but for a constant factor
+    /// the solid angle of a position is their product.
     #[inline(always)]
-    pub fn profiles<F: Num>(&self, low: [F; 2], size: [F; 2]) -> [[F; 3]; 2] {
-        let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
-        let flat = [one, zero, zero];
+    pub fn profiles<F: Num>(&self, low: [F; 2], size: [F; 2]) -> Profiles<F> {
         match self.layout {
-            Layout::LatLong => {
-                let rows = self.axes[1].length;
-                let pole = F::splat(POLE);
-                let first = polar_sine_cosine(low[1], rows).0 + pole;
-                let middle = polar_sine_cosine(low[1] + half * size[1], rows).0 + pole;
-                let last = polar_sine_cosine(low[1] + size[1], rows).0 + pole;
-                [parabola(first, middle, last), flat]
-            }
+            Layout::LatLong => Profiles { down: Some(self.profile_of_sines(low[1], size[1])), across: None },
             Layout::Cube => {
+                let (half, one) = (F::splat(0.5), F::splat(1.0));
                 let unit = F::splat(2.0 / self.axes[0].length);
                 let (s, t) = (low[0] * unit - one, low[1] * unit - one);
                 let (width, height) = (size[0] * unit, size[1] * unit);
@@ -239,10 +239,35 @@ impl Chart {
                 let centre = scale_of_plane(middle_s, middle_t);
                 let (left, right) = (scale_of_plane(s, middle_t), scale_of_plane(s + width, middle_t));
                 let (top, bottom) = (scale_of_plane(middle_s, t), scale_of_plane(middle_s, t + height));
-                [parabola(top, centre, bottom), parabola(left, centre, right)]
+                Profiles {
+                    down: Some(Profile::through(top, centre, bottom)),
+                    across: Some(Profile::through(left, centre, right)),
+                }
             }
-            Layout::Octahedral => [flat, flat],
+            Layout::Octahedral => Profiles { down: None, across: None },
         }
+    }
+
+    /// The sine of the polar angle down a patch: sin(m +- h) = sin m cos h +- cos m sin h about its middle m.
+    #[inline(always)]
+    fn profile_of_sines<F: Num>(&self, low: F, size: F) -> Profile<F> {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let rows = self.axes[1].length;
+        let middle = low + F::splat(0.5) * size;
+        let (sine, magnitude) = polar_sine_cosine(middle, rows);
+        let cosine = magnitude.copysign(F::splat(0.5 * rows) - middle);
+        let h = size * F::splat(0.5 * PI / rows);
+        let squared = h * h;
+        let third = F::splat(1.0 / 6.0) - squared * (F::splat(1.0 / 120.0) - squared * F::splat(1.0 / 5040.0));
+        let fourth = F::splat(1.0 / 24.0) - squared * F::splat(1.0 / 720.0);
+        let sine_h = h * (one - squared * third);
+        // 1 - cos h
+        let versed_h = squared * (F::splat(0.5) - squared * fourth);
+        let (mean, tilt, drop) = (sine, cosine * sine_h, sine * versed_h);
+        let pole = F::splat(POLE);
+        let first = F::select(low.le(zero), zero, (mean - drop - tilt).max(zero)) + pole;
+        let last = F::select(F::splat(rows).le(low + size), zero, (mean - drop + tilt).max(zero)) + pole;
+        Profile { first, last, bulge: F::splat(4.0) * drop }
     }
 }
 
@@ -250,14 +275,6 @@ impl Chart {
 #[inline(always)]
 fn pick<F: Num>((along_x, along_y): (F::Mask, F::Mask), [a, b, c]: [F; 3]) -> F {
     F::select(along_x, a, F::select(along_y, b, c))
-}
-
-/// The parabola through three values, at 0, 1/2 and 1: coefficients of 1, x and x^2.
-#[inline(always)]
-fn parabola<F: Num>(first: F, middle: F, last: F) -> [F; 3] {
-    let two = F::splat(2.0);
-    let bend = two * (first + last) - F::splat(4.0) * middle;
-    [first, last - first - bend, bend]
 }
 
 /// (1 + s^2 + t^2)^(-3/2): the solid angle of a unit of area on a cube face.

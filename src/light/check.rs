@@ -38,7 +38,11 @@ fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
     let level = u32::from(c.side[0]).wrapping_sub(plan.side[0]);
     let doubled = level <= plan.levels(patches) && plan.block_side(level) == c.side.map(u32::from);
     let expected = [0, 1].map(|k: usize| patches[k].div_ceil(1 << (c.side[k] & 31)));
-    let fits = u32::from(c.face) == face && c.origin == origin && c.patches == patches && c.reserved == 0;
+    let fits = u32::from(c.face) == face
+        && c.origin.map(u32::from) == origin
+        && c.patches.map(u32::from) == patches
+        && c.reserved == 0
+        && c.padding == 0;
     if !fits || !doubled || c.blocks.map(u32::from) != expected || !(0.0..=1.0).contains(&c.probability) {
         return false;
     }
@@ -49,10 +53,10 @@ fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
         && (0..rows).all(|row| {
             let first = rows + row * columns;
             let Some(line) = starts.get(first..first + columns) else { return false };
-            let width = cell(block_rows, row).1;
+            let width = cell(block_rows, 0, rows, row).1;
             starts_are_sound(line)
                 && (0..columns).all(|column| {
-                    let share = width * cell(line, column).1;
+                    let share = width * cell(line, 0, columns, column).1;
                     block_is_sound(light, index, [column, row], share)
                 })
         })
@@ -65,7 +69,7 @@ fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], shar
     let at = [column as u32, row as u32];
     let grid_fits = (0..2).all(|k| {
         let begin = at[k] << c.side[k];
-        let patches = (c.patches[k] - begin.min(c.patches[k])).min(1 << c.side[k]);
+        let patches = (u32::from(c.patches[k]).saturating_sub(begin)).min(1 << c.side[k]);
         block.step[k] <= c.side[k] && patches.div_ceil(1 << (block.step[k] & 31)) == u32::from(block.grid[k])
     });
     let [columns, rows] = block.grid.map(usize::from);

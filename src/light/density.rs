@@ -36,8 +36,8 @@ fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     let squared = x * x + y * y + z * z;
     let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
-    let length = squared.sqrt();
-    ([x / length, y / length, z / length], unit)
+    let scale = F::splat(1.0) / squared.sqrt();
+    ([x * scale, y * scale, z * scale], unit)
 }
 
 /// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
@@ -70,7 +70,9 @@ impl Light<'_> {
     ) -> ([F; 3], Located<F>) {
         for lane in (0..F::WIDTH).filter(|lane| strayed >> lane & 1 == 1) {
             let of = |f: F| f.store().as_ref().get(lane).copied().unwrap_or(0.0);
-            let one = Drawn { patch: drawn.patch.lane(lane), position: drawn.position.map(of) };
+            let patch = drawn.patch.lane(lane);
+            let one =
+                Drawn { patch, shape: patch.shape(self), position: [of(drawn.position[0]), of(drawn.position[1])] };
             let (direction, found) = self.settle_one(frame, one);
             world = [0, 1, 2].map(|k: usize| set(world[k], lane, direction[k]));
             located = Located {
@@ -110,28 +112,17 @@ impl Light<'_> {
     /// Places distributed as the light.
     #[inline(always)]
     fn draw<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
-        let (across, down) = (clamp_u(u[0]).store(), clamp_u(u[1]).store());
-        let mut cells = F::ints();
-        let mut numbers = [F::floats(); 2];
-        for lane in 0..F::WIDTH {
-            let of = |numbers: &F::Floats| numbers.as_ref().get(lane).copied().unwrap_or(0.0);
-            let (cell, rest) = self.cell_at([of(&across), of(&down)]);
-            if let Some(out) = cells.as_mut().get_mut(lane) {
-                *out = cell as u32;
-            }
-            for (row, number) in numbers.iter_mut().zip(rest) {
-                if let Some(out) = row.as_mut().get_mut(lane) {
-                    *out = number;
-                }
-            }
-        }
-        self.sample_in::<F>(cells, [F::load(numbers[0]), F::load(numbers[1])])
+        let (cells, numbers) = self.cells_at([clamp_u(u[0]), clamp_u(u[1])]);
+        self.sample_in(cells, numbers)
     }
 
-    /// Directions of map space distributed as the light: near enough for candidates, whose density is looked up again.
+    /// Directions of map space distributed as the light, and their densities: for candidates, which need no pdf of an f32 world
+    /// direction.
     #[inline(always)]
-    pub fn direction<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        self.direction_of(&self.draw(u))
+    pub fn candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
+        let drawn = self.draw(u);
+        let direction = self.direction_of(&drawn);
+        (direction, self.alone(&self.drawn_at(direction, &drawn)))
     }
 
     /// Densities of directions of map space of unit length in the light.
@@ -153,11 +144,11 @@ impl Light<'_> {
     #[inline(always)]
     fn alone<F: Num>(&self, located: &Located<F>) -> F {
         let cells = located.patch.cell;
-        let probability = F::each(|lane| {
-            let cell = cells.as_ref().get(lane).copied().unwrap_or(0);
-            self.cells.get(cell as usize).map_or(0.0, |c| c.probability)
-        });
-        probability * located.density
+        let mut probability = F::floats();
+        for (out, &cell) in probability.as_mut().iter_mut().zip(cells.as_ref()) {
+            *out = self.cells.get(cell as usize).map_or(0.0, |c| c.probability);
+        }
+        F::load(probability) * located.density
     }
 
     /// The `u` that leads to a world direction of unit length, and whether it does: `None` if its density is 0.

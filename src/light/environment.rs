@@ -6,6 +6,7 @@ use super::build::{self, CellWork, Totals};
 use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
 use super::plan::{Description, Filter, Plan};
+use super::search::WINDOW;
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::environment::pixels::RowError;
@@ -39,6 +40,7 @@ pub struct Header {
     pub sanitised: u64,
     /// Elements of: in-cell starts, blocks, row words, line words.
     lengths: [u64; 4],
+    sections: Sections,
     layout: u32,
     flags: u32,
     /// Texels in a row.
@@ -73,18 +75,19 @@ const COMPENSATED: u32 = 8;
 /// Lines begin at a multiple of this, so that those of a full block of a bilinear light are cache lines.
 const LINE: usize = 64;
 
-/// Where the parts of an environment begin, in bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Where the parts of an environment begin, in bytes. Behind each table that is searched stands a window of zeros.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 struct Sections {
-    cells: usize,
-    colours: usize,
-    tops: usize,
-    cell_of: [usize; 2],
-    starts: usize,
-    blocks: usize,
-    rows: usize,
-    lines: usize,
-    end: usize,
+    cells: u64,
+    colours: u64,
+    tops: u64,
+    cell_of: [u64; 2],
+    starts: u64,
+    blocks: u64,
+    rows: u64,
+    lines: u64,
+    end: u64,
 }
 
 impl Sections {
@@ -95,17 +98,17 @@ impl Sections {
         let mut put = |count: usize, size: usize, align: usize| {
             let start = at.checked_next_multiple_of(align)?;
             at = start.checked_add(count.checked_mul(size)?)?;
-            Some(start)
+            Some(start as u64)
         };
         let sections = Sections {
-            cells: put(cells, size_of::<Cell>(), 16)?,
+            cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
-            tops: put(grid[1] as usize + cells, 4, 4)?,
+            tops: put(grid[1] as usize + cells + WINDOW, 4, 4)?,
             cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
-            starts: put(lengths.starts, 4, 16)?,
+            starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
-            rows: put(lengths.rows, 2, 32)?,
-            lines: put(lengths.lines, 2, LINE)?,
+            rows: put(lengths.rows.checked_add(WINDOW)?, 2, 32)?,
+            lines: put(lengths.lines.checked_add(WINDOW)?, 2, LINE)?,
             end: 0,
         };
         Some(Sections { end: put(0, 1, 16)?, ..sections })
@@ -116,11 +119,11 @@ impl Sections {
     }
 }
 
-/// Elements of a section; empty if they do not fit.
+/// The elements that stand between two offsets; empty if they do not fit.
 #[inline(always)]
-fn part<T: Pod>(bytes: &[u8], start: usize, count: usize) -> &[T] {
-    let end = start.saturating_add(count.saturating_mul(size_of::<T>()));
-    bytes.get(start..end).and_then(|part| try_cast_slice(part).ok()).unwrap_or(&[])
+fn part<T: Pod>(bytes: &[u8], start: u64, count: usize) -> &[T] {
+    let end = (start as usize).wrapping_add(count.wrapping_mul(size_of::<T>()));
+    bytes.get(start as usize..end).and_then(|part| try_cast_slice(part).ok()).unwrap_or(&[])
 }
 
 fn part_mut<T: Pod>(bytes: &mut [u8], start: usize, count: usize) -> &mut [T] {
@@ -163,7 +166,7 @@ impl Plan {
             return Err(Status::Overflow);
         }
         let sections = Sections::of_plan(self, full).ok_or(Status::Overflow)?;
-        Ok(Size { bytes: sections.end, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
+        Ok(Size { bytes: sections.end as usize, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
     }
 }
 
@@ -350,7 +353,7 @@ impl<'a> Environment<'a> {
         plan.chart == chart
             && plan.grid == h.grid
             && plan.side == h.side
-            && sections.is_some_and(|s| s.end as u64 == h.bytes)
+            && sections.is_some_and(|s| s == h.sections && s.end == h.bytes)
             && h.tables_hash == hash
             && h.content_id == content_id(hash, &h.frame)
             && [h.power, h.mean, h.largest_share, h.error].iter().all(|x| (0.0..f64::INFINITY).contains(x))
@@ -362,20 +365,14 @@ impl<'a> Environment<'a> {
         Lengths { starts, blocks, rows, lines }
     }
 
-    fn sections(&self) -> Option<Sections> {
-        let h = self.header;
-        let small = |k: usize| h.patches[k].div_ceil(1 << (h.side[k] & 31));
-        Sections::new(h.grid, [small(0), small(1)], self.lengths())
-    }
-
     /// The tables.
     #[inline(always)]
     pub fn light(&self) -> Light<'a> {
         let h = self.header;
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
-        let s = self.sections().unwrap_or(EMPTY);
-        let lengths = self.lengths();
+        let s = &h.sections;
+        let [starts, blocks, rows, lines] = h.lengths;
         let cells = h.grid[0] as usize * h.grid[1] as usize;
         Light {
             chart,
@@ -383,29 +380,24 @@ impl<'a> Environment<'a> {
             power: h.power,
             grid: h.grid,
             cells: part(self.bytes, s.cells, cells),
-            tops: part(self.bytes, s.tops, cells + h.grid[1] as usize),
+            tops: part(self.bytes, s.tops, h.grid[1] as usize + cells + WINDOW),
             cell_of: [
-                part(self.bytes, s.cell_of[0], s.cell_of[1] - s.cell_of[0]),
-                part(self.bytes, s.cell_of[1], s.starts - s.cell_of[1]),
+                part(self.bytes, s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0]) as usize),
+                part(self.bytes, s.cell_of[1], s.starts.wrapping_sub(s.cell_of[1]) as usize),
             ],
             side: h.side,
-            starts: part(self.bytes, s.starts, lengths.starts),
-            blocks: part(self.bytes, s.blocks, lengths.blocks),
-            rows: part(self.bytes, s.rows, lengths.rows),
-            lines: part(self.bytes, s.lines, lengths.lines),
+            starts: part(self.bytes, s.starts, starts as usize + WINDOW),
+            blocks: part(self.bytes, s.blocks, blocks as usize),
+            rows: part(self.bytes, s.rows, rows as usize + WINDOW),
+            lines: part(self.bytes, s.lines, lines as usize + WINDOW),
         }
     }
 
     /// The light of each cell as a colour, over the power: its luminance is the cell's probability.
     pub fn colours(&self) -> &'a [[f32; 3]] {
-        let s = self.sections().unwrap_or(EMPTY);
-        part(self.bytes, s.colours, self.header.grid[0] as usize * self.header.grid[1] as usize)
+        part(self.bytes, self.header.sections.colours, self.header.grid[0] as usize * self.header.grid[1] as usize)
     }
 }
-
-/// Sections of nothing.
-const EMPTY: Sections =
-    Sections { cells: 0, colours: 0, tops: 0, cell_of: [0, 0], starts: 0, blocks: 0, rows: 0, lines: 0, end: 0 };
 
 fn layout_of(code: u32) -> Layout {
     match code {
@@ -470,6 +462,8 @@ impl Places {
         let lengths = build::offset(work, plan.cells());
         let Sections { cells, starts, blocks, rows, lines, end, .. } =
             Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
+        let [cells, starts, blocks, rows, lines, end] =
+            [cells, starts, blocks, rows, lines, end].map(|place| place as usize);
         Ok(Places { cells, starts, blocks, rows, lines, end })
     }
 
@@ -496,7 +490,8 @@ impl<'a> Writer<'a> {
     pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, BuildError> {
         let lengths = build::offset(work, plan.cells());
         let sections = Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
-        let bytes = memory.get_mut(..sections.end).ok_or(BuildError::TooSmall(sections.end))?;
+        let end = sections.end as usize;
+        let bytes = memory.get_mut(..end).ok_or(BuildError::TooSmall(end))?;
         Ok(Writer { plan: *plan, sections, lengths, bytes })
     }
 
@@ -506,6 +501,7 @@ impl<'a> Writer<'a> {
         let Some(own) = work.get_mut(index as usize) else { return };
         let length = own.lengths();
         let Sections { cells, starts, blocks, rows, lines, .. } = self.sections;
+        let [cells, starts, blocks, rows, lines] = [cells, starts, blocks, rows, lines].map(|at| at as usize);
         // Sections stand in this order, so the block can be taken apart.
         let (before, rest) = self.bytes.split_at_mut_checked(starts).unwrap_or_default();
         let (starts_part, rest) = rest.split_at_mut_checked(blocks - starts).unwrap_or_default();
@@ -534,25 +530,26 @@ impl<'a> Writer<'a> {
         let Writer { plan, sections, lengths, bytes } = self;
         let count = plan.cells() as usize;
         // Gaps between sections are part of the bytes.
-        for (start, end) in [
-            (sections.cell_of[1] + plan.small_blocks(1) as usize, sections.starts),
-            (sections.starts + 4 * lengths.starts, sections.blocks),
-            (sections.blocks + size_of::<Block>() * lengths.blocks, sections.rows),
-            (sections.rows + 2 * lengths.rows, sections.lines),
-            (sections.lines + 2 * lengths.lines, sections.end),
-            (size_of::<Header>(), sections.cells),
+        for (start, length, end) in [
+            (0, size_of::<Header>(), sections.cells),
+            (sections.tops, 4 * (plan.grid[1] as usize + count), sections.cell_of[0]),
+            (sections.cell_of[1], plan.small_blocks(1) as usize, sections.starts),
+            (sections.starts, 4 * lengths.starts, sections.blocks),
+            (sections.blocks, size_of::<Block>() * lengths.blocks, sections.rows),
+            (sections.rows, 2 * lengths.rows, sections.lines),
+            (sections.lines, 2 * lengths.lines, sections.end),
         ] {
-            bytes.get_mut(start..end).unwrap_or(&mut []).fill(0);
+            bytes.get_mut(start as usize + length..end as usize).unwrap_or(&mut []).fill(0);
         }
         for k in [0, 1] {
-            let of = part_mut::<u8>(bytes, sections.cell_of[k], plan.small_blocks(k) as usize);
+            let of = part_mut::<u8>(bytes, sections.cell_of[k] as usize, plan.small_blocks(k) as usize);
             for (small, out) in (0..).zip(of) {
                 *out = plan.cell_of(k, small) as u8;
             }
         }
-        let (before, rest) = bytes.split_at_mut_checked(sections.colours).unwrap_or_default();
-        let cells = part_mut(before, sections.cells, count);
-        let tops = sections.tops - sections.colours;
+        let (before, rest) = bytes.split_at_mut_checked(sections.colours as usize).unwrap_or_default();
+        let cells = part_mut(before, sections.cells as usize, count);
+        let tops = (sections.tops - sections.colours) as usize;
         let (colours, tops_part) = rest.split_at_mut_checked(tops).unwrap_or_default();
         let power = build::finish(&plan, work, cells, part_mut(tops_part, 0, plan.grid[1] as usize + count));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
@@ -561,7 +558,7 @@ impl<'a> Writer<'a> {
         let axis = plan.chart.axes;
         let mut header = Header {
             magic: MAGIC,
-            bytes: sections.end as u64,
+            bytes: sections.end,
             content_id: 0,
             tables_hash: 0,
             power,
@@ -570,6 +567,7 @@ impl<'a> Writer<'a> {
             error: if power > 0.0 { libm::sqrt((variance / power).max(0.0)) } else { 0.0 },
             sanitised: totals.sanitised,
             lengths: [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64),
+            sections,
             layout: match plan.of.layout {
                 Layout::LatLong => 0,
                 Layout::Cube => 1,

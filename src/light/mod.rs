@@ -1,5 +1,6 @@
 //! The light: an environment map as small cumulative tables, exactly as the renderer looks it up.
 
+pub mod batch;
 pub mod blocks;
 pub mod build;
 pub mod chart;

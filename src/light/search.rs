@@ -1,86 +1,81 @@
 //! Searches in cumulative tables: which cell a number falls into, and where inside.
 //!
-//! A table holds the starts of its cells; the first is 0 and the end is 1 (or [`UNITS`]) and not stored. A cell without
-//! probability starts where the next one does, so no number falls into it.
+//! A table holds the starts of its cells. Its end, 1 (or [`UNITS`]), is not stored, and 16-bit tables leave out the first
+//! start, too, which is 0. A cell without probability starts where the next one does, so no number falls into it.
+//!
+//! Searches read a whole window, beyond the end of a short table, and count starts without a branch: what follows a section
+//! of tables is padded by a window.
 
-use crate::numeric::{ONE_MINUS_EPSILON, min};
+use crate::numeric::ONE_MINUS_EPSILON;
+use crate::simd::{Num, rank, rank16};
 
 /// The end of a table in 16 bits. 65536 would not fit the start of a last cell without probability.
 pub const UNITS: f32 = 65535.0;
 
-/// Tables above this length are halved before their starts are counted; found by timing 16k maps.
-const WINDOW: usize = 16;
+/// Elements that a search reads at once.
+pub const WINDOW: usize = 16;
 
 /// A cell of a table.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Found {
     /// Its number.
     pub index: usize,
-    /// Where it starts, in [0, 1].
+    /// Where it starts: in [0, 1], or in units.
     pub start: f32,
-    /// Its probability.
+    /// Its probability, or units.
     pub width: f32,
-    /// The position inside, in [0, 1 - 2^-24].
-    pub rest: f32,
 }
 
-/// The position of `u` in a cell.
+/// The position in a cell of the number that fell into it, in [0, 1 - 2^-24].
 #[inline(always)]
-fn inside(u: f32, start: f32, width: f32) -> f32 {
-    min((u - start) / width, ONE_MINUS_EPSILON)
+pub fn inside<F: Num>(number: F, start: F, width: F) -> F {
+    ((number - start) / width).min(F::splat(ONE_MINUS_EPSILON))
 }
 
-/// The cell of a table of f32 starts that holds `u` in [0, 1).
+/// The cell that holds `u` in [0, 1) of the table of `count` starts that begins at `first`.
 #[inline(always)]
-pub fn find(starts: &[f32], u: f32) -> Found {
-    let mut base = 0;
-    let mut window = starts;
-    while window.len() > WINDOW {
-        let (low, high) = window.split_at(window.len() / 2);
-        match high.first() {
-            Some(&start) if start <= u => {
-                base += low.len();
-                window = high;
-            }
-            _ => window = low,
-        }
+pub fn find(tables: &[f32], first: usize, count: usize, u: f32) -> Found {
+    let (mut base, mut rest) = (first, count);
+    while rest > WINDOW {
+        let half = rest / 2;
+        base += if at(tables, base + half) <= u { half } else { 0 };
+        rest -= half;
     }
-    let index = base + count(window.iter().map(|&start| start <= u)).saturating_sub(1);
-    let (start, width) = cell(starts, index);
-    Found { index, start, width, rest: inside(u, start, width) }
+    let window = tables.get(base..).and_then(|window| window.first_chunk::<WINDOW>());
+    let index = base - first + window.map_or(1, |window| rank(window, u, rest)).saturating_sub(1);
+    let (start, width) = cell(tables, first, count, index);
+    Found { index, start, width }
 }
 
-/// Start and probability of a cell of a table of f32 starts.
+/// Start and probability of a cell of the table of `count` starts that begins at `first`.
 #[inline(always)]
-pub fn cell(starts: &[f32], index: usize) -> (f32, f32) {
-    let start = starts.get(index).copied().unwrap_or(1.0);
-    (start, starts.get(index + 1).copied().unwrap_or(1.0) - start)
-}
-
-/// The cell of a table of 16-bit starts, without the first, that holds `u` in [0, 1); `start` and `width` in units.
-#[inline(always)]
-pub fn find16(inner: &[u16], u: f32) -> Found {
-    let t = u * UNITS;
-    let key = t as i32 as u16;
-    let index = match <&[u16; 15]>::try_from(inner) {
-        Ok(full) => usize::from(full.iter().fold(0u16, |n, &start| n + u16::from(start <= key))),
-        Err(_) => inner.iter().fold(0, |n, &start| n + usize::from(start <= key)),
-    };
-    let (start, width) = cell16(inner, index);
-    Found { index, start, width, rest: inside(t, start, width) }
-}
-
-/// Start and probability of a cell of a table of 16-bit starts without the first, in units.
-#[inline(always)]
-pub fn cell16(inner: &[u16], index: usize) -> (f32, f32) {
-    let start = if index == 0 { 0.0 } else { inner.get(index - 1).map_or(UNITS, |&s| f32::from(s)) };
-    let end = inner.get(index).map_or(UNITS, |&s| f32::from(s));
+pub fn cell(tables: &[f32], first: usize, count: usize, index: usize) -> (f32, f32) {
+    let start = at(tables, first + index);
+    let end = if index + 1 < count { at(tables, first + index + 1) } else { 1.0 };
     (start, end - start)
 }
 
 #[inline(always)]
-fn count(holds: impl Iterator<Item = bool>) -> usize {
-    holds.fold(0, |n, holds| n + usize::from(holds))
+fn at(tables: &[f32], index: usize) -> f32 {
+    tables.get(index).copied().unwrap_or(1.0)
+}
+
+/// The cell that holds the unit `key` of the 16-bit table of `count` cells that begins at `first`; in units.
+#[inline(always)]
+pub fn find16(tables: &[u16], first: usize, count: usize, key: u16) -> Found {
+    let window = tables.get(first..).and_then(|window| window.first_chunk::<WINDOW>());
+    let index = window.map_or(0, |window| rank16(window, key, count.saturating_sub(1)));
+    let (start, width) = cell16(tables, first, count, index);
+    Found { index, start, width }
+}
+
+/// Start and width of a cell of the 16-bit table of `count` cells that begins at `first`, in units.
+#[inline(always)]
+pub fn cell16(tables: &[u16], first: usize, count: usize, index: usize) -> (f32, f32) {
+    let at = |i: usize| tables.get(i).map_or(0.0, |&start| f32::from(start));
+    let start = if index == 0 { 0.0 } else { at((first + index).wrapping_sub(1)) };
+    let end = if index + 1 < count { at(first + index) } else { UNITS };
+    (start, end - start)
 }
 
 /// Writes the starts of a table of `scale` units for the masses of its cells, and answers their sum. A cell with mass has at

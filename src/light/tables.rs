@@ -6,10 +6,10 @@
 //! A density reads the same numbers at the patch that holds the direction.
 
 use super::chart::{Chart, Place};
-use super::search::{UNITS, cell, cell16, find, find16};
+use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::warp::PatchDensity;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::Num;
+use crate::simd::{Num, prefetch};
 use bytemuck::{Pod, Zeroable};
 
 /// The most patches along a side of a block.
@@ -20,9 +20,9 @@ pub const BLOCK: usize = 16;
 #[repr(C)]
 pub struct Cell {
     /// Its first patch on the face.
-    pub origin: [u32; 2],
+    pub origin: [u16; 2],
     /// Its patches.
-    pub patches: [u32; 2],
+    pub patches: [u16; 2],
     /// Its blocks.
     pub blocks: [u16; 2],
     /// A block has 2^side patches along each axis, but for those at the end.
@@ -37,6 +37,8 @@ pub struct Cell {
     pub first: u32,
     /// Its share of the light.
     pub probability: f32,
+    /// Always 0: two cells share a cache line.
+    pub padding: u32,
 }
 
 /// A block.
@@ -85,21 +87,6 @@ pub struct Light<'a> {
     pub lines: &'a [u16],
 }
 
-/// A patch of one lane, as the tables have it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Patch {
-    cell: usize,
-    /// The smallest and one behind the largest patch on the face, columns then rows.
-    first: [u32; 2],
-    behind: [u32; 2],
-    corner: [f32; 4],
-    /// Its share of the cell's light.
-    probability: f32,
-    /// Where its numbers (v along rows, w along columns) begin in the cell's [0, 1)^2, and how many there are.
-    start: [f32; 2],
-    width: [f32; 2],
-}
-
 /// Patches, one for each lane.
 #[derive(Clone, Copy)]
 pub struct Patches<F: Num> {
@@ -132,7 +119,7 @@ impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
-        let u = self.patch.warp(light).invert(self.position);
+        let u = self.patch.shape(light).invert(self.position);
         let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
         let Patches { start, width, .. } = self.patch;
         let w = (start[0] + u[0] * width[0]).max(first).min(last);
@@ -188,194 +175,348 @@ impl<F: Num> Patches<F> {
     }
 
     #[inline(always)]
-    fn warp(&self, light: &Light<'_>) -> PatchDensity<F> {
+    pub(super) fn shape(&self, light: &Light<'_>) -> PatchDensity<F> {
         PatchDensity::new(self.corner, light.chart.profiles(self.low, self.size))
     }
 }
 
-impl Light<'_> {
-    /// Whether the profile across columns is constant.
-    #[inline(always)]
-    fn flat(&self) -> bool {
-        self.chart.faces() == 1
-    }
+/// What a search found in each lane.
+struct Searched<F: Num> {
+    index: F::Ints,
+    start: F::Floats,
+    width: F::Floats,
+}
 
-    /// The cell that `u` (column, row) falls into, and the position in it: the light alone.
+impl<F: Num> Searched<F> {
     #[inline(always)]
-    pub fn cell_at(&self, u: [f32; 2]) -> (usize, [f32; 2]) {
-        let [columns, rows] = self.grid.map(|n| n as usize);
-        let row = find(self.tops.get(..rows).unwrap_or(&[]), u[1]);
-        let first = rows + row.index * columns;
-        let column = find(self.tops.get(first..first + columns).unwrap_or(&[]), u[0]);
-        (row.index * columns + column.index, [column.rest, row.rest])
-    }
-
-    /// The inverse of [`Light::cell_at`]: start and width of a cell along columns and rows.
-    #[inline(always)]
-    pub fn cell_range(&self, cell_index: usize) -> [(f32, f32); 2] {
-        let [columns, rows] = self.grid.map(|n| n as usize);
-        let (row, column) = (cell_index / columns, cell_index % columns);
-        let first = rows + row * columns;
-        let across = cell(self.tops.get(first..first + columns).unwrap_or(&[]), column);
-        [across, cell(self.tops.get(..rows).unwrap_or(&[]), row)]
-    }
-
-    /// The patch of a cell that the numbers (column, row) lead to, and the position inside.
-    #[inline(always)]
-    fn descend(&self, index: usize, [w, v]: [f32; 2]) -> (Patch, [f32; 2]) {
-        let c = self.cells.get(index).copied().unwrap_or_default();
-        let blocks = c.blocks.map(usize::from);
-        let starts = self.starts.get(c.starts as usize..).unwrap_or(&[]);
-        let block_row = find(starts.get(..blocks[1]).unwrap_or(&[]), v);
-        let first = blocks[1] + block_row.index * blocks[0];
-        let block_column = find(starts.get(first..first + blocks[0]).unwrap_or(&[]), w);
-        let block = self.block(&c, [block_column.index, block_row.index]);
-        let grid = block.grid.map(usize::from);
-        let row = find16(self.row_starts(&block), block_row.rest);
-        let line = self.line(&block, row.index);
-        let column = find16(line.get(..grid[0] - 1).unwrap_or(&[]), block_column.rest);
-        let place = BlockPlace { cell: c, index, block, at: [block_column.index, block_row.index] };
-        let mut patch = self.patch(&place, [column.index, row.index], [column.width, row.width]);
-        let ends = [(&block_column, &column), (&block_row, &row)];
-        patch.start = ends.map(|(outer, inner)| outer.start + outer.width * (inner.start / UNITS));
-        patch.width = ends.map(|(outer, inner)| outer.width * (inner.width / UNITS));
-        (patch, [column.rest, row.rest])
-    }
-
-    /// The patch at columns and rows of a face; its numbers only if `numbers`.
-    #[inline(always)]
-    fn patch_at(&self, face: u32, at: [u32; 2], numbers: bool) -> Patch {
-        let of = |k: usize| {
-            let small = (at[k] >> self.side[k]) as usize;
-            self.cell_of[k].get(small).copied().unwrap_or(0)
-        };
-        let faces = self.chart.faces().max(1);
-        let row = face * (self.grid[1] / faces) + u32::from(of(1));
-        let index = (row * self.grid[0] + u32::from(of(0))) as usize;
-        let c = self.cells.get(index).copied().unwrap_or_default();
-        let inside = |k: usize| at[k].saturating_sub(c.origin[k]);
-        let block_at = [0, 1].map(|k: usize| (inside(k) >> c.side[k]) as usize);
-        let block = self.block(&c, block_at);
-        let in_block = |k: usize| (inside(k) & ((1 << c.side[k]) - 1)) >> block.step[k];
-        let [column, row] = [in_block(0) as usize, in_block(1) as usize];
-        let grid = block.grid.map(usize::from);
-        let (row_start, row_width) = cell16(self.row_starts(&block), row);
-        let line = self.line(&block, row);
-        let (column_start, column_width) = cell16(line.get(..grid[0] - 1).unwrap_or(&[]), column);
-        let place = BlockPlace { cell: c, index, block, at: block_at };
-        let mut patch = self.patch(&place, [column, row], [column_width, row_width]);
-        if numbers {
-            let blocks = c.blocks.map(usize::from);
-            let starts = self.starts.get(c.starts as usize..).unwrap_or(&[]);
-            let (start, width) = cell(starts.get(..blocks[1]).unwrap_or(&[]), block_at[1]);
-            let first = blocks[1] + block_at[1] * blocks[0];
-            let across = cell(starts.get(first..first + blocks[0]).unwrap_or(&[]), block_at[0]);
-            let inner = [(column_start, column_width), (row_start, row_width)];
-            let outer = [across, (start, width)];
-            patch.start = [0, 1].map(|k: usize| outer[k].0 + outer[k].1 * (inner[k].0 / UNITS));
-            patch.width = [0, 1].map(|k: usize| outer[k].1 * (inner[k].1 / UNITS));
-        }
-        patch
+    fn new() -> Self {
+        Searched { index: F::ints(), start: F::floats(), width: F::floats() }
     }
 
     #[inline(always)]
-    fn block(&self, c: &Cell, [column, row]: [usize; 2]) -> Block {
-        let index = c.first as usize + row * usize::from(c.blocks[0]) + column;
-        self.blocks.get(index).copied().unwrap_or(Block { grid: [1, 1], ..Block::default() })
+    fn put(&mut self, lane: usize, index: usize, (start, width): (f32, f32)) {
+        put_int::<F>(&mut self.index, lane, index as u32);
+        put::<F>(&mut self.start, lane, start);
+        put::<F>(&mut self.width, lane, width);
     }
 
     #[inline(always)]
-    fn row_starts(&self, block: &Block) -> &[u16] {
-        let first = block.rows as usize;
-        self.rows.get(first..first + usize::from(block.grid[1]) - 1).unwrap_or(&[])
-    }
-
-    /// The line of a row of a block's patches, and all that follows.
-    #[inline(always)]
-    fn line(&self, block: &Block, row: usize) -> &[u16] {
-        self.lines.get(block.lines as usize + row * line_words(block.grid[0].into(), self.bilinear)..).unwrap_or(&[])
+    fn found(&mut self, lane: usize, found: Found) {
+        self.put(lane, found.index, (found.start, found.width));
     }
 
     #[inline(always)]
-    fn patch(&self, place: &BlockPlace, at: [usize; 2], units: [f32; 2]) -> Patch {
-        let BlockPlace { cell: c, index, block, at: block_at } = place;
-        let grid = usize::from(block.grid[0]);
-        let corner = if self.bilinear {
-            let line = self.line(block, at[1]);
-            let value = |k: usize| decode(line.get(k).copied().unwrap_or(0));
-            let (here, below) = (grid - 1 + at[0], 2 * grid + grid - 1 + at[0]);
-            [value(here), value(here + 1), value(below), value(below + 1)]
-        } else {
-            [1.0; 4]
-        };
-        let first = [0, 1]
-            .map(|k: usize| c.origin[k] + ((block_at[k] as u32) << c.side[k]) + ((at[k] as u32) << block.step[k]));
-        let behind = [0, 1].map(|k: usize| {
-            let block_end = c.origin[k] + ((block_at[k] as u32 + 1) << c.side[k]);
-            (first[k] + (1 << block.step[k])).min(block_end).min(c.origin[k] + c.patches[k])
-        });
-        Patch {
-            cell: *index,
-            first,
-            behind,
-            corner,
-            probability: block.share * (units[1] / UNITS) * (units[0] / UNITS),
-            ..Patch::default()
+    fn index(&self, lane: usize) -> usize {
+        int_at::<F>(&self.index, lane) as usize
+    }
+
+    /// Starts and widths.
+    #[inline(always)]
+    fn ranges(&self) -> (F, F) {
+        (F::load(self.start), F::load(self.width))
+    }
+
+    /// Positions inside, of the numbers that were searched.
+    #[inline(always)]
+    fn rest(&self, number: F) -> F {
+        let (start, width) = self.ranges();
+        inside(number, start, width)
+    }
+}
+
+#[inline(always)]
+fn put<F: Num>(lanes: &mut F::Floats, lane: usize, x: f32) {
+    if let Some(out) = lanes.as_mut().get_mut(lane) {
+        *out = x;
+    }
+}
+
+#[inline(always)]
+fn put_int<F: Num>(lanes: &mut F::Ints, lane: usize, x: u32) {
+    if let Some(out) = lanes.as_mut().get_mut(lane) {
+        *out = x;
+    }
+}
+
+#[inline(always)]
+fn at<F: Num>(lanes: &F::Floats, lane: usize) -> f32 {
+    lanes.as_ref().get(lane).copied().unwrap_or(0.0)
+}
+
+#[inline(always)]
+fn int_at<F: Num>(lanes: &F::Ints, lane: usize) -> u32 {
+    lanes.as_ref().get(lane).copied().unwrap_or(0)
+}
+
+/// Patches while they are put together, lane by lane.
+struct Gathered<F: Num> {
+    cell: F::Ints,
+    face: F::Ints,
+    first: [F::Ints; 2],
+    behind: [F::Ints; 2],
+    /// Pairs of corner words: of the upper and of the lower row.
+    corner: [F::Ints; 2],
+    share: F::Floats,
+}
+
+impl<F: Num> Gathered<F> {
+    #[inline(always)]
+    fn new() -> Self {
+        let none = F::ints();
+        Gathered {
+            cell: none,
+            face: none,
+            first: [none, none],
+            behind: [none, none],
+            corner: [none, none],
+            share: F::floats(),
         }
     }
 
-    /// The patches of all lanes side by side.
+    /// Puts the patch `patch_at` (column, row) of a block that is the one at `block_at` (column, row) of its cell.
     #[inline(always)]
-    fn gather<F: Num>(&self, patch: impl Fn(usize) -> Patch) -> Patches<F> {
-        let mut cells = F::ints();
-        let mut floats = [F::floats(); 13];
-        let mut face = F::floats();
-        for lane in 0..F::WIDTH {
-            let p = patch(lane);
-            let numbers = [
-                p.first[0] as f32,
-                p.first[1] as f32,
-                p.behind[0] as f32,
-                p.behind[1] as f32,
-                p.corner[0],
-                p.corner[1],
-                p.corner[2],
-                p.corner[3],
-                p.probability,
-                p.start[0],
-                p.start[1],
-                p.width[0],
-                p.width[1],
-            ];
-            for (row, number) in floats.iter_mut().zip(numbers) {
-                if let Some(out) = row.as_mut().get_mut(lane) {
-                    *out = number;
-                }
-            }
-            if let Some(out) = cells.as_mut().get_mut(lane) {
-                *out = p.cell as u32;
-            }
-            if let Some(out) = face.as_mut().get_mut(lane) {
-                *out = self.cells.get(p.cell).map_or(0.0, |c| f32::from(c.face));
-            }
+    fn put(&mut self, lane: usize, light: &Light<'_>, cell: usize, block: &Block, at: [[usize; 2]; 2]) {
+        let c = light.cell(cell);
+        let [[block_column, block_row], [column, row]] = at;
+        let (x0, x1) = c.extent(0, block_column, column, block.step[0]);
+        let (y0, y1) = c.extent(1, block_row, row, block.step[1]);
+        put_int::<F>(&mut self.cell, lane, cell as u32);
+        put_int::<F>(&mut self.face, lane, c.face.into());
+        put_int::<F>(&mut self.first[0], lane, x0);
+        put_int::<F>(&mut self.first[1], lane, y0);
+        put_int::<F>(&mut self.behind[0], lane, x1);
+        put_int::<F>(&mut self.behind[1], lane, y1);
+        put::<F>(&mut self.share, lane, block.share);
+        if light.bilinear {
+            let columns = usize::from(block.grid[0]);
+            let corner = block.line(row, true) + columns - 1 + column;
+            put_int::<F>(&mut self.corner[0], lane, light.pair(corner));
+            put_int::<F>(&mut self.corner[1], lane, light.pair(corner + 2 * columns));
         }
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m] = floats;
-        let (x0, y0, x1, y1) = (F::load(a), F::load(b), F::load(c), F::load(d));
-        let corner = [F::load(e), F::load(f), F::load(g), F::load(h)];
-        let [columns, rows] = self.chart.axes;
+    }
+
+    /// All lanes, with starts and widths in the cell: of block columns and rows, then of columns and rows in units.
+    #[inline(always)]
+    fn patches(self, light: &Light<'_>, outer: [(F, F); 2], inner: [(F, F); 2]) -> Patches<F> {
+        let [columns, rows] = light.chart.axes;
+        let (x0, y0) = (F::of_ints(self.first[0]), F::of_ints(self.first[1]));
+        let (x1, y1) = (F::of_ints(self.behind[0]), F::of_ints(self.behind[1]));
         let low = [columns.edge(x0), rows.edge(y0)];
+        let one = F::splat(1.0);
+        let corner = if light.bilinear {
+            let ([a, b], [c, d]) = (corners(self.corner[0]), corners(self.corner[1]));
+            [a, b, c, d]
+        } else {
+            [one, one, one, one]
+        };
+        let unit = F::splat(1.0 / UNITS);
+        let (column_width, row_width) = (inner[0].1 * unit, inner[1].1 * unit);
         Patches {
-            cell: cells,
-            face: F::load(face),
+            cell: self.cell,
+            face: F::of_ints(self.face),
             first: [x0, y0],
             behind: [x1, y1],
             low,
             size: [columns.edge(x1) - low[0], rows.edge(y1) - low[1]],
             corner,
-            probability: F::load(i),
-            start: [F::load(j), F::load(k)],
-            width: [F::load(l), F::load(m)],
+            probability: F::load(self.share) * row_width * column_width,
+            start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
+            width: [outer[0].1 * column_width, outer[1].1 * row_width],
         }
+    }
+}
+
+impl Cell {
+    /// The first patch and one behind the last, along an axis, of a part of a block's grid.
+    #[inline(always)]
+    fn extent(&self, axis: usize, block: usize, part: usize, step: u8) -> (u32, u32) {
+        let (origin, patches) = (u32::from(self.origin[axis]), u32::from(self.patches[axis]));
+        let block_begin = (block as u32) << (self.side[axis] & 31);
+        let block_end = (block_begin + (1 << (self.side[axis] & 31))).min(patches);
+        let first = block_begin + ((part as u32) << (step & 31));
+        (origin + first, origin + (first + (1 << (step & 31))).min(block_end))
+    }
+}
+
+impl Block {
+    /// Where the line of a row of patches begins.
+    #[inline(always)]
+    fn line(&self, row: usize, bilinear: bool) -> usize {
+        self.lines as usize + row * line_words(self.grid[0].into(), bilinear)
+    }
+}
+
+impl Light<'_> {
+    #[inline(always)]
+    fn cell(&self, index: usize) -> Cell {
+        self.cells.get(index).copied().unwrap_or_default()
+    }
+
+    #[inline(always)]
+    fn block(&self, index: usize) -> Block {
+        self.blocks.get(index).copied().unwrap_or_default()
+    }
+
+    /// Two words that stand side by side, the first one low.
+    #[inline(always)]
+    fn pair(&self, index: usize) -> u32 {
+        match self.lines.get(index..).and_then(|words| words.first_chunk::<2>()) {
+            Some(&[low, high]) => u32::from(low) | u32::from(high) << 16,
+            None => 0,
+        }
+    }
+
+    /// The cell that `u` (column, row) falls into, and the position in it: the light alone.
+    #[inline(always)]
+    pub fn cell_at(&self, [across, down]: [f32; 2]) -> (usize, [f32; 2]) {
+        let ([cell], numbers) = self.cells_at::<f32>([across, down]);
+        (cell as usize, numbers)
+    }
+
+    /// As [`Light::cell_at`], for each lane.
+    #[inline(always)]
+    pub fn cells_at<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
+        let [columns, rows] = [self.grid[0] as usize, self.grid[1] as usize];
+        let (across, down) = (u[0].store(), u[1].store());
+        let (mut row, mut column) = (Searched::<F>::new(), Searched::<F>::new());
+        let mut cells = F::ints();
+        for lane in 0..F::WIDTH {
+            let found_row = find(self.tops, 0, rows, at::<F>(&down, lane));
+            let found_column = find(self.tops, rows + found_row.index * columns, columns, at::<F>(&across, lane));
+            put_int::<F>(&mut cells, lane, (found_row.index * columns + found_column.index) as u32);
+            row.found(lane, found_row);
+            column.found(lane, found_column);
+        }
+        (cells, [column.rest(u[0]), row.rest(u[1])])
+    }
+
+    /// The inverse of [`Light::cell_at`]: start and width of a cell along columns and rows.
+    #[inline(always)]
+    pub fn cell_range(&self, cell_index: usize) -> [(f32, f32); 2] {
+        let [columns, rows] = [self.grid[0] as usize, self.grid[1] as usize];
+        let (row, column) = (cell_index / columns, cell_index % columns);
+        [cell(self.tops, rows + row * columns, columns, column), cell(self.tops, 0, rows, row)]
+    }
+
+    /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
+    #[inline(always)]
+    pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
+        let units = F::splat(UNITS);
+        let mut block_row = Searched::<F>::new();
+        let v = numbers[1].store();
+        for lane in 0..F::WIDTH {
+            let c = self.cell(int_at::<F>(&cells, lane) as usize);
+            let found = find(self.starts, c.starts as usize, c.blocks[1].into(), at::<F>(&v, lane));
+            prefetch(self.blocks, c.first as usize + found.index * usize::from(c.blocks[0]));
+            block_row.found(lane, found);
+        }
+        let t = block_row.rest(numbers[1]) * units;
+        let (mut block_column, mut blocks) = (Searched::<F>::new(), F::ints());
+        let w = numbers[0].store();
+        for lane in 0..F::WIDTH {
+            let c = self.cell(int_at::<F>(&cells, lane) as usize);
+            let [columns, rows] = [usize::from(c.blocks[0]), usize::from(c.blocks[1])];
+            let before = block_row.index(lane) * columns;
+            let found = find(self.starts, c.starts as usize + rows + before, columns, at::<F>(&w, lane));
+            let block = c.first as usize + before + found.index;
+            prefetch(self.rows, self.block(block).rows as usize);
+            put_int::<F>(&mut blocks, lane, block as u32);
+            block_column.found(lane, found);
+        }
+        let s = block_column.rest(numbers[0]) * units;
+        let mut row = Searched::<F>::new();
+        let (down, across) = (t.store(), s.store());
+        for lane in 0..F::WIDTH {
+            let block = self.block(int_at::<F>(&blocks, lane) as usize);
+            let key = at::<F>(&down, lane) as i32 as u16;
+            let found = find16(self.rows, block.rows as usize, block.grid[1].into(), key);
+            self.prefetch_lines(&block, found.index);
+            row.found(lane, found);
+        }
+        let mut column = Searched::<F>::new();
+        let mut gathered = Gathered::<F>::new();
+        for lane in 0..F::WIDTH {
+            let block = self.block(int_at::<F>(&blocks, lane) as usize);
+            let key = at::<F>(&across, lane) as i32 as u16;
+            let line = block.line(row.index(lane), self.bilinear);
+            let found = find16(self.lines, line, block.grid[0].into(), key);
+            let place = [[block_column.index(lane), block_row.index(lane)], [found.index, row.index(lane)]];
+            gathered.put(lane, self, int_at::<F>(&cells, lane) as usize, &block, place);
+            column.found(lane, found);
+        }
+        let outer = [block_column.ranges(), block_row.ranges()];
+        let patch = gathered.patches(self, outer, [column.ranges(), row.ranges()]);
+        let shape = patch.shape(self);
+        let mut position = shape.sample([column.rest(s), row.rest(t)]);
+        if !self.bilinear {
+            // Away from the borders, where a client's rounding might find the neighbour.
+            for k in 0..2 {
+                let least = F::splat(1.25 * self.chart.margin(k)) / patch.size[k];
+                position[k] = position[k].max(least).min(F::splat(1.0) - least);
+            }
+        }
+        Drawn { patch, shape, position }
+    }
+
+    /// Asks for the line of a row of patches, and for the corners below.
+    #[inline(always)]
+    fn prefetch_lines(&self, block: &Block, row: usize) {
+        let line = block.line(row, self.bilinear);
+        prefetch(self.lines, line);
+        if self.bilinear {
+            prefetch(self.lines, line + 4 * usize::from(block.grid[0]) - 1);
+        }
+    }
+
+    /// The patches at columns and rows of faces; their numbers only if `numbers`.
+    #[inline(always)]
+    fn patches_at<F: Num>(&self, face: F::Ints, column: F::Ints, row: F::Ints, numbers: bool) -> Patches<F> {
+        let (mut cells, mut blocks) = (F::ints(), F::ints());
+        let (mut block_at, mut patch_at) = ([F::ints(), F::ints()], [F::ints(), F::ints()]);
+        let face_rows = self.grid[1] / self.chart.faces();
+        for lane in 0..F::WIDTH {
+            let (x, y) = (int_at::<F>(&column, lane), int_at::<F>(&row, lane));
+            let cell_column = u32::from(byte(self.cell_of[0], (x >> (self.side[0] & 31)) as usize));
+            let cell_row = u32::from(byte(self.cell_of[1], (y >> (self.side[1] & 31)) as usize));
+            let index = (int_at::<F>(&face, lane) * face_rows + cell_row) * self.grid[0] + cell_column;
+            let c = self.cell(index as usize);
+            let (x, y) = (x.wrapping_sub(c.origin[0].into()), y.wrapping_sub(c.origin[1].into()));
+            let (side_x, side_y) = (c.side[0] & 31, c.side[1] & 31);
+            let (i, j) = (x >> side_x, y >> side_y);
+            let number = c.first as usize + j as usize * usize::from(c.blocks[0]) + i as usize;
+            let block = self.block(number);
+            let in_row = (y & !(u32::MAX << side_y)) >> (block.step[1] & 31);
+            prefetch(self.rows, block.rows as usize);
+            self.prefetch_lines(&block, in_row as usize);
+            put_int::<F>(&mut cells, lane, index);
+            put_int::<F>(&mut blocks, lane, number as u32);
+            put_int::<F>(&mut block_at[0], lane, i);
+            put_int::<F>(&mut block_at[1], lane, j);
+            put_int::<F>(&mut patch_at[0], lane, (x & !(u32::MAX << side_x)) >> (block.step[0] & 31));
+            put_int::<F>(&mut patch_at[1], lane, in_row);
+        }
+        let (mut outer_column, mut outer_row) = (Searched::<F>::new(), Searched::<F>::new());
+        let (mut inner_column, mut inner_row) = (Searched::<F>::new(), Searched::<F>::new());
+        let mut gathered = Gathered::<F>::new();
+        for lane in 0..F::WIDTH {
+            let block = self.block(int_at::<F>(&blocks, lane) as usize);
+            let cell_index = int_at::<F>(&cells, lane) as usize;
+            let [i, j] = [int_at::<F>(&block_at[0], lane) as usize, int_at::<F>(&block_at[1], lane) as usize];
+            let [x, y] = [int_at::<F>(&patch_at[0], lane) as usize, int_at::<F>(&patch_at[1], lane) as usize];
+            inner_row.put(lane, y, cell16(self.rows, block.rows as usize, block.grid[1].into(), y));
+            let line = block.line(y, self.bilinear);
+            inner_column.put(lane, x, cell16(self.lines, line, block.grid[0].into(), x));
+            if numbers {
+                let c = self.cell(cell_index);
+                let [columns, rows] = [usize::from(c.blocks[0]), usize::from(c.blocks[1])];
+                let first = c.starts as usize;
+                outer_row.put(lane, j, cell(self.starts, first, rows, j));
+                outer_column.put(lane, i, cell(self.starts, first + rows + j * columns, columns, i));
+            }
+            gathered.put(lane, self, cell_index, &block, [[i, j], [x, y]]);
+        }
+        let outer = [outer_column.ranges(), outer_row.ranges()];
+        gathered.patches(self, outer, [inner_column.ranges(), inner_row.ranges()])
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
@@ -383,74 +524,77 @@ impl Light<'_> {
     #[inline(always)]
     pub fn locate<F: Num>(&self, d: Direction<F>, numbers: bool) -> Located<F> {
         let place = self.chart.place(d);
-        let [columns, rows] = self.chart.axes;
-        let (face, column, row) =
-            (place.face.truncate(), columns.patch(place.position[0]), rows.patch(place.position[1]));
-        let at = |lane: usize| {
-            let of = |ints: &F::Ints| ints.as_ref().get(lane).copied().unwrap_or(0);
-            self.patch_at(of(&face), [of(&column), of(&row)], numbers)
-        };
-        let patch = self.gather::<F>(at);
-        self.within(patch, &place)
-    }
-
-    /// A place in the patch that holds it.
-    #[inline(always)]
-    fn within<F: Num>(&self, patch: Patches<F>, place: &Place<F>) -> Located<F> {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let s = ((place.position[0] - patch.low[0]) / patch.size[0]).max(zero).min(one);
-        let t = ((place.position[1] - patch.low[1]) / patch.size[1]).max(zero).min(one);
-        let position = [s, t];
-        let shape = patch.warp(self).at(position) / (place.solid_angle * (patch.size[0] * patch.size[1]));
-        Located { patch, position, density: patch.probability * shape }
-    }
-
-    /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
-    #[inline(always)]
-    pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        let (w, v) = (numbers[0].store(), numbers[1].store());
-        let mut rest = [F::floats(); 2];
-        let mut patches = [Patch::default(); crate::simd::LANES];
-        for lane in 0..F::WIDTH {
-            let of = |numbers: &F::Floats| numbers.as_ref().get(lane).copied().unwrap_or(0.0);
-            let cell = cells.as_ref().get(lane).copied().unwrap_or(0);
-            let (patch, inside) = self.descend(cell as usize, [of(&w), of(&v)]);
-            for (row, number) in rest.iter_mut().zip(inside) {
-                if let Some(out) = row.as_mut().get_mut(lane) {
-                    *out = number;
-                }
-            }
-            if let Some(out) = patches.get_mut(lane) {
-                *out = patch;
-            }
-        }
-        let patch = self.gather::<F>(|lane| patches.get(lane).copied().unwrap_or_default());
-        let position = patch.warp(self).sample([F::load(rest[0]), F::load(rest[1])], self.flat());
-        Drawn { patch, position }
+        let (column, row) = (self.chart.axes[0].patch(place.position[0]), self.chart.axes[1].patch(place.position[1]));
+        let patch = self.patches_at::<F>(place.face.truncate(), column, row, numbers);
+        let shape = patch.shape(self);
+        within(&patch, &shape, &place)
     }
 
     /// The direction of a drawn place.
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
-        let Drawn { patch, position } = drawn;
+        let Drawn { patch, position, .. } = drawn;
         let column = patch.low[0] + position[0] * patch.size[0];
         self.chart.direction(patch.face, [column, patch.low[1] + position[1] * patch.size[1]])
     }
 
+    /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
+    #[inline(always)]
+    pub fn drawn_at<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> Located<F> {
+        let place = self.chart.place(d);
+        let Drawn { patch, shape, position } = drawn;
+        let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
+        let scale = (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
+        Located { patch: *patch, position: *position, density: patch.probability * shape.unscaled(*position) / scale }
+    }
+
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
-    /// lanes in which rounding left the patch.
+    /// lanes in which rounding left the patch. In a light for nearest clients, also of those in which it came so close to the
+    /// border that the client's own rounding might find the neighbour.
     #[inline(always)]
     pub fn relocate<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> (Located<F>, F::Mask) {
         let place = self.chart.place(d);
-        let patch = drawn.patch;
+        let patch = &drawn.patch;
         let column = F::of_ints(self.chart.axes[0].patch(place.position[0]));
         let row = F::of_ints(self.chart.axes[1].patch(place.position[1]));
         let columns_out = F::or(column.lt(patch.first[0]), patch.behind[0].le(column));
         let rows_out = F::or(row.lt(patch.first[1]), patch.behind[1].le(row));
         let other_face = F::or(place.face.lt(patch.face), patch.face.lt(place.face));
-        let out = F::or(F::or(columns_out, rows_out), other_face);
-        (self.within(patch, &place), out)
+        let mut out = F::or(F::or(columns_out, rows_out), other_face);
+        if !self.bilinear {
+            for k in 0..2 {
+                let (from, margin) = (place.position[k] - patch.low[k], F::splat(self.chart.margin(k)));
+                out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
+            }
+        }
+        (within(patch, &drawn.shape, &place), out)
     }
+}
+
+/// A place in the patch that holds it.
+#[inline(always)]
+fn within<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, place: &Place<F>) -> Located<F> {
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    let s = ((place.position[0] - patch.low[0]) / patch.size[0]).max(zero).min(one);
+    let t = ((place.position[1] - patch.low[1]) / patch.size[1]).max(zero).min(one);
+    let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
+    let scale = (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
+    let density = patch.probability * shape.unscaled([s, t]) / scale;
+    Located { patch: *patch, position: [s, t], density }
+}
+
+#[inline(always)]
+fn byte(bytes: &[u8], index: usize) -> u8 {
+    bytes.get(index).copied().unwrap_or(0)
+}
+
+/// The values of pairs of corners.
+#[inline(always)]
+fn corners<F: Num>(pairs: F::Ints) -> [F; 2] {
+    let add = EXPONENT_OF_WORD_0 << 23;
+    let least = F::splat(f32::from_bits(add));
+    let [a, b] = F::halves(pairs, add);
+    [F::only(least.lt(a), a), F::only(least.lt(b), b)]
 }
 
 /// Places that were drawn: the patches, and the positions inside.
@@ -458,6 +602,8 @@ impl Light<'_> {
 pub struct Drawn<F: Num> {
     /// The patches.
     pub patch: Patches<F>,
+    /// The densities inside.
+    pub(super) shape: PatchDensity<F>,
     /// Column and row inside, in [0, 1].
     pub position: [F; 2],
 }
@@ -465,18 +611,8 @@ pub struct Drawn<F: Num> {
 /// The numbers with that of one lane replaced.
 pub(super) fn set<F: Num>(f: F, lane: usize, x: f32) -> F {
     let mut lanes = f.store();
-    if let Some(out) = lanes.as_mut().get_mut(lane) {
-        *out = x;
-    }
+    put::<F>(&mut lanes, lane, x);
     F::load(lanes)
-}
-
-/// A block in its cell.
-struct BlockPlace {
-    cell: Cell,
-    index: usize,
-    block: Block,
-    at: [usize; 2],
 }
 
 /// Words of a line of a block with so many columns.

@@ -1,45 +1,75 @@
-//! Sampling inside a patch: density proportional to a bilinear function times a parabola along each axis.
+//! Sampling inside a patch: density proportional to a bilinear function times a profile along each axis.
 //!
-//! The corners give the bilinear radiance, the parabolas the solid angle (the sine of the polar angle, the tilt of a cube
-//! face). Row first, from the density integrated over columns; then the column. Each is a quartic whose root Newton's method
-//! finds from a start that is exact when one of the two factors is constant.
+//! The corners give the bilinear radiance, the profiles the solid angle (the sine of the polar angle, the tilt of a cube
+//! face), as parabolas. Row first, from the density integrated over columns; then the column. Each is a quartic whose root
+//! Newton's method finds from a start that is exact when one of the two factors is constant.
 
 use crate::simd::Num;
 
-/// Newton steps. From the start below, four leave less than 1e-6 of the patch everywhere but at a pole that is dark, where
-/// they leave 1e-3 for one sample in a million (`warp` in the tests measures it).
-const STEPS: usize = 4;
+/// Newton steps at most. Away from the poles two are enough; beside a dark pole the density is a cube.
+const STEPS: usize = 8;
 
-/// A density along one axis of a patch: linear from `from` to `to`, times a parabola.
+/// The last Newton step begins with at most this share of the integral missing; it leaves the square of it.
+const CLOSE: f32 = 1.0 / (1 << 16) as f32;
+
+/// A parabola over [0, 1], written so that its values beside an end where it is 0 keep their relative precision.
+#[derive(Clone, Copy)]
+pub struct Profile<F: Num> {
+    /// The value at 0.
+    pub first: F,
+    /// The value at 1.
+    pub last: F,
+    /// Four times what the value at 1/2 exceeds the mean of both ends by.
+    pub bulge: F,
+}
+
+impl<F: Num> Profile<F> {
+    /// The parabola through the values at 0, 1/2 and 1.
+    #[inline(always)]
+    pub fn through(first: F, middle: F, last: F) -> Profile<F> {
+        let two = F::splat(2.0);
+        Profile { first, last, bulge: two * (two * middle - (first + last)) }
+    }
+
+    /// The value at `x`.
+    #[inline(always)]
+    pub fn at(&self, x: F) -> F {
+        let rest = F::splat(1.0) - x;
+        self.first * rest + self.last * x + self.bulge * (x * rest)
+    }
+}
+
+/// A density along one axis of a patch: linear from `from` to `to`, times a profile.
 #[derive(Clone, Copy)]
 pub struct Edge<F: Num> {
     /// Coefficients of x, x^2, x^3 and x^4 of the integral.
     integral: [F; 4],
     from: F,
     to: F,
-    parabola: [F; 3],
+    profile: Profile<F>,
 }
 
 impl<F: Num> Edge<F> {
-    /// The density with these values at both ends and this parabola.
+    /// The density with these values at both ends and this profile.
     #[inline(always)]
-    pub fn new(from: F, to: F, parabola: [F; 3]) -> Edge<F> {
-        let [r0, r1, r2] = parabola;
+    pub fn new(from: F, to: F, profile: Profile<F>) -> Edge<F> {
+        let Profile { first, last, bulge } = profile;
+        let tilt = last - first + bulge;
         let rise = to - from;
         let integral = [
-            from * r0,
-            F::splat(0.5) * (from * r1 + rise * r0),
-            F::splat(1.0 / 3.0) * (from * r2 + rise * r1),
-            F::splat(0.25) * (rise * r2),
+            from * first,
+            F::splat(0.5) * (from * tilt + rise * first),
+            F::splat(1.0 / 3.0) * (rise * tilt - from * bulge),
+            F::splat(-0.25) * (rise * bulge),
         ];
-        Edge { integral, from, to, parabola }
+        Edge { integral, from, to, profile }
     }
 
     /// The integral over [0, 1].
     #[inline(always)]
     pub fn total(&self) -> F {
         let [a, b, c, d] = self.integral;
-        a + b + c + d
+        (a + b) + (c + d)
     }
 
     /// The integral over [0, x].
@@ -49,35 +79,30 @@ impl<F: Num> Edge<F> {
         (((d * x + c) * x + b) * x + a) * x
     }
 
-    /// The density at `x`.
-    #[inline(always)]
-    pub fn at(&self, x: F) -> F {
-        (self.from + (self.to - self.from) * x) * parabola_at(self.parabola, x)
-    }
-
     /// The x below which the share `u` of the integral lies.
     #[inline(always)]
     pub fn sample(&self, u: F) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let [r0, r1, r2] = self.parabola;
-        // Exact if the linear factor or the parabola is constant.
-        let mut x = linear(r0, r0 + r1 + r2, linear(self.from, self.to, u));
-        let target = u * self.total();
+        let Profile { first, last, .. } = self.profile;
+        // Exact if the linear factor or the profile is constant.
+        let mut x = linear(first, last, linear(self.from, self.to, u));
+        let total = self.total();
+        let (target, close) = (u * total, F::splat(CLOSE) * total);
         let [a, b, c, d] = self.integral;
         let (b2, c3, d4) = (b + b, F::splat(3.0) * c, F::splat(4.0) * d);
+        let mut active = zero.le(zero);
         for _ in 0..STEPS {
             let excess = self.up_to(x) - target;
             let slope = ((d4 * x + c3) * x + b2) * x + a;
-            x = (x - excess / slope.max(F::splat(f32::MIN_POSITIVE))).max(zero).min(one);
+            let next = (x - excess / slope.max(F::splat(f32::MIN_POSITIVE))).max(zero).min(one);
+            x = F::select(active, next, x);
+            active = F::and(active, close.lt(excess.abs()));
+            if F::bits(active) == 0 {
+                break;
+            }
         }
         x
     }
-}
-
-/// The value of a parabola.
-#[inline(always)]
-pub fn parabola_at<F: Num>([r0, r1, r2]: [F; 3], x: F) -> F {
-    (r2 * x + r1) * x + r0
 }
 
 /// The x below which the share `u` of a linear density lies.
@@ -94,12 +119,13 @@ pub fn linear_up_to<F: Num>(from: F, to: F, x: F) -> F {
     x * (two * from + (to - from) * x) / (from + to).max(F::splat(f32::MIN_POSITIVE))
 }
 
-/// The weights with which the two columns of a patch enter the density of its rows.
-#[inline(always)]
-fn column_weights<F: Num>([q0, q1, q2]: [F; 3]) -> [F; 2] {
-    let second = F::splat(0.5) * q0 + F::splat(1.0 / 3.0) * q1 + F::splat(0.25) * q2;
-    let both = q0 + F::splat(0.5) * q1 + F::splat(1.0 / 3.0) * q2;
-    [both - second, second]
+/// The profiles down and across a patch; one that is constant is left out.
+#[derive(Clone, Copy)]
+pub struct Profiles<F: Num> {
+    /// Down the rows.
+    pub down: Option<Profile<F>>,
+    /// Across the columns.
+    pub across: Option<Profile<F>>,
 }
 
 /// The density of a patch: corners (low row low column, low row high column, high row low column, high row high column) and
@@ -107,53 +133,94 @@ fn column_weights<F: Num>([q0, q1, q2]: [F; 3]) -> [F; 2] {
 #[derive(Clone, Copy)]
 pub struct PatchDensity<F: Num> {
     corner: [F; 4],
-    across: [F; 3],
-    rows: Edge<F>,
+    profiles: Profiles<F>,
+    /// The densities of rows at both ends, integrated over columns.
+    rows: [F; 2],
+    /// The integral over the patch.
+    total: F,
 }
 
 impl<F: Num> PatchDensity<F> {
     /// The density with these corners and profiles.
     #[inline(always)]
-    pub fn new(corner: [F; 4], [down, across]: [[F; 3]; 2]) -> PatchDensity<F> {
-        let [first, second] = column_weights(across);
+    pub fn new(corner: [F; 4], profiles: Profiles<F>) -> PatchDensity<F> {
+        let half = F::splat(0.5);
         let [c00, c01, c10, c11] = corner;
-        let rows = Edge::new(first * c00 + second * c01, first * c10 + second * c11, down);
-        PatchDensity { corner, across, rows }
+        let rows = match profiles.across {
+            None => [half * (c00 + c01), half * (c10 + c11)],
+            Some(across) => {
+                // The integrals of the profile, times 1 - x and times x.
+                let Profile { first, last, bulge } = across;
+                let twelfth = F::splat(1.0 / 12.0) * bulge;
+                let sixth = F::splat(1.0 / 6.0);
+                let low = F::splat(1.0 / 3.0) * first + sixth * last + twelfth;
+                let high = F::splat(1.0 / 3.0) * last + sixth * first + twelfth;
+                [low * c00 + high * c01, low * c10 + high * c11]
+            }
+        };
+        let total = match profiles.down {
+            None => half * (rows[0] + rows[1]),
+            Some(down) => Edge::new(rows[0], rows[1], down).total(),
+        };
+        PatchDensity { corner, profiles, rows, total }
     }
 
-    /// The density along the columns of a row position.
+    /// The values at both ends of the columns of a row position.
     #[inline(always)]
-    fn columns(&self, t: F) -> Edge<F> {
+    fn columns(&self, t: F) -> [F; 2] {
         let [c00, c01, c10, c11] = self.corner;
-        Edge::new(c00 + (c10 - c00) * t, c01 + (c11 - c01) * t, self.across)
+        [c00 + (c10 - c00) * t, c01 + (c11 - c01) * t]
     }
 
     /// The position (column, row) in [0, 1]^2 for `u` (column, row).
     #[inline(always)]
-    pub fn sample(&self, u: [F; 2], flat: bool) -> [F; 2] {
-        let t = self.rows.sample(u[1]);
-        let columns = self.columns(t);
-        let s = if flat { linear(columns.from, columns.to, u[0]) } else { columns.sample(u[0]) };
-        [s, t]
+    pub fn sample(&self, u: [F; 2]) -> [F; 2] {
+        let t = sample_axis(self.rows, self.profiles.down, u[1]);
+        [sample_axis(self.columns(t), self.profiles.across, u[0]), t]
     }
 
     /// The `u` (column, row) that leads to a position.
     #[inline(always)]
     pub fn invert(&self, [s, t]: [F; 2]) -> [F; 2] {
-        let columns = self.columns(t);
-        let least = F::splat(f32::MIN_POSITIVE);
-        [columns.up_to(s) / columns.total().max(least), self.rows.up_to(t) / self.rows.total().max(least)]
+        [share(self.columns(t), self.profiles.across, s), share(self.rows, self.profiles.down, t)]
     }
 
-    /// The density at a position, for each unit of the patch's area.
+    /// The density at a position for each unit of the patch's area, but for the factor [`PatchDensity::total`].
     #[inline(always)]
-    pub fn at(&self, [s, t]: [F; 2]) -> F {
-        let radiance = {
-            let [c00, c01, c10, c11] = self.corner;
-            let (low, high) = (c00 + (c10 - c00) * t, c01 + (c11 - c01) * t);
-            low + (high - low) * s
-        };
-        let shape = parabola_at(self.rows.parabola, t) * parabola_at(self.across, s);
-        radiance * shape / self.rows.total().max(F::splat(f32::MIN_POSITIVE))
+    pub fn unscaled(&self, [s, t]: [F; 2]) -> F {
+        let [low, high] = self.columns(t);
+        let mut density = low + (high - low) * s;
+        if let Some(down) = self.profiles.down {
+            density = density * down.at(t);
+        }
+        if let Some(across) = self.profiles.across {
+            density = density * across.at(s);
+        }
+        density
+    }
+
+    /// The integral of the unscaled density.
+    #[inline(always)]
+    pub fn total(&self) -> F {
+        self.total
+    }
+}
+
+#[inline(always)]
+fn sample_axis<F: Num>([from, to]: [F; 2], profile: Option<Profile<F>>, u: F) -> F {
+    match profile {
+        None => linear(from, to, u),
+        Some(profile) => Edge::new(from, to, profile).sample(u),
+    }
+}
+
+#[inline(always)]
+fn share<F: Num>([from, to]: [F; 2], profile: Option<Profile<F>>, x: F) -> F {
+    match profile {
+        None => linear_up_to(from, to, x),
+        Some(profile) => {
+            let edge = Edge::new(from, to, profile);
+            edge.up_to(x) / edge.total().max(F::splat(f32::MIN_POSITIVE))
+        }
     }
 }

@@ -7,8 +7,8 @@ use core::arch::x86_64::{
     _mm256_castps256_ps128, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32,
     _mm256_cvtepi32_ps, _mm256_cvttps_epi32, _mm256_div_ps, _mm256_extractf128_ps, _mm256_insertf128_ps,
     _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set_epi32,
-    _mm256_set1_epi32, _mm256_set1_ps, _mm256_shuffle_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_storeu_ps,
-    _mm256_sub_epi32, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps, _mm256_xor_si256,
+    _mm256_set1_epi32, _mm256_set1_ps, _mm256_shuffle_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_srli_epi32,
+    _mm256_storeu_ps, _mm256_sub_epi32, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps, _mm256_xor_si256,
 };
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -166,12 +166,12 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn index(numbers: [u32; LANES]) -> Self {
-        Self::from_array(numbers.map(f32::from_bits))
+        Self::from_array(bytemuck::cast(numbers))
     }
 
     #[inline(always)]
     fn numbers(index: Self) -> [u32; LANES] {
-        index.to_array().map(f32::to_bits)
+        bytemuck::cast(index.to_array())
     }
 
     #[inline(always)]
@@ -206,6 +206,18 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn with_bits(index: Self) -> Self {
         index
+    }
+
+    #[inline(always)]
+    fn halves(index: Self, add: u32) -> [Self; 2] {
+        // SAFETY: the value shows that there is AVX2.
+        unsafe {
+            let (bits, mask) = (_mm256_castps_si256(index.0), _mm256_set1_epi32(0xffff << 12));
+            let add = _mm256_set1_epi32(add as i32);
+            let low = _mm256_add_epi32(_mm256_and_si256(_mm256_slli_epi32::<12>(bits), mask), add);
+            let high = _mm256_add_epi32(_mm256_and_si256(_mm256_srli_epi32::<4>(bits), mask), add);
+            [Avx2(_mm256_castsi256_ps(low)), Avx2(_mm256_castsi256_ps(high))]
+        }
     }
 
     #[inline(always)]

@@ -47,6 +47,7 @@ mod level;
 mod neon;
 mod num;
 mod portable;
+mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 
@@ -55,6 +56,7 @@ pub use level::{Kernel, Level, detect, run};
 pub use neon::Neon;
 pub use num::Num;
 pub use portable::Portable;
+pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
 
@@ -132,6 +134,8 @@ pub trait Lanes:
     fn add_index(a: Self::Index, b: Self::Index) -> Self::Index;
     /// Numbers with the bits of whole numbers, which mean nothing as numbers: to be moved together with some that do.
     fn with_bits(index: Self::Index) -> Self;
+    /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
+    fn halves(index: Self::Index, add: u32) -> [Self; 2];
     /// index < bound.
     fn below(index: Self::Index, bound: u32) -> Self::Mask;
     /// The highest bits of the whole numbers as bits, lane 0 lowest.

@@ -252,6 +252,16 @@ impl Lanes for Neon {
     }
 
     #[inline(always)]
+    fn halves(index: Whole, add: u32) -> [Self; 2] {
+        // SAFETY: NEON is part of AArch64.
+        unsafe {
+            let (mask, add) = (vdupq_n_u32(0xffff << 12), vdupq_n_u32(add));
+            let number = |bits| vreinterpretq_f32_u32(vaddq_u32(vandq_u32(bits, mask), add));
+            [Neon(index.0.map(|a| number(vshlq_n_u32::<12>(a)))), Neon(index.0.map(|a| number(vshrq_n_u32::<4>(a))))]
+        }
+    }
+
+    #[inline(always)]
     fn below(index: Whole, bound: u32) -> Whole {
         // SAFETY: NEON is part of AArch64.
         index.with(Whole::splat(bound), |a, bound| unsafe { vcltq_u32(a, bound) })

@@ -55,6 +55,9 @@ pub trait Num:
     /// The numbers nearest to whole numbers below 2^31.
     fn of_ints(ints: Self::Ints) -> Self;
 
+    /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
+    fn halves(ints: Self::Ints, add: u32) -> [Self; 2];
+
     /// `a` where the mask is set, elsewhere 0.
     #[inline(always)]
     fn only(mask: Self::Mask, a: Self) -> Self {
@@ -115,7 +118,7 @@ impl Num for f32 {
 
     #[inline(always)]
     fn sqrt(self) -> f32 {
-        numeric::sqrt(self)
+        super::sqrt(self)
     }
 
     #[inline(always)]
@@ -175,7 +178,12 @@ impl Num for f32 {
 
     #[inline(always)]
     fn of_ints([i]: [u32; 1]) -> f32 {
-        i as f32
+        i as i32 as f32
+    }
+
+    #[inline(always)]
+    fn halves([i]: [u32; 1], add: u32) -> [f32; 2] {
+        [f32::from_bits(((i & 0xffff) << 12).wrapping_add(add)), f32::from_bits(((i >> 16) << 12).wrapping_add(add))]
     }
 }
 
@@ -273,5 +281,10 @@ impl<F: Lanes> Num for F {
     #[inline(always)]
     fn of_ints(ints: [u32; LANES]) -> F {
         F::from_index(F::index(ints))
+    }
+
+    #[inline(always)]
+    fn halves(ints: [u32; LANES], add: u32) -> [F; 2] {
+        <F as Lanes>::halves(F::index(ints), add)
     }
 }

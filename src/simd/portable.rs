@@ -195,6 +195,12 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn halves(index: [u32; LANES], add: u32) -> [Self; 2] {
+        let number = |half: u32| f32::from_bits((half << 12).wrapping_add(add));
+        [Portable(index.map(|i| number(i & 0xffff))), Portable(index.map(|i| number(i >> 16)))]
+    }
+
+    #[inline(always)]
     fn below(index: [u32; LANES], bound: u32) -> u32 {
         index.iter().rev().fold(0, |bits, &number| bits << 1 | u32::from(number < bound))
     }

@@ -5,8 +5,8 @@ use core::arch::x86_64::{
     __m128, _mm_add_epi32, _mm_add_ps, _mm_and_ps, _mm_and_si128, _mm_andnot_ps, _mm_castps_si128, _mm_castsi128_ps,
     _mm_cmpeq_epi32, _mm_cmple_ps, _mm_cmplt_epi32, _mm_cmplt_ps, _mm_cvtepi32_ps, _mm_cvttps_epi32, _mm_div_ps,
     _mm_loadu_ps, _mm_max_ps, _mm_min_ps, _mm_movehl_ps, _mm_movelh_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps,
-    _mm_set_epi32, _mm_set1_epi32, _mm_set1_ps, _mm_slli_epi32, _mm_sqrt_ps, _mm_storeu_ps, _mm_sub_epi32, _mm_sub_ps,
-    _mm_unpackhi_ps, _mm_unpacklo_ps, _mm_xor_si128,
+    _mm_set_epi32, _mm_set1_epi32, _mm_set1_ps, _mm_slli_epi32, _mm_sqrt_ps, _mm_srli_epi32, _mm_storeu_ps,
+    _mm_sub_epi32, _mm_sub_ps, _mm_unpackhi_ps, _mm_unpacklo_ps, _mm_xor_si128,
 };
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -209,6 +209,21 @@ impl Lanes for Sse2 {
     #[inline(always)]
     fn with_bits(index: Self) -> Self {
         index
+    }
+
+    #[inline(always)]
+    fn halves(index: Self, add: u32) -> [Self; 2] {
+        // SAFETY: SSE2 is part of x86-64.
+        unsafe {
+            let (mask, add) = (_mm_set1_epi32(0xffff << 12), _mm_set1_epi32(add as i32));
+            let low = |a| _mm_add_epi32(_mm_and_si128(_mm_slli_epi32::<12>(_mm_castps_si128(a)), mask), add);
+            let high = |a| _mm_add_epi32(_mm_and_si128(_mm_srli_epi32::<4>(_mm_castps_si128(a)), mask), add);
+            let [first, second] = index.0;
+            [
+                Sse2([_mm_castsi128_ps(low(first)), _mm_castsi128_ps(low(second))]),
+                Sse2([_mm_castsi128_ps(high(first)), _mm_castsi128_ps(high(second))]),
+            ]
+        }
     }
 
     #[inline(always)]

@@ -13,8 +13,9 @@ const HEADER: &str = "include/wis.h";
 
 /// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
 /// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 16] = [
     "src/ffi/mod.rs",
+    "src/direct/ray.rs",
     "src/query.rs",
     "src/table.rs",
     "src/descent.rs",
@@ -134,7 +135,12 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 14] = [
+const NAMES: [(&str, &str); 19] = [
+    ("DirectWave", "wis_wave"),
+    ("SamplerObject", "wis_sampler"),
+    ("MaterialData", "wis_material"),
+    ("LobeData", "wis_lobe"),
+    ("PointData", "wis_point"),
     ("EnvironmentObject", "wis_environment"),
     ("LightConfig", "wis_environment_config"),
     ("LightInfo", "wis_environment_info"),

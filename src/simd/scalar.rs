@@ -1,0 +1,83 @@
+//! What single numbers and short tables gain from vector instructions that every processor of the target has.
+
+/// Elements of a window of a table.
+const WINDOW: usize = 16;
+
+/// How many of the first `limit` starts of an ascending window are at most `x`.
+#[inline(always)]
+pub fn rank(window: &[f32; WINDOW], x: f32, limit: usize) -> usize {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use core::arch::x86_64::{
+            _mm_castps_si128, _mm_cmple_ps, _mm_loadu_ps, _mm_movemask_epi8, _mm_packs_epi16, _mm_packs_epi32,
+            _mm_set1_ps,
+        };
+        // SAFETY: SSE2 is part of x86-64; the loads are of the four quarters of the window.
+        let holds = unsafe {
+            let x = _mm_set1_ps(x);
+            let quarter = |k: usize| _mm_castps_si128(_mm_cmple_ps(_mm_loadu_ps(window.as_ptr().add(4 * k)), x));
+            let low = _mm_packs_epi32(quarter(0), quarter(1));
+            _mm_movemask_epi8(_mm_packs_epi16(low, _mm_packs_epi32(quarter(2), quarter(3)))) as u32
+        };
+        ones_from_the_first(holds, limit)
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    window.iter().enumerate().map(|(i, &start)| usize::from(i < limit && start <= x)).sum()
+}
+
+/// How many of the first `limit` starts of an ascending window are at most `x`.
+#[inline(always)]
+pub fn rank16(window: &[u16; WINDOW], x: u16, limit: usize) -> usize {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use core::arch::x86_64::{
+            __m128i, _mm_cmpeq_epi16, _mm_loadu_si128, _mm_movemask_epi8, _mm_packs_epi16, _mm_set1_epi16,
+            _mm_setzero_si128, _mm_subs_epu16,
+        };
+        // SAFETY: SSE2 is part of x86-64; the loads are of both halves of the window.
+        let holds = unsafe {
+            let x = _mm_set1_epi16(x as i16);
+            let load = |k: usize| _mm_loadu_si128(window.as_ptr().add(8 * k).cast::<__m128i>());
+            // A difference that saturates at 0: the start is at most x.
+            let half = |k: usize| _mm_cmpeq_epi16(_mm_subs_epu16(load(k), x), _mm_setzero_si128());
+            _mm_movemask_epi8(_mm_packs_epi16(half(0), half(1))) as u32
+        };
+        ones_from_the_first(holds, limit)
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    window.iter().enumerate().map(|(i, &start)| usize::from(i < limit && start <= x)).sum()
+}
+
+/// The set bits of an ascending window's comparison: they stand together, so the first clear one is their number.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn ones_from_the_first(holds: u32, limit: usize) -> usize {
+    (holds & !(u32::MAX << (limit & 31))).trailing_ones() as usize
+}
+
+/// Asks for the cache line of an element; nothing happens if there is none.
+#[inline(always)]
+pub fn prefetch<T>(table: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: SSE is part of x86-64; a prefetch reads nothing, so any address will do.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(table.as_ptr().wrapping_add(index).cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (table, index);
+}
+
+/// The square root, correctly rounded, in the encoding of the function that it is inlined into: mixing encodings of vector
+/// instructions costs dearly on some processors.
+#[inline(always)]
+pub fn sqrt(x: f32) -> f32 {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use core::arch::x86_64::{_mm_cvtss_f32, _mm_set_ss, _mm_sqrt_ss};
+        // SAFETY: SSE is part of x86-64.
+        unsafe { _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x))) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    crate::numeric::sqrt(x)
+}

@@ -524,9 +524,9 @@ impl Light<'_> {
         let mut position = shape.sample([columns.rest(F::load(units[0])), rows.rest(F::load(units[1]))]);
         if !self.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
-            for k in 0..2 {
-                let least = F::splat(1.25 * self.chart.margin(k)) / patch.size[k];
-                position[k] = position[k].max(least).min(F::splat(1.0) - least);
+            for ((k, at), &size) in position.iter_mut().enumerate().zip(&patch.size) {
+                let least = F::splat(1.25 * self.chart.margin(k)) / size;
+                *at = at.max(least).min(F::splat(1.0) - least);
             }
         }
         Drawn { patch, shape, position, numbers }
@@ -640,8 +640,8 @@ impl Light<'_> {
         let other_face = F::or(place.face.lt(patch.face), patch.face.lt(place.face));
         let mut out = F::or(F::or(columns_out, rows_out), other_face);
         if !self.bilinear {
-            for k in 0..2 {
-                let (from, margin) = (place.position[k] - patch.low[k], F::splat(self.chart.margin(k)));
+            for (k, &position) in place.position.iter().enumerate() {
+                let (from, margin) = (position - patch.low[k], F::splat(self.chart.margin(k)));
                 out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
             }
         }

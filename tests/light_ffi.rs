@@ -84,7 +84,7 @@ fn info_of(bytes: &[u8]) -> LightInfo {
     let mut memory = Memory::copy(bytes);
     let mut info = LightInfo { size: size_of::<LightInfo>() as u32, ..LightInfo::default() };
     // SAFETY: the memory holds an environment.
-    assert_eq!(unsafe { wis_environment_info(memory.pointer().cast(), &mut info) }, Status::Ok);
+    assert_eq!(unsafe { wis_environment_describe(memory.pointer().cast(), &mut info) }, Status::Ok);
     info
 }
 

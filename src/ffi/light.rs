@@ -1,7 +1,7 @@
 //! The environment in C.
 
 mod build;
-mod request;
+pub(in crate::ffi) mod request;
 pub(in crate::ffi) mod rows;
 
 use super::{

@@ -192,7 +192,7 @@ impl Scene {
         unsafe {
             expect_ok(wis_wavelet_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
-            let (map, strata) = (self.environment_config(), strata_config());
+            let (map, strata) = (self.light_config(), strata_config());
             let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
             let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
             expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
@@ -207,7 +207,7 @@ impl Scene {
     }
 
     fn build_jitter(&mut self) {
-        let map = Block::new(&self.environment_config(), 0);
+        let map = Block::new(&self.light_config(), 0);
         let (map, labels) = (map.pointer().cast(), labels());
         let mut handle = null();
         // SAFETY: all pointers are valid.
@@ -218,19 +218,7 @@ impl Scene {
             let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
             let (none, energy) = (null_mut(), WIS_JITTER_ENERGY);
             let labels = labels.as_ptr().cast();
-            expect_ok(wis_jitter_init(
-                map,
-                &ROTATION,
-                2,
-                labels,
-                energy,
-                place,
-                bytes,
-                work,
-                scratch_bytes,
-                &mut handle,
-                none,
-            ));
+            expect_ok(wis_jitter_init(map, 2, labels, energy, place, bytes, work, scratch_bytes, &mut handle, none));
             self.jitter = memory.to_vec();
         }
     }
@@ -314,7 +302,7 @@ impl Scene {
         match parameter.declaration.as_str() {
             "const wis_environment_config *config" => self.light_config(),
             "const wis_wavelet_light_config *config" => self.environment_config(),
-            "const wis_wavelet_light_config *map" => self.environment_config(),
+            "const wis_environment_config *map" => self.light_config(),
             "const wis_strata_config *config" => strata_config(),
             "const wis_wavelet_product_config *config" => product_config(),
             "const wis_rotated_config *config" => rotated_config(),

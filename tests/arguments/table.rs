@@ -18,7 +18,7 @@ use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
 use wis::ffi::visibility::*;
-use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
+use wis::ffi::{wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.
 pub struct Entry {
@@ -97,7 +97,7 @@ pub const TABLE: &[Entry] = table! {
     wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
     wis_jitter_size(map, light_count, size, diagnostic);
     wis_jitter_init(
-        map, world_from_map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
+        map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
     );
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);

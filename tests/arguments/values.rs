@@ -12,7 +12,6 @@ use wis::ffi::light::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
 use wis::ffi::tree::rotated::RotatedConfig;
-use wis::ffi::wis_cpu_detect;
 use wis::query::*;
 use wis::status::Status;
 

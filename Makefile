@@ -37,12 +37,12 @@ lib: ## build the static and the shared library into build/lib
 	ln -s libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
 	ln -s libwis.so.$(ABI) $(LIB)/libwis.so
 
-header: ## write include/wis.h from the Rust sources
+header: ## write the C headers in include/ from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header
 
 install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
 	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
-	install -m 644 include/wis.h include/wis.hpp $(ROOT)/include
+	install -m 644 include/wis.h include/wis_lights.h include/wis_wavelets.h include/wis.hpp $(ROOT)/include
 	cp -P $(LIB)/libwis.* $(ROOT)/lib
 	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
 	cp -R packaging/licences/* $(ROOT)/share/licenses/wis

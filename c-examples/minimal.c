@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "wis.h"
+#include "wis_wavelets.h"
 
 #define WIDTH 64u
 #define HEIGHT 32u

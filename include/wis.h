@@ -53,6 +53,41 @@
 extern "C" {
 #endif
 
+/// The answer of every call that can fail.
+typedef enum wis_status {
+  /// The call did what was asked.
+  WIS_OK = 0,
+  /// A pointer that must not be null is null.
+  WIS_NULL_POINTER = 1,
+  /// A value is outside the range that its comment states, or a stride is shorter than an element.
+  WIS_INVALID_ARGUMENT = 2,
+  /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
+  WIS_INVALID_STRUCT_SIZE = 3,
+  /// The memory is shorter than the size query said.
+  WIS_MEMORY_TOO_SMALL = 4,
+  /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for
+  /// 16-bit floats.
+  WIS_MISALIGNED = 5,
+  /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
+  /// float where it is stored as one.
+  WIS_OVERFLOW = 6,
+  /// A texel is NaN, infinite or negative, and the policy is to reject it.
+  WIS_INVALID_TEXEL = 7,
+  /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
+  /// that an anisotropic lobe needs is 0 or parallel to the normal.
+  WIS_INVALID_TRANSFORM = 8,
+  /// The product was prepared with another environment, or the memory does not hold such an object.
+  WIS_MISMATCH = 9,
+  /// The bytes are not an object that this version wrote, or they were changed.
+  WIS_CORRUPT = 10,
+  /// The density of that direction is 0: no u leads there.
+  WIS_ZERO_DENSITY = 11,
+  /// A callback failed or returned a value that is NaN, infinite or negative.
+  WIS_CALLBACK_FAILED = 12,
+  /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
+  WIS_NOT_BUILT = 13,
+} wis_status;
+
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
 #define WIS_VERSION 512
 
@@ -91,41 +126,6 @@ const char *wis_status_string(uint32_t status);
 
 /// WIS_VERSION of the library that is linked.
 uint32_t wis_version(void);
-
-/// The answer of every call that can fail.
-typedef enum wis_status {
-  /// The call did what was asked.
-  WIS_OK = 0,
-  /// A pointer that must not be null is null.
-  WIS_NULL_POINTER = 1,
-  /// A value is outside the range that its comment states, or a stride is shorter than an element.
-  WIS_INVALID_ARGUMENT = 2,
-  /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
-  WIS_INVALID_STRUCT_SIZE = 3,
-  /// The memory is shorter than the size query said.
-  WIS_MEMORY_TOO_SMALL = 4,
-  /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for
-  /// 16-bit floats.
-  WIS_MISALIGNED = 5,
-  /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
-  /// float where it is stored as one.
-  WIS_OVERFLOW = 6,
-  /// A texel is NaN, infinite or negative, and the policy is to reject it.
-  WIS_INVALID_TEXEL = 7,
-  /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
-  /// that an anisotropic lobe needs is 0 or parallel to the normal.
-  WIS_INVALID_TRANSFORM = 8,
-  /// The product was prepared with another environment, or the memory does not hold such an object.
-  WIS_MISMATCH = 9,
-  /// The bytes are not an object that this version wrote, or they were changed.
-  WIS_CORRUPT = 10,
-  /// The density of that direction is 0: no u leads there.
-  WIS_ZERO_DENSITY = 11,
-  /// A callback failed or returned a value that is NaN, infinite or negative.
-  WIS_CALLBACK_FAILED = 12,
-  /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
-  WIS_NOT_BUILT = 13,
-} wis_status;
 
 /// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
 /// the direction is (sin theta cos phi, sin theta sin phi, cos theta).

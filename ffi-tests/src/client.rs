@@ -149,6 +149,25 @@ impl<'a> Map<'a> {
         Map { layout: raw::WIS_LAYOUT_OCTAHEDRAL, ..Map::latlong(side, side, 1, texels) }
     }
 
+    /// The map as wis.h describes it.
+    fn environment_config(&self, world_from_map: &[f32; 9]) -> raw::wis_environment_config {
+        let (format, pixels) = match &self.texels {
+            Texels::F32(texels) => (raw::WIS_FORMAT_F32, texels.as_ptr().cast()),
+            Texels::F16(texels) => (raw::WIS_FORMAT_F16, texels.as_ptr().cast()),
+        };
+        raw::wis_environment_config {
+            size: size_of::<raw::wis_environment_config>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format,
+            pixels,
+            world_from_map: world_from_map.as_ptr(),
+            ..Default::default()
+        }
+    }
+
     fn config(&self) -> raw::wis_wavelet_light_config {
         let mut config = raw::wis_wavelet_light_config {
             size: size_of::<raw::wis_wavelet_light_config>() as u32,
@@ -1161,16 +1180,13 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// Cuts a map; the config's matrix is `world_from_map`, and its size is filled in.
+    /// Cuts a map; the size of the config is filled in.
     pub fn new(map: &Map, world_from_map: &[f32; 9], config: &raw::wis_strata_config) -> Result<Strata> {
-        let config = raw::wis_strata_config {
-            size: size_of::<raw::wis_strata_config>() as u32,
-            world_from_map: world_from_map.as_ptr(),
-            ..*config
-        };
+        let config = raw::wis_strata_config { size: size_of::<raw::wis_strata_config>() as u32, ..*config };
+        let map_config = map.environment_config(world_from_map);
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_strata_size(&map.config(), &config, &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_strata_size(&map_config, &config, &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         let mut lights = vec![raw::wis_light::default(); size.bytes / size_of::<raw::wis_light>()];
         let mut label = vec![0; map.width as usize * map.height as usize];
@@ -1178,7 +1194,7 @@ impl Strata {
         // SAFETY: the lights and the scratch memory are as large as was asked for, the labels as the map.
         let status = unsafe {
             raw::wis_strata_lights(
-                &map.config(),
+                &map_config,
                 &config,
                 scratch.start_mut(),
                 scratch.bytes(),
@@ -1197,16 +1213,16 @@ impl Strata {
     pub fn jitter(&self, map: &Map, world_from_map: &[f32; 9], distribution: u32) -> Result<Jitter> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         let count = self.lights.len() as u32;
+        let map_config = map.environment_config(world_from_map);
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_jitter_size(&map.config(), count, &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_jitter_size(&map_config, count, &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
         let mut handle = null();
         // SAFETY: the blocks are as large as was asked for, the labels as the map.
         let status = unsafe {
             raw::wis_jitter_init(
-                &map.config(),
-                world_from_map.as_ptr(),
+                &map_config,
                 count,
                 self.label.as_ptr(),
                 distribution,

@@ -22,8 +22,8 @@ const HEADERS: [Header; 3] = [
     Header {
         file: "wis.h",
         sources: &[
-            "src/ffi/mod.rs",
             "src/status.rs",
+            "src/ffi/mod.rs",
             "src/ffi/light.rs",
             "src/ffi/sampler.rs",
             "src/ffi/material.rs",

@@ -1,6 +1,7 @@
 //! The light: an environment map as small cumulative tables, exactly as the renderer looks it up.
 
 pub mod blocks;
+mod budget;
 pub mod build;
 pub mod chart;
 mod check;

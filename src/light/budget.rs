@@ -12,9 +12,6 @@ use super::texels::{Corners, Texels, Tile};
 /// The largest w is this many budgets above 1: a block with a rare error of that size still fits the budget.
 const LARGEST: f32 = 8.0;
 
-/// Nodes along a side of a part.
-const NODES: usize = BLOCK + 1;
-
 /// What the budget makes of a cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Choice {
@@ -66,8 +63,9 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
         cell = doubled;
         choice = Choice { level, lengths: lengths(&cell, steps), variance: 0.0 };
     }
+    let mut nodes = Nodes::new();
     for (number, &steps) in (0..cell.count()).zip(steps.iter()).filter(|(_, steps)| **steps != [0, 0]) {
-        choice.variance += added(texels, &cell.tile(number, steps), f64::INFINITY).unwrap_or(0.0);
+        choice.variance += added(texels, &cell.tile(number, steps), f64::INFINITY, &mut nodes).unwrap_or(0.0);
     }
     choice
 }
@@ -88,130 +86,62 @@ fn finest_below(cell: &CellBlocks, doubled: &CellBlocks, number: usize, steps: &
 }
 
 /// The coarsest grid of a block that the budget allows, from one that it does allow: both axes together as far as they go,
-/// coarsest first, since what is too coarse is found out soon; then one of them.
+/// then one of them.
 fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps) -> Steps {
     let budget = f64::from(texels.plan.of.budget);
     let most = cell.side.map(|side| side as u8);
-    let allowed = |steps: Steps| added(texels, &cell.tile(number, steps), budget * budget).is_some();
-    let grown = |by: u8| [(least[0] + by).min(most[0]), (least[1] + by).min(most[1])];
-    let room = (most[0].saturating_sub(least[0])).max(most[1].saturating_sub(least[1]));
+    let mut nodes = Nodes::new();
+    let mut allowed = |steps: Steps| {
+        (0..2).all(|k: usize| steps[k] <= most[k])
+            && added(texels, &cell.tile(number, steps), budget * budget, &mut nodes).is_some()
+    };
     let mut best = least;
-    if let Some(by) = (1..=room).rev().find(|&by| allowed(grown(by))) {
-        best = grown(by);
+    while allowed([best[0] + 1, best[1] + 1]) {
+        best = [best[0] + 1, best[1] + 1];
     }
-    for axis in [0, 1] {
-        let mut next = best;
-        next[axis] += 1;
-        while next[axis] <= most[axis] && allowed(next) {
+    let both = best;
+    for along in [[1, 0], [0, 1]] {
+        while best[0] - both[0] + best[1] - both[1] == 0 || best[0] - both[0] > 0 && along[0] > 0 {
+            let next = [best[0] + along[0], best[1] + along[1]];
+            if !allowed(next) {
+                break;
+            }
             best = next;
-            next[axis] += 1;
-        }
-        if best != grown(0) && next[axis] > best[axis] + 1 {
-            break;
         }
     }
     best
 }
 
-/// Values at the nodes of a part, row by row.
-type Nodes = [f32; NODES * NODES];
+/// Nodes along a side of a part.
+const NODES: usize = BLOCK + 1;
 
-/// Solid angles of the upper and of the lower half of each patch of a row, weighted by the distance from the other edge.
-type Weights = [[f32; 2]; BLOCK];
-
-/// Where the patches of a part lie in the cells of a tile's grid, along an axis.
-struct Axis {
-    cell: [u8; BLOCK],
-    /// The positions of both edges of each patch in its cell.
-    edges: [[f32; 2]; BLOCK],
-    patches: usize,
+/// The light at the nodes of a part of a tile, in units of the map's mean; for a nearest client, of its patches.
+struct Nodes {
+    part: Option<Tile>,
+    light: Corners,
 }
 
-impl Axis {
-    fn new(tile: &Tile, part: &Tile, axis: usize) -> Axis {
-        let mut of = Axis { cell: [0; BLOCK], edges: [[0.0; 2]; BLOCK], patches: part.grid[axis] as usize };
-        for (i, (cell, edges)) in (0..part.grid[axis]).zip(of.cell.iter_mut().zip(&mut of.edges)) {
-            let patch = part.origin[axis] + i;
-            let at = (patch - tile.origin[axis]) >> tile.step[axis];
-            let (begin, end) = (tile.edge(axis, at), tile.edge(axis, at + 1));
-            let scale = 1.0 / (end - begin) as f32;
-            *cell = at as u8;
-            *edges = [(patch - begin) as f32 * scale, (patch + 1 - begin) as f32 * scale];
+impl Nodes {
+    fn new() -> Nodes {
+        Nodes { part: None, light: [0.0; NODES * NODES] }
+    }
+
+    /// Those of the part with this origin and end.
+    fn read(&mut self, texels: &Texels<'_>, part: &Tile) {
+        if self.part.is_some_and(|held| held.origin == part.origin && held.end == part.end && held.face == part.face) {
+            return;
         }
-        of
-    }
-}
-
-/// What is stored for the light of the four nodes of each patch of a row, and that light.
-struct Row {
-    /// What is stored: upper left, upper right, lower left, lower right.
-    stored: [[f32; BLOCK]; 4],
-    /// The light over what is stored.
-    ratio: [[f32; BLOCK]; 4],
-    weights: Weights,
-}
-
-/// The grid of a tile, and sums over its cells.
-struct Sums {
-    coarse: Corners,
-    /// Integrals of the stored function, which become the factors that make it the light.
-    shape: [f32; BLOCK * BLOCK],
-    light: [f32; BLOCK * BLOCK],
-}
-
-/// The relative variance that a grid adds to its tile, times the tile's light; `None` if it is above `allowed`, or some w too
-/// large. With an infinite allowance there is no limit.
-fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64) -> Option<f64> {
-    let limited = allowed < f64::INFINITY;
-    let bilinear = texels.plan.of.filter == Filter::Bilinear;
-    let mut sums = Sums { coarse: [1.0; NODES * NODES], shape: [0.0; BLOCK * BLOCK], light: [0.0; BLOCK * BLOCK] };
-    if bilinear {
-        stored_corners(texels, tile, &mut sums.coarse);
-    }
-    let mut fine = [0.0; NODES * NODES];
-    // A block of level 0 is one part, whose nodes serve both passes.
-    let single = parts(tile).nth(1).is_none();
-    for part in parts(tile) {
-        nodes(texels, &part, &mut fine);
-        each_row(texels, tile, &part, &sums.coarse, &fine, |cells, row| {
-            for (i, &cell) in cells.iter().enumerate() {
-                let (shape, light) = row.integrals(i);
-                if let (Some(s), Some(l)) = (sums.shape.get_mut(cell), sums.light.get_mut(cell)) {
-                    *s += shape;
-                    *l += light;
-                }
-            }
-            true
-        });
-    }
-    let total: f64 = sums.light.iter().map(|&l| f64::from(l)).sum();
-    for (shape, light) in sums.shape.iter_mut().zip(&sums.light) {
-        *shape = if *light > 0.0 { *shape / light } else { 0.0 };
-    }
-    let most = if limited { (total * allowed) as f32 } else { f32::INFINITY };
-    let largest = if limited { LARGEST * texels.plan.of.budget } else { f32::INFINITY };
-    let mut sum = 0.0f32;
-    for part in parts(tile) {
-        if !single {
-            nodes(texels, &part, &mut fine);
+        if texels.plan.of.filter == Filter::Bilinear {
+            texels.corners(part, &mut self.light);
+        } else {
+            texels.patches(part, &mut self.light);
         }
-        let fits = each_row(texels, tile, &part, &sums.coarse, &fine, |cells, row| {
-            let mut worst = 0.0f32;
-            for (i, &cell) in cells.iter().enumerate() {
-                let factor = sums.shape.get(cell).copied().unwrap_or(0.0);
-                if factor > 0.0 {
-                    let (square, above) = row.error(i, factor);
-                    sum += square * row.integrals(i).0 / factor;
-                    worst = worst.max(above);
-                }
-            }
-            worst <= largest && sum <= most
-        });
-        if !fits {
-            return None;
+        let scale = scale(texels);
+        for node in self.light.iter_mut() {
+            *node = (f64::from(*node) * scale) as f32;
         }
+        self.part = Some(*part);
     }
-    Some(f64::from(sum) / scale(texels))
 }
 
 /// What light is multiplied by, so that neither huge nor tiny maps leave the range of f32.
@@ -219,92 +149,179 @@ fn scale(texels: &Texels<'_>) -> f64 {
     if texels.mean > 0.0 { 1.0 / f64::from(texels.mean) } else { 1.0 }
 }
 
-/// The light at the nodes of a part; for a nearest client, of its patches.
-fn nodes(texels: &Texels<'_>, part: &Tile, nodes: &mut Nodes) {
-    if texels.plan.of.filter == Filter::Bilinear {
-        texels.corners(part, nodes);
-    } else {
-        texels.patches(part, nodes);
-    }
-    let scale = scale(texels);
-    for node in nodes.iter_mut() {
-        *node = (f64::from(*node) * scale) as f32;
+/// A number for each node of a line.
+type Line = [f32; NODES];
+/// A number for each patch of a row.
+type PatchRow = [f32; BLOCK];
+
+/// Where the patches of a part lie in the cells of a tile's grid, along an axis.
+struct Axis {
+    /// The cell of each patch.
+    cell: [u8; NODES],
+    /// The position of each node in the cell of its patch; of the last node, in that of the last patch.
+    position: Line,
+}
+
+impl Axis {
+    fn new(tile: &Tile, part: &Tile, axis: usize) -> Axis {
+        let mut of = Axis { cell: [0; NODES], position: [0.0; NODES] };
+        let patches = part.end[axis] - part.origin[axis];
+        for (i, (cell, position)) in (0..=patches).zip(of.cell.iter_mut().zip(&mut of.position)) {
+            let node = part.origin[axis] + i - tile.origin[axis];
+            let at = (part.origin[axis] + i.min(patches - 1) - tile.origin[axis]) >> tile.step[axis];
+            let (begin, end) = (tile.edge(axis, at) - tile.origin[axis], tile.edge(axis, at + 1) - tile.origin[axis]);
+            *cell = at as u8;
+            *position = (node - begin) as f32 / (end - begin) as f32;
+        }
+        of
     }
 }
 
-/// Calls `each` with the cells of the patches of each row of a part, and the row, until it answers false.
+/// Two lines of nodes and the patches between them.
+struct Row {
+    /// What is stored at the nodes, above and below.
+    stored: [Line; 2],
+    /// The light there.
+    light: [Line; 2],
+    /// The node at the other side of a patch: the next one, or, for a nearest client, the patch's only one again.
+    next: usize,
+    /// The weights of the upper and of the lower nodes of each patch.
+    weights: [PatchRow; 2],
+}
+
+impl Row {
+    /// The integral over a patch of a function at its nodes.
+    #[inline(always)]
+    fn integral(&self, of: &[Line; 2], i: usize) -> f32 {
+        let [upper, lower] = of;
+        self.weights[0][i] * (upper[i] + upper[i + self.next]) + self.weights[1][i] * (lower[i] + lower[i + self.next])
+    }
+
+    /// The mean of (w - 1)^2 over each patch, and the largest w - 1 of any; the light counts `factor` times.
+    #[inline(always)]
+    fn errors(&self, factor: &PatchRow) -> (PatchRow, f32) {
+        let mut ratio = [[0.0; NODES]; 2];
+        for (ratio, (light, stored)) in ratio.iter_mut().zip(self.light.iter().zip(&self.stored)) {
+            for i in 0..NODES {
+                ratio[i] = light[i] / stored[i];
+            }
+        }
+        let [upper, lower] = ratio;
+        let (mut squares, mut largest) = ([0.0; BLOCK], 0.0f32);
+        for i in 0..BLOCK {
+            let [a, b] = [upper[i] * factor[i] - 1.0, upper[i + self.next] * factor[i] - 1.0];
+            let [c, d] = [lower[i] * factor[i] - 1.0, lower[i + self.next] * factor[i] - 1.0];
+            let sides = a * b + c * d + a * c + b * d;
+            squares[i] = (a * a + b * b + c * c + d * d + sides + 0.5 * (a * d + b * c)) * (1.0 / 9.0);
+            let most = a.max(b).max(c.max(d));
+            largest = if self.weights[0][i] + self.weights[1][i] > 0.0 { largest.max(most) } else { largest };
+        }
+        (squares, largest)
+    }
+}
+
+/// The relative variance that a grid adds to its tile, times the tile's light; `None` if it is above `allowed`, or some w too
+/// large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
+fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<f64> {
+    let limited = allowed < f64::INFINITY;
+    let largest = if limited { LARGEST * texels.plan.of.budget } else { f32::INFINITY };
+    let mut coarse = [1.0; NODES * NODES];
+    if texels.plan.of.filter == Filter::Bilinear {
+        stored_corners(texels, tile, &mut coarse);
+    }
+    let (mut sum, mut total) = (0.0f64, 0.0f64);
+    for grid_row in 0..tile.grid[1] {
+        let rows = [tile.edge(1, grid_row), tile.edge(1, grid_row + 1)];
+        // Of each cell of this row: what is stored, over the light.
+        let mut integrals = [[0.0f32; BLOCK]; 2];
+        each_row(texels, tile, rows, &coarse, nodes, &mut |cells, row| {
+            for (i, &cell) in cells.iter().enumerate().take(BLOCK) {
+                for (integrals, of) in integrals.iter_mut().zip([&row.stored, &row.light]) {
+                    if let Some(out) = integrals.get_mut(usize::from(cell)) {
+                        *out += row.integral(of, i);
+                    }
+                }
+            }
+            true
+        });
+        let [stored, light] = integrals;
+        let mut factors = [0.0f32; BLOCK];
+        for (factor, (stored, light)) in factors.iter_mut().zip(stored.iter().zip(light)) {
+            *factor = if light > 0.0 { stored / light } else { 0.0 };
+        }
+        let fits = each_row(texels, tile, rows, &coarse, nodes, &mut |cells, row| {
+            let mut factor = [0.0; BLOCK];
+            for (out, &cell) in factor.iter_mut().zip(cells) {
+                *out = factors.get(usize::from(cell)).copied().unwrap_or(0.0);
+            }
+            let (squares, most) = row.errors(&factor);
+            let mut added = 0.0f32;
+            for i in 0..BLOCK {
+                let light = if factor[i] > 0.0 { row.integral(&row.stored, i) / factor[i] } else { 0.0 };
+                added += squares[i] * light;
+            }
+            sum += f64::from(added);
+            most <= largest
+        });
+        total += light.iter().map(|&l| f64::from(l)).sum::<f64>();
+        if !fits {
+            return None;
+        }
+    }
+    if limited && sum > allowed * total { None } else { Some(sum / scale(texels)) }
+}
+
+/// Calls `each` with the cells of the patches of each row of a tile between two edges, part by part, and the row, until it
+/// answers false.
 fn each_row(
     texels: &Texels<'_>,
     tile: &Tile,
-    part: &Tile,
+    [first, end]: [u32; 2],
     coarse: &Corners,
-    fine: &Nodes,
-    mut each: impl FnMut(&[usize], &Row) -> bool,
+    nodes: &mut Nodes,
+    each: &mut dyn FnMut(&[u8], &Row) -> bool,
 ) -> bool {
-    let (across, down) = (Axis::new(tile, part, 0), Axis::new(tile, part, 1));
     let bilinear = texels.plan.of.filter == Filter::Bilinear;
-    let mut row = Row { stored: [[1.0; BLOCK]; 4], ratio: [[1.0; BLOCK]; 4], weights: [[0.0; 2]; BLOCK] };
-    let mut cells = [0usize; BLOCK];
-    for j in 0..down.patches {
-        texels.halves(part, j as u32, &mut row.weights);
-        let (cell_row, edges) = (usize::from(down.cell[j % BLOCK]), down.edges[j % BLOCK]);
-        for (cell, &at) in cells.iter_mut().zip(&across.cell) {
-            *cell = cell_row * BLOCK + usize::from(at);
-        }
-        for (lower, &t) in edges.iter().enumerate() {
-            let light = fine.get((j + lower * usize::from(bilinear)) * NODES..).unwrap_or(&[]);
-            if !bilinear {
-                for (i, &l) in light.iter().take(across.patches).enumerate() {
-                    row.ratio[2 * lower][i % BLOCK] = l;
-                    row.ratio[2 * lower + 1][i % BLOCK] = l;
-                }
-                continue;
-            }
-            let above = coarse.get(cell_row * NODES..).unwrap_or(&[]);
-            let below = coarse.get((cell_row + 1) * NODES..).unwrap_or(&[]);
-            let mut mixed = [0.0f32; NODES];
-            for (out, (a, b)) in mixed.iter_mut().zip(above.iter().zip(below)) {
-                *out = a + (b - a) * t;
-            }
-            for (i, pair) in light.windows(2).take(across.patches).enumerate() {
-                let at = usize::from(across.cell[i % BLOCK]);
-                let (&[from, to], &[left, right]) =
-                    (mixed.get(at..).and_then(|m| m.first_chunk::<2>()).unwrap_or(&[0.0; 2]), &across.edges[i % BLOCK]);
-                for (right_edge, s) in [left, right].into_iter().enumerate() {
-                    let stored = from + (to - from) * s;
-                    row.stored[2 * lower + right_edge][i % BLOCK] = stored;
-                    row.ratio[2 * lower + right_edge][i % BLOCK] =
-                        pair.get(right_edge).copied().unwrap_or(0.0) / stored;
+    for part in parts(tile).filter(|part| part.origin[1] < end && first < part.end[1]) {
+        nodes.read(texels, &part);
+        let (across, down) = (Axis::new(tile, &part, 0), Axis::new(tile, &part, 1));
+        let next = usize::from(bilinear);
+        let mut row = Row { next, stored: [[1.0; NODES]; 2], light: [[1.0; NODES]; 2], weights: [[0.0; BLOCK]; 2] };
+        for y in first.max(part.origin[1])..end.min(part.end[1]) {
+            let j = (y - part.origin[1]) as usize;
+            texels.halves(&part, j as u32, &mut row.weights);
+            // The lower line of a row is the upper one of the next.
+            (row.stored[0], row.light[0]) = (row.stored[1], row.light[1]);
+            let begin = if y == first.max(part.origin[1]) || !bilinear { 0 } else { 1 };
+            for below in begin..2 {
+                let line = j + if bilinear { below } else { 0 };
+                let light = nodes.light.get(line * NODES..).and_then(|l| l.first_chunk::<NODES>());
+                row.light[below] = light.copied().unwrap_or([0.0; NODES]);
+                if bilinear {
+                    let (cell, t) = (usize::from(down.cell[(j + below) % NODES]), down.position[(j + below) % NODES]);
+                    row.stored[below] = stored_line(coarse, &across, cell, t);
                 }
             }
-        }
-        if !each(cells.get(..across.patches).unwrap_or(&[]), &row) {
-            return false;
+            if !each(across.cell.get(..part.grid[0] as usize).unwrap_or(&[]), &row) {
+                return false;
+            }
         }
     }
     true
 }
 
-impl Row {
-    /// The integrals over a patch of what is stored and of the light.
-    #[inline(always)]
-    fn integrals(&self, i: usize) -> (f32, f32) {
-        let i = i % BLOCK;
-        let [upper, lower] = self.weights[i];
-        let [a, b, c, d] = [self.stored[0][i], self.stored[1][i], self.stored[2][i], self.stored[3][i]];
-        let [p, q, r, s] = [self.ratio[0][i], self.ratio[1][i], self.ratio[2][i], self.ratio[3][i]];
-        (upper * (a + b) + lower * (c + d), upper * (a * p + b * q) + lower * (c * r + d * s))
+/// What is stored at the nodes of a line that lies at `t` between two rows of corners.
+fn stored_line(coarse: &Corners, across: &Axis, row: usize, t: f32) -> Line {
+    let mut mixed = [0.0; NODES];
+    let above = coarse.get(row * NODES..).unwrap_or(&[]);
+    let below = coarse.get((row + 1) * NODES..).unwrap_or(&[]);
+    for (out, (a, b)) in mixed.iter_mut().zip(above.iter().zip(below)) {
+        *out = a + (b - a) * t;
     }
-
-    /// The mean of (w - 1)^2 over a patch, and the largest w - 1.
-    #[inline(always)]
-    fn error(&self, i: usize, factor: f32) -> (f32, f32) {
-        let i = i % BLOCK;
-        let of = |k: usize| self.ratio[k][i] * factor - 1.0;
-        let [a, b, c, d] = [of(0), of(1), of(2), of(3)];
-        let squares = a * a + b * b + c * c + d * d;
-        let sides = a * b + c * d + a * c + b * d;
-        let square = (squares + sides + 0.5 * (a * d + b * c)) * (1.0 / 9.0);
-        (square, a.max(b).max(c.max(d)))
+    let mut line = [1.0; NODES];
+    for (out, (&cell, &s)) in line.iter_mut().zip(across.cell.iter().zip(&across.position)) {
+        let [from, to] = [mixed[usize::from(cell) % BLOCK], mixed[usize::from(cell) % BLOCK + 1]];
+        *out = from + (to - from) * s;
     }
+    line
 }

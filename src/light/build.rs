@@ -46,9 +46,9 @@ impl Totals {
     }
 
     /// The luminances as light.
-    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32]) -> Texels<'a> {
+    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32], rows: &'a [[f64; 2]]) -> Texels<'a> {
         let least = if plan.of.exact_zero { 0.0 } else { (self.mean * FLOOR) as f32 };
-        Texels { plan, luminance, largest: self.largest as f32, least, mean: self.mean as f32 }
+        Texels { plan, luminance, rows, largest: self.largest as f32, least, mean: self.mean as f32 }
     }
 }
 

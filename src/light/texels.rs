@@ -13,6 +13,8 @@ pub struct Texels<'a> {
     pub plan: &'a Plan,
     /// Luminance, row by row, face by face.
     pub luminance: &'a [f32],
+    /// [`row_weights`] of each row of patches.
+    pub rows: &'a [[f64; 2]],
     /// What the luminance of an infinite texel is.
     pub largest: f32,
     /// What no luminance lies below.
@@ -202,7 +204,7 @@ impl Texels<'_> {
         for (j, (mass, pair)) in (0..tile.grid[1]).zip(rows) {
             let (above, below) = pair.split_at(BLOCK + 1);
             let y = tile.origin[1] + j;
-            let weights = self.row_weights(y);
+            let weights = self.rows.get(y as usize).copied().unwrap_or_default();
             let corner_pairs = above.windows(2).zip(below.windows(2));
             for ((i, mass), corner) in (0..tile.grid[0]).zip(mass).zip(corner_pairs) {
                 let (&[c00, c01], &[c10, c11]) = corner else { continue };
@@ -236,19 +238,18 @@ impl Texels<'_> {
         }
     }
 
-    /// About the weights of the upper and of the lower corners of each patch in row `j` of a tile.
-    pub fn halves(&self, tile: &Tile, j: u32, weights: &mut [[f32; 2]; BLOCK]) {
+    /// The weights of the upper and of the lower corners of each patch in row `j` of a tile; of cubes, about.
+    pub fn halves(&self, tile: &Tile, j: u32, [upper, lower]: &mut [[f32; BLOCK]; 2]) {
         let y = tile.origin[1] + j;
-        let rows = self.row_weights(y);
-        for (x, out) in (tile.origin[0]..tile.end[0]).zip(weights) {
-            *out = match self.plan.of.layout {
+        let rows = self.rows.get(y as usize).copied().unwrap_or_default();
+        for (x, (upper, lower)) in (tile.origin[0]..tile.end[0]).zip(upper.iter_mut().zip(lower)) {
+            [*upper, *lower] = match self.plan.of.layout {
                 Layout::Cube => {
                     let side = self.plan.chart.axes[0].length;
                     let shift = self.plan.chart.axes[0].shift;
                     let [s, t] = [x, y].map(|k| ((k as f32 + 0.5 - shift) * 2.0 / side - 1.0).clamp(-1.0, 1.0));
                     let squared = 1.0 + s * s + t * t;
-                    let angle = 1.0 / (squared * crate::numeric::sqrt(squared) * side * side);
-                    [angle, angle]
+                    [1.0 / (squared * crate::numeric::sqrt(squared) * side * side); 2]
                 }
                 _ => {
                     let [upper, _, lower, _] = self.column_weights(x, rows);
@@ -256,20 +257,6 @@ impl Texels<'_> {
                 }
             };
         }
-    }
-
-    /// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
-    fn row_weights(&self, y: u32) -> [f64; 2] {
-        let a = self.plan.chart.axes[1];
-        let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
-        let (top, bottom) = (edge(y), edge(y + 1));
-        if self.plan.of.layout != Layout::LatLong {
-            return [0.5 * (bottom - top); 2];
-        }
-        let angle = PI / f64::from(a.length);
-        let (upper, lower) = (top * angle, bottom * angle);
-        let mean = (libm::sin(lower) - libm::sin(upper)) / (lower - upper);
-        [libm::cos(upper) - mean, mean - libm::cos(lower)]
     }
 
     /// The weights of a patch's four corners from those of its row.
@@ -309,4 +296,18 @@ impl Texels<'_> {
         }
         weights
     }
+}
+
+/// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
+pub fn row_weights(plan: &Plan, y: u32) -> [f64; 2] {
+    let a = plan.chart.axes[1];
+    let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+    let (top, bottom) = (edge(y), edge(y + 1));
+    if plan.of.layout != Layout::LatLong {
+        return [0.5 * (bottom - top); 2];
+    }
+    let angle = PI / f64::from(a.length);
+    let (upper, lower) = (top * angle, bottom * angle);
+    let mean = (libm::sin(lower) - libm::sin(upper)) / (lower - upper);
+    [libm::cos(upper) - mean, mean - libm::cos(lower)]
 }

@@ -50,13 +50,11 @@ impl Draw<'_> {
             } else {
                 (lobe_seed, lobe_first + (group - half) as u32)
             };
-            let mut points = [[0.0f32; LANES]; 2];
-            for lane in 0..LANES {
-                let [x, y] = Turn::point(seed, first.wrapping_add(lane as u32));
-                points[0][lane] = x;
-                points[1][lane] = y;
+            let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
+            for ((across, down), index) in across.iter_mut().zip(&mut down).zip(first..) {
+                [*across, *down] = Turn::point(seed, index);
             }
-            let u = [<F as Num>::load(points[0]), <F as Num>::load(points[1])];
+            let u = [<F as Num>::load(across), <F as Num>::load(down)];
             if from_light {
                 let (direction, light) = self.light.candidates(u);
                 self.weigh(direction, light, half as f32, group, out);

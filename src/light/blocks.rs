@@ -1,7 +1,7 @@
 //! Blocks of patches: which grid the error budget allows, and the 16-bit tables of a block.
 
 use super::plan::{BLOCK_SIDE, Filter, Plan};
-use super::search::write_starts;
+use super::search::{UNITS, stored_cell, write_starts, write_table};
 use super::tables::{BLOCK, Block, Cell, decode, encode, line_words};
 use super::texels::{Corners, PatchValues, Texels, Tile};
 
@@ -91,13 +91,14 @@ impl CellBlocks {
         let last = self.patches[0] as usize - columns.saturating_sub(1) * side;
         let words = columns.saturating_sub(1) * line_words(side, bilinear) + line_words(last, bilinear);
         let lines = self.patches[1] as usize + if bilinear { rows } else { 0 };
-        Lengths {
-            starts: rows + rows * columns,
-            blocks: rows * columns,
-            rows: columns * self.patches[1] as usize,
-            lines: lines * words,
-        }
+        let blocks = Lengths { rows: columns * self.patches[1] as usize, lines: lines * words, ..Lengths::default() };
+        cell_lengths([columns, rows]).plus(blocks)
     }
+}
+
+/// Of each table what a cell with so many columns and rows of blocks takes besides its blocks.
+fn cell_lengths([columns, rows]: [usize; 2]) -> Lengths {
+    Lengths { starts: rows + 1 + rows * (columns + 1), blocks: rows * columns, ..Lengths::default() }
 }
 
 fn block_words(plan: &Plan, tile: &Tile) -> Lengths {
@@ -250,8 +251,7 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
 fn choose_at(texels: &Texels<'_>, index: u32, level: u32) -> Option<Choice> {
     let cell = CellBlocks::new(texels.plan, index, level);
     let [columns, rows] = cell.blocks().map(|n| n as usize);
-    let empty = Lengths { starts: rows + rows * columns, blocks: rows * columns, ..Lengths::default() };
-    let mut choice = Choice { level, lengths: empty, light: 0.0, variance: 0.0 };
+    let mut choice = Choice { level, lengths: cell_lengths([columns, rows]), light: 0.0, variance: 0.0 };
     for number in 0..cell.count() {
         let (steps, light, variance) = coarsest(texels, &cell, number)?;
         choice.lengths = choice.lengths.plus(block_words(texels.plan, &cell.tile(number, steps)));
@@ -282,6 +282,8 @@ pub struct CellTables<'a> {
 pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], tables: CellTables<'_>) -> (Cell, f64) {
     let cell = CellBlocks::new(texels.plan, index, level);
     let CellTables { offset, starts, blocks, mut rows, mut lines, light } = tables;
+    // The room is for the blocks before they are doubled.
+    let light = light.get_mut(..cell.count()).unwrap_or_default();
     let (mut row_words, mut line_words) = (offset.rows, offset.lines);
     rows.fill(0);
     lines.fill(0);
@@ -320,31 +322,18 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
     (written, total)
 }
 
-/// A probability in f32 tables is a whole number of these, so that differences of starts are exact.
-pub const UNIT: f32 = 1.0 / 16_777_216.0;
-/// How many there are.
-pub const UNITS_24: u32 = 1 << 24;
-
-fn write_cell_starts(cell: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
-    let [columns, rows] = cell.blocks().map(|n| n as usize);
-    let (row_starts, column_starts) = starts.split_at_mut_checked(rows).unwrap_or_default();
-    let mut put = |i: usize, units: u32| {
-        if let Some(out) = row_starts.get_mut(i) {
-            *out = units as f32 * UNIT;
-        }
-    };
+fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
+    let [columns, rows] = cell_blocks.blocks().map(|n| n.max(1) as usize);
+    let (row_starts, column_starts) = starts.split_at_mut_checked(rows + 1).unwrap_or_default();
     // The light of each block row.
-    let total = write_starts(light.chunks(columns.max(1)).map(|row| row.iter().sum()), UNITS_24, &mut put);
-    let lines = column_starts.chunks_exact_mut(columns.max(1)).zip(light.chunks(columns.max(1)));
-    for (j, ((starts, light), blocks)) in lines.zip(blocks.chunks_mut(columns.max(1))).enumerate() {
-        write_starts(light.iter().copied(), UNITS_24, &mut |i, units| {
-            if let Some(out) = starts.get_mut(i) {
-                *out = units as f32 * UNIT;
-            }
-        });
-        let row_width = super::search::cell(row_starts, 0, rows, j).1;
+    let total = write_table(light.chunks(columns).map(|row| row.iter().sum()), row_starts);
+    let lines = column_starts.chunks_exact_mut(columns + 1).zip(light.chunks(columns));
+    for (j, ((starts, light), blocks)) in lines.zip(blocks.chunks_mut(columns)).enumerate() {
+        write_table(light.iter().copied(), starts);
+        let [top, bottom] = stored_cell(row_starts, j);
         for (i, block) in blocks.iter_mut().enumerate() {
-            block.share = row_width * super::search::cell(starts, 0, columns, i).1;
+            let [left, right] = stored_cell(starts, i);
+            block.share = (bottom - top) * (right - left);
         }
     }
     total
@@ -369,7 +358,7 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
     for (out, row) in row_mass.iter_mut().zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
         *out = row.iter().take(grid_columns).sum();
     }
-    let scale = super::search::UNITS as u32;
+    let scale = UNITS as u32;
     let used = row_mass.get(..grid_rows).unwrap_or(&[]);
     write_starts(used.iter().copied(), scale, &mut |i, units| put_inner(rows, i, units));
     let words = line_words(grid_columns, bilinear);

@@ -1,10 +1,10 @@
 //! The passes of a build: rows of texels, then the choice of grids, then the tables of cells. Rows and cells may be shared by
 //! threads in any portions; what they write does not depend on that.
 
-use super::blocks::{CellBlocks, CellTables, Choice, Lengths, Steps, UNIT, UNITS_24, choose, write_cell};
+use super::blocks::{CellBlocks, CellTables, Choice, Lengths, Steps, choose, write_cell};
 use super::decode::RowSummary;
 use super::plan::Plan;
-use super::search::write_starts;
+use super::search::{stored_cell, write_table};
 use super::tables::Cell;
 use super::texels::Texels;
 use crate::numeric::luminance_f64;
@@ -103,24 +103,16 @@ pub fn write(texels: &Texels<'_>, index: u32, work: &CellWork, steps: &[Steps], 
 
 /// The end: probabilities of cells, and the tables above them. Answers the light of all.
 pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f32]) -> f64 {
-    let columns = plan.grid[0] as usize;
-    let (row_starts, column_starts) = tops.split_at_mut_checked(plan.grid[1] as usize).unwrap_or_default();
-    let mut put = |i: usize, units: u32| {
-        if let Some(out) = row_starts.get_mut(i) {
-            *out = units as f32 * UNIT;
-        }
-    };
-    let power = write_starts(work.chunks(columns).map(|row| row.iter().map(|c| c.light).sum()), UNITS_24, &mut put);
-    let lines = column_starts.chunks_exact_mut(columns).zip(work.chunks(columns)).zip(cells.chunks_mut(columns));
+    let [columns, rows] = plan.grid.map(|n| n as usize);
+    let (row_starts, column_starts) = tops.split_at_mut_checked(rows + 1).unwrap_or_default();
+    let power = write_table(work.chunks(columns).map(|row| row.iter().map(|c| c.light).sum()), row_starts);
+    let lines = column_starts.chunks_exact_mut(columns + 1).zip(work.chunks(columns)).zip(cells.chunks_mut(columns));
     for (j, ((starts, work), cells)) in lines.enumerate() {
-        write_starts(work.iter().map(|c| c.light), UNITS_24, &mut |i, units| {
-            if let Some(out) = starts.get_mut(i) {
-                *out = units as f32 * UNIT;
-            }
-        });
-        let row = super::search::cell(row_starts, 0, plan.grid[1] as usize, j).1;
-        for (i, cell) in cells.iter_mut().enumerate() {
-            cell.probability = if power > 0.0 { row * super::search::cell(starts, 0, columns, i).1 } else { 0.0 };
+        write_table(work.iter().map(|c| c.light), starts);
+        let [top, bottom] = stored_cell(row_starts, j);
+        for (i, written) in cells.iter_mut().enumerate() {
+            let [left, right] = stored_cell(starts, i);
+            written.probability = if power > 0.0 { (bottom - top) * (right - left) } else { 0.0 };
         }
     }
     power

@@ -3,7 +3,7 @@
 //! The pdf is one function of the f32 world direction; a sample's pdf is that function at the direction it returns. Where
 //! rounding carried a direction out of its patch, the position moves towards the patch's middle until the direction is inside.
 
-use super::tables::{Drawn, Light, Located, set};
+use super::tables::{Drawn, Light, Located, at, int_at, set};
 use crate::numeric::ONE_MINUS_EPSILON;
 use crate::simd::Num;
 use crate::sphere::Frame;
@@ -52,39 +52,27 @@ impl Light<'_> {
     /// World directions of drawn places, and where those directions are in the tables.
     #[inline(always)]
     pub fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
-        let world = to_world(frame, self.direction_of(drawn));
-        let (located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
-        let strayed = F::bits(strayed);
-        if strayed == 0 { (world, located) } else { self.settle(frame, drawn, strayed, world, located) }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn settle<F: Num>(
-        &self,
-        frame: &Frame,
-        drawn: &Drawn<F>,
-        strayed: u32,
-        mut world: [F; 3],
-        mut located: Located<F>,
-    ) -> ([F; 3], Located<F>) {
-        for lane in (0..F::WIDTH).filter(|lane| strayed >> lane & 1 == 1) {
-            let of = |f: F| f.store().as_ref().get(lane).copied().unwrap_or(0.0);
-            let patch = drawn.patch.lane(lane);
-            let one =
-                Drawn { patch, shape: patch.shape(self), position: [of(drawn.position[0]), of(drawn.position[1])] };
-            let (direction, found) = self.settle_one(frame, one);
-            world = [0, 1, 2].map(|k: usize| set(world[k], lane, direction[k]));
-            located = Located {
-                patch: located.patch.with_lane(lane, &found.patch),
-                position: [0, 1].map(|k: usize| set(located.position[k], lane, found.position[k])),
-                density: set(located.density, lane, found.density),
-            };
+        let mut world = to_world(frame, self.direction_of(drawn));
+        let (mut located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
+        let mut strayed = F::bits(strayed);
+        while strayed != 0 {
+            let lane = strayed.trailing_zeros() as usize;
+            strayed &= strayed - 1;
+            let numbers = [at::<F>(&drawn.numbers[0], lane), at::<F>(&drawn.numbers[1], lane)];
+            let (direction, found) = self.settle(frame, int_at::<F>(&drawn.patch.cell, lane), numbers);
+            for (axis, x) in world.iter_mut().zip(direction) {
+                set(axis, lane, x);
+            }
+            located.set(lane, &found);
         }
         (world, located)
     }
 
-    fn settle_one(&self, frame: &Frame, drawn: Drawn<f32>) -> ([f32; 3], Located<f32>) {
+    /// What the numbers of a cell lead to, moved until it is found where it was drawn.
+    #[cold]
+    #[inline(never)]
+    fn settle(&self, frame: &Frame, cell: u32, numbers: [f32; 2]) -> ([f32; 3], Located<f32>) {
+        let drawn = self.sample_in::<f32>([cell], numbers);
         let mut step = FIRST_STEP;
         loop {
             let position = drawn.position.map(|x| x + (0.5 - x) * step);
@@ -105,22 +93,18 @@ impl Light<'_> {
     /// World directions distributed as the light, and their densities; 0 if the light is black.
     #[inline(always)]
     pub fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let (world, located) = self.to_world(frame, &self.draw(u));
+        let (cells, numbers) = self.cells_at::<F>([clamp_u(u[0]), clamp_u(u[1])]);
+        let drawn = self.draw::<F>(cells, numbers);
+        let (world, located) = self.to_world(frame, &drawn);
         (world, self.alone(&located))
-    }
-
-    /// Places distributed as the light.
-    #[inline(always)]
-    fn draw<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
-        let (cells, numbers) = self.cells_at([clamp_u(u[0]), clamp_u(u[1])]);
-        self.sample_in(cells, numbers)
     }
 
     /// Directions of map space distributed as the light, and their densities: for candidates, which need no pdf of an f32 world
     /// direction.
     #[inline(always)]
     pub fn candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
-        let drawn = self.draw(u);
+        let (cells, numbers) = self.cells_at::<F>([clamp_u(u[0]), clamp_u(u[1])]);
+        let drawn = self.draw::<F>(cells, numbers);
         let direction = self.direction_of(&drawn);
         (direction, self.alone(&self.drawn_at(direction, &drawn)))
     }

@@ -6,11 +6,11 @@ use super::build::{self, CellWork, Totals};
 use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
 use super::plan::{Description, Filter, Plan};
-use super::search::WINDOW;
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::environment::pixels::RowError;
 use crate::numeric::ContentHash;
+use crate::simd::{Table, WINDOW};
 use crate::sphere::Frame;
 use crate::status::{Result, Status};
 use bytemuck::{Pod, Zeroable, try_cast_slice, try_cast_slice_mut, try_from_bytes};
@@ -103,7 +103,7 @@ impl Sections {
         let sections = Sections {
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
-            tops: put(grid[1] as usize + cells + WINDOW, 4, 4)?,
+            tops: put(tops(grid) + WINDOW, 4, 4)?,
             cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
@@ -117,6 +117,13 @@ impl Sections {
     fn of_plan(plan: &Plan, lengths: Lengths) -> Option<Sections> {
         Sections::new(plan.grid, [plan.small_blocks(0), plan.small_blocks(1)], lengths)
     }
+}
+
+/// Numbers in the tables of cells: of rows, then of the columns of each.
+#[inline(always)]
+fn tops([columns, rows]: [u32; 2]) -> usize {
+    let [columns, rows] = [columns as usize, rows as usize];
+    rows + 1 + rows * (columns + 1)
 }
 
 /// The elements that stand between two offsets; empty if they do not fit.
@@ -377,19 +384,20 @@ impl<'a> Environment<'a> {
         Light {
             chart,
             bilinear: h.flags & BILINEAR != 0,
+            exact: h.budget == 0.0,
             power: h.power,
             grid: h.grid,
             cells: part(self.bytes, s.cells, cells),
-            tops: part(self.bytes, s.tops, h.grid[1] as usize + cells + WINDOW),
+            tops: Table::new(part(self.bytes, s.tops, tops(h.grid) + WINDOW), &[0.0; WINDOW]),
             cell_of: [
                 part(self.bytes, s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0]) as usize),
                 part(self.bytes, s.cell_of[1], s.starts.wrapping_sub(s.cell_of[1]) as usize),
             ],
             side: h.side,
-            starts: part(self.bytes, s.starts, starts as usize + WINDOW),
+            starts: Table::new(part(self.bytes, s.starts, starts as usize + WINDOW), &[0.0; WINDOW]),
             blocks: part(self.bytes, s.blocks, blocks as usize),
-            rows: part(self.bytes, s.rows, rows as usize + WINDOW),
-            lines: part(self.bytes, s.lines, lines as usize + WINDOW),
+            rows: Table::new(part(self.bytes, s.rows, rows as usize + WINDOW), &[0; WINDOW]),
+            lines: Table::new(part(self.bytes, s.lines, lines as usize + WINDOW), &[0; WINDOW]),
         }
     }
 
@@ -532,7 +540,7 @@ impl<'a> Writer<'a> {
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.cells),
-            (sections.tops, 4 * (plan.grid[1] as usize + count), sections.cell_of[0]),
+            (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
             (sections.cell_of[1], plan.small_blocks(1) as usize, sections.starts),
             (sections.starts, 4 * lengths.starts, sections.blocks),
             (sections.blocks, size_of::<Block>() * lengths.blocks, sections.rows),
@@ -549,9 +557,9 @@ impl<'a> Writer<'a> {
         }
         let (before, rest) = bytes.split_at_mut_checked(sections.colours as usize).unwrap_or_default();
         let cells = part_mut(before, sections.cells as usize, count);
-        let tops = (sections.tops - sections.colours) as usize;
-        let (colours, tops_part) = rest.split_at_mut_checked(tops).unwrap_or_default();
-        let power = build::finish(&plan, work, cells, part_mut(tops_part, 0, plan.grid[1] as usize + count));
+        let (colours, tops_part) =
+            rest.split_at_mut_checked((sections.tops - sections.colours) as usize).unwrap_or_default();
+        let power = build::finish(&plan, work, cells, part_mut(tops_part, 0, tops(plan.grid)));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();

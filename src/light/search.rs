@@ -1,30 +1,20 @@
 //! Searches in cumulative tables: which cell a number falls into, and where inside.
 //!
-//! A table holds the starts of its cells. Its end, 1 (or [`UNITS`]), is not stored, and 16-bit tables leave out the first
-//! start, too, which is 0. A cell without probability starts where the next one does, so no number falls into it.
+//! A table of f32 holds the starts of its cells, of which the first is 0, and its end, 1. A table of 16-bit numbers leaves out
+//! the first start, and the end, [`UNITS`]. A cell without probability starts where the next one does, so no number falls into
+//! it.
 //!
-//! Searches read a whole window, beyond the end of a short table, and count starts without a branch: what follows a section
-//! of tables is padded by a window.
+//! Searches read a whole window, beyond the end of a short table, and count without a branch: behind the last table stands a
+//! window of anything.
 
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Num, rank, rank16};
+use crate::simd::{Num, Table, WINDOW, rank, rank16};
 
 /// The end of a table in 16 bits. 65536 would not fit the start of a last cell without probability.
 pub const UNITS: f32 = 65535.0;
 
-/// Elements that a search reads at once.
-pub const WINDOW: usize = 16;
-
-/// A cell of a table.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Found {
-    /// Its number.
-    pub index: usize,
-    /// Where it starts: in [0, 1], or in units.
-    pub start: f32,
-    /// Its probability, or units.
-    pub width: f32,
-}
+/// A cell of a table: its number, its start and its end.
+pub type Found<T> = (usize, [T; 2]);
 
 /// The position in a cell of the number that fell into it, in [0, 1 - 2^-24].
 #[inline(always)]
@@ -32,50 +22,68 @@ pub fn inside<F: Num>(number: F, start: F, width: F) -> F {
     ((number - start) / width).min(F::splat(ONE_MINUS_EPSILON))
 }
 
-/// The cell that holds `u` in [0, 1) of the table of `count` starts that begins at `first`.
+/// The cell that holds `u` in [0, 1) of the table of `count` cells that begins at `first`.
 #[inline(always)]
-pub fn find(tables: &[f32], first: usize, count: usize, u: f32) -> Found {
-    let (mut base, mut rest) = (first, count);
+pub fn find(tables: &Table<'_, f32>, first: usize, count: usize, u: f32) -> Found<f32> {
+    let (mut before, mut rest) = (first, count);
     while rest > WINDOW {
         let half = rest / 2;
-        base += if at(tables, base + half) <= u { half } else { 0 };
+        let [end, ..] = *tables.window(before + half);
+        before += half * usize::from(end <= u);
         rest -= half;
     }
-    let window = tables.get(base..).and_then(|window| window.first_chunk::<WINDOW>());
-    let index = base - first + window.map_or(1, |window| rank(window, u, rest)).saturating_sub(1);
-    let (start, width) = cell(tables, first, count, index);
-    Found { index, start, width }
+    let index = before + rank(tables.window(before + 1), u);
+    let [start, end, ..] = *tables.window(index);
+    (index - first, [start, end])
 }
 
-/// Start and probability of a cell of the table of `count` starts that begins at `first`.
+/// Start and end of a cell of the table that begins at `first`.
 #[inline(always)]
-pub fn cell(tables: &[f32], first: usize, count: usize, index: usize) -> (f32, f32) {
-    let start = at(tables, first + index);
-    let end = if index + 1 < count { at(tables, first + index + 1) } else { 1.0 };
-    (start, end - start)
+pub fn cell(tables: &Table<'_, f32>, first: usize, index: usize) -> [f32; 2] {
+    let [start, end, ..] = *tables.window(first + index);
+    [start, end]
+}
+
+/// As [`cell`], of a table that is being written.
+pub fn stored_cell(table: &[f32], index: usize) -> [f32; 2] {
+    let found = table.get(index..).and_then(|rest| rest.first_chunk::<2>());
+    found.copied().unwrap_or([0.0, 1.0])
+}
+
+/// The cell that holds the unit `key` of the 16-bit table of `count` cells, at most a window, that begins at `first`.
+#[inline(always)]
+pub fn find16(tables: &Table<'_, u16>, first: usize, count: usize, key: u32) -> Found<u32> {
+    let window = tables.window(first);
+    let index = rank16(window, key as u16, count.wrapping_sub(1));
+    (index, range16(window, count, index))
+}
+
+/// Start and end of a cell of the 16-bit table of `count` cells that begins at `first`, in units.
+#[inline(always)]
+pub fn cell16(tables: &Table<'_, u16>, first: usize, count: usize, index: usize) -> [u32; 2] {
+    range16(tables.window(first), count, index)
 }
 
 #[inline(always)]
-fn at(tables: &[f32], index: usize) -> f32 {
-    tables.get(index).copied().unwrap_or(1.0)
+fn range16(window: &[u16; WINDOW], count: usize, index: usize) -> [u32; 2] {
+    // Both are read whatever the index is, so that there is nothing to predict.
+    let before = u32::from(window[index.wrapping_sub(1) % WINDOW]);
+    let end = u32::from(window[index % WINDOW]);
+    [if index == 0 { 0 } else { before }, if index + 1 < count { end } else { UNITS as u32 }]
 }
 
-/// The cell that holds the unit `key` of the 16-bit table of `count` cells that begins at `first`; in units.
-#[inline(always)]
-pub fn find16(tables: &[u16], first: usize, count: usize, key: u16) -> Found {
-    let window = tables.get(first..).and_then(|window| window.first_chunk::<WINDOW>());
-    let index = window.map_or(0, |window| rank16(window, key, count.saturating_sub(1)));
-    let (start, width) = cell16(tables, first, count, index);
-    Found { index, start, width }
-}
-
-/// Start and width of a cell of the 16-bit table of `count` cells that begins at `first`, in units.
-#[inline(always)]
-pub fn cell16(tables: &[u16], first: usize, count: usize, index: usize) -> (f32, f32) {
-    let at = |i: usize| tables.get(i).map_or(0.0, |&start| f32::from(start));
-    let start = if index == 0 { 0.0 } else { at((first + index).wrapping_sub(1)) };
-    let end = if index + 1 < count { at(first + index) } else { UNITS };
-    (start, end - start)
+/// Writes a table of f32 for the masses of its cells, and answers their sum.
+pub fn write_table(masses: impl Iterator<Item = f64> + Clone, table: &mut [f32]) -> f64 {
+    /// A probability is a whole number of these, so that differences of starts are exact.
+    const SCALE: u32 = 1 << 24;
+    if let Some(end) = table.last_mut() {
+        *end = 1.0;
+    }
+    write_starts(masses, SCALE, &mut |i, units| {
+        if let Some(out) = table.get_mut(i) {
+            *out = units as f32 * (1.0 / SCALE as f32);
+        }
+    })
 }
 
 /// Writes the starts of a table of `scale` units for the masses of its cells, and answers their sum. A cell with mass has at

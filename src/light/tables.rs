@@ -5,11 +5,11 @@
 //! searches: row and column of a block in its cell, row and column of a patch in its block; then one warp inside the patch.
 //! A density reads the same numbers at the patch that holds the direction.
 
-use super::chart::{Chart, Place};
+use super::chart::{Chart, Layout, Place};
 use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::warp::PatchDensity;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Num, prefetch};
+use crate::simd::{Num, Table, prefetch};
 use bytemuck::{Pod, Zeroable};
 
 /// The most patches along a side of a block.
@@ -65,6 +65,8 @@ pub struct Light<'a> {
     pub chart: Chart,
     /// Whether patches have corners (a bilinear client) or are constant.
     pub bilinear: bool,
+    /// Whether every patch of the map is kept: no error budget.
+    pub exact: bool,
     /// The integral of luminance over the sphere.
     pub power: f64,
     /// Cells along columns and rows of all faces.
@@ -72,19 +74,19 @@ pub struct Light<'a> {
     /// The cells, row by row, face by face.
     pub cells: &'a [Cell],
     /// The starts of the rows of cells, then of the cells of each row.
-    pub tops: &'a [f32],
+    pub tops: Table<'a, f32>,
     /// The column and the row of cells in which a column and a row of the smallest blocks lie.
     pub cell_of: [&'a [u8]; 2],
     /// The smallest block has 2^side patches along each axis.
     pub side: [u32; 2],
     /// In-cell tables.
-    pub starts: &'a [f32],
+    pub starts: Table<'a, f32>,
     /// The blocks.
     pub blocks: &'a [Block],
     /// Row starts of blocks.
-    pub rows: &'a [u16],
+    pub rows: Table<'a, u16>,
     /// Lines of blocks.
-    pub lines: &'a [u16],
+    pub lines: Table<'a, u16>,
 }
 
 /// Patches, one for each lane.
@@ -116,6 +118,15 @@ pub struct Located<F: Num> {
 }
 
 impl<F: Num> Located<F> {
+    /// Replaces one lane.
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, by: &Located<f32>) {
+        self.patch.set(lane, &by.patch);
+        set(&mut self.position[0], lane, by.position[0]);
+        set(&mut self.position[1], lane, by.position[1]);
+        set(&mut self.density, lane, by.density);
+    }
+
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
@@ -132,77 +143,50 @@ impl<F: Num> Located<F> {
 pub type Direction<F> = [F; 3];
 
 impl<F: Num> Patches<F> {
-    /// One lane.
-    pub(super) fn lane(&self, lane: usize) -> Patches<f32> {
-        let one = |f: F| f.store().as_ref().get(lane).copied().unwrap_or(0.0);
-        let two = |f: [F; 2]| f.map(one);
-        Patches {
-            cell: [self.cell.as_ref().get(lane).copied().unwrap_or(0)],
-            face: one(self.face),
-            first: two(self.first),
-            behind: two(self.behind),
-            low: two(self.low),
-            size: two(self.size),
-            corner: self.corner.map(one),
-            probability: one(self.probability),
-            start: two(self.start),
-            width: two(self.width),
+    /// Replaces the patch of one lane.
+    #[inline(always)]
+    fn set(&mut self, lane: usize, by: &Patches<f32>) {
+        let [cell] = by.cell;
+        put_int::<F>(&mut self.cell, lane, cell);
+        set(&mut self.face, lane, by.face);
+        for k in 0..2 {
+            set(&mut self.first[k], lane, by.first[k]);
+            set(&mut self.behind[k], lane, by.behind[k]);
+            set(&mut self.low[k], lane, by.low[k]);
+            set(&mut self.size[k], lane, by.size[k]);
+            set(&mut self.start[k], lane, by.start[k]);
+            set(&mut self.width[k], lane, by.width[k]);
         }
-    }
-
-    /// These patches with that of one lane replaced.
-    pub(super) fn with_lane(self, lane: usize, by: &Patches<f32>) -> Patches<F> {
-        let one = |f: F, x: f32| set(f, lane, x);
-        let two = |f: [F; 2], x: [f32; 2]| [one(f[0], x[0]), one(f[1], x[1])];
-        let mut cell = self.cell;
-        if let (Some(out), [number]) = (cell.as_mut().get_mut(lane), by.cell) {
-            *out = number;
+        for k in 0..4 {
+            set(&mut self.corner[k], lane, by.corner[k]);
         }
-        let [a, b, c, d] = self.corner;
-        let [p, q, r, s] = by.corner;
-        Patches {
-            cell,
-            face: one(self.face, by.face),
-            first: two(self.first, by.first),
-            behind: two(self.behind, by.behind),
-            low: two(self.low, by.low),
-            size: two(self.size, by.size),
-            corner: [one(a, p), one(b, q), one(c, r), one(d, s)],
-            probability: one(self.probability, by.probability),
-            start: two(self.start, by.start),
-            width: two(self.width, by.width),
-        }
+        set(&mut self.probability, lane, by.probability);
     }
 
     #[inline(always)]
-    pub(super) fn shape(&self, light: &Light<'_>) -> PatchDensity<F> {
+    fn shape(&self, light: &Light<'_>) -> PatchDensity<F> {
         PatchDensity::new(self.corner, light.chart.profiles(self.low, self.size))
     }
 }
 
-/// What a search found in each lane.
+/// What a search in tables of f32 found in each lane.
 struct Searched<F: Num> {
     index: F::Ints,
     start: F::Floats,
-    width: F::Floats,
+    end: F::Floats,
 }
 
 impl<F: Num> Searched<F> {
     #[inline(always)]
     fn new() -> Self {
-        Searched { index: F::ints(), start: F::floats(), width: F::floats() }
+        Searched { index: F::ints(), start: F::floats(), end: F::floats() }
     }
 
     #[inline(always)]
-    fn put(&mut self, lane: usize, index: usize, (start, width): (f32, f32)) {
+    fn put(&mut self, lane: usize, (index, [start, end]): Found<f32>) {
         put_int::<F>(&mut self.index, lane, index as u32);
         put::<F>(&mut self.start, lane, start);
-        put::<F>(&mut self.width, lane, width);
-    }
-
-    #[inline(always)]
-    fn found(&mut self, lane: usize, found: Found) {
-        self.put(lane, found.index, (found.start, found.width));
+        put::<F>(&mut self.end, lane, end);
     }
 
     #[inline(always)]
@@ -210,17 +194,68 @@ impl<F: Num> Searched<F> {
         int_at::<F>(&self.index, lane) as usize
     }
 
-    /// Starts and widths.
     #[inline(always)]
-    fn ranges(&self) -> (F, F) {
-        (F::load(self.start), F::load(self.width))
+    fn range(&self, lane: usize) -> [f32; 2] {
+        [at::<F>(&self.start, lane), at::<F>(&self.end, lane)]
     }
 
+    #[inline(always)]
+    fn ranges(&self) -> Ranges<F> {
+        let start = F::load(self.start);
+        Ranges { start, width: F::load(self.end) - start }
+    }
+}
+
+/// What a search in 16-bit tables found in each lane.
+struct Searched16<F: Num> {
+    index: F::Ints,
+    start: F::Ints,
+    end: F::Ints,
+}
+
+impl<F: Num> Searched16<F> {
+    #[inline(always)]
+    fn new() -> Self {
+        Searched16 { index: F::ints(), start: F::ints(), end: F::ints() }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, (index, [start, end]): Found<u32>) {
+        put_int::<F>(&mut self.index, lane, index as u32);
+        put_int::<F>(&mut self.start, lane, start);
+        put_int::<F>(&mut self.end, lane, end);
+    }
+
+    #[inline(always)]
+    fn index(&self, lane: usize) -> usize {
+        int_at::<F>(&self.index, lane) as usize
+    }
+
+    #[inline(always)]
+    fn ranges(&self) -> Ranges<F> {
+        let start = F::of_ints(self.start);
+        Ranges { start, width: F::of_ints(self.end) - start }
+    }
+}
+
+/// The position between two ends of the number that was searched.
+#[inline(always)]
+fn rest(number: f32, [start, end]: [f32; 2]) -> f32 {
+    inside(number, start, end - start)
+}
+
+/// Starts and widths of cells of tables.
+#[derive(Clone, Copy)]
+struct Ranges<F: Num> {
+    start: F,
+    width: F,
+}
+
+impl<F: Num> Ranges<F> {
     /// Positions inside, of the numbers that were searched.
     #[inline(always)]
     fn rest(&self, number: F) -> F {
-        let (start, width) = self.ranges();
-        inside(number, start, width)
+        inside(number, self.start, self.width)
     }
 }
 
@@ -239,101 +274,63 @@ fn put_int<F: Num>(lanes: &mut F::Ints, lane: usize, x: u32) {
 }
 
 #[inline(always)]
-fn at<F: Num>(lanes: &F::Floats, lane: usize) -> f32 {
+pub(super) fn at<F: Num>(lanes: &F::Floats, lane: usize) -> f32 {
     lanes.as_ref().get(lane).copied().unwrap_or(0.0)
 }
 
 #[inline(always)]
-fn int_at<F: Num>(lanes: &F::Ints, lane: usize) -> u32 {
+pub(super) fn int_at<F: Num>(lanes: &F::Ints, lane: usize) -> u32 {
     lanes.as_ref().get(lane).copied().unwrap_or(0)
 }
 
-/// Patches while they are put together, lane by lane.
-struct Gathered<F: Num> {
-    cell: F::Ints,
-    face: F::Ints,
-    first: [F::Ints; 2],
-    behind: [F::Ints; 2],
-    /// Pairs of corner words: of the upper and of the lower row.
-    corner: [F::Ints; 2],
-    share: F::Floats,
+/// Where patches lie on their faces: the first, and one behind the last, columns and rows.
+type Extents<F> = [[F; 2]; 2];
+
+/// Pairs of corner words of each lane's patch: of the upper and of the lower row.
+struct Corners<F: Num>([F::Ints; 2]);
+
+impl<F: Num> Corners<F> {
+    /// Puts those of the patch at a column of a block's line.
+    #[inline(always)]
+    fn put(&mut self, lane: usize, light: &Light<'_>, columns: usize, line: usize, column: usize) {
+        let first = line + columns + column;
+        put_int::<F>(&mut self.0[0], lane, light.pair(first - 1));
+        put_int::<F>(&mut self.0[1], lane, light.pair(first - 1 + 2 * columns));
+    }
+
+    #[inline(always)]
+    fn values(self, light: &Light<'_>) -> [F; 4] {
+        if !light.bilinear {
+            let one = F::splat(1.0);
+            return [one, one, one, one];
+        }
+        let add = EXPONENT_OF_WORD_0 << 23;
+        let least = F::splat(f32::from_bits(add));
+        let ([a, b], [c, d]) = (F::halves(self.0[0], add), F::halves(self.0[1], add));
+        [F::only(least.lt(a), a), F::only(least.lt(b), b), F::only(least.lt(c), c), F::only(least.lt(d), d)]
+    }
 }
 
-impl<F: Num> Gathered<F> {
-    #[inline(always)]
-    fn new() -> Self {
-        let none = F::ints();
-        Gathered {
-            cell: none,
-            face: none,
-            first: [none, none],
-            behind: [none, none],
-            corner: [none, none],
-            share: F::floats(),
-        }
-    }
-
-    /// Puts the patch `patch_at` (column, row) of a block that is the one at `block_at` (column, row) of its cell.
-    #[inline(always)]
-    fn put(&mut self, lane: usize, light: &Light<'_>, cell: usize, block: &Block, at: [[usize; 2]; 2]) {
-        let c = light.cell(cell);
-        let [[block_column, block_row], [column, row]] = at;
-        let (x0, x1) = c.extent(0, block_column, column, block.step[0]);
-        let (y0, y1) = c.extent(1, block_row, row, block.step[1]);
-        put_int::<F>(&mut self.cell, lane, cell as u32);
-        put_int::<F>(&mut self.face, lane, c.face.into());
-        put_int::<F>(&mut self.first[0], lane, x0);
-        put_int::<F>(&mut self.first[1], lane, y0);
-        put_int::<F>(&mut self.behind[0], lane, x1);
-        put_int::<F>(&mut self.behind[1], lane, y1);
-        put::<F>(&mut self.share, lane, block.share);
-        if light.bilinear {
-            let columns = usize::from(block.grid[0]);
-            let corner = block.line(row, true) + columns - 1 + column;
-            put_int::<F>(&mut self.corner[0], lane, light.pair(corner));
-            put_int::<F>(&mut self.corner[1], lane, light.pair(corner + 2 * columns));
-        }
-    }
-
-    /// All lanes, with starts and widths in the cell: of block columns and rows, then of columns and rows in units.
-    #[inline(always)]
-    fn patches(self, light: &Light<'_>, outer: [(F, F); 2], inner: [(F, F); 2]) -> Patches<F> {
-        let [columns, rows] = light.chart.axes;
-        let (x0, y0) = (F::of_ints(self.first[0]), F::of_ints(self.first[1]));
-        let (x1, y1) = (F::of_ints(self.behind[0]), F::of_ints(self.behind[1]));
-        let low = [columns.edge(x0), rows.edge(y0)];
-        let one = F::splat(1.0);
-        let corner = if light.bilinear {
-            let ([a, b], [c, d]) = (corners(self.corner[0]), corners(self.corner[1]));
-            [a, b, c, d]
-        } else {
-            [one, one, one, one]
-        };
-        let unit = F::splat(1.0 / UNITS);
-        let (column_width, row_width) = (inner[0].1 * unit, inner[1].1 * unit);
-        Patches {
-            cell: self.cell,
-            face: F::of_ints(self.face),
-            first: [x0, y0],
-            behind: [x1, y1],
-            low,
-            size: [columns.edge(x1) - low[0], rows.edge(y1) - low[1]],
-            corner,
-            probability: F::load(self.share) * row_width * column_width,
-            start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
-            width: [outer[0].1 * column_width, outer[1].1 * row_width],
-        }
-    }
+/// Where the table of a row's cells begins.
+#[inline(always)]
+fn top_row([columns, rows]: [u32; 2], row: usize) -> usize {
+    rows as usize + 1 + row * (columns as usize + 1)
 }
 
 impl Cell {
+    /// Where the table of a row's blocks begins among the starts.
+    #[inline(always)]
+    fn row(&self, row: usize) -> usize {
+        self.starts as usize + usize::from(self.blocks[1]) + 1 + row * (usize::from(self.blocks[0]) + 1)
+    }
+
     /// The first patch and one behind the last, along an axis, of a part of a block's grid.
     #[inline(always)]
-    fn extent(&self, axis: usize, block: usize, part: usize, step: u8) -> (u32, u32) {
+    fn extent(&self, axis: usize, block: u32, part: u32, step: u8) -> (u32, u32) {
         let (origin, patches) = (u32::from(self.origin[axis]), u32::from(self.patches[axis]));
-        let block_begin = (block as u32) << (self.side[axis] & 31);
+        let block_begin = block << (self.side[axis] & 31);
         let block_end = (block_begin + (1 << (self.side[axis] & 31))).min(patches);
-        let first = block_begin + ((part as u32) << (step & 31));
+        let first = block_begin + (part << (step & 31));
         (origin + first, origin + (first + (1 << (step & 31))).min(block_end))
     }
 }
@@ -360,111 +357,188 @@ impl Light<'_> {
     /// Two words that stand side by side, the first one low.
     #[inline(always)]
     fn pair(&self, index: usize) -> u32 {
-        match self.lines.get(index..).and_then(|words| words.first_chunk::<2>()) {
-            Some(&[low, high]) => u32::from(low) | u32::from(high) << 16,
-            None => 0,
+        let [low, high, ..] = *self.lines.window(index);
+        u32::from(low) | u32::from(high) << 16
+    }
+
+    /// Patches put together from what the walks found: starts and widths in the cell, of block columns and rows, then of
+    /// columns and rows in units.
+    #[inline(always)]
+    fn patches<F: Num>(
+        &self,
+        cell: F::Ints,
+        [first, behind]: Extents<F>,
+        corner: [F; 4],
+        share: F,
+        outer: [Ranges<F>; 2],
+        inner: [Ranges<F>; 2],
+    ) -> Patches<F> {
+        let [columns, rows] = self.chart.axes;
+        let low = [columns.edge(first[0]), rows.edge(first[1])];
+        let unit = F::splat(1.0 / UNITS);
+        let (column_width, row_width) = (inner[0].width * unit, inner[1].width * unit);
+        let mut face = F::splat(0.0);
+        if self.chart.layout == Layout::Cube {
+            let mut faces = F::ints();
+            for lane in 0..F::WIDTH {
+                put_int::<F>(&mut faces, lane, self.cell(int_at::<F>(&cell, lane) as usize).face.into());
+            }
+            face = F::of_ints(faces);
         }
+        Patches {
+            cell,
+            face,
+            first,
+            behind,
+            low,
+            size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
+            corner,
+            probability: share * row_width * column_width,
+            start: [
+                outer[0].start + outer[0].width * (inner[0].start * unit),
+                outer[1].start + outer[1].width * (inner[1].start * unit),
+            ],
+            width: [outer[0].width * column_width, outer[1].width * row_width],
+        }
+    }
+
+    /// Where patches lie that are parts of blocks of cells, each by number along columns and rows.
+    #[inline(always)]
+    fn extents<F: Num>(&self, cells: &F::Ints, blocks: &F::Ints, at: [F::Ints; 2], part: [F::Ints; 2]) -> Extents<F> {
+        let mut first = [F::ints(), F::ints()];
+        if self.exact {
+            for lane in 0..F::WIDTH {
+                let [x, y] = self.cell(int_at::<F>(cells, lane) as usize).origin;
+                put_int::<F>(&mut first[0], lane, x.into());
+                put_int::<F>(&mut first[1], lane, y.into());
+            }
+            let (across, down) = ((1u32 << (self.side[0] & 31)) as f32, (1u32 << (self.side[1] & 31)) as f32);
+            let x = F::of_ints(first[0]) + F::of_ints(at[0]) * F::splat(across) + F::of_ints(part[0]);
+            let y = F::of_ints(first[1]) + F::of_ints(at[1]) * F::splat(down) + F::of_ints(part[1]);
+            return [[x, y], [x + F::splat(1.0), y + F::splat(1.0)]];
+        }
+        let mut behind = first;
+        for lane in 0..F::WIDTH {
+            let c = self.cell(int_at::<F>(cells, lane) as usize);
+            let block = self.block(int_at::<F>(blocks, lane) as usize);
+            for k in 0..2 {
+                let (block_at, part) = (int_at::<F>(&at[k], lane), int_at::<F>(&part[k], lane));
+                let (from, to) = c.extent(k, block_at, part, block.step[k]);
+                put_int::<F>(&mut first[k], lane, from);
+                put_int::<F>(&mut behind[k], lane, to);
+            }
+        }
+        let [first, behind] = [first, behind];
+        [[F::of_ints(first[0]), F::of_ints(first[1])], [F::of_ints(behind[0]), F::of_ints(behind[1])]]
     }
 
     /// The cell that `u` (column, row) falls into, and the position in it: the light alone.
     #[inline(always)]
     pub fn cell_at(&self, [across, down]: [f32; 2]) -> (usize, [f32; 2]) {
-        let ([cell], numbers) = self.cells_at::<f32>([across, down]);
-        (cell as usize, numbers)
+        let ([cell], [[w], [v]]) = self.cells_at::<f32>([across, down]);
+        (cell as usize, [w, v])
     }
 
     /// As [`Light::cell_at`], for each lane.
     #[inline(always)]
-    pub fn cells_at<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
+    pub fn cells_at<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F::Floats; 2]) {
         let [columns, rows] = [self.grid[0] as usize, self.grid[1] as usize];
         let (across, down) = (u[0].store(), u[1].store());
-        let (mut row, mut column) = (Searched::<F>::new(), Searched::<F>::new());
-        let mut cells = F::ints();
+        let (mut cells, mut numbers) = (F::ints(), [F::floats(), F::floats()]);
         for lane in 0..F::WIDTH {
-            let found_row = find(self.tops, 0, rows, at::<F>(&down, lane));
-            let found_column = find(self.tops, rows + found_row.index * columns, columns, at::<F>(&across, lane));
-            put_int::<F>(&mut cells, lane, (found_row.index * columns + found_column.index) as u32);
-            row.found(lane, found_row);
-            column.found(lane, found_column);
+            let (w, v) = (at::<F>(&across, lane), at::<F>(&down, lane));
+            let (row, rows) = find(&self.tops, 0, rows, v);
+            let (column, columns_range) = find(&self.tops, top_row(self.grid, row), columns, w);
+            put_int::<F>(&mut cells, lane, (row * columns + column) as u32);
+            put::<F>(&mut numbers[0], lane, rest(w, columns_range));
+            put::<F>(&mut numbers[1], lane, rest(v, rows));
         }
-        (cells, [column.rest(u[0]), row.rest(u[1])])
+        (cells, numbers)
     }
 
     /// The inverse of [`Light::cell_at`]: start and width of a cell along columns and rows.
     #[inline(always)]
     pub fn cell_range(&self, cell_index: usize) -> [(f32, f32); 2] {
-        let [columns, rows] = [self.grid[0] as usize, self.grid[1] as usize];
-        let (row, column) = (cell_index / columns, cell_index % columns);
-        [cell(self.tops, rows + row * columns, columns, column), cell(self.tops, 0, rows, row)]
+        let (row, column) = (cell_index / self.grid[0] as usize, cell_index % self.grid[0] as usize);
+        let [left, right] = cell(&self.tops, top_row(self.grid, row), column);
+        let [top, bottom] = cell(&self.tops, 0, row);
+        [(left, right - left), (top, bottom - top)]
     }
 
     /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
     #[inline(always)]
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        let units = F::splat(UNITS);
+        self.draw(cells, [numbers[0].store(), numbers[1].store()])
+    }
+
+    /// As [`Light::sample_in`]. The walk computes lane by lane and goes through memory between its stages, so that the cache
+    /// misses of all lanes overlap; lanes are loaded once, at its end, since a load has to wait for all smaller stores into it.
+    #[inline(always)]
+    pub(super) fn draw<F: Num>(&self, cells: F::Ints, numbers: [F::Floats; 2]) -> Drawn<F> {
         let mut block_row = Searched::<F>::new();
-        let v = numbers[1].store();
         for lane in 0..F::WIDTH {
             let c = self.cell(int_at::<F>(&cells, lane) as usize);
-            let found = find(self.starts, c.starts as usize, c.blocks[1].into(), at::<F>(&v, lane));
-            prefetch(self.blocks, c.first as usize + found.index * usize::from(c.blocks[0]));
-            block_row.found(lane, found);
+            let found = find(&self.starts, c.starts as usize, c.blocks[1].into(), at::<F>(&numbers[1], lane));
+            prefetch(self.blocks, c.first as usize + found.0 * usize::from(c.blocks[0]));
+            block_row.put(lane, found);
         }
-        let t = block_row.rest(numbers[1]) * units;
         let (mut block_column, mut blocks) = (Searched::<F>::new(), F::ints());
-        let w = numbers[0].store();
+        let mut units = [F::floats(), F::floats()];
         for lane in 0..F::WIDTH {
             let c = self.cell(int_at::<F>(&cells, lane) as usize);
-            let [columns, rows] = [usize::from(c.blocks[0]), usize::from(c.blocks[1])];
-            let before = block_row.index(lane) * columns;
-            let found = find(self.starts, c.starts as usize + rows + before, columns, at::<F>(&w, lane));
-            let block = c.first as usize + before + found.index;
-            prefetch(self.rows, self.block(block).rows as usize);
+            let (w, v) = (at::<F>(&numbers[0], lane), at::<F>(&numbers[1], lane));
+            let found = find(&self.starts, c.row(block_row.index(lane)), c.blocks[0].into(), w);
+            let block = c.first as usize + block_row.index(lane) * usize::from(c.blocks[0]) + found.0;
+            self.rows.prefetch(self.block(block).rows as usize);
             put_int::<F>(&mut blocks, lane, block as u32);
-            block_column.found(lane, found);
+            put::<F>(&mut units[0], lane, UNITS * rest(w, found.1));
+            put::<F>(&mut units[1], lane, UNITS * rest(v, block_row.range(lane)));
+            block_column.put(lane, found);
         }
-        let s = block_column.rest(numbers[0]) * units;
-        let mut row = Searched::<F>::new();
-        let (down, across) = (t.store(), s.store());
+        let mut row = Searched16::<F>::new();
         for lane in 0..F::WIDTH {
             let block = self.block(int_at::<F>(&blocks, lane) as usize);
-            let key = at::<F>(&down, lane) as i32 as u16;
-            let found = find16(self.rows, block.rows as usize, block.grid[1].into(), key);
-            self.prefetch_lines(&block, found.index);
-            row.found(lane, found);
+            let key = at::<F>(&units[1], lane) as i32 as u32;
+            let found = find16(&self.rows, block.rows as usize, block.grid[1].into(), key);
+            self.prefetch_lines(&block, found.0);
+            row.put(lane, found);
         }
-        let mut column = Searched::<F>::new();
-        let mut gathered = Gathered::<F>::new();
+        let mut column = Searched16::<F>::new();
+        let (mut corners, mut share) = (Corners::<F>([F::ints(), F::ints()]), F::floats());
         for lane in 0..F::WIDTH {
             let block = self.block(int_at::<F>(&blocks, lane) as usize);
-            let key = at::<F>(&across, lane) as i32 as u16;
             let line = block.line(row.index(lane), self.bilinear);
-            let found = find16(self.lines, line, block.grid[0].into(), key);
-            let place = [[block_column.index(lane), block_row.index(lane)], [found.index, row.index(lane)]];
-            gathered.put(lane, self, int_at::<F>(&cells, lane) as usize, &block, place);
-            column.found(lane, found);
+            let key = at::<F>(&units[0], lane) as i32 as u32;
+            let found = find16(&self.lines, line, block.grid[0].into(), key);
+            put::<F>(&mut share, lane, block.share);
+            if self.bilinear {
+                corners.put(lane, self, block.grid[0].into(), line, found.0);
+            }
+            column.put(lane, found);
         }
-        let outer = [block_column.ranges(), block_row.ranges()];
-        let patch = gathered.patches(self, outer, [column.ranges(), row.ranges()]);
+        let (columns, rows) = (column.ranges(), row.ranges());
+        let extents = self.extents(&cells, &blocks, [block_column.index, block_row.index], [column.index, row.index]);
+        let (outer, inner) = ([block_column.ranges(), block_row.ranges()], [columns, rows]);
+        let patch = self.patches(cells, extents, corners.values(self), F::load(share), outer, inner);
         let shape = patch.shape(self);
-        let mut position = shape.sample([column.rest(s), row.rest(t)]);
+        let mut position = shape.sample([columns.rest(F::load(units[0])), rows.rest(F::load(units[1]))]);
         if !self.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
-            for k in 0..2 {
-                let least = F::splat(1.25 * self.chart.margin(k)) / patch.size[k];
-                position[k] = position[k].max(least).min(F::splat(1.0) - least);
+            for ((k, at), &size) in position.iter_mut().enumerate().zip(&patch.size) {
+                let least = F::splat(1.25 * self.chart.margin(k)) / size;
+                *at = at.max(least).min(F::splat(1.0) - least);
             }
         }
-        Drawn { patch, shape, position }
+        Drawn { patch, shape, position, numbers }
     }
 
     /// Asks for the line of a row of patches, and for the corners below.
     #[inline(always)]
     fn prefetch_lines(&self, block: &Block, row: usize) {
         let line = block.line(row, self.bilinear);
-        prefetch(self.lines, line);
+        self.lines.prefetch(line);
         if self.bilinear {
-            prefetch(self.lines, line + 4 * usize::from(block.grid[0]) - 1);
+            self.lines.prefetch(line + 4 * usize::from(block.grid[0]) - 1);
         }
     }
 
@@ -486,7 +560,7 @@ impl Light<'_> {
             let number = c.first as usize + j as usize * usize::from(c.blocks[0]) + i as usize;
             let block = self.block(number);
             let in_row = (y & !(u32::MAX << side_y)) >> (block.step[1] & 31);
-            prefetch(self.rows, block.rows as usize);
+            self.rows.prefetch(block.rows as usize);
             self.prefetch_lines(&block, in_row as usize);
             put_int::<F>(&mut cells, lane, index);
             put_int::<F>(&mut blocks, lane, number as u32);
@@ -496,27 +570,34 @@ impl Light<'_> {
             put_int::<F>(&mut patch_at[1], lane, in_row);
         }
         let (mut outer_column, mut outer_row) = (Searched::<F>::new(), Searched::<F>::new());
-        let (mut inner_column, mut inner_row) = (Searched::<F>::new(), Searched::<F>::new());
-        let mut gathered = Gathered::<F>::new();
+        let (mut inner_column, mut inner_row) = (Searched16::<F>::new(), Searched16::<F>::new());
+        let (mut corners, mut share) = (Corners::<F>([F::ints(), F::ints()]), F::floats());
         for lane in 0..F::WIDTH {
             let block = self.block(int_at::<F>(&blocks, lane) as usize);
-            let cell_index = int_at::<F>(&cells, lane) as usize;
-            let [i, j] = [int_at::<F>(&block_at[0], lane) as usize, int_at::<F>(&block_at[1], lane) as usize];
-            let [x, y] = [int_at::<F>(&patch_at[0], lane) as usize, int_at::<F>(&patch_at[1], lane) as usize];
-            inner_row.put(lane, y, cell16(self.rows, block.rows as usize, block.grid[1].into(), y));
+            let (x, y) = (int_at::<F>(&patch_at[0], lane) as usize, int_at::<F>(&patch_at[1], lane) as usize);
+            inner_row.put(lane, (y, cell16(&self.rows, block.rows as usize, block.grid[1].into(), y)));
             let line = block.line(y, self.bilinear);
-            inner_column.put(lane, x, cell16(self.lines, line, block.grid[0].into(), x));
-            if numbers {
-                let c = self.cell(cell_index);
-                let [columns, rows] = [usize::from(c.blocks[0]), usize::from(c.blocks[1])];
-                let first = c.starts as usize;
-                outer_row.put(lane, j, cell(self.starts, first, rows, j));
-                outer_column.put(lane, i, cell(self.starts, first + rows + j * columns, columns, i));
+            inner_column.put(lane, (x, cell16(&self.lines, line, block.grid[0].into(), x)));
+            put::<F>(&mut share, lane, block.share);
+            if self.bilinear {
+                corners.put(lane, self, block.grid[0].into(), line, x);
             }
-            gathered.put(lane, self, cell_index, &block, [[i, j], [x, y]]);
+            if numbers {
+                let c = self.cell(int_at::<F>(&cells, lane) as usize);
+                let (i, j) = (int_at::<F>(&block_at[0], lane) as usize, int_at::<F>(&block_at[1], lane) as usize);
+                outer_row.put(lane, (j, cell(&self.starts, c.starts as usize, j)));
+                outer_column.put(lane, (i, cell(&self.starts, c.row(j), i)));
+            }
         }
+        let extents = if self.exact {
+            let (x, y, one) = (F::of_ints(column), F::of_ints(row), F::splat(1.0));
+            [[x, y], [x + one, y + one]]
+        } else {
+            self.extents(&cells, &blocks, block_at, patch_at)
+        };
         let outer = [outer_column.ranges(), outer_row.ranges()];
-        gathered.patches(self, outer, [inner_column.ranges(), inner_row.ranges()])
+        let inner = [inner_column.ranges(), inner_row.ranges()];
+        self.patches(cells, extents, corners.values(self), F::load(share), outer, inner)
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
@@ -542,10 +623,7 @@ impl Light<'_> {
     #[inline(always)]
     pub fn drawn_at<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> Located<F> {
         let place = self.chart.place(d);
-        let Drawn { patch, shape, position } = drawn;
-        let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
-        let scale = (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
-        Located { patch: *patch, position: *position, density: patch.probability * shape.unscaled(*position) / scale }
+        located(&drawn.patch, &drawn.shape, drawn.position, &place)
     }
 
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
@@ -562,8 +640,8 @@ impl Light<'_> {
         let other_face = F::or(place.face.lt(patch.face), patch.face.lt(place.face));
         let mut out = F::or(F::or(columns_out, rows_out), other_face);
         if !self.bilinear {
-            for k in 0..2 {
-                let (from, margin) = (place.position[k] - patch.low[k], F::splat(self.chart.margin(k)));
+            for (k, &position) in place.position.iter().enumerate() {
+                let (from, margin) = (position - patch.low[k], F::splat(self.chart.margin(k)));
                 out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
             }
         }
@@ -577,24 +655,21 @@ fn within<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, place: &Place<F>)
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let s = ((place.position[0] - patch.low[0]) / patch.size[0]).max(zero).min(one);
     let t = ((place.position[1] - patch.low[1]) / patch.size[1]).max(zero).min(one);
+    located(patch, shape, [s, t], place)
+}
+
+/// A position inside a patch, with its density.
+#[inline(always)]
+fn located<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, position: [F; 2], place: &Place<F>) -> Located<F> {
     let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
     let scale = (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
-    let density = patch.probability * shape.unscaled([s, t]) / scale;
-    Located { patch: *patch, position: [s, t], density }
+    let density = patch.probability * shape.unscaled(position) / scale;
+    Located { patch: *patch, position, density }
 }
 
 #[inline(always)]
 fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
-}
-
-/// The values of pairs of corners.
-#[inline(always)]
-fn corners<F: Num>(pairs: F::Ints) -> [F; 2] {
-    let add = EXPONENT_OF_WORD_0 << 23;
-    let least = F::splat(f32::from_bits(add));
-    let [a, b] = F::halves(pairs, add);
-    [F::only(least.lt(a), a), F::only(least.lt(b), b)]
 }
 
 /// Places that were drawn: the patches, and the positions inside.
@@ -606,13 +681,16 @@ pub struct Drawn<F: Num> {
     pub(super) shape: PatchDensity<F>,
     /// Column and row inside, in [0, 1].
     pub position: [F; 2],
+    /// The numbers that led here.
+    pub(super) numbers: [F::Floats; 2],
 }
 
-/// The numbers with that of one lane replaced.
-pub(super) fn set<F: Num>(f: F, lane: usize, x: f32) -> F {
+/// Replaces the number of one lane.
+#[inline(always)]
+pub(super) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
     let mut lanes = f.store();
     put::<F>(&mut lanes, lane, x);
-    F::load(lanes)
+    *f = F::load(lanes);
 }
 
 /// Words of a line of a block with so many columns.

@@ -50,6 +50,7 @@ mod portable;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
+mod table;
 
 pub use level::{Kernel, Level, detect, run};
 #[cfg(target_arch = "aarch64")]
@@ -59,6 +60,7 @@ pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
+pub use table::Table;
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -74,6 +76,9 @@ pub type Native = Portable;
 
 /// Numbers in a [`Lanes`].
 pub const LANES: usize = 8;
+
+/// Numbers of a table that a search reads at once.
+pub const WINDOW: usize = 16;
 
 /// Eight numbers.
 pub trait Lanes:

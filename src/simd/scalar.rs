@@ -1,11 +1,10 @@
 //! What single numbers and short tables gain from vector instructions that every processor of the target has.
 
-/// Elements of a window of a table.
-const WINDOW: usize = 16;
+use super::WINDOW;
 
-/// How many of the first `limit` starts of an ascending window are at most `x`.
+/// How many numbers at the beginning of a window are at most `x`.
 #[inline(always)]
-pub fn rank(window: &[f32; WINDOW], x: f32, limit: usize) -> usize {
+pub fn rank(window: &[f32; WINDOW], x: f32) -> usize {
     #[cfg(target_arch = "x86_64")]
     {
         use core::arch::x86_64::{
@@ -19,13 +18,13 @@ pub fn rank(window: &[f32; WINDOW], x: f32, limit: usize) -> usize {
             let low = _mm_packs_epi32(quarter(0), quarter(1));
             _mm_movemask_epi8(_mm_packs_epi16(low, _mm_packs_epi32(quarter(2), quarter(3)))) as u32
         };
-        ones_from_the_first(holds, limit)
+        holds.trailing_ones() as usize
     }
     #[cfg(not(target_arch = "x86_64"))]
-    window.iter().enumerate().map(|(i, &start)| usize::from(i < limit && start <= x)).sum()
+    window.iter().take_while(|&&start| start <= x).count()
 }
 
-/// How many of the first `limit` starts of an ascending window are at most `x`.
+/// How many numbers at the beginning of the first `limit` of a window, at most 16, are at most `x`.
 #[inline(always)]
 pub fn rank16(window: &[u16; WINDOW], x: u16, limit: usize) -> usize {
     #[cfg(target_arch = "x86_64")]
@@ -42,17 +41,10 @@ pub fn rank16(window: &[u16; WINDOW], x: u16, limit: usize) -> usize {
             let half = |k: usize| _mm_cmpeq_epi16(_mm_subs_epu16(load(k), x), _mm_setzero_si128());
             _mm_movemask_epi8(_mm_packs_epi16(half(0), half(1))) as u32
         };
-        ones_from_the_first(holds, limit)
+        (holds & !(u32::MAX << (limit & 31))).trailing_ones() as usize
     }
     #[cfg(not(target_arch = "x86_64"))]
-    window.iter().enumerate().map(|(i, &start)| usize::from(i < limit && start <= x)).sum()
-}
-
-/// The set bits of an ascending window's comparison: they stand together, so the first clear one is their number.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn ones_from_the_first(holds: u32, limit: usize) -> usize {
-    (holds & !(u32::MAX << (limit & 31))).trailing_ones() as usize
+    window.iter().take(limit).take_while(|&&start| start <= x).count()
 }
 
 /// Asks for the cache line of an element; nothing happens if there is none.

@@ -1,0 +1,41 @@
+//! Tables of numbers that are read a window at a time, without a branch.
+
+use super::WINDOW;
+
+/// A table of at least a window. What is read beyond its last window is read from there.
+#[derive(Clone, Copy, Debug)]
+pub struct Table<'a, T> {
+    numbers: &'a [T],
+    /// Where the last window begins: the length less a window.
+    last: usize,
+}
+
+impl<'a, T> Table<'a, T> {
+    /// The table of these numbers; `none` if they are fewer than a window.
+    #[inline(always)]
+    pub fn new(numbers: &'a [T], none: &'a [T; WINDOW]) -> Table<'a, T> {
+        match numbers.len().checked_sub(WINDOW) {
+            Some(last) => Table { numbers, last },
+            None => Table { numbers: none, last: 0 },
+        }
+    }
+
+    /// The window that begins at `first`.
+    #[inline(always)]
+    pub fn window(&self, first: usize) -> &'a [T; WINDOW] {
+        let first = if first < self.last { first } else { self.last };
+        // SAFETY: `last` and a window are the length of the table.
+        unsafe { &*self.numbers.as_ptr().add(first).cast() }
+    }
+
+    /// All numbers.
+    pub fn as_slice(&self) -> &'a [T] {
+        self.numbers
+    }
+
+    /// Asks for the cache line of a number.
+    #[inline(always)]
+    pub fn prefetch(&self, index: usize) {
+        super::prefetch(self.numbers, index);
+    }
+}

@@ -1,6 +1,8 @@
 //! Environments through the Rust API, and a thread's sampler over them.
 
 use crate::support::Map;
+use crate::support::statistics::Mean;
+use std::ops::Range;
 use wis::brdf::point::Point;
 use wis::direct::Ray;
 use wis::direct::sampler::{Config, Sampler, Sequence};
@@ -89,4 +91,21 @@ impl Thread {
 /// The first hit of a pixel.
 pub fn first_hit(seed: u32) -> Sequence {
     Sequence { seed, turn: 0, stream: 0 }
+}
+
+/// The mean over seeds of as many calls as a z-test needs to find a fault of [`LARGEST_MISSED`]; how many those are is learnt from
+/// the first, which are then left out.
+///
+/// [`LARGEST_MISSED`]: crate::support::statistics::LARGEST_MISSED
+pub fn mean_of(significance: f64, mut call: impl FnMut(u32) -> f64) -> Mean {
+    const PILOT: u32 = 10_000;
+    const MOST: u32 = 2_000_000;
+    let mut run = |seeds: Range<u32>| {
+        let mut mean = Mean::default();
+        seeds.for_each(|seed| mean.add(call(seed)));
+        mean
+    };
+    // The variance is known from the pilot only roughly.
+    let needed = 1.4 * run(0..PILOT).samples_needed(significance);
+    run(PILOT..PILOT + (needed as u32).clamp(PILOT, MOST))
 }

@@ -1,10 +1,10 @@
 //! Rays of a call: how many, where, and the same bits whatever the processor and the unit of radiance.
 
 use crate::client::{self, Client};
-use crate::light::{Light, Thread, description, first_hit};
+use crate::light::{Light, Thread, description, first_hit, mean_of};
 use crate::maps;
 use crate::support::maps::one_texel;
-use crate::support::statistics::{Mean, corrected};
+use crate::support::statistics::corrected;
 use crate::support::vector::{dot, single, unit};
 use crate::support::{Map, Random};
 use std::f64::consts::PI;
@@ -171,11 +171,10 @@ fn weights_add_up_to_the_hemisphere() {
     for client in [Client::new(&[Shape::LAMBERT], client::lambert), Client::new(&[], client::lambert), ggx] {
         for rays in [1, 4, 16] {
             let mut thread = Thread::new(16);
-            let mut mean = Mean::default();
-            for seed in 0..400_000 {
+            let mean = mean_of(corrected(9), |seed| {
                 let rays = thread.direct(&light.environment(), &client.point(), first_hit(seed), rays);
-                mean.add(rays.iter().map(|ray| f64::from(ray.weight)).sum());
-            }
+                rays.iter().map(|ray| f64::from(ray.weight)).sum()
+            });
             let (p, fault) = (mean.p_value(2.0 * PI, 0.0), mean.smallest_fault(corrected(9)));
             println!("{rays} rays: {} p {p:.1e}, finds {:.2} %", mean.mean, 100.0 * fault);
             assert!(p > corrected(9) && fault < 0.02, "{rays} rays: {} p {p:e} {fault}", mean.mean);

@@ -282,6 +282,8 @@ pub struct CellTables<'a> {
 pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], tables: CellTables<'_>) -> (Cell, f64) {
     let cell = CellBlocks::new(texels.plan, index, level);
     let CellTables { offset, starts, blocks, mut rows, mut lines, light } = tables;
+    // The room is for the blocks before they are doubled.
+    let light = light.get_mut(..cell.count()).unwrap_or_default();
     let (mut row_words, mut line_words) = (offset.rows, offset.lines);
     rows.fill(0);
     lines.fill(0);

@@ -1150,7 +1150,7 @@ enum wis_status wis_environment_open(const void *memory,
                                      struct wis_diagnostic *diagnostic);
 
 /// Describes an environment. Set `info->size` before.
-enum wis_status wis_environment_info(const struct wis_environment *environment, struct wis_environment_info *info);
+enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
 
 /// Turns an environment in place: `world_from_map` is a row-major 3x3 rotation or reflection, world = M map, within 1e-4, that
 /// replaces the former one; null is the identity. Nothing is rebuilt: takes less than a microsecond. The content id changes, so

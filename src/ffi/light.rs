@@ -332,7 +332,10 @@ pub unsafe extern "C" fn wis_environment_open(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_info(environment: *const EnvironmentObject, info: *mut LightInfo) -> Status {
+pub unsafe extern "C" fn wis_environment_describe(
+    environment: *const EnvironmentObject,
+    info: *mut LightInfo,
+) -> Status {
     answer(null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {

@@ -462,6 +462,8 @@ impl Places {
         let lengths = build::offset(work, plan.cells());
         let Sections { cells, starts, blocks, rows, lines, end, .. } =
             Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
+        let [cells, starts, blocks, rows, lines, end] =
+            [cells, starts, blocks, rows, lines, end].map(|place| place as usize);
         Ok(Places { cells, starts, blocks, rows, lines, end })
     }
 

@@ -37,7 +37,7 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
         "diagnostic" | "world_from_map" | "g" => true,
         "label" => function.name == "wis_strata_lights",
-        "info" => !matches!(function.name.as_str(), "wis_wavelet_product_describe" | "wis_environment_info"),
+        "info" => !matches!(function.name.as_str(), "wis_wavelet_product_describe" | "wis_environment_describe"),
         _ => false,
     }
 }

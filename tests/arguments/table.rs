@@ -54,7 +54,7 @@ pub const TABLE: &[Entry] = table! {
     wis_environment_run(config, memory, bytes, scratch, scratch_bytes, pass, first, count, diagnostic);
     wis_environment_finish(config, memory, bytes, scratch, scratch_bytes, environment, diagnostic);
     wis_environment_open(memory, bytes, environment, diagnostic);
-    wis_environment_info(environment, info);
+    wis_environment_describe(environment, info);
     wis_environment_turn(memory, bytes, world_from_map, environment, diagnostic);
     wis_wavelet_light_size(config, size, diagnostic);
     wis_wavelet_light_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);

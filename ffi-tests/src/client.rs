@@ -155,18 +155,17 @@ impl<'a> Map<'a> {
 
     /// The map as wis.h describes it.
     fn environment_config(&self, world_from_map: &[f32; 9]) -> raw::wis_environment_config {
-        let (format, pixels) = match &self.texels {
-            Texels::F32(texels) => (raw::WIS_FORMAT_F32, texels.as_ptr().cast()),
-            Texels::F16(texels) => (raw::WIS_FORMAT_F16, texels.as_ptr().cast()),
-        };
+        let map = self.config();
         raw::wis_environment_config {
             size: size_of::<raw::wis_environment_config>() as u32,
             layout: self.layout,
             width: self.width,
             height: self.height,
             channels: self.channels,
-            format,
-            pixels,
+            format: map.format,
+            pixels: map.pixels,
+            row: map.row,
+            row_user: map.row_user,
             world_from_map: world_from_map.as_ptr(),
             ..Default::default()
         }

@@ -351,7 +351,7 @@ enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
 /// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread.
 enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
                                  void *memory,
-                                 size_t memory_bytes,
+                                 size_t bytes,
                                  struct wis_sampler **sampler,
                                  struct wis_diagnostic *diagnostic);
 
@@ -359,9 +359,8 @@ enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
 /// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
 enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 
-/// Where the last call on this sampler that failed was at fault: argument, field and element. A pointer into the sampler, which
-/// stays valid as long as that does; null for a null sampler.
-const struct wis_diagnostic *wis_sampler_fault(const struct wis_sampler *sampler);
+/// Where the last call on this sampler that failed was at fault: argument, field and element.
+enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
 
 /// Lobes of a material.
 #define WIS_MAX_LOBES 4
@@ -457,15 +456,16 @@ typedef struct wis_ray {
 /// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
-/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null. It takes about 30 ns for each candidate, of which a single ray has 16.
+/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
+/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a sequence of your own; they are read where hits share
+/// a product only. It takes about 30 ns for each candidate, of which a single ray has 16.
 enum wis_status wis_direct(struct wis_sampler *sampler,
-                           const struct wis_environment *environment_object,
-                           const struct wis_point *shading_point,
+                           const struct wis_environment *environment,
+                           const struct wis_point *point,
                            uint32_t rays,
                            const float *u,
                            struct wis_ray *ray,
-                           uint32_t *count);
+                           uint32_t *ray_count);
 
 /// Rays of one point at the most, in a wave.
 #define WIS_WAVE_RAYS 64
@@ -542,7 +542,7 @@ typedef struct wis_wave {
 /// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
 /// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
 enum wis_status wis_direct_wave(struct wis_sampler *sampler,
-                                const struct wis_environment *environment_object,
+                                const struct wis_environment *environment,
                                 size_t count,
                                 const struct wis_wave *wave);
 
@@ -552,7 +552,7 @@ enum wis_status wis_direct_wave(struct wis_sampler *sampler,
 /// steradian, above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides are the bytes
 /// from one element to the next; 0: packed. About 40 ns each in batches of 8 and more.
 enum wis_status wis_sample(struct wis_sampler *sampler,
-                           const struct wis_environment *environment_object,
+                           const struct wis_environment *environment,
                            size_t count,
                            const float *u,
                            size_t u_stride,
@@ -564,7 +564,7 @@ enum wis_status wis_sample(struct wis_sampler *sampler,
 /// The pdf of `count` directions in the light, per steradian; 0 for those that are not of unit length within 1e-3. Strides as in
 /// wis_sample. About 15 ns each in batches of 8 and more.
 enum wis_status wis_pdf(struct wis_sampler *sampler,
-                        const struct wis_environment *environment_object,
+                        const struct wis_environment *environment,
                         size_t count,
                         const float *wi,
                         size_t wi_stride,
@@ -575,7 +575,7 @@ enum wis_status wis_pdf(struct wis_sampler *sampler,
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
 /// written. Strides as in wis_sample; statuses stand close together.
 enum wis_status wis_invert(struct wis_sampler *sampler,
-                           const struct wis_environment *environment_object,
+                           const struct wis_environment *environment,
                            size_t count,
                            const float *wi,
                            size_t wi_stride,

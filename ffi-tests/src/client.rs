@@ -58,11 +58,13 @@ impl fmt::Debug for Failure {
 
 impl std::error::Error for Failure {}
 
-fn check(status: raw::wis_status) -> Result<()> {
+/// The status of a call as a result.
+pub fn check(status: raw::wis_status) -> Result<()> {
     check_with(status, raw::wis_diagnostic::default())
 }
 
-fn check_with(status: raw::wis_status, diagnostic: raw::wis_diagnostic) -> Result<()> {
+/// The same with what the library said of it.
+pub fn check_with(status: raw::wis_status, diagnostic: raw::wis_diagnostic) -> Result<()> {
     if status == raw::WIS_OK { Ok(()) } else { Err(Failure { status, diagnostic }) }
 }
 
@@ -86,16 +88,18 @@ impl Block {
     }
 
     /// Gives back what lies behind the first `bytes`.
-    fn shorten(&mut self, bytes: usize) {
+    pub fn shorten(&mut self, bytes: usize) {
         self.0.truncate(bytes.div_ceil(size_of::<Unit>()));
         self.0.shrink_to_fit();
     }
 
-    fn start(&self) -> *const c_void {
+    /// Where it begins.
+    pub fn start(&self) -> *const c_void {
         self.0.as_ptr().cast()
     }
 
-    fn start_mut(&mut self) -> *mut c_void {
+    /// Where it begins, to write.
+    pub fn start_mut(&mut self) -> *mut c_void {
         self.0.as_mut_ptr().cast()
     }
 }
@@ -206,13 +210,21 @@ impl<'a> Map<'a> {
     }
 }
 
-unsafe extern "C" fn row_f32(user: *mut c_void, y: u32) -> *const c_void {
-    // SAFETY: `Map::config` gave this pointer, and the map outlives the build.
+/// A row callback whose user pointer leads to a function of rows.
+///
+/// # Safety
+/// `user` points to a reference to such a function, which is alive.
+pub unsafe extern "C" fn row_f32(user: *mut c_void, y: u32) -> *const c_void {
+    // SAFETY: the configuration gave this pointer, and the map outlives the build.
     let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const f32 + Sync)>() };
     rows(y).cast()
 }
 
-unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
+/// A row callback of 16-bit floats.
+///
+/// # Safety
+/// As for [`row_f32`].
+pub unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
     // SAFETY: as in `row_f32`.
     let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const u16 + Sync)>() };
     rows(y).cast()

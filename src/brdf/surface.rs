@@ -224,8 +224,8 @@ impl Surface {
         if self.whole { F::splat(0.5) * lambert::pdf(cosine.abs()) } else { lambert::pdf(cosine) }
     }
 
-    /// Local directions of lobes: the first number chooses the lobe, too. Directions of lobes that reach below the surface stay
-    /// there.
+    /// Local directions of lobes: the first number chooses the lobe, too. 0 in all components, which is none, where a microfacet
+    /// reflects to the lower side, or transmits to the upper: [`Surface::eval`] counts no density there.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (zero, half) = (F::splat(0.0), F::splat(0.5));
@@ -249,8 +249,14 @@ impl Surface {
                     let [x, y, z] = lambert::sample(u);
                     [x, y, zero - z]
                 }
-                LobeShape::Ggx(ggx) => ggx.sample_reflection(u),
-                LobeShape::GgxTransmission(ggx, eta) => ggx.sample_transmission(u, *eta),
+                LobeShape::Ggx(ggx) => {
+                    let wi = ggx.sample_reflection(u);
+                    wi.map(|w| F::only(zero.lt(wi[2]), w))
+                }
+                LobeShape::GgxTransmission(ggx, eta) => {
+                    let wi = ggx.sample_transmission(u, *eta);
+                    wi.map(|w| F::only(wi[2].lt(zero), w))
+                }
                 LobeShape::Phong(phong) => phong.sample(u),
             };
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];

@@ -51,8 +51,8 @@ impl Draw<'_> {
                 (lobe_seed, lobe_first + (group - half) as u32)
             };
             let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
-            for ((across, down), index) in across.iter_mut().zip(&mut down).zip(first..) {
-                [*across, *down] = Turn::point(seed, index);
+            for ((across, down), index) in across.iter_mut().zip(&mut down).zip(0..) {
+                [*across, *down] = Turn::point(seed, first.wrapping_add(index));
             }
             let u = [<F as Num>::load(across), <F as Num>::load(down)];
             if from_light {
@@ -68,11 +68,17 @@ impl Draw<'_> {
     /// Weighs eight directions with their densities in the light, and writes them.
     #[inline(always)]
     fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
-        let (zero, one) = (<F as Num>::splat(0.0), <F as Num>::splat(1.0));
+        let zero = <F as Num>::splat(0.0);
         let local = self.surface.to_local(direction);
         let (value, lobes) = self.surface.eval(local);
         let density = <F as Num>::splat(half) * (light + lobes);
-        let counts = if self.surface.is_whole() { Num::lt(zero, one) } else { Num::lt(zero, local[2]) };
+        // Lobes answer 0 in all components where they have no direction.
+        let height = if self.surface.is_whole() {
+            local[0] * local[0] + local[1] * local[1] + local[2] * local[2]
+        } else {
+            local[2]
+        };
+        let counts = Num::lt(zero, height);
         // A density of 0 can only come from rounding: such a direction does not count either.
         let counts = <F as Num>::and(counts, Num::lt(zero, density));
         let weight = <F as Num>::only(counts, value * light / density);

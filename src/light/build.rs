@@ -1,7 +1,8 @@
 //! The passes of a build: rows of texels, then the choice of grids, then the tables of cells. Rows and cells may be shared by
 //! threads in any portions; what they write does not depend on that.
 
-use super::blocks::{CellBlocks, CellTables, Choice, Lengths, Steps, choose, write_cell};
+use super::blocks::{CellBlocks, CellTables, Lengths, Steps, write_cell};
+use super::budget::{Choice, choose};
 use super::decode::RowSummary;
 use super::plan::Plan;
 use super::search::{stored_cell, write_table};
@@ -45,9 +46,9 @@ impl Totals {
     }
 
     /// The luminances as light.
-    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32]) -> Texels<'a> {
+    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32], rows: &'a [[f64; 2]]) -> Texels<'a> {
         let least = if plan.of.exact_zero { 0.0 } else { (self.mean * FLOOR) as f32 };
-        Texels { plan, luminance, largest: self.largest as f32, least, mean: self.mean as f32 }
+        Texels { plan, luminance, rows, largest: self.largest as f32, least, mean: self.mean as f32 }
     }
 }
 
@@ -86,9 +87,9 @@ pub fn block_range(plan: &Plan, index: u32) -> (usize, usize) {
 
 /// The second pass, for a cell.
 pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> CellWork {
-    let Choice { level, lengths, light, variance } = choose(texels, index, steps);
+    let Choice { level, lengths, variance } = choose(texels, index, steps);
     let lengths = [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64);
-    CellWork { level: level.into(), lengths, light, variance }
+    CellWork { level: level.into(), lengths, light: 0.0, variance }
 }
 
 /// Where the tables of each cell begin: those of the cells before it.

@@ -44,7 +44,8 @@ impl Parameter {
 
     /// Whether the call writes numbers through the pointer, or builds there.
     pub fn is_result(&self) -> bool {
-        self.is_pointer() && !self.declaration.starts_with("const") && self.name != "diagnostic"
+        let handle = self.declaration.contains("**");
+        self.is_pointer() && !self.declaration.starts_with("const") && !handle && self.name != "diagnostic"
     }
 
     /// What the pointer points to, without `const`: `float`, `wis_wavelet_query`, `wis_wavelet_light *`.

@@ -10,6 +10,7 @@ use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{BuildError, Places, Scratch, Writer};
 use crate::light::tables::Cell;
+use crate::light::texels::row_weights;
 use crate::status::Status;
 use core::ffi::c_void;
 
@@ -35,6 +36,7 @@ const UNCHOSEN: u64 = u64::MAX;
 struct Arrays {
     rows: usize,
     rgb: usize,
+    weights: usize,
     work: usize,
     block_light: usize,
     luminance: usize,
@@ -52,10 +54,11 @@ impl Arrays {
             Some(start)
         };
         let blocks = kernel::full_lengths(&request.plan).blocks;
-        let [rows, rgb, work, block_light, luminance, steps] = Scratch::counts(&request.plan, blocks)?;
+        let [rows, rgb, weights, work, block_light, luminance, steps] = Scratch::counts(&request.plan, blocks)?;
         let arrays = Arrays {
             rows: array(rows)?,
             rgb: array(rgb)?,
+            weights: array(weights)?,
             work: array(work)?,
             block_light: array(block_light)?,
             luminance: array(luminance)?,
@@ -110,6 +113,11 @@ impl Build {
             build.block.own::<RowSummary>(at_rows, 0, rows).fill(unfinished);
             build.block.own::<CellWork>(work, 0, cells).fill(CellWork { level: UNCHOSEN, ..CellWork::default() });
             build.block.own::<f64>(cell_light, 0, cells).fill(UNFINISHED);
+            let patch_rows = request.plan.chart.axes[1].patches;
+            let weights = build.block.own::<[f64; 2]>(build.arrays.weights, 0, patch_rows as usize);
+            for (y, weights) in (0..).zip(weights) {
+                *weights = row_weights(&request.plan, y);
+            }
         }
         Ok(build)
     }
@@ -210,7 +218,7 @@ impl Build {
         // SAFETY: what the first pass wrote is only read; of grids and cells those of these items only are written.
         unsafe {
             let totals = Totals::of(self.summaries());
-            let texels = totals.texels(&self.request.plan, self.luminance());
+            let texels = totals.texels(&self.request.plan, self.luminance(), self.weights());
             let (mut first, _) = kernel::block_range(&self.request.plan, items.start);
             for index in items {
                 let count = CellBlocks::new(&self.request.plan, index, 0).count();
@@ -230,7 +238,7 @@ impl Build {
         // SAFETY: what earlier passes wrote is only read; of all tables the parts of these cells only are written.
         unsafe {
             let (totals, work) = (Totals::of(self.summaries()), self.work());
-            let texels = totals.texels(plan, self.luminance());
+            let texels = totals.texels(plan, self.luminance(), self.weights());
             let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
             let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
             let (mut first, _) = kernel::block_range(plan, items.start);
@@ -283,6 +291,14 @@ impl Build {
             let writer = Writer::new(plan, work, memory).map_err(failure)?;
             writer.finish(&totals, work, rgb, &self.request.frame).map_err(|status| Failure::new(status, 1))
         }
+    }
+
+    /// # Safety
+    /// The build has begun.
+    unsafe fn weights<'a>(&self) -> &'a [[f64; 2]] {
+        let rows = self.request.plan.chart.axes[1].patches as usize;
+        // SAFETY: written when the build began, and only read since.
+        unsafe { self.block.finished(self.arrays.weights, 0, rows) }
     }
 
     /// # Safety

@@ -1,0 +1,83 @@
+//! Hits of a pixel share their random numbers: the error of their mean falls faster than that of independent ones (rule 39).
+
+use crate::client::{self, Client};
+use crate::light::{Light, TURNED, Thread};
+use crate::maps;
+use crate::support::Random;
+use crate::support::maps::Filter;
+use crate::support::vector::{add, cross, dot, rotate_back, scale, unit};
+use wis::brdf::material::Shape;
+use wis::direct::sampler::Sequence;
+
+/// How many turns are averaged.
+const TURNS: [u32; 5] = [16, 32, 64, 128, 256];
+/// Pixels of which each answers one error for each number of turns.
+const PIXELS: u32 = 3000;
+/// The slope of log relative variance over log turns; -1 for independent turns.
+const SLOPE: f64 = -1.05;
+
+/// The slope, and its standard error from ten parts of the pixels.
+fn slope(client: &Client, map: &crate::support::Map) -> (f64, f64) {
+    let light = Light::of(map);
+    let environment = light.environment();
+    let mut thread = Thread::new(1);
+    // Means over the first turns, pixel by pixel.
+    let means: Vec<[f64; TURNS.len()]> = (0..PIXELS)
+        .map(|seed| {
+            let mut random = Random(u64::from(seed) << 32 | 0x5eed);
+            let (mut sum, mut means) = (0.0, [0.0; TURNS.len()]);
+            for turn in 0..TURNS[TURNS.len() - 1] {
+                // The client's own numbers are random: hits have normals within half a degree of one another.
+                let tilt = [0; 2].map(|_| 0.01 * (random.f64() - 0.5));
+                let across = cross(client.normal, client.tangent);
+                let offset = add(scale(client.tangent, tilt[0]), scale(across, tilt[1]));
+                let hit = Client { normal: unit(add(client.normal, offset)), ..client.clone() };
+                let at = Sequence { seed, turn, stream: 0 };
+                for ray in thread.direct(&environment, &hit.point(), at, 1) {
+                    let wi = ray.wi.map(f64::from);
+                    assert!(dot(wi, hit.normal) > -1e-6);
+                    let radiance = map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi))[0];
+                    sum += f64::from(ray.weight) * hit.response(wi) * radiance;
+                }
+                if let Some(k) = TURNS.iter().position(|&turns| turns == turn + 1) {
+                    means[k] = sum / f64::from(turn + 1);
+                }
+            }
+            means
+        })
+        .collect();
+    let all = slope_of(&means);
+    let parts: Vec<f64> = means.chunks(means.len() / 10).map(slope_of).collect();
+    let spread = parts.iter().map(|s| (s - all).powi(2)).sum::<f64>() / 9.0;
+    (all, (spread / 10.0).sqrt())
+}
+
+/// The least-squares slope of log variance over log turns.
+fn slope_of(means: &[[f64; TURNS.len()]]) -> f64 {
+    let n = means.len() as f64;
+    let log_variance = |k: usize| {
+        let mean = means.iter().map(|m| m[k]).sum::<f64>() / n;
+        (means.iter().map(|m| (m[k] - mean).powi(2)).sum::<f64>() / n).ln()
+    };
+    let points: Vec<(f64, f64)> = (0..TURNS.len()).map(|k| (f64::from(TURNS[k]).ln(), log_variance(k))).collect();
+    let middle = points.iter().map(|p| p.0).sum::<f64>() / points.len() as f64;
+    let squares = points.iter().map(|p| (p.0 - middle).powi(2)).sum::<f64>();
+    points.iter().map(|p| (p.0 - middle) * p.1).sum::<f64>() / squares
+}
+
+/// Lambert and GGX 0.3, under a smooth light and under a sun. Independent turns would give -1 within 0.03; the standard error,
+/// 0.01 to 0.03, is printed beside.
+#[test]
+fn turns_are_stratified_together() {
+    let clients = [
+        ("Lambert", Client::new(&[Shape::LAMBERT], client::lambert)),
+        ("GGX 0.3", Client::new(&[Shape::ggx(0.3, 0.3)], client::ggx_03)),
+    ];
+    for (light, map) in maps() {
+        for (name, client) in &clients {
+            let (slope, error) = slope(client, &map);
+            println!("{name}, {light}: slope {slope:.3} +- {error:.3}");
+            assert!(slope <= SLOPE, "{name}, {light}: slope {slope} +- {error}");
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Direct light: rays with weights. Unbiased for every client, joint over the hits of a pixel, the same bits on every level.
+
+mod client;
+mod joint;
+mod light;
+mod rays;
+#[path = "../support/mod.rs"]
+mod support;
+mod unbiased;
+
+use support::Map;
+use support::maps::{sky, sun};
+
+/// Light that is smooth, and light of which one disc of half a degree gives the most.
+fn maps() -> [(&'static str, Map); 2] {
+    [("sky", sky(64, 32)), ("sun", sun(512, 256).reduced(8))]
+}

@@ -5,7 +5,7 @@ use super::super::{Checked, DividedBlock, Failure, WIS_ALIGNMENT, slice_mut};
 use super::request::Request;
 use super::rows::PixelRows;
 use crate::environment::pixels::{RowError, Rows};
-use crate::light::blocks::{CellTables, Steps};
+use crate::light::blocks::{CellBlocks, CellTables, Steps};
 use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{BuildError, Places, Scratch, Writer};
@@ -219,12 +219,14 @@ impl Build {
         unsafe {
             let totals = Totals::of(self.summaries());
             let texels = totals.texels(&self.request.plan, self.luminance(), self.weights());
+            let (mut first, _) = kernel::block_range(&self.request.plan, items.start);
             for index in items {
-                let (first, count) = kernel::block_range(&self.request.plan, index);
+                let count = CellBlocks::new(&self.request.plan, index, 0).count();
                 let steps = self.block.own::<Steps>(self.arrays.steps, first, count);
                 if let Some(work) = self.block.own::<CellWork>(self.arrays.work, index as usize, 1).first_mut() {
                     *work = kernel::choose_cell(&texels, index, steps);
                 }
+                first += count;
             }
         }
     }
@@ -239,10 +241,12 @@ impl Build {
             let texels = totals.texels(plan, self.luminance(), self.weights());
             let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
             let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
+            let (mut first, _) = kernel::block_range(plan, items.start);
             for index in items {
-                let (first, count) = kernel::block_range(plan, index);
+                let count = CellBlocks::new(plan, index, 0).count();
                 let steps = self.block.finished::<Steps>(self.arrays.steps, first, count);
                 let light = self.block.own::<f64>(self.arrays.block_light, first, count);
+                first += count;
                 let Some(own) = work.get(index as usize) else { continue };
                 let (offset, length) = (kernel::offset(work, index), own.lengths());
                 let parts = CellTables {

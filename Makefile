@@ -4,11 +4,14 @@ PREFIX  ?= /usr/local
 DESTDIR ?=
 BUILD   ?= build
 CARGO   ?= cargo
+OBJCOPY ?= objcopy
 
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 MAJOR   := $(word 1,$(subst ., ,$(VERSION)))
 MINOR   := $(word 2,$(subst ., ,$(VERSION)))
+# What may break the binary interface: a minor version before 1.0, a major version from then on. capi/build.rs says the same.
+ABI     := $(if $(filter 0,$(MAJOR)),$(MAJOR).$(MINOR),$(MAJOR))
 ROOT    := $(DESTDIR)$(PREFIX)
 
 LIB      := $(BUILD)/lib
@@ -17,9 +20,10 @@ RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,im
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
-FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/'
+FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
+	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test check-aarch64 clean
+.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test mutants check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -27,18 +31,21 @@ help: ## list the targets
 lib: ## build the static and the shared library into build/lib
 	$(CARGO) build --release --package wis-capi
 	install -d $(LIB)
-	install -m 644 $(TARGET)/release/libwis.a $(LIB)/libwis.a
-	install -m 755 $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
-	ln -sf libwis.so.$(VERSION) $(LIB)/libwis.so.$(MAJOR)
-	ln -sf libwis.so.$(MAJOR) $(LIB)/libwis.so
+	rm -f $(LIB)/libwis.*
+	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a
+	$(OBJCOPY) --strip-all $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
+	ln -s libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
+	ln -s libwis.so.$(ABI) $(LIB)/libwis.so
 
 header: ## write include/wis.h from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header
 
-install: lib ## install libraries, headers, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
-	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis
+install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
+	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
 	install -m 644 include/wis.h include/wis.hpp $(ROOT)/include
 	cp -P $(LIB)/libwis.* $(ROOT)/lib
+	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
+	cp -R packaging/licences/* $(ROOT)/share/licenses/wis
 	$(FILL_IN) packaging/wis.pc.in > $(ROOT)/lib/pkgconfig/wis.pc
 	$(FILL_IN) packaging/wisConfig.cmake.in > $(ROOT)/lib/cmake/wis/wisConfig.cmake
 	$(FILL_IN) packaging/wisConfigVersion.cmake.in > $(ROOT)/lib/cmake/wis/wisConfigVersion.cmake
@@ -100,6 +107,10 @@ check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test
 	scripts/test.sh $(BUILD)
+
+mutants: ## break one rule at a time and see that a test notices: ONLY='split-clamp ...'
+	scripts/setup.sh test
+	scripts/mutants.sh $(ONLY)
 
 clean: ## remove what was built
 	$(CARGO) clean

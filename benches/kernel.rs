@@ -49,7 +49,7 @@ fn environment_build(criterion: &mut Criterion) {
     let map = sky();
     let mut group = criterion.benchmark_group("environment build");
     group.sample_size(10);
-    for flags in [0, WIS_ENVIRONMENT_NEAREST] {
+    for flags in [0, WIS_WAVELET_LIGHT_NEAREST] {
         let name = if flags == 0 { "bilinear" } else { "nearest" };
         group.bench_function(name, |bencher| bencher.iter(|| map.build(RESOLUTION, flags)));
     }
@@ -75,8 +75,9 @@ fn environment_sample(criterion: &mut Criterion) {
 fn prepare(environment: &Environment, query: &Query, config: &ProductConfig, memory: &mut Memory) {
     let (block, bytes, mut handle) = (memory.pointer(), memory.len(), null());
     // SAFETY: all pointers are valid.
-    let status =
-        unsafe { wis_product_prepare(environment.handle, query, config, block, bytes, &mut handle, null_mut()) };
+    let status = unsafe {
+        wis_wavelet_product_prepare(environment.handle, query, config, block, bytes, &mut handle, null_mut())
+    };
     assert_eq!(status, Status::Ok);
 }
 
@@ -88,7 +89,7 @@ fn product_prepare(criterion: &mut Criterion) {
             let config = ProductConfig { max_squares, max_evaluations: max_squares / 2, ..product_config() };
             let mut size = MemorySize::default();
             // SAFETY: all pointers are valid.
-            assert_eq!(unsafe { wis_product_size(&config, &mut size, null_mut()) }, Status::Ok);
+            assert_eq!(unsafe { wis_wavelet_product_size(&config, &mut size, null_mut()) }, Status::Ok);
             let (query, mut memory) = (shading_point(&lobes), Memory::new(size.bytes));
             group.bench_function(BenchmarkId::new(name, max_squares), |bencher| {
                 bencher.iter(|| prepare(&environment, black_box(&query), &config, &mut memory));
@@ -120,7 +121,7 @@ fn sample_n(product: &Product, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f
     let (u, count, wi, pdf) = (u.as_ptr().cast(), u.len(), wi.as_mut_ptr().cast(), pdf.as_mut_ptr());
     // SAFETY: the slices are of one length, and both handles are alive.
     let status =
-        unsafe { wis_product_sample_n(product.environment.handle, product.handle, count, u, 0, wi, 0, pdf, 0) };
+        unsafe { wis_wavelet_product_sample_n(product.environment.handle, product.handle, count, u, 0, wi, 0, pdf, 0) };
     assert_eq!(status, Status::Ok);
 }
 
@@ -145,7 +146,7 @@ fn product_pdf(criterion: &mut Criterion) {
 fn pdf_n(product: &Product, wi: &[[f32; 3]], pdf: &mut [f32]) {
     let (wi, count, pdf) = (wi.as_ptr().cast(), wi.len(), pdf.as_mut_ptr());
     // SAFETY: as in `sample_n`.
-    let status = unsafe { wis_product_pdf_n(product.environment.handle, product.handle, count, wi, 0, pdf, 0) };
+    let status = unsafe { wis_wavelet_product_pdf_n(product.environment.handle, product.handle, count, wi, 0, pdf, 0) };
     assert_eq!(status, Status::Ok);
 }
 
@@ -158,7 +159,7 @@ fn trees(criterion: &mut Criterion) {
     let mut values: Vec<f64> = e.iter().map(|&x| f64::from(x)).collect();
     group.bench_function("haar forward", |bencher| {
         // SAFETY: the slice holds 2^(2 DEPTH) values.
-        bencher.iter(|| unsafe { wis_haar_forward(2, DEPTH, values.len(), values.as_mut_ptr()) });
+        bencher.iter(|| unsafe { wis_haar_forward(2, DEPTH, values.len(), values.as_mut_ptr(), std::ptr::null_mut()) });
     });
     let [e, f] = [e, f].map(|pixels| Stored::<4>::complete::<2>(DEPTH, &pixels).pruned(0.01).0);
     group.bench_function("product integral", |bencher| bencher.iter(|| inner::integral(&e.tree(), &f.tree())));

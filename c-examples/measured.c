@@ -46,7 +46,7 @@ static size_t tabulate(const wis_tree *slice[SLICES]) {
     for (uint32_t k = 0; k < SLICES; k++) {
         const float middle[2] = {0.5f, 0.5f};
         float wo[3];
-        check(wis_table_directions(k, SLICES, DEPTH, middle, wo, wi, 0));
+        check(wis_wavelet_table_directions(k, SLICES, DEPTH, middle, wo, wi, 0));
         for (uint32_t i = 0; i < PIXELS; i++) pixels[i] = brdf(wo, wi + 3 * i);
         wis_tree_config config = {sizeof config, 2, DEPTH, 0.001f, pixels};
         wis_memory_size size;
@@ -62,14 +62,14 @@ static size_t tabulate(const wis_tree *slice[SLICES]) {
     return bytes;
 }
 
-static const wis_environment *build_light(void) {
+static const wis_wavelet_light *build_light(void) {
     for (uint32_t y = 0; y < HEIGHT; y++) {
         for (uint32_t x = 0; x < WIDTH; x++) map[y][x] = y < HEIGHT / 2 ? 0.5f : 0.1f;
     }
     map[14][30] = 800.0f;
-    wis_environment_config config = {0};
+    wis_wavelet_light_config config = {0};
     config.size = sizeof config;
-    config.flags = WIS_ENVIRONMENT_NEAREST;
+    config.flags = WIS_WAVELET_LIGHT_NEAREST;
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = WIDTH;
     config.height = HEIGHT;
@@ -78,10 +78,10 @@ static const wis_environment *build_light(void) {
     config.storage = WIS_STORAGE_PYRAMID;
     config.pixels = map;
     wis_memory_size size;
-    check(wis_environment_size(&config, &size, NULL));
+    check(wis_wavelet_light_size(&config, &size, NULL));
     void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
-    const wis_environment *environment;
-    check(wis_environment_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL, NULL));
+    const wis_wavelet_light *environment;
+    check(wis_wavelet_light_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL, NULL));
     free(scratch);
     return environment;
 }
@@ -107,24 +107,24 @@ static double sum_over_map(const float wo[3]) {
 }
 
 int main(void) {
-    const wis_environment *environment = build_light();
+    const wis_wavelet_light *environment = build_light();
     const wis_tree *slice[SLICES];
     const size_t table_bytes = tabulate(slice);
-    const wis_table table = {sizeof table, SLICES, slice, {NULL, NULL, NULL}};
+    const wis_wavelet_table table = {sizeof table, SLICES, slice, {NULL, NULL, NULL}};
 
     /* A wave of hits: their products in one block. */
-    wis_product_config config = {0};
+    wis_wavelet_product_config config = {0};
     config.size = sizeof config;
     config.cpu_level = wis_cpu_detect();
     wis_memory_size size;
-    check(wis_product_size(&config, &size, NULL));
+    check(wis_wavelet_product_size(&config, &size, NULL));
     char *memory = allocate(HITS * size.bytes);
-    const wis_product *product[HITS];
-    wis_query query = {0};
+    const wis_wavelet_product *product[HITS];
+    wis_wavelet_query query = {0};
     query.size = sizeof query;
     query.lobe_count = 1;
     query.normal[2] = 1.0f;
-    query.lobe[0].kind = WIS_LOBE_TABLE;
+    query.lobe[0].kind = WIS_WAVELET_LOBE_TABLE;
     for (int c = 0; c < 3; c++) query.lobe[0].weight[c] = 1.0f;
     float wo[HITS][3];
     double expected = 0.0;
@@ -134,7 +134,7 @@ int main(void) {
         wo[i][1] = sinf(theta) * sinf(phi);
         wo[i][2] = cosf(theta);
         for (int c = 0; c < 3; c++) query.wo[c] = wo[i][c];
-        check(wis_product_prepare_table(environment, &table, &query, &config, memory + i * size.bytes, size.bytes,
+        check(wis_wavelet_product_prepare_table(environment, &table, &query, &config, memory + i * size.bytes, size.bytes,
                                         &product[i], NULL));
         expected += i % 8 == 0 ? sum_over_map(wo[i]) : 0.0;
     }
@@ -144,7 +144,7 @@ int main(void) {
     for (uint32_t pass = 0; pass < PASSES; pass++) {
         float u[HITS][2], wi[HITS][3], pdf[HITS];
         for (uint32_t i = 0; i < HITS; i++) check(wis_points_sobol(wis_pixel_seed(i, 0, 0), pass, 1, u[i], 0));
-        check(wis_products_sample(environment, HITS, product, u[0], 0, wi[0], 0, pdf, 0));
+        check(wis_wavelet_products_sample(environment, HITS, product, u[0], 0, wi[0], 0, pdf, 0));
         for (uint32_t i = 0; i < HITS; i += 8) {
             if (pdf[i] > 0.0f) estimate += (double)(brdf(wo[i], wi[i]) * radiance(wi[i]) / pdf[i]) / PASSES;
         }

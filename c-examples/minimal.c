@@ -36,7 +36,7 @@ int main(void) {
     map[8][12] = 500.0f;
 
     /* 2. Its environment, built once in your memory and then shared by all threads. */
-    wis_environment_config config = {0};
+    wis_wavelet_light_config config = {0};
     config.size = sizeof config;
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = WIDTH;
@@ -46,21 +46,21 @@ int main(void) {
     config.storage = WIS_STORAGE_PYRAMID;
     config.pixels = map;
     wis_memory_size size;
-    check(wis_environment_size(&config, &size, NULL));
+    check(wis_wavelet_light_size(&config, &size, NULL));
     void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
-    const wis_environment *environment;
-    check(wis_environment_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL, NULL));
+    const wis_wavelet_light *environment;
+    check(wis_wavelet_light_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL, NULL));
     free(scratch);
 
     /* 3. A shading point in world space: normal, direction to the eye, BRDF. */
-    wis_query query = {0};
+    wis_wavelet_query query = {0};
     query.size = sizeof query;
     query.lobe_count = 1;
     query.normal[2] = 1.0f;
     query.tangent[0] = 1.0f;
     query.wo[0] = -0.6f;
     query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_LOBE_GGX;
+    query.lobe[0].kind = WIS_WAVELET_LOBE_GGX;
     query.lobe[0].a = query.lobe[0].b = 0.3f;
     for (int c = 0; c < 3; c++) {
         query.lobe[0].weight[c] = 1.0f;
@@ -68,28 +68,28 @@ int main(void) {
     }
 
     /* 4. The product of light, BRDF and cosine at that point, in memory of this thread. */
-    wis_product_config product_config = {0};
+    wis_wavelet_product_config product_config = {0};
     product_config.size = sizeof product_config;
-    check(wis_product_size(&product_config, &size, NULL));
+    check(wis_wavelet_product_size(&product_config, &size, NULL));
     void *product_memory = allocate(size.bytes);
-    const wis_product *product;
-    check(wis_product_prepare(environment, &query, &product_config, product_memory, size.bytes, &product, NULL));
+    const wis_wavelet_product *product;
+    check(wis_wavelet_product_prepare(environment, &query, &product_config, product_memory, size.bytes, &product, NULL));
 
     /* 5. Samples: directions in world space and their densities per solid angle. */
     float u[SAMPLES][2];
     check(wis_points_sobol(wis_pixel_seed(0, 0, 0), 0, SAMPLES, u[0], sizeof u[0]));
     for (uint32_t i = 0; i < SAMPLES; i++) {
-        wis_sample sample;
+        wis_drawn sample;
         float pdf;
-        check(wis_product_sample(environment, product, u[i], &sample));
-        check(wis_product_pdf(environment, product, sample.wi, &pdf));
+        check(wis_wavelet_product_sample(environment, product, u[i], &sample));
+        check(wis_wavelet_product_pdf(environment, product, sample.wi, &pdf));
         printf("wi (% .4f, % .4f, % .4f)  pdf %9.4f  pdf(wi) %s\n", sample.wi[0], sample.wi[1], sample.wi[2],
                sample.pdf, memcmp(&pdf, &sample.pdf, sizeof pdf) == 0 ? "the same bits" : "differs");
     }
 
     /* 6. The light that the point would reflect if nothing cast a shadow. */
     double luminance;
-    check(wis_product_estimate(environment, product, &luminance));
+    check(wis_wavelet_product_estimate(environment, product, &luminance));
     printf("estimate of the reflected luminance: %.4f\n", luminance);
 
     free(product_memory);

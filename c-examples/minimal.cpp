@@ -17,21 +17,21 @@ static std::vector<float> make_map() {
     return map;
 }
 
-static wis_query make_query() {
-    wis_query query = wis::sized<wis_query>();
+static wis_wavelet_query make_query() {
+    wis_wavelet_query query = wis::sized<wis_wavelet_query>();
     query.lobe_count = 1;
     query.normal[2] = 1.0f;
     query.tangent[0] = 1.0f;
     query.wo[0] = -0.6f;
     query.wo[2] = 0.8f;
-    query.lobe[0] = wis_lobe{WIS_LOBE_GGX, {1.0f, 1.0f, 1.0f}, {0.9f, 0.9f, 0.9f}, 0.3f, 0.3f};
+    query.lobe[0] = wis_wavelet_lobe{WIS_WAVELET_LOBE_GGX, {1.0f, 1.0f, 1.0f}, {0.9f, 0.9f, 0.9f}, 0.3f, 0.3f};
     return query;
 }
 
 static void run() {
     // 1. A light, and its environment: built once, then shared by all threads.
     const std::vector<float> map = make_map();
-    wis_environment_config config = wis::sized<wis_environment_config>();
+    wis_wavelet_light_config config = wis::sized<wis_wavelet_light_config>();
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = width;
     config.height = height;
@@ -44,14 +44,14 @@ static void run() {
 
     // 2. The product of light, BRDF and cosine at a shading point; one object for each thread.
     wis::product product;
-    product.init(wis::sized<wis_product_config>());
+    product.init(wis::sized<wis_wavelet_product_config>());
     product.prepare(environment, make_query());
 
     // 3. Samples: directions in world space and their densities per solid angle.
     float u[samples][2];
     wis::pass(wis_points_sobol(wis_pixel_seed(0, 0, 0), 0, samples, u[0], sizeof u[0]));
     for (const auto &point : u) {
-        wis_sample sample;
+        wis_drawn sample;
         float pdf;
         product.sample(environment, point, sample);
         product.pdf(environment, sample.wi, pdf);

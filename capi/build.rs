@@ -3,8 +3,12 @@
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("linux") {
-        let major = env!("CARGO_PKG_VERSION_MAJOR");
-        println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,libwis.so.{major}");
+        // What may break the binary interface: a minor version before 1.0, a major version from then on.
+        let abi = match (env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR")) {
+            ("0", minor) => format!("0.{minor}"),
+            (major, _) => major.into(),
+        };
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,libwis.so.{abi}");
         println!("cargo::rustc-cdylib-link-arg=-lc");
     }
 }

@@ -137,7 +137,7 @@ fn main() {
                 let mut wi = vec![[0f32; 3]; n];
                 let mut pdf = vec![0f32; n];
                 let mut pdf2 = vec![0f32; n];
-                let lev = wis::simd::detect();
+                let lev = wis::simd::Level::detect();
                 let mut tb = [1e9f64; 4];
                 for _ in 0..3 {
                     let t = Instant::now();

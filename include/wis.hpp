@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #ifdef WIS_HPP_THROW
 #include <stdexcept>
@@ -42,7 +43,31 @@ template <class T> T sized() noexcept {
     return value;
 }
 
-/// Aligned bytes from the heap. Once moved from, only to be reserved again.
+/// A plain value that goes along when its object is moved: what stays behind is null or 0.
+template <class T> class moving {
+public:
+    moving() noexcept : value() {}
+    moving(moving &&other) noexcept : value(other.take()) {}
+    moving &operator=(moving &&other) noexcept {
+        value = other.take();
+        return *this;
+    }
+    moving &operator=(T other) noexcept {
+        value = other;
+        return *this;
+    }
+    operator T() const noexcept { return value; }
+    T value;
+
+private:
+    T take() noexcept {
+        const T taken = value;
+        value = T();
+        return taken;
+    }
+};
+
+/// Aligned bytes from the heap; none once moved from.
 class memory {
 public:
     /// False if the heap is exhausted. What was held before is freed.
@@ -51,7 +76,7 @@ public:
         bytes_ = block_ ? bytes : 0;
         data_ = block_.get();
         std::size_t space = bytes_ + align;
-        return data_ && std::align(align, bytes_, data_, space);
+        return data_ && std::align(align, bytes_, data_.value, space);
     }
     void *data() const noexcept { return data_; }
     std::size_t bytes() const noexcept { return bytes_; }
@@ -61,102 +86,138 @@ private:
         void operator()(void *block) const noexcept { std::free(block); }
     };
     std::unique_ptr<void, release> block_;
-    void *data_ = nullptr;
-    std::size_t bytes_ = 0;
+    moving<void *> data_;
+    moving<std::size_t> bytes_;
 };
 
 /// An environment and its memory. Const once built: threads may share it.
 class environment {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_environment_config &config, wis_environment_info *info = nullptr,
+    status init(const wis_wavelet_light_config &config, wis_wavelet_light_info *info = nullptr,
                 wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;
-        const status measured = wis_environment_size(&config, &need, diagnostic);
+        const status measured = wis_wavelet_light_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         memory scratch;
         if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
             return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_environment_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
-                                         &handle_, info, diagnostic));
+        return pass(wis_wavelet_light_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
+                                         &handle_.value, info, diagnostic));
     }
-    const wis_environment *get() const noexcept { return handle_; }
+    const wis_wavelet_light *get() const noexcept { return handle_; }
 
-    status sample(const float (&u)[2], wis_sample &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+    status sample(const float (&u)[2], wis_drawn &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
                   const float *world_from_map = nullptr) const {
-        return pass(wis_environment_sample(handle_, distribution, world_from_map, u, &out));
+        return pass(wis_wavelet_light_sample(handle_, distribution, world_from_map, u, &out));
     }
     status pdf(const float (&wi)[3], float &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
                const float *world_from_map = nullptr) const {
-        return pass(wis_environment_pdf(handle_, distribution, world_from_map, wi, &out));
+        return pass(wis_wavelet_light_pdf(handle_, distribution, world_from_map, wi, &out));
     }
     status invert(const float (&wi)[3], float (&u)[2], std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
                   const float *world_from_map = nullptr) const {
-        return pass(wis_environment_invert(handle_, distribution, world_from_map, wi, u));
+        return pass(wis_wavelet_light_invert(handle_, distribution, world_from_map, wi, u));
     }
 
 private:
     memory memory_;
-    const wis_environment *handle_ = nullptr;
+    moving<const wis_wavelet_light *> handle_;
 };
 
 /// The product at one shading point after another, in memory that is reserved once. One for each thread.
 class product {
 public:
-    /// Reserves the memory. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_product_config &config, wis_diagnostic *diagnostic = nullptr) {
+    /// Reserves the memory, and copies the configuration with its matrix and its prior: both pointers may go away
+    /// afterwards. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
+        config_.size = 0;
         wis_memory_size need;
-        const status measured = wis_product_size(&config, &need, diagnostic);
+        const status measured = wis_wavelet_product_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
         config_ = config;
+        config_.world_from_map = nullptr;
+        config_.prior = nullptr;
+        turned_ = config.world_from_map != nullptr;
+        if (turned_) std::memcpy(matrix_, config.world_from_map, sizeof matrix_);
+        set_prior(config.prior);
         return WIS_OK;
     }
-    status prepare(const environment &light, const wis_query &query, wis_diagnostic *diagnostic = nullptr) {
+    /// Another prior for the preparations to come, such as what the last pass counted; copied, too. Null: none.
+    void set_prior(const wis_prior *prior) noexcept {
+        seen_ = prior != nullptr;
+        if (seen_) prior_ = *prior;
+    }
+    /// WIS_NOT_BUILT, here and below, if init was not called, or failed.
+    status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
-        return pass(wis_product_prepare(light.get(), &query, &config_, memory_.data(), memory_.bytes(), &handle_,
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
                                         diagnostic));
     }
-    status prepare(const environment &light, const wis_callback_brdf &brdf, wis_diagnostic *diagnostic = nullptr) {
+    status prepare(const environment &light, const wis_wavelet_callback &brdf, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
-        return pass(wis_product_prepare_callback(light.get(), &brdf, &config_, memory_.data(), memory_.bytes(),
-                                                 &handle_, diagnostic));
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
+                                                 &handle_.value, diagnostic));
     }
     /// For a query with tabulated lobes.
-    status prepare(const environment &light, const wis_table &table, const wis_query &query,
+    status prepare(const environment &light, const wis_wavelet_table &table, const wis_wavelet_query &query,
                    wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
-        return pass(wis_product_prepare_table(light.get(), &table, &query, &config_, memory_.data(), memory_.bytes(),
-                                              &handle_, diagnostic));
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
+                                              &handle_.value, diagnostic));
     }
-    const wis_product *get() const noexcept { return handle_; }
+    const wis_wavelet_product *get() const noexcept { return handle_; }
 
     /// Whether a hit may use the product: see reuse_cone.
-    status covers(const environment &light, const wis_query &query, bool &out) const {
+    status covers(const environment &light, const wis_wavelet_query &query, bool &out) const {
         std::uint32_t answer = 0;
-        const status asked = wis_product_covers(light.get(), handle_, &query, &answer);
+        const status asked = wis_wavelet_product_covers(light.get(), handle_, &query, &answer);
         out = answer == 1;
         return pass(asked);
     }
     status estimate(const environment &light, double &luminance) const {
-        return pass(wis_product_estimate(light.get(), handle_, &luminance));
+        return pass(wis_wavelet_product_estimate(light.get(), handle_, &luminance));
     }
-    status sample(const environment &light, const float (&u)[2], wis_sample &out) const {
-        return pass(wis_product_sample(light.get(), handle_, u, &out));
+    status sample(const environment &light, const float (&u)[2], wis_drawn &out) const {
+        return pass(wis_wavelet_product_sample(light.get(), handle_, u, &out));
     }
     status pdf(const environment &light, const float (&wi)[3], float &out) const {
-        return pass(wis_product_pdf(light.get(), handle_, wi, &out));
+        return pass(wis_wavelet_product_pdf(light.get(), handle_, wi, &out));
     }
     status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
-        return pass(wis_product_invert(light.get(), handle_, wi, u));
+        return pass(wis_wavelet_product_invert(light.get(), handle_, wi, u));
     }
 
 private:
+    /// Whether init succeeded and the memory was not moved away.
+    bool is_ready(wis_diagnostic *diagnostic) const noexcept {
+        const bool ready = config_.size != 0 && memory_.data();
+        if (!ready && diagnostic) *diagnostic = wis_diagnostic();
+        return ready;
+    }
+    /// The configuration with pointers to what this object keeps, wherever it was moved to.
+    wis_wavelet_product_config config() const noexcept {
+        wis_wavelet_product_config own = config_;
+        if (turned_) own.world_from_map = matrix_;
+        if (seen_) own.prior = &prior_;
+        return own;
+    }
     memory memory_;
-    wis_product_config config_ = wis_product_config();
-    const wis_product *handle_ = nullptr;
+    /// Without its pointers.
+    wis_wavelet_product_config config_ = wis_wavelet_product_config();
+    bool turned_ = false, seen_ = false;
+    float matrix_[9] = {};
+    wis_prior prior_ = wis_prior();
+    moving<const wis_wavelet_product *> handle_;
 };
 
 /// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
@@ -170,8 +231,8 @@ public:
         if (measured != WIS_OK) return pass(measured);
         memory scratch;
         if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(), &handle_,
-                                  info, diagnostic));
+        return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(),
+                                  &handle_.value, info, diagnostic));
     }
     /// The product of two or three trees, none of them this one.
     status multiply(const tree &e, const tree &f, const tree *g = nullptr, wis_tree_info *info = nullptr,
@@ -184,7 +245,7 @@ public:
         memory scratch;
         if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_tree_multiply(e.get(), f.get(), third, memory_.data(), memory_.bytes(), scratch.data(),
-                                      scratch.bytes(), &handle_, info, diagnostic));
+                                      scratch.bytes(), &handle_.value, info, diagnostic));
     }
     /// The tree of any sparse set of wavelets, raised to `least`.
     status of_wavelets(double mean, const wis_wavelets *wavelets, std::uint32_t count, double least,
@@ -194,8 +255,8 @@ public:
         const status measured = wis_tree_of_wavelets_size(count, wavelets, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_, info,
-                                         diagnostic));
+        return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_.value,
+                                         info, diagnostic));
     }
     /// The weighted sum of 1 to WIS_MAX_BLEND trees, none of them this one.
     status blend(const wis_tree *const *trees, const double *weights, std::uint32_t count,
@@ -207,7 +268,7 @@ public:
         memory scratch;
         if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_tree_blend(count, trees, weights, memory_.data(), memory_.bytes(), scratch.data(),
-                                   scratch.bytes(), &handle_, info, diagnostic));
+                                   scratch.bytes(), &handle_.value, info, diagnostic));
     }
     /// The luminance of an environment in another frame.
     status of_environment(const environment &light, const wis_rotated_config &config, wis_tree_info *info = nullptr,
@@ -219,7 +280,7 @@ public:
         memory scratch;
         if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_tree_of_environment(light.get(), &config, memory_.data(), memory_.bytes(), scratch.data(),
-                                            scratch.bytes(), &handle_, info, diagnostic));
+                                            scratch.bytes(), &handle_.value, info, diagnostic));
     }
     const wis_tree *get() const noexcept { return handle_; }
 
@@ -235,7 +296,7 @@ private:
         return memory_.reserve(need.bytes, need.align) && scratch.reserve(need.scratch_bytes, need.align);
     }
     memory memory_;
-    const wis_tree *handle_ = nullptr;
+    moving<const wis_tree *> handle_;
 };
 
 /// Visibility in 8 bits, and its memory. Const once built: threads may share it.
@@ -248,7 +309,7 @@ public:
         const status measured = wis_visibility_size(seen.get(), &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_visibility_init(seen.get(), memory_.data(), memory_.bytes(), &handle_, diagnostic));
+        return pass(wis_visibility_init(seen.get(), memory_.data(), memory_.bytes(), &handle_.value, diagnostic));
     }
     const wis_visibility *get() const noexcept { return handle_; }
 
@@ -259,7 +320,7 @@ public:
 
 private:
     memory memory_;
-    const wis_visibility *handle_ = nullptr;
+    moving<const wis_visibility *> handle_;
 };
 
 /// Picks from candidates, in memory that grows as it must. One for each thread.
@@ -276,7 +337,8 @@ public:
         if (scratch_.bytes() < need.bytes && !scratch_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
         if (picks_.bytes() < bytes && !picks_.reserve(bytes, alignof(wis_pick))) return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_pool_pick(candidates, wi, 0, weight, 0, picks, u, scratch_.data(), scratch_.bytes(),
-                                  static_cast<wis_pick *>(picks_.data()), &count_, &weight_sum_, diagnostic));
+                                  static_cast<wis_pick *>(picks_.data()), &count_.value, &weight_sum_.value,
+                                  diagnostic));
     }
     std::uint32_t size() const noexcept { return count_; }
     const wis_pick *begin() const noexcept { return static_cast<const wis_pick *>(picks_.data()); }
@@ -285,15 +347,15 @@ public:
 
 private:
     memory scratch_, picks_;
-    std::uint32_t count_ = 0;
-    double weight_sum_ = 0.0;
+    moving<std::uint32_t> count_;
+    moving<double> weight_sum_;
 };
 
 /// A lat-long map as directional lights (structured importance sampling).
 class lights {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_environment_config &map, const wis_strata_config &config,
+    status init(const wis_wavelet_light_config &map, const wis_strata_config &config,
                 wis_diagnostic *diagnostic = nullptr) {
         count_ = 0;
         wis_memory_size need;
@@ -303,7 +365,7 @@ public:
         if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
             return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_strata_lights(&map, &config, scratch.data(), need.scratch_bytes,
-                                      static_cast<wis_light *>(memory_.data()), &count_, nullptr, diagnostic));
+                                      static_cast<wis_light *>(memory_.data()), &count_.value, nullptr, diagnostic));
     }
     std::uint32_t size() const noexcept { return count_; }
     const wis_light *begin() const noexcept { return static_cast<const wis_light *>(memory_.data()); }
@@ -311,7 +373,7 @@ public:
 
 private:
     memory memory_;
-    std::uint32_t count_ = 0;
+    moving<std::uint32_t> count_;
 };
 
 } // namespace wis

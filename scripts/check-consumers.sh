@@ -14,6 +14,16 @@ export PKG_CONFIG_PATH="$prefix/lib/pkgconfig"
 make --no-print-directory -C c-examples/consumers/pkgconfig OUT="$out/pkgconfig"
 LD_LIBRARY_PATH="$prefix/lib" "$out/pkgconfig/check"
 
+# The README's command lines, as they are printed.
+mkdir -p "$out/readme"
+cp c-examples/minimal.c "$out/readme/main.c"
+grep -o '`cc main\.c [^`]*`' README.md | tr -d '`' > "$out/readme/lines"
+[ "$(wc -l < "$out/readme/lines")" = 2 ]
+while read -r line; do
+    echo "$line"
+    (cd "$out/readme" && rm -f main && env -u PKG_CONFIG_PATH PREFIX="$prefix" sh -c "$line && ./main")
+done < "$out/readme/lines"
+
 cmake -S c-examples/consumers/cmake -B "$out/cmake" -DCMAKE_PREFIX_PATH="$prefix"
 cmake --build "$out/cmake"
 cd "$out/cmake"

@@ -4,6 +4,7 @@ set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
 demo_needs="
+binutils    objcopy
 gcc         gcc
 libc6-dev   /usr/include/stdlib.h
 libstb-dev  /usr/include/stb/stb_image.h
@@ -13,11 +14,11 @@ libassimp-dev /usr/include/assimp/cimport.h
 libembree-dev /usr/include/embree3/rtcore.h
 "
 test_needs="$relight_needs
-binutils      nm
 clang         clang
 cmake         cmake
 g++           g++
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
+patch         patch
 pkg-config    pkg-config
 valgrind      valgrind
 "

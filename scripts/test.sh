@@ -98,6 +98,8 @@ aarch64
 step install install_staged
 step header scripts/check-header.sh
 step symbols scripts/check-symbols.sh "$installed/lib"
+step licences scripts/check-licences.sh "$installed"
+step mathematics scripts/check-mathematics.sh "$installed" "$logs/mathematics"
 step freestanding scripts/check-freestanding.sh "$installed" "$logs/freestanding"
 step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
 step minimal minimal

@@ -5,8 +5,9 @@
 //! 33 visits of each square finds the smallest coefficient that is kept, without memory.
 
 use crate::morton::MAX_DEPTH;
-use crate::numeric::exp2i;
+use crate::numeric::{exp2i, is_float, times_power};
 use crate::sparse::{Element, shift, transform};
+use crate::status::{Result, Status};
 use crate::tree::Tree;
 
 /// The averages of a square and its details, as many as it has children.
@@ -30,9 +31,12 @@ fn threshold(keep: u32, reached: impl Fn(u32) -> u64) -> (u32, u64) {
 }
 
 /// Keeps the `keep` wavelets of a tree with the largest orthonormal coefficients; of equal ones the first in depth-first
-/// order. Details are multiplied by `scale`. Writes the squares that have any to `out`, in order, and answers how many
-/// there are: at most `keep`, and no more than there is room for.
-pub fn select<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, scale: f64, out: &mut [W]) -> usize {
+/// order. Writes the squares that have any to `out`, in order, and answers how many
+/// there are: at most `keep`, and no more than there is room for. Details are multiplied by `2^exponent`.
+///
+/// # Errors
+/// [`Status::Overflow`] if one of them is no float then.
+pub fn select<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, exponent: i32, out: &mut [W]) -> Result<usize> {
     let reached = |threshold: u32| {
         let mut count = 0u64;
         each_size(tree, |size| count += u64::from(size > 0.0 && size.to_bits() >= threshold));
@@ -40,7 +44,7 @@ pub fn select<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, scale: f64,
     };
     // Of those that just reach it, so many are kept.
     let (low, mut ties) = threshold(keep, reached);
-    let mut used = 0;
+    let mut written = Written { out, used: 0, exponent, fits: true };
     each_square(tree, &mut |level, position, square| {
         let mut kept = [0.0; 16];
         for (slot, d) in kept.iter_mut().zip(square).take(C).skip(1) {
@@ -48,22 +52,50 @@ pub fn select<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, scale: f64,
             let tied = bits == low && ties > 0;
             if bits > 0 && (bits > low || tied) {
                 ties -= u64::from(bits == low);
-                *slot = d * scale;
+                *slot = *d;
             }
         }
         if kept.iter().any(|d| *d != 0.0) {
-            if let Some(slot) = out.get_mut(used) {
-                *slot = W::new((position, level), &kept);
-                used += 1;
-            }
+            written.push((position, level), &kept);
         }
     });
-    used
+    written.finish()
+}
+
+/// A list that is being written.
+struct Written<'o, W> {
+    out: &'o mut [W],
+    used: usize,
+    exponent: i32,
+    fits: bool,
+}
+
+impl<W: Element> Written<'_, W> {
+    fn push(&mut self, key: (u64, u32), details: &Square) {
+        let details = details.map(|d| times_power(d, self.exponent));
+        self.fits &= details.iter().skip(1).all(|d| is_float(*d));
+        if let Some(slot) = self.out.get_mut(self.used) {
+            *slot = W::new(key, &details);
+            self.used += 1;
+        }
+    }
+
+    fn finish(self) -> Result<usize> {
+        if self.fits { Ok(self.used) } else { Err(Status::Overflow) }
+    }
 }
 
 /// As [`select`], for whole squares: the `keep` whose coefficients have the largest sum of squares, with all that they have
 /// (Ng et al. 2004, Section 7.2, picks the light's squares so).
-pub fn select_squares<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, scale: f64, out: &mut [W]) -> usize {
+///
+/// # Errors
+/// As [`select`].
+pub fn select_squares<W: Element, const C: usize>(
+    tree: &Tree<C>,
+    keep: u32,
+    exponent: i32,
+    out: &mut [W],
+) -> Result<usize> {
     let norm = |level: u32, square: &Square| {
         let squares = square.iter().take(C).skip(1).map(|d| d * d).sum();
         size::<C>(libm::sqrt(squares), level).to_bits()
@@ -77,7 +109,7 @@ pub fn select_squares<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, sca
         count
     };
     let (low, mut ties) = threshold(keep, reached);
-    let mut used = 0;
+    let mut written = Written { out, used: 0, exponent, fits: true };
     each_square(tree, &mut |level, position, square| {
         let bits = norm(level, square);
         let tied = bits == low && ties > 0;
@@ -85,12 +117,9 @@ pub fn select_squares<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, sca
             return;
         }
         ties -= u64::from(bits == low);
-        if let Some(slot) = out.get_mut(used) {
-            *slot = W::new((position, level), &square.map(|d| d * scale));
-            used += 1;
-        }
+        written.push((position, level), square);
     });
-    used
+    written.finish()
 }
 
 /// The fewest of a tree's largest wavelets that leave a relative L2 error of at most `error`.
@@ -128,10 +157,10 @@ fn not_negative(x: f64) -> f64 {
 }
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, in the units of the input, of
-/// which stored values are `1 / scale`.
-pub fn at_least<const C: usize>(tree: &Tree<C>, threshold: f64, scale: f64) -> u32 {
+/// which stored values are `2^-exponent`.
+pub fn at_least<const C: usize>(tree: &Tree<C>, threshold: f64, exponent: i32) -> u32 {
     let mut count = 0;
-    each_size(tree, |size| count += u32::from(size > 0.0 && f64::from(size) * scale >= threshold));
+    each_size(tree, |size| count += u32::from(size > 0.0 && times_power(size.into(), exponent) >= threshold));
     count
 }
 

@@ -88,6 +88,16 @@ impl Factor<'_> {
         }
     }
 
+    /// The number of squares of each level.
+    fn levels(&self) -> [u64; MAX_DEPTH as usize] {
+        match self {
+            Factor::Line(tree) => levels(tree),
+            Factor::Square(tree) => levels(tree),
+            Factor::Cube(tree) => levels(tree),
+            Factor::Tesseract(tree) => levels(tree),
+        }
+    }
+
     fn root(&self) -> Spot {
         match self {
             Factor::Line(tree) => root(tree),
@@ -128,6 +138,42 @@ fn root<const C: usize>(tree: &Tree<C>) -> Spot {
 fn child<const C: usize>(tree: &Tree<C>, square: u32, c: u32) -> Spot {
     let average = tree.children(square).get(c as usize).copied().unwrap_or(0.0);
     Spot { square: tree.child_square(square, c), average }
+}
+
+/// Breadth-first order tells how many squares a level has.
+fn levels<const C: usize>(tree: &Tree<C>) -> [u64; MAX_DEPTH as usize] {
+    let mut levels = [0; MAX_DEPTH as usize];
+    let (mut count, mut links) = (tree.squares().len().min(1), tree.links().iter());
+    for slot in &mut levels {
+        *slot = count as u64;
+        count = if tree.links().is_empty() {
+            // Heap order: complete.
+            if slot.saturating_mul(C as u64) < tree.squares().len() as u64 { count * C } else { 0 }
+        } else {
+            links.by_ref().take(count).map(|link| link.mask.count_ones() as usize).sum()
+        };
+    }
+    levels
+}
+
+/// The most squares that the product of trees with at most log2(C) axes can have, from how many each tree has on each level:
+/// a square of m axes stands for 2^((n - m) level) of n axes. `None` if they are more than 2^32 - 2. Where the trees have as
+/// many axes, [`count`] visits no more squares than the trees have, and is exact.
+pub fn most<const C: usize>(factors: &[Factor]) -> Option<u32> {
+    let axes = C.trailing_zeros();
+    let mut levels = [0u64; MAX_DEPTH as usize];
+    if factors.iter().any(|factor| factor.root().average <= 0.0) {
+        return Some(0);
+    }
+    for factor in factors {
+        let beyond = axes.saturating_sub(factor.axes());
+        for ((level, sum), count) in (0..).zip(&mut levels).zip(factor.levels()) {
+            *sum = sum.saturating_add(count.saturating_mul(1 << (beyond * level)));
+        }
+    }
+    let whole = |level: u32| 1u64 << (axes * level);
+    let squares = (0..).zip(levels).map(|(level, count)| count.min(whole(level))).sum::<u64>();
+    u32::try_from(squares).ok().filter(|&squares| squares < u32::MAX)
 }
 
 /// A square of the result: where each tree is.

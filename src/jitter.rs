@@ -180,6 +180,9 @@ fn before(sums: &[f64], index: usize) -> f64 {
     index.checked_sub(1).and_then(|index| sums.get(index)).copied().unwrap_or(0.0)
 }
 
+/// From which share of a sum on it is not carried on by differences: at most 28 sums for any floats.
+const RESUM: f64 = 1.0 / 1024.0;
+
 /// Brings the numbers of the lights that are worth a shadow ray to the front, by their potential contribution, the largest
 /// first, equal ones by number, and answers how many they are: what the others could add is at most `threshold` of the
 /// whole. Contributions are finite and not negative.
@@ -191,8 +194,9 @@ pub fn order(contribution: &[f32], threshold: f64, index: &mut [u32]) -> usize {
     for root in (0..index.len() / 2).rev() {
         sift(index, root, before);
     }
+    let sum_of = |lights: &[u32]| lights.iter().map(|&i| f64::from(value(i))).sum::<f64>();
     let total: f64 = contribution.iter().map(|&value| f64::from(value)).sum();
-    let (mut rest, mut left) = (total, index.len());
+    let (mut rest, mut summed, mut left) = (total, total, index.len());
     // With a threshold of 0 every light counts, also beside one that swallows it in the sum.
     let worth = |rest: f64, next: f32| next > 0.0 && (rest > threshold * total || threshold == 0.0);
     while let Some(&next) = index.first().filter(|&&next| left > 0 && worth(rest, value(next))) {
@@ -200,6 +204,11 @@ pub fn order(contribution: &[f32], threshold: f64, index: &mut [u32]) -> usize {
         left -= 1;
         exchange(index, 0, left);
         sift(index.get_mut(..left).unwrap_or(&mut []), 0, before);
+        // What is left of a difference is rounding where little is left: then it is summed again.
+        if rest < RESUM * summed {
+            rest = sum_of(index.get(..left).unwrap_or(&[]));
+            summed = rest;
+        }
     }
     // What was taken off the heap stands at the end, the largest last.
     index.reverse();

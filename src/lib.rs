@@ -11,8 +11,10 @@
 #![deny(unsafe_code, missing_docs)]
 
 pub mod approximate;
+pub mod brdf;
 pub mod combine;
 pub mod descent;
+pub mod direct;
 pub mod environment;
 pub mod grid;
 pub mod haar;

@@ -2,16 +2,17 @@
 
 use crate::numeric::{LUMINANCE, max, min, sqrt};
 use crate::query::{
-    Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_LOBE_PHONG, WIS_LOBE_TABLE, WIS_MAX_LOBES,
-    WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE,
+    Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_LOBE_TABLE,
+    WIS_WAVELET_MAX_LOBES, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
 };
 use crate::reuse::Reuse;
 use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
-use crate::status::{Result, Status};
+use crate::status::{Fault, Result};
 use crate::table::Table;
 use crate::wide::vector::{V3, add, dot, splat, to_arrays};
 use core::f32::consts::PI;
+use core::ffi::CStr;
 use glam::Vec3;
 
 /// The narrowest and the widest microfacet distribution that a lobe may have.
@@ -77,7 +78,7 @@ pub trait Brdf {
 }
 
 /// The most peaks that a BRDF may have.
-pub const MAX_PEAKS: usize = WIS_MAX_LOBES;
+pub const MAX_PEAKS: usize = WIS_WAVELET_MAX_LOBES;
 
 /// Eight world directions, of which some are asked for.
 #[derive(Clone, Copy)]
@@ -133,10 +134,10 @@ pub struct Lobes<'a> {
     /// How many rounds of splits the one with the most detail deserves.
     rounds: u32,
     table: Table<'a>,
-    prepared: [Prepared; WIS_MAX_LOBES],
+    prepared: [Prepared; WIS_WAVELET_MAX_LOBES],
     /// Which share of each is continued below the horizon.
-    shares: [f32; WIS_MAX_LOBES],
-    raw: [Lobe; WIS_MAX_LOBES],
+    shares: [f32; WIS_WAVELET_MAX_LOBES],
+    raw: [Lobe; WIS_WAVELET_MAX_LOBES],
 }
 
 impl<'a> Lobes<'a> {
@@ -144,26 +145,27 @@ impl<'a> Lobes<'a> {
     ///
     /// # Errors
     /// [`Status::InvalidTransform`] for a normal or wo that is not of unit length, or a tangent that is needed and
-    /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range.
-    pub fn new(query: &Query, table: Option<Table<'a>>) -> Result<Lobes<'a>> {
-        if query.flags & !(WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) != 0 {
-            return Err(Status::InvalidArgument);
+    /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range. The lobes come first, so
+    /// that a wrong alpha is not taken for an anisotropy without tangent.
+    pub fn new(query: &Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Fault> {
+        if query.flags & !(WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED) != 0 {
+            return Err(Fault::range(c"flags"));
         }
-        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Status::InvalidArgument)?;
-        let normal = unit(query.normal).ok_or(Status::InvalidTransform)?;
-        let world_wo = unit(query.wo).ok_or(Status::InvalidTransform)?;
-        let anisotropic = lobes.iter().any(|l| l.kind == WIS_LOBE_GGX && l.a != l.b);
-        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Status::InvalidTransform)?;
+        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Fault::range(c"lobe_count"))?;
+        for (lobe, fields) in lobes.iter().zip(&FIELDS) {
+            check(lobe, table.is_some()).map_err(|field| Fault::range(fields[field as usize]))?;
+        }
+        let normal = unit(query.normal).ok_or(Fault::transform(c"normal"))?;
+        let world_wo = unit(query.wo).ok_or(Fault::transform(c"wo"))?;
+        let anisotropic = lobes.iter().any(|l| l.kind == WIS_WAVELET_LOBE_GGX && l.a != l.b);
+        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Fault::transform(c"tangent"))?;
         let bitangent = normal.cross(tangent);
         let mut wo = Vec3::new(world_wo.dot(tangent), world_wo.dot(bitangent), world_wo.dot(normal));
-        let side = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 && wo.z < 0.0 { -1.0 } else { 1.0 };
+        let side = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 && wo.z < 0.0 { -1.0 } else { 1.0 };
         wo.z *= side;
-        let mut prepared = [Prepared::Lambert { albedo: 0.0 }; WIS_MAX_LOBES];
+        let mut prepared = [Prepared::Lambert { albedo: 0.0 }; WIS_WAVELET_MAX_LOBES];
         for (slot, lobe) in prepared.iter_mut().zip(lobes) {
-            if lobe.kind == WIS_LOBE_TABLE && table.is_none() {
-                return Err(Status::InvalidArgument);
-            }
-            *slot = prepare(lobe, wo)?;
+            *slot = prepare(lobe, wo);
         }
         let count = lobes.len();
         let mut all = Lobes {
@@ -178,7 +180,7 @@ impl<'a> Lobes<'a> {
             rounds: lobes.iter().map(rounds_for).max().unwrap_or(0),
             table: table.unwrap_or(Table::NOTHING).seen(wo),
             prepared,
-            shares: [0.0; WIS_MAX_LOBES],
+            shares: [0.0; WIS_WAVELET_MAX_LOBES],
             raw: query.lobe,
         };
         all.shares = all.prepared.map(|lobe| all.share(&lobe));
@@ -202,7 +204,7 @@ impl<'a> Lobes<'a> {
                 self.reuse.widen(cosine)
             };
         }
-        let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
+        let factor = if self.flags & WIS_WAVELET_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
         let (x, y) = (dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())));
         if self.is_whole() {
             return Look { local: [x, y, cosine], unwidened, factor, below: F::mask(0) };
@@ -214,12 +216,12 @@ impl<'a> Lobes<'a> {
     /// Whether the whole sphere counts: there is no horizon.
     #[inline(always)]
     fn is_whole(&self) -> bool {
-        self.flags & WIS_QUERY_WHOLE_SPHERE != 0
+        self.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0
     }
 
     /// Which share of a lobe is continued below the horizon; nothing if it does not become 0 there.
     fn share(&self, lobe: &Prepared) -> f32 {
-        let becomes_0 = self.flags & (WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED) == 0;
+        let becomes_0 = self.flags & (WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED) == 0;
         match lobe {
             Prepared::Lambert { .. } if becomes_0 => CONTINUED_LAMBERT,
             _ if becomes_0 => share_of_lobe(self.peak(lobe)),
@@ -283,7 +285,7 @@ impl<'a> Lobes<'a> {
     pub fn tint(&self) -> [f32; 3] {
         let lobes = self.raw.iter().take(self.count);
         lobes.fold([0.0; 3], |[r, g, b], lobe| {
-            let [f, e, d] = if lobe.kind == WIS_LOBE_GGX { lobe.f0 } else { [1.0; 3] };
+            let [f, e, d] = if lobe.kind == WIS_WAVELET_LOBE_GGX { lobe.f0 } else { [1.0; 3] };
             let [x, y, z] = lobe.weight;
             [r + x * f, g + y * e, b + z * d].map(|c| min(c, f32::MAX))
         })
@@ -338,11 +340,11 @@ impl<'a> Lobes<'a> {
     fn sum(&self, wi: Vec3, table: &Table, value: impl Fn(&Prepared, &Lobe, f32, f32) -> f32) -> f32 {
         let cosine = self.side * wi.dot(self.normal);
         let reflects = cosine > 0.0 && self.wo.z > 0.0;
-        if !reflects && self.flags & WIS_QUERY_WHOLE_SPHERE == 0 {
+        if !reflects && self.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE == 0 {
             return 0.0;
         }
         let local = Vec3::new(wi.dot(self.tangent), wi.dot(self.bitangent), cosine);
-        let factor = if self.flags & WIS_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { cosine.abs() };
+        let factor = if self.flags & WIS_WAVELET_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { cosine.abs() };
         let lobes = self.prepared.iter().zip(&self.raw).take(self.count);
         let sum = lobes.fold(0.0, |sum, (lobe, raw)| {
             if matches!(lobe, Prepared::Table { .. }) {
@@ -358,11 +360,11 @@ impl<'a> Lobes<'a> {
 
 impl Brdf for Lobes<'_> {
     fn hemisphere(&self) -> Option<Vec3> {
-        if self.flags & WIS_QUERY_WHOLE_SPHERE != 0 { None } else { Some(self.normal) }
+        if self.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 { None } else { Some(self.normal) }
     }
 
     fn may_reflect(&self) -> bool {
-        let lit = self.wo.z > 0.0 || self.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+        let lit = self.wo.z > 0.0 || self.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
         lit && self.prepared.iter().take(self.count).any(|lobe| self.matters(lobe))
     }
 
@@ -515,44 +517,70 @@ fn phong_half_angle(exponent: f32) -> f32 {
 /// A measured lobe may have any shape; a peak says where the others have theirs.
 fn rounds_for(lobe: &Lobe) -> u32 {
     match lobe.kind {
-        WIS_LOBE_LAMBERT => 0,
-        WIS_LOBE_TABLE => 2,
+        WIS_WAVELET_LOBE_LAMBERT => 0,
+        WIS_WAVELET_LOBE_TABLE => 2,
         _ => 1,
     }
 }
 
-/// Checks a lobe and prepares it.
-fn prepare(lobe: &Lobe, wo: Vec3) -> Result<Prepared> {
-    let valid_weight = lobe.weight.iter().all(|w| (0.0..=f32::MAX).contains(w));
-    if !valid_weight {
-        return Err(Status::InvalidArgument);
-    }
+/// A field of a lobe.
+#[derive(Clone, Copy)]
+enum Field {
+    Kind,
+    Weight,
+    F0,
+    A,
+    B,
+}
+
+/// The fields' names in C, lobe by lobe.
+const FIELDS: [[&CStr; 5]; WIS_WAVELET_MAX_LOBES] = [
+    [c"lobe[0].kind", c"lobe[0].weight", c"lobe[0].f0", c"lobe[0].a", c"lobe[0].b"],
+    [c"lobe[1].kind", c"lobe[1].weight", c"lobe[1].f0", c"lobe[1].a", c"lobe[1].b"],
+    [c"lobe[2].kind", c"lobe[2].weight", c"lobe[2].f0", c"lobe[2].a", c"lobe[2].b"],
+    [c"lobe[3].kind", c"lobe[3].weight", c"lobe[3].f0", c"lobe[3].a", c"lobe[3].b"],
+];
+
+/// Whether a lobe is one; else the first field out of its range.
+fn check(lobe: &Lobe, has_table: bool) -> core::result::Result<(), Field> {
+    let known = match lobe.kind {
+        WIS_WAVELET_LOBE_LAMBERT | WIS_WAVELET_LOBE_GGX | WIS_WAVELET_LOBE_PHONG => true,
+        WIS_WAVELET_LOBE_TABLE => has_table,
+        _ => false,
+    };
+    let (is_ggx, is_phong) = (lobe.kind == WIS_WAVELET_LOBE_GGX, lobe.kind == WIS_WAVELET_LOBE_PHONG);
+    let is_alpha = |a: f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(&a);
+    let checks = [
+        (known, Field::Kind),
+        (lobe.weight.iter().all(|w| (0.0..=f32::MAX).contains(w)), Field::Weight),
+        (!is_ggx || lobe.f0.iter().all(|f| (0.0..=1.0).contains(f)), Field::F0),
+        (!is_ggx || is_alpha(lobe.a), Field::A),
+        (!is_ggx || is_alpha(lobe.b), Field::B),
+        (!is_phong || (0.0..=MAX_EXPONENT).contains(&lobe.a), Field::A),
+    ];
+    checks.iter().find(|(holds, _)| !holds).map_or(Ok(()), |(_, field)| Err(*field))
+}
+
+/// Prepares a lobe that was checked.
+fn prepare(lobe: &Lobe, wo: Vec3) -> Prepared {
     let luminance = |v: [f64; 3]| (LUMINANCE[0] * v[0] + LUMINANCE[1] * v[1] + LUMINANCE[2] * v[2]) as f32;
     let weight = lobe.weight.map(f64::from);
     match lobe.kind {
-        WIS_LOBE_LAMBERT => Ok(Prepared::Lambert { albedo: luminance(weight) / PI }),
-        WIS_LOBE_GGX => {
+        WIS_WAVELET_LOBE_GGX => {
             let alpha = [lobe.a, lobe.b];
-            let in_range = |a: &f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(a);
-            let valid = alpha.iter().all(in_range) && lobe.f0.iter().all(|f| (0.0..=1.0).contains(f));
-            if !valid {
-                return Err(Status::InvalidArgument);
-            }
             let [r, g, b] = lobe.f0.map(f64::from);
             let normal = [weight[0] * r, weight[1] * g, weight[2] * b];
             let rest = [weight[0] * (1.0 - r), weight[1] * (1.0 - g), weight[2] * (1.0 - b)];
-            Ok(Prepared::Ggx {
+            Prepared::Ggx {
                 alpha,
                 norm: 0.5 / (PI * alpha[0] * alpha[1]),
                 wo_length: Vec3::new(alpha[0] * wo.x, alpha[1] * wo.y, wo.z).length(),
                 fresnel: [luminance(normal), luminance(rest)],
-            })
+            }
         }
-        WIS_LOBE_TABLE => Ok(Prepared::Table { weight: luminance(weight) }),
-        WIS_LOBE_PHONG if (0.0..=MAX_EXPONENT).contains(&lobe.a) => {
-            Ok(Prepared::Phong { exponent: lobe.a, norm: luminance(weight) * phong_norm(lobe.a) })
-        }
-        _ => Err(Status::InvalidArgument),
+        WIS_WAVELET_LOBE_TABLE => Prepared::Table { weight: luminance(weight) },
+        WIS_WAVELET_LOBE_PHONG => Prepared::Phong { exponent: lobe.a, norm: luminance(weight) * phong_norm(lobe.a) },
+        _ => Prepared::Lambert { albedo: luminance(weight) / PI },
     }
 }
 

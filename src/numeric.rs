@@ -90,6 +90,16 @@ pub fn exp2i(exponent: i32) -> f64 {
     f64::from_bits((biased as u64) << 52)
 }
 
+/// `x 2^exponent`, infinite or 0 only where that is beyond a double.
+pub fn times_power(x: f64, exponent: i32) -> f64 {
+    libm::scalbn(x, exponent)
+}
+
+/// Whether a number stays finite as a float.
+pub fn is_float(x: f64) -> bool {
+    x.abs() <= f64::from(f32::MAX)
+}
+
 /// `2^-n` for n up to 126, without a division.
 #[inline(always)]
 pub fn inverse_power(n: u32) -> f32 {

@@ -33,7 +33,12 @@ pub fn hammersley(index: u32, total: u32) -> [f32; 2] {
 /// Point `index` of the Owen-scrambled Sobol (0,2)-sequence of a seed. Any index, in any order.
 #[inline]
 pub fn sobol(seed: u32, index: u32) -> [f32; 2] {
-    let order = permute(index.reverse_bits(), mix(seed)).reverse_bits();
+    sobol_in_order(seed, permute(index.reverse_bits(), mix(seed)).reverse_bits())
+}
+
+/// Point `order` of the Owen-scrambled Sobol sequence of a seed, whose order is not shuffled.
+#[inline(always)]
+pub(crate) fn sobol_in_order(seed: u32, order: u32) -> [f32; 2] {
     let x = permute(order, mix(seed ^ 0x5851_f42d));
     let y = permute(pascal(order), mix(seed ^ 0x1405_7b7e));
     [centred(x.reverse_bits()), centred(y.reverse_bits())]
@@ -41,6 +46,7 @@ pub fn sobol(seed: u32, index: u32) -> [f32; 2] {
 
 /// The digits of the second Sobol coordinate, least significant first: digit j is the parity of the digits i of
 /// the index with binomial(i, j) odd, which are the i that contain the bits of j (Lucas).
+#[inline(always)]
 fn pascal(index: u32) -> u32 {
     [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)]
         .iter()
@@ -48,7 +54,8 @@ fn pascal(index: u32) -> u32 {
 }
 
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
-fn permute(x: u32, seed: u32) -> u32 {
+#[inline(always)]
+pub(crate) fn permute(x: u32, seed: u32) -> u32 {
     let x = x.wrapping_add(seed);
     [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6].iter().fold(x, |x, &even| x ^ x.wrapping_mul(even))
 }
@@ -61,6 +68,7 @@ fn mix(x: u32) -> u32 {
 }
 
 /// The centre of the cell of 2^-23 that holds a fraction of 32 bits.
-fn centred(fraction: u32) -> f32 {
+#[inline(always)]
+pub(crate) fn centred(fraction: u32) -> f32 {
     (2 * (fraction >> 9) + 1) as f32 * (1.0 / 16_777_216.0)
 }

@@ -4,13 +4,16 @@
 //! frame. Here a pixel is the mean of a few places in it, each the stored average of the cell of the map that it lies in:
 //! of cells as large as what the place stands for, so that no lamp is missed that the map's tree knows.
 
+use crate::numeric::min;
 use crate::simd::{LANES, Lanes, Native};
 use crate::sphere::Frame;
-use crate::tree::{Tree, complete_len};
+use crate::tree::{MAX_AVERAGE, Tree, complete_len};
 use crate::wide;
 
 /// The most places along an axis of a pixel.
 pub const WIS_MAX_PLACES: u32 = 16;
+/// The largest share of the map's mean that may be added to its pixels: beyond it the map would be lost in rounding.
+pub const MAX_LEAST: f32 = 1e6;
 
 /// A map as another frame sees it.
 #[derive(Clone, Copy)]
@@ -55,7 +58,7 @@ impl<'a> Rotated<'a> {
             for x in along.by_ref().take(self.places as usize) {
                 self.add_places(x, step, row);
             }
-            row.iter_mut().for_each(|pixel| *pixel = *pixel * share + least);
+            row.iter_mut().for_each(|pixel| *pixel = min(*pixel * share + least, MAX_AVERAGE));
         }
     }
 

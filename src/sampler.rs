@@ -45,7 +45,7 @@ pub struct Header {
 }
 
 /// "wis-prd" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x02");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x03");
 
 impl Header {
     /// The frame in which the product was prepared.

@@ -6,8 +6,9 @@
 //! raised function that is sampled, whose pdf is told and whose averages are stored.
 
 use crate::morton::MAX_DEPTH;
+use crate::numeric::is_float;
 use crate::tree::Link;
-use crate::triple::Wavelets;
+use crate::triple::{Wavelets, first_fault};
 
 /// A function on the square: its average, and wavelets in order.
 pub type Sparse<'a> = Set<'a, Wavelets>;
@@ -79,6 +80,11 @@ impl Element for Details {
 
 /// Whether a list is in order, of squares of `axes` axes on the grid, with numbers.
 pub fn is_ordered(list: &[Details], axes: u32) -> bool {
+    disorder(list, axes).is_none()
+}
+
+/// The first element of a list that is not on the grid, no number, or not behind the one before it.
+pub fn disorder(list: &[Details], axes: u32) -> Option<usize> {
     let on_grid = |w: &Details| {
         let used = w.detail.iter().take(1 << axes).skip(1);
         w.level < MAX_DEPTH
@@ -86,7 +92,7 @@ pub fn is_ordered(list: &[Details], axes: u32) -> bool {
             && w.position & ((1 << shift(axes, w.level)) - 1) == 0
             && used.copied().all(f32::is_finite)
     };
-    list.iter().all(on_grid) && list.windows(2).all(|pair| matches!(pair, [a, b] if a.key() < b.key()))
+    first_fault(list, on_grid, Details::key)
 }
 
 /// Bits of a position below those of a level.
@@ -138,6 +144,15 @@ pub(crate) fn transform(values: &mut [f64; 16], axes: u32) {
     }
 }
 
+/// Why a product cannot be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// It has so many squares.
+    Room(u64),
+    /// Its average is no double, or a detail no float; what was written means nothing.
+    Range,
+}
+
 /// A square whose children are being multiplied.
 #[derive(Clone, Copy, Default)]
 struct Open {
@@ -150,9 +165,44 @@ struct Open {
     slot: usize,
 }
 
-/// The product of a function of n axes and one of the first m of them: its wavelets in order as far as there is room, its
-/// average, and how many squares it has. Each square that either function has a wavelet in is visited once, and only those.
-pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set<V>), out: &mut [W]) -> (f64, usize) {
+/// How many squares the product of a function of n axes and one of the first m of them has: those that either has a wavelet
+/// in, counted level by level. One square of m axes is 2^((n - m) level) of n axes.
+pub fn count<W: Element, V: Element>((n, e): (u32, &[W]), (m, f): (u32, &[V])) -> u64 {
+    let on_level = |level| {
+        let both = above(n, e, level).filter(|square| holds(m, f, (first_axes(*square, n, m), level))).count();
+        let of_f = (above(m, f, level).count() as u64) << ((n - m) * level);
+        above(n, e, level).count() as u64 + of_f - both as u64
+    };
+    (0..MAX_DEPTH).map(on_level).sum()
+}
+
+/// The position of the square of the first m of n axes.
+fn first_axes(position: u64, n: u32, m: u32) -> u64 {
+    let on_level = |k: u32| (position >> (n * k) & ((1 << n) - 1)) >> (n - m) << (m * k);
+    (0..MAX_DEPTH).map(on_level).sum()
+}
+
+/// Whether a list has wavelets in a square.
+fn holds<W: Element>(axes: u32, list: &[W], key: (u64, u32)) -> bool {
+    let next = list.get(list.partition_point(|w| w.key() < key));
+    next.is_some_and(|w| w.key().0 >> shift(axes, key.1) == key.0 >> shift(axes, key.1))
+}
+
+/// The product of a function of n axes and one of the first m of them: writes its wavelets in order, and answers its average
+/// and how many squares it has. Each square that either function has a wavelet in is visited once, and only those. If there
+/// is no room for all, nothing is visited.
+///
+/// # Errors
+/// [`Unfit`].
+pub fn multiply<W: Element, V: Element>(
+    (n, e): (u32, Set<W>),
+    (m, f): (u32, Set<V>),
+    out: &mut [W],
+) -> core::result::Result<(f64, usize), Unfit> {
+    let squares = self::count((n, e.wavelets), (m, f.wavelets));
+    if squares > out.len() as u64 {
+        return Err(Unfit::Room(squares));
+    }
     let root = |axes| Place { axes, key: (0, 0) };
     let mut open = [Open::default(); MAX_DEPTH as usize + 1];
     let (mut depth, mut count) = (0usize, 0usize);
@@ -171,7 +221,8 @@ pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set
             }
         }
         let Some(here) = depth.checked_sub(1).and_then(|top| open.get_mut(top)) else {
-            return (finished.unwrap_or(0.0), count);
+            let average = finished.unwrap_or(0.0);
+            return if average.is_finite() { Ok((average, count)) } else { Err(Unfit::Range) };
         };
         if let Some(average) = finished.take() {
             here.children[here.next as usize & 15] = average;
@@ -186,6 +237,9 @@ pub fn multiply<W: Element, V: Element>((n, e): (u32, Set<W>), (m, f): (u32, Set
         let scale = 1.0 / f64::from(1u32 << n);
         transform(&mut here.children, n);
         let details = here.children.map(|sum| sum * scale);
+        if !details.iter().skip(1).all(|d| is_float(*d)) {
+            return Err(Unfit::Range);
+        }
         if let Some(slot) = out.get_mut(here.slot) {
             *slot = W::new(here.places[0].key, &details);
         }

@@ -11,19 +11,22 @@ pub enum Status {
     Ok = 0,
     /// A pointer that must not be null is null.
     NullPointer = 1,
-    /// A value is outside the range that its comment states.
+    /// A value is outside the range that its comment states, or a stride is shorter than an element.
     InvalidArgument = 2,
-    /// The first field of a struct is not the size of that struct.
+    /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
     InvalidStructSize = 3,
     /// The memory is shorter than the size query said.
     MemoryTooSmall = 4,
-    /// A pointer or a stride is not a multiple of the alignment that its comment states.
+    /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for
+    /// 16-bit floats.
     Misaligned = 5,
-    /// Sizes that were asked for overflow, or exceed what the format can address.
+    /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
+    /// float where it is stored as one.
     Overflow = 6,
     /// A texel is NaN, infinite or negative, and the policy is to reject it.
     InvalidTexel = 7,
-    /// A matrix is not a rotation or reflection within 1e-4, or a direction is not of unit length within 1e-3.
+    /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
+    /// that an anisotropic lobe needs is 0 or parallel to the normal.
     InvalidTransform = 8,
     /// The product was prepared with another environment, or the memory does not hold such an object.
     Mismatch = 9,
@@ -33,7 +36,7 @@ pub enum Status {
     ZeroDensity = 11,
     /// A callback failed or returned a value that is NaN, infinite or negative.
     CallbackFailed = 12,
-    /// The object was built without what the call needs (RGB, the compensated distribution).
+    /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
     NotBuilt = 13,
 }
 
@@ -43,20 +46,20 @@ impl Status {
         match self {
             Status::Ok => c"ok",
             Status::NullPointer => c"a pointer that must not be null is null",
-            Status::InvalidArgument => c"an argument is outside its documented range",
-            Status::InvalidStructSize => c"the size field of a struct does not match this version",
+            Status::InvalidArgument => c"an argument or a field is outside its documented range",
+            Status::InvalidStructSize => c"the size field of a struct is not set to the size of this version",
             Status::MemoryTooSmall => c"the memory is shorter than the size query said",
             Status::Misaligned => c"a pointer or stride is not aligned as documented",
-            Status::Overflow => c"the requested sizes overflow",
+            Status::Overflow => c"the requested sizes or the results overflow",
             Status::InvalidTexel => c"a texel is NaN, infinite or negative",
             Status::InvalidTransform => {
-                c"a matrix is not a rotation or reflection, or a direction is not of unit length"
+                c"a matrix is no rotation or reflection, a direction not of unit length, or a tangent along the normal"
             }
             Status::Mismatch => c"the product was prepared with another environment",
             Status::Corrupt => c"the bytes are not a valid object of this version",
             Status::ZeroDensity => c"the density of the direction is zero",
             Status::CallbackFailed => c"a callback failed or returned an invalid value",
-            Status::NotBuilt => c"the object was built without what the call needs",
+            Status::NotBuilt => c"the object was not built, or built without what the call needs",
         }
     }
 }
@@ -81,6 +84,27 @@ impl Status {
             Status::NotBuilt,
         ];
         ALL.get(code as usize).copied()
+    }
+}
+
+/// What is wrong with a field of a struct.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Other than [`Status::Ok`].
+    pub status: Status,
+    /// The field's name in C.
+    pub field: &'static CStr,
+}
+
+impl Fault {
+    /// A field out of its range.
+    pub const fn range(field: &'static CStr) -> Fault {
+        Fault { status: Status::InvalidArgument, field }
+    }
+
+    /// A field that is no direction, or no matrix.
+    pub const fn transform(field: &'static CStr) -> Fault {
+        Fault { status: Status::InvalidTransform, field }
     }
 }
 

@@ -8,6 +8,7 @@
 //! a component whose share of the energy is worth one light gets one; the first centre is the brightest texel; chords
 //! within 1e-9 are equal, and the lowest texel wins.
 
+use crate::numeric::is_float;
 use crate::sphere::latlong_solid_angle;
 use crate::status::{Result, Status};
 use core::f64::consts::PI;
@@ -49,9 +50,10 @@ impl Config {
         most.min(self.texels())
     }
 
-    /// Gamma of a luminous energy and a solid angle.
-    fn importance(&self, energy: f64, angle: f64) -> f64 {
-        power(energy, self.radiance_exponent) * power(angle.min(self.angle_limit), self.angle_exponent)
+    /// Gamma of a luminous energy, as a share of the map's, and a solid angle: powers of energies leave the range of a
+    /// double, powers of shares only where they do not matter.
+    fn importance(&self, share: f64, angle: f64) -> f64 {
+        power(share, self.radiance_exponent) * power(angle.min(self.angle_limit), self.angle_exponent)
     }
 }
 
@@ -117,6 +119,9 @@ pub struct Gathered {
 }
 
 /// Sums the light of a map over the strata that [`stratify`] left in `scratch`; `gathered` is as long as `lights`.
+///
+/// # Errors
+/// [`Status::Overflow`] if the light of a stratum is no float; no light is written then.
 pub fn gather(
     config: &Config,
     (luminance, rgb): (&[f64], &[[f32; 3]]),
@@ -125,7 +130,7 @@ pub fn gather(
     gathered: &mut [Gathered],
     to_world: impl Fn([f64; 3]) -> [f32; 3],
     lights: &mut [Light],
-) {
+) -> Result<()> {
     gathered.fill(Gathered::default());
     for (texel, ((value, colour), label)) in luminance.iter().zip(rgb).zip(scratch.component.iter()).enumerate() {
         let dw = scratch.rows.get(texel / config.width.max(1) as usize).map_or(0.0, |row| row[2]);
@@ -140,6 +145,10 @@ pub fn gather(
             sum.chord = if chord > sum.chord { chord } else { sum.chord };
         }
     }
+    let fits = |sum: &Gathered| sum.rgb.iter().chain([&sum.luminance]).all(|value| is_float(*value));
+    if !gathered.iter().all(fits) {
+        return Err(Status::Overflow);
+    }
     for ((light, sum), &centre) in lights.iter_mut().zip(gathered.iter()).zip(centres) {
         let half_chord = 0.5 * libm::sqrt(sum.chord);
         *light = Light {
@@ -150,6 +159,7 @@ pub fn gather(
             extent: 2.0 * libm::asin(if half_chord < 1.0 { half_chord } else { 1.0 }) as f32,
         };
     }
+    Ok(())
 }
 
 /// A ball of directions.
@@ -422,9 +432,10 @@ impl Builder<'_, '_> {
     /// The lights that a component of an energy and a solid angle should have.
     fn lights(&self, energy: f64, angle: f64) -> usize {
         let n = f64::from(self.config.count);
-        let whole = self.config.importance(self.energy, 4.0 * PI);
-        let rounded = libm::floor(n * self.config.importance(energy, angle) / whole + 0.5);
-        if rounded < 1.0 { usize::from(n * energy / self.energy >= 1.0) } else { rounded as usize }
+        let share = energy / self.energy;
+        let whole = self.config.importance(1.0, 4.0 * PI);
+        let rounded = libm::floor(n * self.config.importance(share, angle) / whole + 0.5);
+        if rounded < 1.0 { usize::from(n * share >= 1.0) } else { rounded as usize }
     }
 
     fn add(&mut self, texel: u32) {

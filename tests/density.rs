@@ -6,25 +6,21 @@
 
 mod support;
 
-use support::maps::{Filter, one_texel, real, sky, sun};
+use support::maps::{Filter, HDR_MAPS, hdr_maps, one_texel, sky, sun};
 use support::partition::Cell;
 use support::scenes::{GRID, ShadingPoint, grid, matrices};
 use support::statistics::{LARGEST_MISSED, Mean, chi_square, chi_square_smallest_fault, corrected, kolmogorov_smirnov};
 use support::vector::{single, unit};
 use support::*;
 use wis::ffi::environment::{
-    WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_NEAREST,
+    WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
 };
-use wis::query::{Lobe, Query, WIS_LOBE_PHONG, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE};
+use wis::query::{
+    Lobe, Query, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
+};
 
 /// Maps that the families of tests cover.
-const MAPS: usize = 4;
-
-/// Real maps, small enough for brute force: a room with lamps, and a field in the sun.
-fn real_maps() -> Vec<(&'static str, Map)> {
-    let names = ["studio_small_03_1k.hdr", "rooitou_park_1k.hdr"];
-    names.into_iter().filter_map(|name| Some((name, real(name)?.reduced(4)))).collect()
-}
+const MAPS: usize = 2 + HDR_MAPS;
 
 /// Counts samples in cells of the square of similar probability, and compares with the integral of the pdf over
 /// each. The pdf must integrate to 1 within `exactness`. Returns the p-value. A fault is the root mean square of the
@@ -78,8 +74,8 @@ fn frequencies_match_the_pdf_under_one_texel() {
 }
 
 #[test]
-fn frequencies_match_the_pdf_under_real_maps() {
-    for (name, map) in real_maps() {
+fn frequencies_match_the_pdf_under_hdr_maps() {
+    for (name, map) in hdr_maps() {
         frequencies_match_the_pdf(name, &map, 128);
     }
 }
@@ -89,8 +85,8 @@ fn frequencies_match_the_pdf_of_the_light_alone() {
     let [sky, lone] = [sky(64, 32), one_texel(20, 9)];
     // Without filter and of a resolution that is left to the library, the compensated distribution keeps texels.
     for (map, resolution) in [(sky.clone(), 128), (sun(1024, 512), 128), (lone.clone(), 128), (sky, 0), (lone, 0)] {
-        let nearest = if resolution == 0 { WIS_ENVIRONMENT_NEAREST } else { 0 };
-        let environment = map.build(resolution, WIS_ENVIRONMENT_COMPENSATED | nearest);
+        let nearest = if resolution == 0 { WIS_WAVELET_LIGHT_NEAREST } else { 0 };
+        let environment = map.build(resolution, WIS_WAVELET_LIGHT_COMPENSATED | nearest);
         for (point, distribution) in grid(&map).iter().zip([WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED]) {
             let matrix = Some(&point.world_from_map);
             let sample = |u| environment.sample(distribution, matrix, u).wi;
@@ -161,7 +157,7 @@ fn bias(environment: &Environment, map: &Map, filter: Filter, point: &ShadingPoi
 fn estimates_have_no_bias(name: &str, map: &Map) {
     const TESTS: usize = 2 * MAPS * GRID;
     let grid = grid(map);
-    for (filter, flags) in [(Filter::Nearest, WIS_ENVIRONMENT_NEAREST), (Filter::Bilinear, 0)] {
+    for (filter, flags) in [(Filter::Nearest, WIS_WAVELET_LIGHT_NEAREST), (Filter::Bilinear, 0)] {
         let environment = map.build(0, flags);
         let least = grid.iter().map(|point| bias(&environment, map, filter, point, TESTS)).fold(1.0, f64::min);
         println!(
@@ -182,8 +178,8 @@ fn estimates_have_no_bias_under_one_texel() {
 }
 
 #[test]
-fn estimates_have_no_bias_under_real_maps() {
-    for (name, map) in real_maps() {
+fn estimates_have_no_bias_under_hdr_maps() {
+    for (name, map) in hdr_maps() {
         estimates_have_no_bias(name, &map);
     }
 }
@@ -191,7 +187,7 @@ fn estimates_have_no_bias_under_real_maps() {
 /// Anisotropic GGX, Phong, both sides of a surface, and values that contain the cosine.
 fn further_points() -> Vec<ShadingPoint> {
     let brushed = Lobe { b: 0.08, ..ggx(0.4) };
-    let phong = |a| Lobe { kind: WIS_LOBE_PHONG, weight: [0.7, 0.6, 0.5], a, ..Lobe::default() };
+    let phong = |a| Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight: [0.7, 0.6, 0.5], a, ..Lobe::default() };
     let (normal, wo) = (unit([0.2, -0.3, 1.0]), unit([-0.7, 0.1, 0.5]));
     let with =
         |lobes: &[Lobe], flags| Query { tangent: [1.0, 0.4, 0.1], flags, ..query(single(normal), single(wo), lobes) };
@@ -199,8 +195,8 @@ fn further_points() -> Vec<ShadingPoint> {
         ("brushed", with(&[brushed], 0)),
         ("Phong 3", with(&[phong(3.0)], 0)),
         ("Phong 60", with(&[phong(60.0), lambert(0.2)], 0)),
-        ("both sides", with(&[lambert(0.7), ggx(0.3)], WIS_QUERY_WHOLE_SPHERE)),
-        ("cosine contained", with(&[lambert(0.7), phong(20.0)], WIS_QUERY_COSINE_INCLUDED)),
+        ("both sides", with(&[lambert(0.7), ggx(0.3)], WIS_WAVELET_QUERY_WHOLE_SPHERE)),
+        ("cosine contained", with(&[lambert(0.7), phong(20.0)], WIS_WAVELET_QUERY_COSINE_INCLUDED)),
     ];
     points.map(|(name, query)| ShadingPoint { name: name.into(), query, world_from_map: matrices()[1] }).into()
 }

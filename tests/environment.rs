@@ -10,14 +10,14 @@ use support::maps::{Filter, one_texel, sky};
 use support::vector::{V3, unit};
 use support::*;
 use wis::ffi::environment::{
-    EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_COMPENSATED,
-    WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_RGB, WIS_ENVIRONMENT_SANITISE, WIS_FORMAT_F16,
-    WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_SPARSE,
+    EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_FORMAT_F16, WIS_LAYOUT_CUBE,
+    WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
+    WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 use wis::sphere::{cube_direction, direction_f64};
 use wis::status::Status;
 
-const EXACT: u32 = WIS_ENVIRONMENT_EXACT_ZERO;
+const EXACT: u32 = WIS_WAVELET_LIGHT_EXACT_ZERO;
 
 /// The direction of the middle of cell `(i, j)` of `cells` x `cells`.
 fn middle(cells: u32, i: u32, j: u32) -> [f32; 3] {
@@ -59,7 +59,7 @@ fn power_is_exact() {
             })
             .sum();
         for resolution in [1, 4, 64, 256] {
-            let power = map.build(resolution, WIS_ENVIRONMENT_NEAREST).info.power;
+            let power = map.build(resolution, WIS_WAVELET_LIGHT_NEAREST).info.power;
             assert!((power / sum - 1.0).abs() < 1e-12, "{width}x{height} at {resolution}: {power} {sum}");
         }
     }
@@ -71,7 +71,7 @@ fn cells_are_averages_of_the_map() {
     let (width, height) = (23, 11);
     let mut random = Random(11);
     let map = Map::latlong(width, height, |_, _| random.f32() + 0.1);
-    let environment = map.build(4, WIS_ENVIRONMENT_NEAREST);
+    let environment = map.build(4, WIS_WAVELET_LIGHT_NEAREST);
     let side = 400;
     for i in 0..4 {
         for j in 0..4 {
@@ -98,8 +98,8 @@ fn cells_are_averages_of_the_map() {
 fn sample_pdf_invert() {
     let mut random = Random(5);
     let map = Map::latlong(64, 32, |_, _| if random.f32() < 0.05 { 1000.0 * random.f32() } else { random.f32() });
-    let flags = WIS_ENVIRONMENT_COMPENSATED;
-    let environments = [map.build(128, flags), map.build(0, flags), map.build(0, flags | WIS_ENVIRONMENT_NEAREST)];
+    let flags = WIS_WAVELET_LIGHT_COMPENSATED;
+    let environments = [map.build(128, flags), map.build(0, flags), map.build(0, flags | WIS_WAVELET_LIGHT_NEAREST)];
     let distributions = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
     for (environment, distribution) in environments.iter().flat_map(|e| distributions.map(|d| (e, d))) {
         for _ in 0..20_000 {
@@ -159,7 +159,7 @@ fn latlong_texels_spread_over_the_seam_and_the_poles() {
             let all = weights.iter().flat_map(|a| weights.iter().map(move |b| (a.0, b.0, a.1 * b.1)));
             all.map(|(dx, dy, weight)| weight * map.texel(i64::from(x) + dx, i64::from(y) + dy)[0]).sum::<f64>() as f32
         });
-        let (spread, expected) = (map.build(64, EXACT), filtered.build(64, EXACT | WIS_ENVIRONMENT_NEAREST));
+        let (spread, expected) = (map.build(64, EXACT), filtered.build(64, EXACT | WIS_WAVELET_LIGHT_NEAREST));
         for (i, j) in pairs(64) {
             let [a, b] = [&spread, &expected].map(|e| radiance(e, middle(64, i, j)));
             assert!((a - b).abs() <= 1e-5 * b, "texel {x} {y} at {i} {j}: {a} {b}");
@@ -286,7 +286,7 @@ unsafe extern "C" fn no_row(_: *mut c_void, y: u32) -> *const c_void {
 fn rows_come_in_any_order_and_from_callbacks() {
     for channels in [1, 3, 4] {
         let mut map = random_map(30, 20, channels);
-        let flags = WIS_ENVIRONMENT_RGB;
+        let flags = WIS_WAVELET_LIGHT_RGB;
         let packed = map.build(16, flags);
         let row = (map.width * channels) as usize;
 
@@ -341,16 +341,16 @@ fn bad_texels_are_replaced_and_counted() {
     for (k, (bad, replacement)) in BAD.into_iter().cycle().take(10).enumerate() {
         (map.pixels[37 * k + 5], mended.pixels[37 * k + 5]) = (bad, replacement);
     }
-    let environment = map.build(64, WIS_ENVIRONMENT_SANITISE);
+    let environment = map.build(64, WIS_WAVELET_LIGHT_SANITISE);
     assert_eq!(environment.info.sanitised, 10);
-    let expected = mended.build(64, WIS_ENVIRONMENT_SANITISE);
+    let expected = mended.build(64, WIS_WAVELET_LIGHT_SANITISE);
     assert_eq!((expected.info.sanitised, expected.info.power), (0, environment.info.power));
     for (i, j) in pairs(64) {
         let [a, b] = [&environment, &expected].map(|e| e.pdf(WIS_DISTRIBUTION_PLAIN, None, middle(64, i, j)));
         assert_eq!(a, b);
     }
     // Without any light that is finite, +Inf is black.
-    let all = Map::latlong(4, 2, |_, _| f32::INFINITY).build(4, WIS_ENVIRONMENT_SANITISE);
+    let all = Map::latlong(4, 2, |_, _| f32::INFINITY).build(4, WIS_WAVELET_LIGHT_SANITISE);
     assert_eq!((all.info.sanitised, all.info.power), (8, 0.0));
 }
 
@@ -393,7 +393,7 @@ fn extreme_radiance_is_sampled() {
 /// The compensated density is that of max(L - mean, L / 64) with the stored radiance L (Karlik et al. 2019).
 #[test]
 fn the_compensated_distribution_is_the_radiance_above_the_mean() {
-    let environment = sky(64, 32).build(32, WIS_ENVIRONMENT_COMPENSATED);
+    let environment = sky(64, 32).build(32, WIS_WAVELET_LIGHT_COMPENSATED);
     let mean = environment.info.power / (4.0 * std::f64::consts::PI);
     let above = |i, j| {
         let l = radiance(&environment, middle(32, i, j));
@@ -427,7 +427,7 @@ fn relative_variance(map: &Map, environment: &Environment) -> f64 {
 #[test]
 fn cells_are_refined_where_light_varies() {
     for map in [one_texel(21, 12), one_texel(5, 0), one_texel(63, 16)] {
-        let (refined, plain) = (map.build(0, WIS_ENVIRONMENT_NEAREST), map.build(64, WIS_ENVIRONMENT_NEAREST));
+        let (refined, plain) = (map.build(0, WIS_WAVELET_LIGHT_NEAREST), map.build(64, WIS_WAVELET_LIGHT_NEAREST));
         let [own, other] = [&refined, &plain].map(|environment| relative_variance(&map, environment));
         println!("relative variance {own:.4}, of whole cells {other:.4}");
         assert!(own < 0.1 && own < 0.1 * other, "{own} {other}");
@@ -445,7 +445,7 @@ fn slivers_of_lamps_give_no_fireflies() {
     let (width, height) = (72, 36);
     let lamp = |x: u32, y: u32| (x * 7 + y * 11) % 97 == 0;
     let map = Map::latlong(width, height, |x, y| if lamp(x, y) { 500.0 } else { 0.1 });
-    let environment = map.build(0, WIS_ENVIRONMENT_NEAREST);
+    let environment = map.build(0, WIS_WAVELET_LIGHT_NEAREST);
     let mut largest = 0.0f64;
     let lamps = pairs(width.max(height)).filter(|&(x, y)| y < height && lamp(x, y));
     for (x, y) in lamps {
@@ -504,7 +504,7 @@ fn sparse_storage_of_a_smooth_sky_takes_kilobytes() {
 fn sparse_storage_is_a_distribution_as_well() {
     let mut random = Random(137);
     for map in [sky(128, 64), random_map(128, 64, 3), one_texel(20, 9)] {
-        let flags = WIS_ENVIRONMENT_COMPENSATED;
+        let flags = WIS_WAVELET_LIGHT_COMPENSATED;
         let pyramid = map.build(64, flags);
         for budget in [0.0, 1e-3, 0.03, 1.0] {
             let environment = sparse(&map, 64, budget, flags);

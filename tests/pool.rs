@@ -67,6 +67,19 @@ fn picks_are_as_many_as_asked_for_and_within_one_of_their_share() {
     }
 }
 
+/// Picks come in the order of the curve, whatever the order of the candidates: neighbouring thresholds then fall on
+/// neighbouring directions, which is what spreads the picks.
+#[test]
+fn picks_follow_the_curve() {
+    for count in [20, 400, 5000] {
+        let (wi, _) = candidates(count, 3);
+        let (chosen, _) = pick(&wi, &vec![1.0; count], count as u32 / 2, 0.5).unwrap();
+        let place = |p: &Pick| places(wi[p.candidate as usize].map(Portable::splat))[0];
+        let along: Vec<u32> = chosen.iter().map(place).collect();
+        assert!(along.is_sorted(), "{count} candidates: {along:?}");
+    }
+}
+
 /// Over evenly spread u the multiplicities average to the shares: the pool has no bias.
 #[test]
 fn multiplicities_are_the_shares_in_expectation() {

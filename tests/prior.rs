@@ -76,6 +76,18 @@ fn counts_are_counts() {
     }
 }
 
+/// However many rays a cell has blocked, it keeps a tenth: other pixels see other things.
+#[test]
+fn what_was_never_seen_keeps_a_tenth() {
+    let (dark, bright) = ([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
+    let mut prior = NONE;
+    for (wi, visible) in [(dark, 0), (bright, 1)] {
+        count(&mut prior, None, &[wi; 10_000], &[visible; 10_000]);
+    }
+    let [hidden, seen] = weights(&prior, &[dark, bright])[..] else { panic!("two weights") };
+    assert!(hidden == 0.1 && (0.5..0.52).contains(&seen), "{hidden} {seen}");
+}
+
 /// Counting in parts and adding them up gives the same numbers in any order.
 #[test]
 fn parts_add_up() {

@@ -4,7 +4,7 @@ mod support;
 
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
-use support::maps::{Filter, real, sky, sun};
+use support::maps::{Filter, hdr_maps, photograph, sky, sun};
 use support::material::Material;
 use support::quadrature::Scene;
 use support::scenes::{grid, lobes, matrices, views};
@@ -12,20 +12,29 @@ use support::statistics::Mean;
 use support::vector::{dot, luminance, single, unit};
 use support::*;
 use wis::ffi::MemorySize;
-use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_RGB};
-use wis::ffi::product::{CallbackBrdf, ProductConfig, wis_product_pdf, wis_product_prepare_callback, wis_product_size};
-use wis::query::{Lobe, Query, WIS_LOBE_PHONG, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE};
+use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_RGB};
+use wis::ffi::product::{
+    CallbackBrdf, ProductConfig, wis_wavelet_product_pdf, wis_wavelet_product_prepare_callback,
+    wis_wavelet_product_size,
+};
+use wis::query::{
+    Lobe, Query, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
+};
 use wis::sphere::direction;
 use wis::status::Status;
 
 /// Lobes of each kind, coloured, with the flags of a query.
 fn materials() -> Vec<(Vec<Lobe>, u32)> {
     let brushed = Lobe { a: 0.4, b: 0.08, weight: [0.9, 0.8, 0.7], f0: [0.9, 0.5, 0.1], ..ggx(0.3) };
-    let phong = |a| Lobe { kind: WIS_LOBE_PHONG, weight: [0.3, 0.6, 0.5], a, ..Lobe::default() };
+    let phong = |a| Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight: [0.3, 0.6, 0.5], a, ..Lobe::default() };
     let diffuse = Lobe { weight: [0.8, 0.5, 0.2], ..lambert(0.0) };
     let single = lobes().into_iter().map(|(_, lobes)| (lobes, 0));
-    let flags =
-        [0, WIS_QUERY_WHOLE_SPHERE, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE | WIS_QUERY_COSINE_INCLUDED];
+    let flags = [
+        0,
+        WIS_WAVELET_QUERY_WHOLE_SPHERE,
+        WIS_WAVELET_QUERY_COSINE_INCLUDED,
+        WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED,
+    ];
     let all = vec![diffuse, brushed, phong(0.0), phong(40.0)];
     single.chain([(vec![brushed], 0), (vec![phong(300.0)], 0)]).chain(flags.map(|flags| (all.clone(), flags))).collect()
 }
@@ -38,7 +47,7 @@ fn lobes_mean_what_the_textbooks_say() {
     for (lobes, flags) in materials() {
         for _ in 0..20_000 {
             let (normal, wo) = (unit(random.direction()), random.direction());
-            let above = if flags & WIS_QUERY_WHOLE_SPHERE == 0 { dot(normal, wo).signum() } else { 1.0 };
+            let above = if flags & WIS_WAVELET_QUERY_WHOLE_SPHERE == 0 { dot(normal, wo).signum() } else { 1.0 };
             let tangent = single(random.direction());
             let wo = wo.map(|c| c * above);
             let query = Query { tangent, flags, ..query(single(normal), single(wo), &lobes) };
@@ -125,11 +134,11 @@ fn prepare_callback<'a>(environment: &'a Environment, client: &Client, half_angl
     let (mut size, mut handle) = (MemorySize::default(), null());
     // SAFETY: all pointers are valid.
     let (status, memory) = unsafe {
-        assert_eq!(wis_product_size(&config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_product_size(&config, &mut size, null_mut()), Status::Ok);
         let mut memory = Memory::new(size.bytes);
         let (start, bytes) = (memory.pointer(), size.bytes);
         let e = environment.handle;
-        (wis_product_prepare_callback(e, &brdf, &config, start, bytes, &mut handle, null_mut()), memory)
+        (wis_wavelet_product_prepare_callback(e, &brdf, &config, start, bytes, &mut handle, null_mut()), memory)
     };
     if status == Status::Ok { Ok(Product { environment, memory, handle }) } else { Err(status) }
 }
@@ -144,7 +153,7 @@ fn callbacks_give_the_product_of_the_same_lobes() {
     // is Lambert's, which is straight across the horizon.
     let phong = |exponent: f32| {
         let half_angle = 2.0f32.powf(-1.0 / (exponent + 1.0)).acos();
-        (half_angle, vec![Lobe { kind: WIS_LOBE_PHONG, weight: [1.0; 3], a: exponent, ..Lobe::default() }])
+        (half_angle, vec![Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight: [1.0; 3], a: exponent, ..Lobe::default() }])
     };
     for (half_angle, lobes) in [phong(1.0), phong(20.0), phong(500.0)] {
         for (_, normal, wo) in views(map.key()) {
@@ -219,10 +228,11 @@ fn asked_first(flags: u32) -> Vec<[f32; 3]> {
     let (mut size, mut handle) = (MemorySize::default(), null());
     // SAFETY: all pointers are valid.
     unsafe {
-        assert_eq!(wis_product_size(&config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_product_size(&config, &mut size, null_mut()), Status::Ok);
         let mut memory = Memory::new(size.bytes);
         let (e, start) = (environment.handle, memory.pointer());
-        let status = wis_product_prepare_callback(e, &brdf, &config, start, size.bytes, &mut handle, null_mut());
+        let status =
+            wis_wavelet_product_prepare_callback(e, &brdf, &config, start, size.bytes, &mut handle, null_mut());
         assert_eq!(status, Status::Ok);
     }
     assert_eq!(asked.len(), 66);
@@ -233,7 +243,7 @@ fn asked_first(flags: u32) -> Vec<[f32; 3]> {
 /// hemisphere, with the mirror images of those outside.
 #[test]
 fn the_base_is_a_grid() {
-    let asked = asked_first(WIS_QUERY_WHOLE_SPHERE);
+    let asked = asked_first(WIS_WAVELET_QUERY_WHOLE_SPHERE);
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
     for point in 0..81 {
         let wi = direction([(point / 9) as f32 / 8.0, (point % 9) as f32 / 8.0]).to_array();
@@ -278,7 +288,7 @@ fn a_product_wants_its_own_environment() {
     let product = environment.prepare(&query, &product_config());
     let mut pdf = -1.0;
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_product_pdf(other.handle, product.handle, &[0.0, 0.0, 1.0], &mut pdf) };
+    let status = unsafe { wis_wavelet_product_pdf(other.handle, product.handle, &[0.0, 0.0, 1.0], &mut pdf) };
     assert_eq!((status, pdf), (Status::Mismatch, -1.0));
 }
 
@@ -298,8 +308,8 @@ fn the_estimate_under_constant_light_is_the_albedo() {
 /// beside brute force.
 #[test]
 fn estimates_are_of_the_right_size() {
-    let maps = [Some(("sun", sun(256, 128))), real("st_fagans_interior_1k.hdr").map(|map| ("room", map.reduced(4)))];
-    for (name, map) in maps.into_iter().flatten() {
+    let maps = hdr_maps().into_iter().chain([("sun", sun(256, 128))]);
+    for (name, map) in maps.chain(photograph("st_fagans_interior_1k.hdr")) {
         let environment = map.build(0, 0);
         for point in grid(&map) {
             let scene = point.scene(&map, Filter::Bilinear);
@@ -318,7 +328,7 @@ fn the_estimate_in_colour_has_the_luminance_of_the_estimate() {
     let mut map = sun(128, 64);
     map.pixels = map.pixels.iter().flat_map(|&p| colour.map(|c| c * p)).collect();
     map.channels = 3;
-    let environment = map.build(64, WIS_ENVIRONMENT_RGB);
+    let environment = map.build(64, WIS_WAVELET_LIGHT_RGB);
     for (_, lobes) in lobes().into_iter().take(5) {
         for (_, normal, wo) in views(map.key()) {
             let product = environment.prepare(&query(single(normal), single(wo), &lobes), &product_config());
@@ -346,8 +356,8 @@ fn relative_variance(scene: &Scene, mut sample: impl FnMut() -> wis::descent::Sa
 /// light alone, which does not know the BRDF and the horizon.
 #[test]
 fn products_have_less_variance_than_the_light_alone() {
-    let maps = [Some(sky(256, 128)), Some(sun(256, 128)), real("studio_small_03_1k.hdr").map(|map| map.reduced(4))];
-    for map in maps.into_iter().flatten() {
+    let maps = hdr_maps().into_iter().chain([("sky", sky(256, 128)), ("sun", sun(256, 128))]);
+    for (name, map) in maps {
         let environment = map.build(0, 0);
         let mut gain = Mean::default();
         for point in grid(&map) {
@@ -358,8 +368,8 @@ fn products_have_less_variance_than_the_light_alone() {
             let light = relative_variance(&scene, || environment.sample(WIS_DISTRIBUTION_PLAIN, matrix, u()));
             let own = relative_variance(&scene, || product.sample(u()));
             let resolved = scene.material.half_angle() >= 0.02;
-            assert!(own < light || !resolved, "{}: {own} instead of {light}", point.name);
-            println!("{}: relative variance {own:.3}, light alone {light:.3}", point.name);
+            assert!(own < light || !resolved, "{name}, {}: {own} instead of {light}", point.name);
+            println!("{name}, {}: relative variance {own:.3}, light alone {light:.3}", point.name);
             gain.add((light / own).ln());
         }
         println!("the light alone has {:.1} times the variance (geometric mean)", gain.mean.exp());

@@ -34,7 +34,7 @@ struct Products {
 fn size(config: &ProductConfig) -> MemorySize {
     let mut size = MemorySize::default();
     // SAFETY: both are live.
-    assert_eq!(unsafe { wis_product_size(config, &mut size, null_mut()) }, Status::Ok);
+    assert_eq!(unsafe { wis_wavelet_product_size(config, &mut size, null_mut()) }, Status::Ok);
     size
 }
 
@@ -45,7 +45,7 @@ fn prepare(environment: &Environment, queries: &[Query], config: &ProductConfig)
     let mut diagnostic = Diagnostic::default();
     // SAFETY: the block is as long as stated, and the arrays hold an element for each query.
     let status = unsafe {
-        wis_products_prepare(
+        wis_wavelet_products_prepare(
             environment.handle,
             queries.len(),
             queries.as_ptr(),
@@ -83,9 +83,10 @@ fn many_are_as_many_single_calls() {
             // SAFETY: all arrays hold an element for each product.
             unsafe {
                 let random = u.as_ptr().cast();
-                let status = wis_products_sample(light, count, handles, random, 0, place, stride, pdf.as_mut_ptr(), 0);
+                let status =
+                    wis_wavelet_products_sample(light, count, handles, random, 0, place, stride, pdf.as_mut_ptr(), 0);
                 assert_eq!(status, Status::Ok);
-                let status = wis_products_pdf(light, count, handles, place, stride, asked.as_mut_ptr(), 0);
+                let status = wis_wavelet_products_pdf(light, count, handles, place, stride, asked.as_mut_ptr(), 0);
                 assert_eq!(status, Status::Ok);
             }
             let (mut wider, mut wider_pdf, level) = (vec![[0.0f32; 3]; count], vec![0.0; count], wis::simd::detect());
@@ -93,12 +94,22 @@ fn many_are_as_many_single_calls() {
             // SAFETY: as above.
             unsafe {
                 let random = u.as_ptr().cast();
-                let sampled =
-                    wis_products_sample_lanes(light, level, count, handles, random, 0, place, 0, probability, 0);
+                let sampled = wis_wavelet_products_sample_lanes(
+                    light,
+                    level,
+                    count,
+                    handles,
+                    random,
+                    0,
+                    place,
+                    0,
+                    probability,
+                    0,
+                );
                 assert_eq!(sampled, Status::Ok);
                 assert!(wider_pdf.iter().zip(&pdf).all(|(a, b)| a.to_bits() == b.to_bits()));
                 assert!(wider.iter().zip(&wi).all(|(a, b)| a[..] == b[..3]));
-                let asked = wis_products_pdf_lanes(light, level, count, handles, place, 0, probability, 0);
+                let asked = wis_wavelet_products_pdf_lanes(light, level, count, handles, place, 0, probability, 0);
                 assert_eq!(asked, Status::Ok);
                 assert!(wider_pdf.iter().zip(&pdf).all(|(a, b)| a.to_bits() == b.to_bits()));
             }
@@ -132,8 +143,8 @@ fn frames_may_differ() {
     // SAFETY: all arrays hold six elements.
     unsafe {
         let (light, handles, u) = (environment.handle, handles.as_ptr(), u.as_ptr().cast());
-        assert_eq!(wis_products_sample(light, 6, handles, u, 0, place, 0, pdf.as_mut_ptr(), 0), Status::Ok);
-        assert_eq!(wis_products_pdf(light, 6, handles, place, 0, asked.as_mut_ptr(), 0), Status::Ok);
+        assert_eq!(wis_wavelet_products_sample(light, 6, handles, u, 0, place, 0, pdf.as_mut_ptr(), 0), Status::Ok);
+        assert_eq!(wis_wavelet_products_pdf(light, 6, handles, place, 0, asked.as_mut_ptr(), 0), Status::Ok);
     }
     for (k, product) in products.iter().enumerate() {
         assert_eq!(Sample { wi: wi[k], pdf: pdf[k] }, product.sample(u[k]));

@@ -5,7 +5,9 @@ mod support;
 
 use std::ptr::null_mut;
 use support::{Map, Product, Random, eval, ggx, lambert, normalise, product_config, query};
-use wis::ffi::product::{ProductConfig, wis_product_covers, wis_product_prepare, wis_product_size};
+use wis::ffi::product::{
+    ProductConfig, wis_wavelet_product_covers, wis_wavelet_product_prepare, wis_wavelet_product_size,
+};
 use wis::query::{Lobe, Query};
 use wis::status::Status;
 
@@ -38,7 +40,7 @@ fn lobes() -> [Vec<Lobe>; 3] {
 fn covers(product: &Product, query: &Query) -> u32 {
     let mut covers = 7;
     // SAFETY: all pointers are to live values.
-    let status = unsafe { wis_product_covers(product.environment.handle, product.handle, query, &mut covers) };
+    let status = unsafe { wis_wavelet_product_covers(product.environment.handle, product.handle, query, &mut covers) };
     assert_eq!(status, Status::Ok);
     covers
 }
@@ -144,8 +146,16 @@ fn a_cone_out_of_range_is_refused() {
         // SAFETY: all pointers are null or to live values.
         let statuses = unsafe {
             [
-                wis_product_size(&config, &mut size, null_mut()),
-                wis_product_prepare(environment.handle, &prepared, &config, null_mut(), 0, null_mut(), null_mut()),
+                wis_wavelet_product_size(&config, &mut size, null_mut()),
+                wis_wavelet_product_prepare(
+                    environment.handle,
+                    &prepared,
+                    &config,
+                    null_mut(),
+                    0,
+                    null_mut(),
+                    null_mut(),
+                ),
             ]
         };
         assert_eq!(statuses, [Status::InvalidArgument; 2]);

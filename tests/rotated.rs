@@ -29,10 +29,10 @@ fn environment(radiance: impl Fn([f64; 3]) -> f32) -> (Memory, *const Environmen
         (config.channels, config.format, config.storage) = (1, WIS_FORMAT_F32, WIS_STORAGE_PYRAMID);
         (config.resolution, config.pixels) = (128, texels.as_ptr().cast());
         let (mut size, mut handle) = (MemorySize::default(), null());
-        assert_eq!(wis_environment_size(&config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_light_size(&config, &mut size, null_mut()), Status::Ok);
         let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
         let (place, work) = (memory.pointer(), scratch.pointer());
-        let status = wis_environment_init(
+        let status = wis_wavelet_light_init(
             &config,
             place,
             size.bytes,
@@ -105,7 +105,7 @@ fn light_is_where_it_was() {
     let (_memory, handle) = environment(luminance);
     let mut power = 0.0;
     // SAFETY: the handle is alive.
-    assert_eq!(unsafe { wis_environment_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power) }, Status::Ok);
+    assert_eq!(unsafe { wis_wavelet_light_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power) }, Status::Ok);
     let mut random = Random(5);
     for k in 0..6 {
         let frame = random_frame(&mut random, k % 2 == 1);

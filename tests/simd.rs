@@ -7,13 +7,13 @@ use support::statistics::Mean;
 use support::{Map, Random, ggx, lambert, lane_points, product_config, query};
 use wis::descent::{self, Sample};
 use wis::environment::Light;
-use wis::ffi::environment::WIS_ENVIRONMENT_NEAREST;
+use wis::ffi::environment::WIS_WAVELET_LIGHT_NEAREST;
 use wis::ffi::product::ProductConfig;
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
 use wis::product::{Room, Scratch};
-use wis::query::{Lobe, Query, WIS_LOBE_PHONG};
-use wis::simd::{LANES, Lanes, Native, Portable};
+use wis::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
+use wis::simd::{Kernel, LANES, Lanes, Level, Native, Portable, run};
 use wis::sphere::Frame;
 use wis::tree::{Tree, build, complete_len};
 use wis::wide::{self, GROUPS, TOGETHER};
@@ -32,14 +32,18 @@ fn bits(x: f32) -> u32 {
 
 /// Runs a test on every kind of lanes that this processor has.
 macro_rules! on_all_lanes {
-    ($test:ident) => {
+    ($test:ident) => {{
+        struct Test;
+        impl Kernel for Test {
+            type Output = ();
+            fn run<F: Lanes>(self) {
+                $test::<F>();
+            }
+        }
         $test::<Portable>();
         $test::<Native>();
-        #[cfg(target_arch = "x86_64")]
-        if wis::simd::detect() >= wis::simd::AVX2 {
-            $test::<wis::simd::Avx2>();
-        }
-    };
+        run(Level::detect(), Test);
+    }};
 }
 
 fn operations<F: Lanes>() {
@@ -174,10 +178,10 @@ fn wide_walks_are_scalar_walks() {
 /// The bytes of products of several BRDFs under a map of a few bright texels, prepared at a level.
 fn products(cpu_level: u32) -> Vec<Vec<u8>> {
     let map = Map::latlong(64, 32, |x, y| if (x + 64 * y) % 131 == 0 { 900.0 } else { 0.2 + ((x + y) % 7) as f32 });
-    let environment = map.build(0, WIS_ENVIRONMENT_NEAREST);
+    let environment = map.build(0, WIS_WAVELET_LIGHT_NEAREST);
     let config = ProductConfig { cpu_level, ..product_config() };
     let narrow = Lobe { b: 0.05, ..ggx(0.2) };
-    let phong = Lobe { kind: WIS_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
+    let phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
     let mut all = Vec::new();
     for lobes in [vec![lambert(0.8)], vec![narrow, lambert(0.1)], vec![ggx(0.01)], vec![phong]] {
         for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {

@@ -10,7 +10,7 @@ use wis::approximate::{self, at_least, terms};
 use wis::ffi::MemorySize;
 use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
-use wis::sparse::{Details, Set, Sparse, is_ordered, multiply, squares, to_tree};
+use wis::sparse::{Details, Set, Sparse, Unfit, is_ordered, multiply, squares, to_tree};
 use wis::status::Status;
 use wis::tree::{Link, Tree};
 use wis::triple::{self, Wavelets};
@@ -52,7 +52,7 @@ fn products_are_those_of_the_pixels() {
         let (e, f) = (scattered(&mut random, a, DEPTH), scattered(&mut random, b, DEPTH));
         let (e, f) = (Sparse { average: 0.7, wavelets: &e }, Sparse { average: -0.3, wavelets: &f });
         let mut out = vec![Wavelets::default(); 12 * (a + b) + 1];
-        let (average, count) = multiply((2, e), (2, f), &mut out);
+        let (average, count) = multiply((2, e), (2, f), &mut out).unwrap();
         assert!(count <= 12 * (a + b), "{count}");
         let product = &out[..count];
         assert!(triple::is_ordered(product));
@@ -61,9 +61,10 @@ fn products_are_those_of_the_pixels() {
             assert!((got - e * f).abs() < 1e-5, "{got} for {}", e * f);
         }
         // What does not fit is counted and not written.
-        let mut short = vec![Wavelets::default(); count / 2];
-        assert_eq!(multiply((2, e), (2, f), &mut short), (average, count));
-        assert_eq!(short[..], product[..count / 2]);
+        let mut short = vec![Wavelets::default(); count.saturating_sub(1)];
+        let unwritten = short.clone();
+        assert!(count == 0 || multiply((2, e), (2, f), &mut short) == Err(Unfit::Room(count as u64)));
+        assert_eq!(short, unwritten);
     }
 }
 
@@ -106,7 +107,7 @@ fn products_of_different_axes_are_those_of_the_pixels() {
             let (e, f) = (details(&mut random, n, a, depth), details(&mut random, m, b, depth));
             let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: -0.3, wavelets: &f });
             let mut out = vec![Details::default(); 1 << (n * depth)];
-            let (average, count) = multiply((n, e), (m, f), &mut out);
+            let (average, count) = multiply((n, e), (m, f), &mut out).unwrap();
             let product = &out[..count];
             assert!(is_ordered(product, n));
             let got = pixels_of(n, depth, Set { average, wavelets: product });
@@ -160,7 +161,7 @@ fn trees_of_products_of_sets() {
         let (e, f) = (details(random, axes, 12, depth), details(random, 1, 3, depth));
         let (e, f) = (Set { average: 0.7, wavelets: &e }, Set { average: 0.9, wavelets: &f });
         let mut out = vec![Details::default(); 1 << (axes * depth)];
-        let (average, count) = multiply((axes, e), (1, f), &mut out);
+        let (average, count) = multiply((axes, e), (1, f), &mut out).unwrap();
         let (list, least) = (&out[..count], 0.05);
         let (mut size, mut handle, count) = (MemorySize::default(), null(), count as u32);
         let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
@@ -244,7 +245,7 @@ fn the_largest_of_any_axes() {
         let select = |keep: usize| {
             let (mut list, mut count) = (vec![Details::default(); keep], 0);
             // SAFETY: there is room for `keep` elements.
-            let status = unsafe { wis_sparse_select(handle, keep as u32, list.as_mut_ptr(), &mut count) };
+            let status = unsafe { wis_sparse_select(handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
             assert_eq!(status, Status::Ok);
             list.truncate(count as usize);
             assert!(is_ordered(&list, axes));
@@ -309,7 +310,7 @@ fn terms_are_the_fewest() {
         let stored = Stored::<4>::complete::<2>(DEPTH, &image);
         let tree = stored.tree();
         let mut all = vec![Wavelets::default(); SIDE * SIDE];
-        let used = approximate::select(&tree, (SIDE * SIDE) as u32, 1.0, &mut all);
+        let used = approximate::select(&tree, (SIDE * SIDE) as u32, 0, &mut all).unwrap();
         let energy = |list: &[Wavelets]| -> f64 {
             let own = |w: &Wavelets| {
                 w.detail.map(|d| f64::from(d).powi(2)).iter().sum::<f64>() * 0.25f64.powi(w.level as i32)
@@ -322,13 +323,13 @@ fn terms_are_the_fewest() {
         for threshold in [0.0, 0.01, 0.1, 1.0] {
             let sizes = all[..used].iter().flat_map(|w| (0..3).map(|f| size(w, f)).collect::<Vec<_>>());
             let expected = sizes.filter(|size| *size > 0.0 && 8.0 * size >= threshold).count();
-            assert_eq!(at_least(&tree, threshold, 8.0), expected as u32, "{threshold}");
+            assert_eq!(at_least(&tree, threshold, 3), expected as u32, "{threshold}");
         }
         for error in [0.0, 0.001, 0.01, 0.1, 0.3, 2.0] {
             let count = terms(&tree, error);
             let lost = |keep: u32| {
                 let mut list = vec![Wavelets::default(); keep as usize];
-                let used = approximate::select(&tree, keep, 1.0, &mut list);
+                let used = approximate::select(&tree, keep, 0, &mut list).unwrap();
                 ((energy(&all) - energy(&list[..used])).max(0.0) / whole).sqrt()
             };
             assert!(lost(count) <= error + 1e-4, "{error}: {} with {count}", lost(count));
@@ -375,5 +376,59 @@ fn negative_values_are_raised_in_sample_and_pdf() {
             let status = wis_tree_open(memory.pointer(), size.bytes, &mut opened, null_mut(), null_mut());
             assert_eq!(status, Status::Ok);
         }
+    }
+}
+
+/// Room that is too short is found out from counts: of one wavelet that stands for 8^10 squares, and of any sets.
+#[test]
+fn rooms_that_are_too_short_cost_nothing() {
+    let started = std::time::Instant::now();
+    let multiply = |axes: (u32, u32), e: &[Details], f: &[Details], out: &mut [Details]| {
+        let (mut count, mut average) = (0, f64::NAN);
+        let (e_count, f_count, room) = (e.len() as u32, f.len() as u32, out.len() as u32);
+        let (e, f, out) = (e.as_ptr(), f.as_ptr(), out.as_mut_ptr());
+        // SAFETY: the lists are as long as stated.
+        let status = unsafe {
+            wis_sparse_multiply(
+                axes.0,
+                axes.1,
+                0.7,
+                e_count,
+                e,
+                -0.3,
+                f_count,
+                f,
+                room,
+                out,
+                &mut count,
+                &mut average,
+                null_mut(),
+            )
+        };
+        (status, count)
+    };
+    let wavelet = |level: u32| {
+        let mut detail = [0.0; 16];
+        detail[1] = 1.0;
+        [Details { level, detail, ..Details::default() }]
+    };
+    let mut room = [Details::default(); 16];
+    assert_eq!(multiply((4, 1), &[], &wavelet(10), &mut room), (Status::MemoryTooSmall, ((1u64 << 33) / 7) as u32));
+    // More than the count can tell.
+    assert_eq!(multiply((4, 1), &[], &wavelet(11), &mut room), (Status::MemoryTooSmall, u32::MAX));
+    assert!(started.elapsed().as_secs_f64() < 1.0, "{:?}", started.elapsed());
+    let mut random = Random(25);
+    for (n, m) in (1..=4u32).flat_map(|n| (1..=n).map(move |m| (n, m))) {
+        let depth = [0, 6, 4, 3, 2][n as usize];
+        let (e, f) = (details(&mut random, n, 9, depth), details(&mut random, m, 4, depth));
+        let mut long = vec![Details::default(); 1 << (n * depth)];
+        let (status, count) = multiply((n, m), &e, &f, &mut long);
+        assert_eq!(status, Status::Ok);
+        long.truncate(count as usize);
+        assert_eq!(multiply((n, m), &e, &f, &mut long), (Status::Ok, count));
+        long.pop();
+        let before = long.clone();
+        assert_eq!(multiply((n, m), &e, &f, &mut long), (Status::MemoryTooSmall, count));
+        assert_eq!(long, before);
     }
 }

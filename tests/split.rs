@@ -30,6 +30,19 @@ fn improbable_sides_keep_a_probability() {
     assert_eq!(Split::new(0.0, 0.0), Split::new(3.0, 3.0));
 }
 
+/// The clamp is at 2^-24 on either side, and what lies inside of it keeps its own probability.
+#[test]
+fn probabilities_are_clamped_to_the_step_of_u() {
+    const STEP: f32 = 1.0 / 16_777_216.0;
+    for lower in [1e-30, 0.5 * STEP, STEP, 2.0 * STEP, 3.0 * STEP, 1e-4] {
+        let probability = f32::max(lower / (lower + 1.0), STEP);
+        assert_eq!(Split::new(lower, 1.0).density(0), 2.0 * probability, "{lower} of 1");
+    }
+    // Near 1 floats are 2^-24 apart, so only the clamped end is exact.
+    assert_eq!(Split::new(1.0, 1e-30).density(1), 2.0 * STEP);
+    assert_eq!(Split::new(1.0, 2.0 * STEP).density(1), 4.0 * STEP);
+}
+
 #[test]
 fn undoing_a_split_stays_on_its_side() {
     let mut random = Random(17);

@@ -5,11 +5,11 @@ mod support;
 use std::ptr::{null, null_mut};
 use support::{Environment, Map, Memory, Random, eval, lambert, normalise, product_config, query};
 use wis::ffi::MemorySize;
-use wis::ffi::environment::WIS_ENVIRONMENT_RGB;
+use wis::ffi::environment::WIS_WAVELET_LIGHT_RGB;
 use wis::ffi::product::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::*;
-use wis::query::{Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_TABLE};
+use wis::query::{Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_TABLE};
 use wis::status::Status;
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
@@ -41,7 +41,8 @@ impl Owned {
 fn directions(slice: u32, slices: u32, depth: u32) -> ([f32; 3], Vec<[f32; 3]>) {
     let (mut wo, mut wi) = ([0.0; 3], vec![[0.0; 3]; 1 << (2 * depth)]);
     // SAFETY: the array holds 4^depth directions.
-    let status = unsafe { wis_table_directions(slice, slices, depth, &[0.5; 2], &mut wo, wi.as_mut_ptr().cast(), 0) };
+    let status =
+        unsafe { wis_wavelet_table_directions(slice, slices, depth, &[0.5; 2], &mut wo, wi.as_mut_ptr().cast(), 0) };
     assert_eq!(status, Status::Ok);
     (wo, wi)
 }
@@ -63,14 +64,14 @@ fn tree(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> (Memo
 }
 
 fn tabulated(weight: [f32; 3]) -> Lobe {
-    Lobe { kind: WIS_LOBE_TABLE, weight, ..Lobe::default() }
+    Lobe { kind: WIS_WAVELET_LOBE_TABLE, weight, ..Lobe::default() }
 }
 
 /// BRDF x cosine of a query by a table, RGB.
 fn table_eval(table: &Table, query: &Query, wi: [f32; 3]) -> Result<[f32; 3], Status> {
     let mut f_cos = [0.0f32; 3];
     // SAFETY: one direction and one colour.
-    let status = unsafe { wis_table_eval(table, query, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
+    let status = unsafe { wis_wavelet_table_eval(table, query, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
     if status == Status::Ok { Ok(f_cos) } else { Err(status) }
 }
 
@@ -90,10 +91,11 @@ fn prepare<'a>(
     let (mut size, mut handle) = (MemorySize::default(), null());
     // SAFETY: all pointers are to live values, and the block is as long as was asked for.
     unsafe {
-        assert_eq!(wis_product_size(config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_product_size(config, &mut size, null_mut()), Status::Ok);
         let mut memory = Memory::new(size.bytes);
         let (light, place) = (environment.handle, memory.pointer());
-        let status = wis_product_prepare_table(light, table, query, config, place, size.bytes, &mut handle, null_mut());
+        let status =
+            wis_wavelet_product_prepare_table(light, table, query, config, place, size.bytes, &mut handle, null_mut());
         if status == Status::Ok { Ok(Prepared { environment, handle, _memory: memory }) } else { Err(status) }
     }
 }
@@ -102,7 +104,7 @@ impl Prepared<'_> {
     fn sample(&self, u: [f32; 2]) -> wis::descent::Sample {
         let mut sample = wis::descent::Sample::default();
         // SAFETY: all pointers are to live values.
-        let status = unsafe { wis_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
+        let status = unsafe { wis_wavelet_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
         assert_eq!(status, Status::Ok);
         sample
     }
@@ -110,7 +112,7 @@ impl Prepared<'_> {
     fn pdf(&self, wi: [f32; 3]) -> f32 {
         let mut pdf = f32::NAN;
         // SAFETY: all pointers are to live values.
-        let status = unsafe { wis_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
+        let status = unsafe { wis_wavelet_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
         assert_eq!(status, Status::Ok);
         pdf
     }
@@ -118,14 +120,14 @@ impl Prepared<'_> {
     fn estimate(&self) -> f64 {
         let mut estimate = f64::NAN;
         // SAFETY: all pointers are to live values.
-        let status = unsafe { wis_product_estimate(self.environment.handle, self.handle, &mut estimate) };
+        let status = unsafe { wis_wavelet_product_estimate(self.environment.handle, self.handle, &mut estimate) };
         assert_eq!(status, Status::Ok);
         estimate
     }
 }
 
 fn ggx(alpha: f32) -> Lobe {
-    Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
+    Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
 }
 
 fn map() -> Map {
@@ -225,13 +227,13 @@ fn coloured_tables() {
         }
     }
     let environment = Map { channels: 3, pixels: map().pixels.iter().flat_map(|p| [*p; 3]).collect(), ..map() };
-    let environment = environment.build(64, WIS_ENVIRONMENT_RGB);
+    let environment = environment.build(64, WIS_WAVELET_LIGHT_RGB);
     let at = query(UP, wo, &[tabulated([1.0; 3])]);
     let product = prepare(&environment, &table, &at, &product_config()).unwrap();
     let estimate = |table: &Table| {
         let mut rgb = [f64::NAN; 3];
         // SAFETY: all pointers are to live values.
-        let status = unsafe { wis_table_estimate_rgb(environment.handle, product.handle, table, &mut rgb) };
+        let status = unsafe { wis_wavelet_table_estimate_rgb(environment.handle, product.handle, table, &mut rgb) };
         if status == Status::Ok { Ok(rgb) } else { Err(status) }
     };
     let rgb = estimate(&table).unwrap();
@@ -308,6 +310,83 @@ fn products_of_tables() {
     }
 }
 
+/// A table is 0 below the horizon of the prepared normal, but other normals of the cone reflect from there: only the lowered
+/// horizon keeps the density above 0.
+#[test]
+fn tables_serve_every_normal_of_the_cone() {
+    const CONE: f64 = 0.6;
+    let environment = map().build(0, 0);
+    let lobe = lambert(0.8);
+    let owned = Owned::new(4, 5, 0.0, |wo, wi| eval(&query(UP, wo, &[lobe]), wi)[0]);
+    let config = ProductConfig { reuse_cone: CONE as f32, ..product_config() };
+    let mut random = Random(12);
+    for _ in 0..20 {
+        let normal = normalise(random.direction());
+        let at = query(normal, normal, &[tabulated([1.0; 3])]);
+        let product = prepare(&environment, &owned.table(), &at, &config).unwrap();
+        for _ in 0..200 {
+            let n = normal.map(f64::from);
+            let across = support::vector::unit(support::vector::cross(n, random.direction()));
+            let turned = |angle: f64| normalise([0, 1, 2].map(|k| angle.cos() * n[k] + angle.sin() * across[k]));
+            let hit = turned(0.999 * CONE);
+            let wi = turned(std::f64::consts::FRAC_PI_2 + 0.99 * CONE * random.f64());
+            assert!(eval(&query(hit, hit, &[lobe]), wi)[0] > 0.0 && product.pdf(wi) > 0.0, "{normal:?} {hit:?} {wi:?}");
+        }
+    }
+}
+
+/// A narrow table is found wherever its peak lies, as a narrow lobe is: a table of one slice, seen at its elevation.
+#[test]
+fn narrow_tables_are_found() {
+    let environment = Map::latlong(16, 8, |_, _| 1.0).build(512, 0);
+    let lobe = ggx(0.02);
+    let owned = Owned::new(1, 7, 0.0, |wo, wi| eval(&query(UP, wo, &[lobe]), wi)[0]);
+    let (mut random, mut least) = (Random(83), f64::INFINITY);
+    for _ in 0..300 {
+        // Slices are seen at 45 degrees.
+        let (n, d) = (random.direction(), random.direction());
+        let along = support::vector::unit(support::vector::cross(n, d));
+        let wo: [f32; 3] = normalise([0, 1, 2].map(|k| n[k] + along[k]));
+        let mirror = normalise([0, 1, 2].map(|k| n[k] - along[k]));
+        let at = query(normalise(n), wo, &[tabulated([1.0; 3])]);
+        let product = prepare(&environment, &owned.table(), &at, &product_config()).unwrap();
+        let value = table_eval(&owned.table(), &at, mirror).unwrap()[0];
+        least = least.min(f64::from(product.pdf(mirror) / value));
+    }
+    println!("at least {least:.3} of the table's own value at its peak");
+    assert!(least > 0.15, "{least}");
+}
+
+/// The half-width that a table announces is, on average over widths, about 0.43 of that at which its lobe has fallen to
+/// half: cells are powers of two wide, so one lobe alone may be off by that.
+#[test]
+fn half_widths_of_tables_follow_their_lobes() {
+    use wis::table::{Slice, Table};
+    const DEPTH: u32 = 8;
+    let (side, lobes) = (1u32 << DEPTH, 16);
+    let mut sum = 0.0;
+    for k in 0..lobes {
+        let half_width = 0.1 * f64::from(1.0 + k as f32 / lobes as f32);
+        let pixel = |i: u32| {
+            let at = |c: u32| (f64::from(c) + 0.5) / f64::from(side);
+            let [x, y, z] = wis::sphere::direction_f64([at(i / side), at(i % side)]);
+            let angle = x.hypot(y).atan2(z);
+            (-(angle / half_width).powi(2)).exp2() as f32
+        };
+        let pixels: Vec<f32> = (0..side * side).map(pixel).collect();
+        let mut squares = vec![[0.0f32; 4]; ((1 << (2 * DEPTH)) - 1) / 3];
+        let scale = wis::image::build::<2, 4>(DEPTH, &pixels, &mut squares).unwrap();
+        let tree = wis::tree::Tree::complete(DEPTH, scale.average, &squares).unwrap();
+        let table = Table::new([Slice { tree, scale: 1.0 }; 2], 0.0).seen(glam::Vec3::Z);
+        let (direction, radius) = table.peak().expect("a narrow lobe");
+        assert!(direction.z > 0.99, "{direction}");
+        sum += (f64::from(radius) / half_width).ln() / f64::from(lobes);
+    }
+    let ratio = sum.exp();
+    println!("{ratio:.3} of the half-width on average");
+    assert!((0.34..0.52).contains(&ratio), "{ratio}");
+}
+
 #[test]
 fn faults() {
     let owned = Owned::new(4, 3, 0.0, |_, wi| wi[2]);
@@ -353,7 +432,7 @@ fn faults() {
         (0, 1, 0, [0.5, 1.5], Status::InvalidArgument),
     ] {
         // SAFETY: one direction.
-        let got = unsafe { wis_table_directions(slice, slices, depth, &offset, &mut wo, wi.as_mut_ptr(), 0) };
+        let got = unsafe { wis_wavelet_table_directions(slice, slices, depth, &offset, &mut wo, wi.as_mut_ptr(), 0) };
         assert_eq!(got, status);
     }
 }

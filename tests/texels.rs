@@ -10,17 +10,17 @@ use support::{Environment, Map, Random, lane_points, normalise};
 use wis::descent::{Sample, Sampled};
 use wis::environment::{Cube, Inverse, LatLong, Octahedral, RowNumbers, Shape, TexelMap};
 use wis::ffi::environment::{
-    WIS_DISTRIBUTION_COMPENSATED, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST,
-    WIS_LAYOUT_CUBE, WIS_LAYOUT_OCTAHEDRAL,
+    WIS_DISTRIBUTION_COMPENSATED, WIS_LAYOUT_CUBE, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_COMPENSATED,
+    WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
 };
 use wis::points::sobol;
-use wis::simd::{Lanes, Native, Portable};
+use wis::simd::{Kernel, Lanes, Level, Native, Portable, run};
 use wis::sphere::{
     Frame, cube_direction, cube_solid_angle, direction, direction_f64, latlong_direction, latlong_solid_angle, square,
 };
 use wis::wide::{InLanes, TOGETHER};
 
-const FLAGS: u32 = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST;
+const FLAGS: u32 = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_NEAREST;
 
 /// Positions are multiples of 2^-30.
 const WHOLE: f64 = (1 << 30) as f64;
@@ -267,7 +267,7 @@ fn densities_are_those_of_texels_of_the_square() {
 fn clients_with_a_filter_get_cells() {
     let map = varied(64, 32);
     let bytes = |flags: u32, resolution: u32| map.build(resolution, flags).info.bytes;
-    assert_eq!(bytes(WIS_ENVIRONMENT_COMPENSATED, 0), bytes(WIS_ENVIRONMENT_COMPENSATED, 64));
+    assert_eq!(bytes(WIS_WAVELET_LIGHT_COMPENSATED, 0), bytes(WIS_WAVELET_LIGHT_COMPENSATED, 64));
 }
 
 /// A sample's pdf is that of its direction to the bit, wherever in a texel u leads to: a neighbour has another.
@@ -334,7 +334,7 @@ fn inversion_leads_back() {
 fn every_texel_is_reached() {
     let mut map = varied(37, 23);
     map.pixels[5 * 37 + 9] = 1e20;
-    let environment = map.build(0, FLAGS | WIS_ENVIRONMENT_EXACT_ZERO);
+    let environment = map.build(0, FLAGS | WIS_WAVELET_LIGHT_EXACT_ZERO);
     for (x, y) in (0..23).flat_map(|y| (0..37).map(move |x| (x, y))) {
         let place = [(f64::from(x) + 0.5) / 37.0, (f64::from(y) + 0.5) / 23.0];
         let wi = single(latlong_direction(place));
@@ -429,7 +429,7 @@ fn the_square_does_not_stretch() {
 fn black_has_no_samples() {
     let environment = sky(64, 32);
     let black = Map { pixels: vec![0.0; environment.pixels.len()], ..environment };
-    let environment = black.build(0, FLAGS | WIS_ENVIRONMENT_EXACT_ZERO);
+    let environment = black.build(0, FLAGS | WIS_WAVELET_LIGHT_EXACT_ZERO);
     assert_eq!(environment.sample(WIS_DISTRIBUTION_COMPENSATED, None, [0.3, 0.7]).pdf, 0.0);
     assert_eq!(pdf(&environment, None, [0.0, 0.0, 1.0]), 0.0);
     assert_eq!(environment.invert(WIS_DISTRIBUTION_COMPENSATED, None, [0.0, 0.0, 1.0]), None);
@@ -462,19 +462,22 @@ fn same_in_lanes<F: Lanes, S: Shape>(size: [u32; 2]) {
     }
 }
 
+struct SameInLanes;
+
+impl Kernel for SameInLanes {
+    type Output = ();
+
+    fn run<F: Lanes>(self) {
+        same_in_lanes::<F, LatLong>(SIZE);
+        same_in_lanes::<F, Cube>([6 * 19, 19]);
+        same_in_lanes::<F, Octahedral>([19, 19]);
+    }
+}
+
 /// Eight lanes give the bits of single calls, on every kind of lanes that this processor has.
 #[test]
 fn lanes_are_single_calls() {
-    same_in_lanes::<Portable, LatLong>(SIZE);
-    same_in_lanes::<Native, LatLong>(SIZE);
-    same_in_lanes::<Portable, Cube>([6 * 19, 19]);
-    same_in_lanes::<Native, Cube>([6 * 19, 19]);
-    same_in_lanes::<Portable, Octahedral>([19, 19]);
-    same_in_lanes::<Native, Octahedral>([19, 19]);
-    #[cfg(target_arch = "x86_64")]
-    if wis::simd::detect() >= wis::simd::AVX2 {
-        same_in_lanes::<wis::simd::Avx2, LatLong>(SIZE);
-        same_in_lanes::<wis::simd::Avx2, Cube>([6 * 19, 19]);
-        same_in_lanes::<wis::simd::Avx2, Octahedral>([19, 19]);
-    }
+    SameInLanes.run::<Portable>();
+    SameInLanes.run::<Native>();
+    run(Level::detect(), SameInLanes);
 }

@@ -96,7 +96,7 @@ fn check_forwarding<const N: usize, const C: usize>(depth: u32) {
     }
     let (mut batch, mut index) = (input.clone(), (0..200).collect::<Vec<u32>>());
     let points = batch.as_flattened_mut().as_mut_ptr();
-    assert_eq!(unsafe { wis_warp_in_place(built.tree(), points, index.as_mut_ptr(), 200) }, Status::Ok);
+    assert_eq!(unsafe { wis_warp_in_place(built.tree(), points, index.as_mut_ptr(), 200, null_mut()) }, Status::Ok);
     for (point, i) in batch.iter().zip(index) {
         assert_eq!(*point, built.sample(input[i as usize]).0);
     }
@@ -129,7 +129,7 @@ fn degenerate_images() {
     let mut u = [7.0; 2];
     unsafe {
         assert_eq!(wis_tree_invert(black.tree(), [0.5f32; 2].as_ptr(), u.as_mut_ptr()), Status::ZeroDensity);
-        assert_eq!(wis_warp_in_place(black.tree(), u.as_mut_ptr(), &mut 0, 1), Status::ZeroDensity);
+        assert_eq!(wis_warp_in_place(black.tree(), u.as_mut_ptr(), &mut 0, 1, null_mut()), Status::ZeroDensity);
     }
     assert_eq!(u, [7.0; 2]);
 }
@@ -241,10 +241,10 @@ fn queries_check_their_pointers() {
         assert_eq!(wis_tree_pdf(tree, u.as_ptr(), null_mut()), Status::NullPointer);
         assert_eq!(wis_tree_invert(tree, null(), point.as_mut_ptr()), Status::NullPointer);
         assert_eq!(wis_tree_average(tree, null_mut()), Status::NullPointer);
-        assert_eq!(wis_warp_in_place(tree, null_mut(), null_mut(), 0), Status::Ok);
-        assert_eq!(wis_warp_in_place(tree, null_mut(), null_mut(), 1), Status::NullPointer);
-        assert_eq!(wis_warp_in_place(tree, point.as_mut_ptr(), null_mut(), 1), Status::NullPointer);
-        assert_eq!(wis_warp_in_place(tree, point.as_mut_ptr(), &mut 0, usize::MAX), Status::Overflow);
+        assert_eq!(wis_warp_in_place(tree, null_mut(), null_mut(), 0, null_mut()), Status::Ok);
+        assert_eq!(wis_warp_in_place(tree, null_mut(), null_mut(), 1, null_mut()), Status::NullPointer);
+        assert_eq!(wis_warp_in_place(tree, point.as_mut_ptr(), null_mut(), 1, null_mut()), Status::NullPointer);
+        assert_eq!(wis_warp_in_place(tree, point.as_mut_ptr(), &mut 0, usize::MAX, null_mut()), Status::Overflow);
         assert_eq!(wis_tree_product_integral(tree, null(), null_mut()), Status::NullPointer);
     }
     assert_eq!((point, pdf), ([3.0; 3], 3.0));
@@ -272,14 +272,14 @@ fn transforms_check_the_number_of_values() {
     let mut values = [1.0, 2.0, 3.0, 4.0];
     let start = values.as_mut_ptr();
     unsafe {
-        assert_eq!(wis_haar_forward(2, 1, 4, start), Status::Ok);
-        assert_eq!(wis_haar_inverse(2, 1, 4, start), Status::Ok);
-        assert_eq!(wis_haar_forward(2, 1, 3, start), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(0, 1, 4, start), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(5, 1, 32, start), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(1, 13, 8192, start), Status::InvalidArgument);
-        assert_eq!(wis_haar_inverse(2, 1, 4, null_mut()), Status::NullPointer);
-        assert_eq!(wis_haar_inverse(2, 1, 4, start.wrapping_byte_add(4)), Status::Misaligned);
+        assert_eq!(wis_haar_forward(2, 1, 4, start, null_mut()), Status::Ok);
+        assert_eq!(wis_haar_inverse(2, 1, 4, start, null_mut()), Status::Ok);
+        assert_eq!(wis_haar_forward(2, 1, 3, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar_forward(0, 1, 4, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar_forward(5, 1, 32, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar_forward(1, 13, 8192, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar_inverse(2, 1, 4, null_mut(), null_mut()), Status::NullPointer);
+        assert_eq!(wis_haar_inverse(2, 1, 4, start.wrapping_byte_add(4), null_mut()), Status::Misaligned);
     }
     assert_eq!(values, [1.0, 2.0, 3.0, 4.0]);
 }

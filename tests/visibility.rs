@@ -61,7 +61,7 @@ fn compress(tree: &Owned) -> Result<(Memory, *const Visibility), Status> {
 fn select(tree: &Owned, keep: usize) -> Vec<Wavelets> {
     let (mut list, mut count) = (vec![Wavelets::default(); keep], 0);
     // SAFETY: there is room for `keep` elements.
-    let status = unsafe { wis_triple_select(tree.handle, keep as u32, list.as_mut_ptr(), &mut count) };
+    let status = unsafe { wis_triple_select(tree.handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
     assert_eq!(status, Status::Ok);
     list.truncate(count as usize);
     list
@@ -72,8 +72,9 @@ fn integral(brdf: (f64, &[Wavelets]), kept: &[Wavelets], light: &Owned, visible:
     let (count, list) = (brdf.1.len() as u32, brdf.1.as_ptr());
     let (lights, kept) = (kept.len() as u32, kept.as_ptr());
     // SAFETY: the lists are as long as they say, and the handles are alive.
-    let status =
-        unsafe { wis_visibility_integral(brdf.0, count, list, lights, kept, light.handle, visible, &mut integral) };
+    let status = unsafe {
+        wis_visibility_integral(brdf.0, count, list, lights, kept, light.handle, visible, &mut integral, null_mut())
+    };
     assert_eq!(status, Status::Ok);
     integral
 }
@@ -105,6 +106,27 @@ fn integrals_with_eight_bits() {
     }
     assert!(largest < 0.01, "{largest}");
     assert!(largest > 1e-6, "8 bits lose something: {largest}");
+}
+
+/// Stored averages are the nearest bytes: off by 1/510 at most, and as often too high as too low.
+#[test]
+fn averages_are_rounded_to_the_nearest_byte() {
+    use wis::triple::Quadtree;
+    let averages: Vec<f32> = (0..1024).map(|i| (i as f32 + 0.5) / 1024.0).collect();
+    let squares: Vec<[f32; 4]> = averages.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]).collect();
+    let mut sum = 0.0;
+    for square in squares {
+        let squares = [square];
+        let tree = wis::tree::Tree::<4>::complete(1, square.iter().sum::<f32>() / 4.0, &squares).unwrap();
+        let mut nodes = [wis::visibility::Node::default()];
+        wis::visibility::compress(&tree, 1.0, &mut nodes).unwrap();
+        let stored = wis::visibility::Visibility::new(tree.average(), &nodes).unwrap().children(0);
+        for (stored, exact) in stored.into_iter().zip(square) {
+            assert!((stored - exact).abs() <= 1.0 / 510.0 + 1e-6, "{stored} for {exact}");
+            sum += f64::from(stored - exact) / 1024.0;
+        }
+    }
+    assert!(sum.abs() < 1e-4, "off by {sum} on average");
 }
 
 /// What is seen of a product is the sum over pixels, to rounding, since bits lose nothing in 8 bits: for complete and
@@ -206,8 +228,9 @@ fn blends_are_weighted_sums() {
         let (mut list, mut count) = (vec![Wavelets::default(); room], 0);
         let (handles, counts, weights) = (handles.as_ptr(), counts.as_ptr(), weights.as_ptr());
         // SAFETY: sixteen lists, and room for as many elements as is said.
-        let status =
-            unsafe { wis_triple_blend(16, handles, counts, weights, room as u32, list.as_mut_ptr(), &mut count) };
+        let status = unsafe {
+            wis_triple_blend(16, handles, counts, weights, room as u32, list.as_mut_ptr(), &mut count, null_mut())
+        };
         list.truncate(count as usize);
         (status, count as usize, list)
     };
@@ -221,10 +244,11 @@ fn blends_are_weighted_sums() {
     assert_eq!((status, count), (Status::MemoryTooSmall, expected.len()));
     let mut count = 9;
     // SAFETY: nothing is read or written but the count.
-    let status = unsafe { wis_triple_blend(0, null(), null(), null(), 0, null_mut(), &mut count) };
+    let status = unsafe { wis_triple_blend(0, null(), null(), null(), 0, null_mut(), &mut count, null_mut()) };
     assert_eq!((status, count), (Status::Ok, 0));
     // SAFETY: refused before anything is read.
-    let status = unsafe { wis_triple_blend(17, handles.as_ptr(), null(), null(), 0, null_mut(), &mut count) };
+    let status =
+        unsafe { wis_triple_blend(17, handles.as_ptr(), null(), null(), 0, null_mut(), &mut count, null_mut()) };
     assert_eq!(status, Status::InvalidArgument);
 }
 

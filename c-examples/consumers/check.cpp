@@ -4,39 +4,16 @@
 #include <cstdio>
 #include <vector>
 
+#include "scene.hpp"
+
 namespace {
 
-const unsigned width = 16, height = 8, samples = 64;
-
-wis_environment_config map_config(const std::vector<float> &pixels) {
-    auto config = wis::sized<wis_environment_config>();
-    config.layout = WIS_LAYOUT_LATLONG;
-    config.width = width;
-    config.height = height;
-    config.channels = 3;
-    config.format = WIS_FORMAT_F32;
-    config.storage = WIS_STORAGE_PYRAMID;
-    config.flags = WIS_ENVIRONMENT_NEAREST;
-    config.pixels = pixels.data();
-    return config;
-}
-
-wis_query lambert() {
-    auto query = wis::sized<wis_query>();
-    query.lobe_count = 1;
-    query.normal[2] = 1.0f;
-    query.tangent[0] = 1.0f;
-    query.wo[0] = 0.6f;
-    query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_LOBE_LAMBERT;
-    for (float &weight : query.lobe[0].weight) weight = 0.8f;
-    return query;
-}
+const unsigned samples = 64;
 
 bool densities_agree(const wis::environment &environment, const wis::product &product) {
     for (unsigned i = 0; i < samples; i++) {
         const float u[2] = {(i + 0.5f) / samples, (i * 37 % samples + 0.5f) / samples};
-        wis_sample sample;
+        wis_drawn sample;
         float pdf = 0.0f;
         if (product.sample(environment, u, sample) != WIS_OK) return false;
         if (product.pdf(environment, sample.wi, pdf) != WIS_OK) return false;
@@ -51,7 +28,7 @@ bool lights_carry_the_power(const std::vector<float> &pixels, const wis::environ
     wis::lights lights;
     double power = 0.0, sum = 0.0;
     if (lights.init(map_config(pixels), config) != WIS_OK) return false;
-    if (wis_environment_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
+    if (wis_wavelet_light_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
     for (const wis_light &light : lights) sum += light.luminance;
     return lights.size() > 0 && sum > 0.999 * power && sum < 1.001 * power;
 }
@@ -73,12 +50,11 @@ bool product_is_that_of_averages() {
 } // namespace
 
 int main() {
-    std::vector<float> pixels(3 * width * height, 0.5f);
-    for (unsigned c = 0; c < 3; c++) pixels[3 * (2 * width + 5) + c] = 100.0f;
+    const std::vector<float> pixels = paint();
 
     wis::environment environment;
     wis::product product;
-    const auto config = wis::sized<wis_product_config>();
+    const auto config = wis::sized<wis_wavelet_product_config>();
     const bool passed = environment.init(map_config(pixels)) == WIS_OK && product.init(config) == WIS_OK &&
                         product.prepare(environment, lambert()) == WIS_OK && densities_agree(environment, product) &&
                         lights_carry_the_power(pixels, environment) && product_is_that_of_averages();

@@ -10,8 +10,8 @@ static void scene_paint(float pixels[SCENE_FLOATS]) {
     for (int c = 0; c < 3; c++) pixels[3 * (2 * SCENE_WIDTH + 5) + c] = 100.0f;
 }
 
-static wis_environment_config scene_environment(const float pixels[SCENE_FLOATS]) {
-    wis_environment_config config = {0};
+static wis_wavelet_light_config scene_environment(const float pixels[SCENE_FLOATS]) {
+    wis_wavelet_light_config config = {0};
     config.size = sizeof config;
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = SCENE_WIDTH;
@@ -23,33 +23,33 @@ static wis_environment_config scene_environment(const float pixels[SCENE_FLOATS]
     return config;
 }
 
-static wis_query scene_query(void) {
-    wis_query query = {0};
+static wis_wavelet_query scene_query(void) {
+    wis_wavelet_query query = {0};
     query.size = sizeof query;
     query.lobe_count = 1;
     query.normal[2] = 1.0f;
     query.tangent[0] = 1.0f;
     query.wo[0] = 0.6f;
     query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_LOBE_LAMBERT;
+    query.lobe[0].kind = WIS_WAVELET_LOBE_LAMBERT;
     for (int c = 0; c < 3; c++) query.lobe[0].weight[c] = 0.8f;
     return query;
 }
 
-static wis_product_config scene_product(void) {
-    wis_product_config config = {0};
+static wis_wavelet_product_config scene_product(void) {
+    wis_wavelet_product_config config = {0};
     config.size = sizeof config;
     return config;
 }
 
 /* 1 if each sample has a positive pdf and pdf(wi) answers the same bits. */
-static int scene_densities_agree(const wis_environment *environment, const wis_product *product) {
+static int scene_densities_agree(const wis_wavelet_light *environment, const wis_wavelet_product *product) {
     for (int i = 0; i < SCENE_SAMPLES; i++) {
         const float u[2] = {(i + 0.5f) / SCENE_SAMPLES, (i * 37 % SCENE_SAMPLES + 0.5f) / SCENE_SAMPLES};
-        wis_sample sample;
+        wis_drawn sample;
         float pdf = 0.0f;
-        if (wis_product_sample(environment, product, u, &sample) != WIS_OK) return 0;
-        if (wis_product_pdf(environment, product, sample.wi, &pdf) != WIS_OK) return 0;
+        if (wis_wavelet_product_sample(environment, product, u, &sample) != WIS_OK) return 0;
+        if (wis_wavelet_product_pdf(environment, product, sample.wi, &pdf) != WIS_OK) return 0;
         if (!(sample.pdf > 0.0f) || sample.pdf != pdf) return 0;
     }
     return 1;

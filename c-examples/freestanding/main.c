@@ -14,28 +14,28 @@ static unsigned char scratch[BYTES] ALIGNED;
 /* Each step that may fail has an exit code of its own. */
 enum { PASSED, NO_ENVIRONMENT, NO_PRODUCT, DENSITIES_DIFFER };
 
-static const wis_environment *build_environment(void) {
+static const wis_wavelet_light *build_environment(void) {
     static float pixels[SCENE_FLOATS];
     scene_paint(pixels);
-    const wis_environment_config config = scene_environment(pixels);
-    const wis_environment *environment = 0;
-    (void)wis_environment_init(&config, environment_memory, BYTES, scratch, BYTES, &environment, 0, 0);
+    const wis_wavelet_light_config config = scene_environment(pixels);
+    const wis_wavelet_light *environment = 0;
+    (void)wis_wavelet_light_init(&config, environment_memory, BYTES, scratch, BYTES, &environment, 0, 0);
     return environment;
 }
 
-static const wis_product *prepare_product(const wis_environment *environment) {
-    const wis_query query = scene_query();
-    const wis_product_config config = scene_product();
-    const wis_product *product = 0;
-    (void)wis_product_prepare(environment, &query, &config, product_memory, BYTES, &product, 0);
+static const wis_wavelet_product *prepare_product(const wis_wavelet_light *environment) {
+    const wis_wavelet_query query = scene_query();
+    const wis_wavelet_product_config config = scene_product();
+    const wis_wavelet_product *product = 0;
+    (void)wis_wavelet_product_prepare(environment, &query, &config, product_memory, BYTES, &product, 0);
     return product;
 }
 
 int freestanding_main(void);
 int freestanding_main(void) {
-    const wis_environment *environment = build_environment();
+    const wis_wavelet_light *environment = build_environment();
     if (!environment) return NO_ENVIRONMENT;
-    const wis_product *product = prepare_product(environment);
+    const wis_wavelet_product *product = prepare_product(environment);
     if (!product) return NO_PRODUCT;
     return scene_densities_agree(environment, product) ? PASSED : DENSITIES_DIFFER;
 }

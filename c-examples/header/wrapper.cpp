@@ -34,18 +34,19 @@ int use_wrapper(wis::environment &environment, wis::product &product) {
     const float u[2] = {0.5f, 0.5f};
     float pdf = 0.0f, back[2];
     double luminance = 0.0;
-    wis_sample sample;
-    const auto query = wis::sized<wis_query>();
-    const auto brdf = wis::sized<wis_callback_brdf>();
+    wis_drawn sample;
+    const auto query = wis::sized<wis_wavelet_query>();
+    const auto brdf = wis::sized<wis_wavelet_callback>();
+    product.set_prior(nullptr);
     const wis::status answers[] = {
-        environment.init(wis::sized<wis_environment_config>()),
+        environment.init(wis::sized<wis_wavelet_light_config>()),
         environment.sample(u, sample),
         environment.pdf(sample.wi, pdf),
         environment.invert(sample.wi, back),
-        product.init(wis::sized<wis_product_config>()),
+        product.init(wis::sized<wis_wavelet_product_config>()),
         product.prepare(environment, query),
         product.prepare(environment, brdf),
-        product.prepare(environment, wis::sized<wis_table>(), query),
+        product.prepare(environment, wis::sized<wis_wavelet_table>(), query),
         product.estimate(environment, luminance),
         product.sample(environment, u, sample),
         product.pdf(environment, sample.wi, pdf),

@@ -8,22 +8,22 @@
 #define ROWS_PER_JOB 16u
 
 typedef struct Build {
-    wis_environment_config config;
+    wis_wavelet_light_config config;
     wis_memory_size size;
     void *scratch;
     uint32_t rows[2];
     uint32_t pass;
 } Build;
 
-static wis_environment_config describe(const Light *light) {
-    wis_environment_config config = {0};
+static wis_wavelet_light_config describe(const Light *light) {
+    wis_wavelet_light_config config = {0};
     config.size = sizeof config;
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = light->width;
     config.height = light->height;
     config.channels = 3;
     config.format = WIS_FORMAT_F32;
-    config.flags = WIS_ENVIRONMENT_COMPENSATED | (light->nearest ? WIS_ENVIRONMENT_NEAREST : 0u);
+    config.flags = WIS_WAVELET_LIGHT_COMPENSATED | (light->nearest ? WIS_WAVELET_LIGHT_NEAREST : 0u);
     config.storage = WIS_STORAGE_PYRAMID;
     config.pixels = light->texels;
     return config;
@@ -35,7 +35,7 @@ static wis_status run_rows(void *shared, unsigned worker, size_t job) {
     uint32_t left = b->rows[b->pass] - first;
     uint32_t count = left < ROWS_PER_JOB ? left : ROWS_PER_JOB;
     (void)worker;
-    return wis_environment_run(&b->config, b->scratch, b->size.scratch_bytes, b->pass, first, count, NULL);
+    return wis_wavelet_light_run(&b->config, b->scratch, b->size.scratch_bytes, b->pass, first, count, NULL);
 }
 
 static wis_status run_passes(Build *b, unsigned threads, Progress *bar) {
@@ -49,14 +49,14 @@ static wis_status run_passes(Build *b, unsigned threads, Progress *bar) {
 
 static wis_status build_in(Environment *out, Build *b, unsigned threads) {
     Progress bar;
-    wis_status status = wis_environment_begin(&b->config, b->scratch, b->size.scratch_bytes, b->rows, NULL);
+    wis_status status = wis_wavelet_light_begin(&b->config, b->scratch, b->size.scratch_bytes, b->rows, NULL);
     if (status != WIS_OK) {
         return status;
     }
     bar = progress_begin("building the environment", (b->rows[0] + b->rows[1]) / ROWS_PER_JOB);
     status = run_passes(b, threads, &bar);
     if (status == WIS_OK) {
-        status = wis_environment_finish(&b->config, out->memory, b->size.bytes, b->scratch,
+        status = wis_wavelet_light_finish(&b->config, out->memory, b->size.bytes, b->scratch,
                                         b->size.scratch_bytes, &out->handle, &out->info, NULL);
     }
     progress_end(&bar);
@@ -67,7 +67,7 @@ wis_status environment_build(Environment *out, const Light *light, unsigned thre
     Build b = {0};
     wis_status status;
     b.config = describe(light);
-    status = wis_environment_size(&b.config, &b.size, NULL);
+    status = wis_wavelet_light_size(&b.config, &b.size, NULL);
     if (status != WIS_OK) {
         return status;
     }

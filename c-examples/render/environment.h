@@ -7,8 +7,8 @@
 
 typedef struct Environment {
     void *memory; /* what the handle points into, from malloc */
-    const wis_environment *handle;
-    wis_environment_info info;
+    const wis_wavelet_light *handle;
+    wis_wavelet_light_info info;
 } Environment;
 
 wis_status environment_build(Environment *out, const Light *light, unsigned threads);

@@ -13,7 +13,7 @@ const char *method_name(Method method) {
 
 wis_status workspace_init(Workspace *w, const Lighting *lighting, size_t capacity) {
     wis_memory_size size;
-    wis_status status = wis_product_size(&lighting->product, &size, NULL);
+    wis_status status = wis_wavelet_product_size(&lighting->product, &size, NULL);
     if (status != WIS_OK) {
         return status;
     }
@@ -48,7 +48,7 @@ static wis_status draw_points(Workspace *w, const ShadingPoint *point, uint32_t 
 }
 
 static wis_status draw_environment(const Lighting *l, Workspace *w, uint32_t distribution, uint32_t count) {
-    return wis_environment_sample_lanes(l->environment, distribution, light_world_from_map, l->product.cpu_level, count,
+    return wis_wavelet_light_sample_lanes(l->environment, distribution, light_world_from_map, l->product.cpu_level, count,
                                         w->u[0], sizeof w->u[0], w->wi[0], sizeof w->wi[0], w->pdf,
                                         sizeof w->pdf[0]);
 }
@@ -110,7 +110,7 @@ static wis_status by_mis(const Lighting *l, Workspace *w, const Bsdf *b, uint32_
     }
     if (status == WIS_OK) {
         draw_bsdf(w, b, n_bsdf);
-        status = wis_environment_pdf_lanes(l->environment, distribution, light_world_from_map, l->product.cpu_level,
+        status = wis_wavelet_light_pdf_lanes(l->environment, distribution, light_world_from_map, l->product.cpu_level,
                                            n_bsdf, w->wi[0], sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
     }
     if (status == WIS_OK) {
@@ -119,16 +119,16 @@ static wis_status by_mis(const Lighting *l, Workspace *w, const Bsdf *b, uint32_
     return status;
 }
 
-static wis_status prepare(const Lighting *l, Workspace *w, const Bsdf *b, const wis_product **product) {
-    wis_query query = bsdf_query(b);
-    return wis_product_prepare(l->environment, &query, &l->product, w->product, w->product_bytes, product, NULL);
+static wis_status prepare(const Lighting *l, Workspace *w, const Bsdf *b, const wis_wavelet_product **product) {
+    wis_wavelet_query query = bsdf_query(b);
+    return wis_wavelet_product_prepare(l->environment, &query, &l->product, w->product, w->product_bytes, product, NULL);
 }
 
 static wis_status by_product(const Lighting *l, Workspace *w, const Bsdf *b, uint32_t count, LightSample *out) {
-    const wis_product *product;
+    const wis_wavelet_product *product;
     wis_status status = prepare(l, w, b, &product);
     if (status == WIS_OK) {
-        status = wis_product_sample_lanes(l->environment, product, l->product.cpu_level, count, w->u[0], sizeof w->u[0],
+        status = wis_wavelet_product_sample_lanes(l->environment, product, l->product.cpu_level, count, w->u[0], sizeof w->u[0],
                                           w->wi[0], sizeof w->wi[0], w->pdf, sizeof w->pdf[0]);
     }
     if (status == WIS_OK) {
@@ -183,7 +183,7 @@ Vec3 sum_unshadowed(const LightSample *samples, uint32_t count) {
 
 wis_status integrate_estimate(const Lighting *l, Workspace *w, const ShadingPoint *point, double *out) {
     Bsdf b = bsdf_begin(scene_material(point->object), point->normal, point->wo);
-    const wis_product *product;
+    const wis_wavelet_product *product;
     wis_status status = prepare(l, w, &b, &product);
-    return status == WIS_OK ? wis_product_estimate(l->environment, product, out) : status;
+    return status == WIS_OK ? wis_wavelet_product_estimate(l->environment, product, out) : status;
 }

@@ -25,8 +25,8 @@ const char *method_name(Method method);
 /* What all threads read. */
 typedef struct Lighting {
     const Light *light;
-    const wis_environment *environment;
-    wis_product_config product;
+    const wis_wavelet_light *environment;
+    wis_wavelet_product_config product;
 } Lighting;
 
 /* What each thread owns. */

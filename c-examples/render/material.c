@@ -31,9 +31,9 @@ static void basis(Vec3 n, Vec3 *tangent, Vec3 *bitangent) {
 }
 
 /* Share of the reflected light that a lobe is expected to carry. */
-static float lobe_albedo(const wis_lobe *lobe, float cos_o) {
+static float lobe_albedo(const wis_wavelet_lobe *lobe, float cos_o) {
     Vec3 weight = vec3_load(lobe->weight);
-    if (lobe->kind == WIS_LOBE_GGX) {
+    if (lobe->kind == WIS_WAVELET_LOBE_GGX) {
         weight = vec3_mul(weight, fresnel_schlick(lobe->f0, cos_o));
     }
     return luminance(weight);
@@ -60,7 +60,7 @@ Bsdf bsdf_begin(const Material *material, Vec3 normal, Vec3 wo) {
 
 /* Adds a GGX lobe's f cos to *f_cos and returns its density of visible normals, reflected. */
 static float eval_ggx(const Bsdf *b, uint32_t i, Vec3 wi, float cos_i, Vec3 *f_cos) {
-    const wis_lobe *lobe = &b->material->lobes[i];
+    const wis_wavelet_lobe *lobe = &b->material->lobes[i];
     float a2 = square(lobe->a);
     Vec3 half = vec3_normalise(vec3_add(wi, b->wo));
     float cos_h = vec3_dot(b->normal, half);
@@ -79,8 +79,8 @@ Vec3 bsdf_eval(const Bsdf *b, Vec3 wi, float *pdf) {
     float density = 0.0f;
     float cos_i = vec3_dot(b->normal, wi);
     for (uint32_t i = 0; cos_i > 0.0f && i < b->material->lobe_count; i++) {
-        const wis_lobe *lobe = &b->material->lobes[i];
-        if (lobe->kind == WIS_LOBE_GGX) {
+        const wis_wavelet_lobe *lobe = &b->material->lobes[i];
+        if (lobe->kind == WIS_WAVELET_LOBE_GGX) {
             density += b->choice[i] * eval_ggx(b, i, wi, cos_i, &f_cos);
         } else {
             f_cos = vec3_axpy(f_cos, cos_i / PI, vec3_load(lobe->weight));
@@ -144,9 +144,9 @@ static uint32_t choose_lobe(const Bsdf *b, float *u) {
 
 Vec3 bsdf_sample(const Bsdf *b, const float u[2]) {
     float u0 = u[0];
-    const wis_lobe *lobe = &b->material->lobes[choose_lobe(b, &u0)];
+    const wis_wavelet_lobe *lobe = &b->material->lobes[choose_lobe(b, &u0)];
     Vec3 wo, half;
-    if (lobe->kind != WIS_LOBE_GGX) {
+    if (lobe->kind != WIS_WAVELET_LOBE_GGX) {
         return to_world(b, sample_cosine(u0, u[1]));
     }
     wo = to_local(b, b->wo);
@@ -154,8 +154,8 @@ Vec3 bsdf_sample(const Bsdf *b, const float u[2]) {
     return to_world(b, vec3_sub(vec3_scale(half, 2.0f * vec3_dot(wo, half)), wo));
 }
 
-wis_query bsdf_query(const Bsdf *b) {
-    wis_query query = {0};
+wis_wavelet_query bsdf_query(const Bsdf *b) {
+    wis_wavelet_query query = {0};
     query.size = sizeof query;
     query.lobe_count = b->material->lobe_count;
     vec3_store(b->normal, query.normal);

@@ -10,7 +10,7 @@
 typedef struct Material {
     const char *name;
     uint32_t lobe_count;
-    wis_lobe lobes[MATERIAL_LOBES];
+    wis_wavelet_lobe lobes[MATERIAL_LOBES];
 } Material;
 
 /* A material seen from wo at a point: everything that does not depend on wi. */
@@ -30,7 +30,7 @@ Vec3 bsdf_eval(const Bsdf *bsdf, Vec3 wi, float *pdf);
 /* A direction from two numbers in [0, 1); it may lie below the horizon, where f is 0. */
 Vec3 bsdf_sample(const Bsdf *bsdf, const float u[2]);
 
-/* The same material as the question that wis_product_prepare answers. */
-wis_query bsdf_query(const Bsdf *bsdf);
+/* The same material as the question that wis_wavelet_product_prepare answers. */
+wis_wavelet_query bsdf_query(const Bsdf *bsdf);
 
 #endif

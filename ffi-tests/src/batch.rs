@@ -1,6 +1,7 @@
 //! Samples of a pixel side by side: points, directions, and what the renderer evaluates for them.
 
 use crate::client::{self, Density};
+use crate::cost::Cost;
 use crate::dense::{Dense, Grid};
 use crate::lanes::{Directions, F8, LANES, V8, load, padded, store};
 use crate::light::Light;
@@ -79,16 +80,16 @@ impl Batch {
 
     /// Adds samples of the BRDF.
     pub fn from_bsdf(&mut self, bsdf: &Bsdf, count: usize) {
-        self.from_map(Stream::Bsdf, count, |u| bsdf.sample(u));
+        self.from_map(Stream::Bsdf, count, |u, used| bsdf.sample(u, used));
     }
 
-    /// Adds directions by a function of the points.
-    pub fn from_map(&mut self, stream: Stream, count: usize, map: impl Fn([F8; 2]) -> V8) {
+    /// Adds directions by a function of eight points, of which so many are in use.
+    pub fn from_map(&mut self, stream: Stream, count: usize, map: impl Fn([F8; 2], usize) -> V8) {
         self.points(stream, count);
         let first = self.grow(count);
         for (block, u) in self.u.chunks(LANES).enumerate() {
             let axis = |k: usize| F8::new(std::array::from_fn(|i| u.get(i).map_or(0.5, |u| u[k])));
-            self.wi.store(first + block * LANES, map([axis(0), axis(1)]));
+            self.wi.store(first + block * LANES, map([axis(0), axis(1)], u.len()));
         }
     }
 
@@ -164,12 +165,13 @@ impl Batch {
         density.pdf_n(&self.drawn, &mut self.pdf_drawn[first..])
     }
 
-    /// Evaluates BRDF, radiance and both pdfs for all samples.
-    pub fn evaluate(&mut self, bsdf: &Bsdf, light: &Light, texels: &Texels) {
+    /// Evaluates BRDF, radiance and both pdfs for all samples, and spends what that costs.
+    pub fn evaluate(&mut self, bsdf: &Bsdf, light: &Light, texels: &Texels, cost: Cost) {
         for i in (0..self.count).step_by(LANES) {
-            let wi = self.wi.load(i);
-            let (f_cos, pdf_bsdf) = bsdf.eval(wi);
-            let (radiance, pdf_light) = texels.eval(light, wi);
+            let (wi, used) = (self.wi.load(i), (self.count - i).min(LANES));
+            cost.evaluate(used);
+            let (f_cos, pdf_bsdf) = bsdf.eval(wi, used);
+            let (radiance, pdf_light) = texels.eval(light, wi, used);
             store(&mut self.reflected, i, f_cos * radiance);
             store(&mut self.pdf_bsdf, i, pdf_bsdf);
             store(&mut self.pdf_light, i, pdf_light);

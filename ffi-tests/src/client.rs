@@ -25,6 +25,20 @@ pub struct Failure {
     pub diagnostic: raw::wis_diagnostic,
 }
 
+// SAFETY: the diagnostic's pointer is to a static string, if it is not null.
+unsafe impl Send for Failure {}
+// SAFETY: as above.
+unsafe impl Sync for Failure {}
+
+impl Failure {
+    /// The field of a struct that is at fault.
+    pub fn field(&self) -> Option<&'static CStr> {
+        let field = self.diagnostic.field;
+        // SAFETY: a static string, if it is not null.
+        if field.is_null() { None } else { Some(unsafe { CStr::from_ptr(field) }) }
+    }
+}
+
 /// The result of a call that can fail.
 pub type Result<T> = std::result::Result<T, Failure>;
 
@@ -38,7 +52,7 @@ impl fmt::Display for Failure {
 
 impl fmt::Debug for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self}, {:?}", self.diagnostic)
+        write!(f, "{self}, {:?}, {:?}", self.diagnostic, self.field())
     }
 }
 
@@ -99,7 +113,7 @@ pub enum Texels<'a> {
     RowsF16(&'a (dyn Fn(u32) -> *const u16 + Sync)),
 }
 
-/// An environment map and what to build from it. The fields are those of `wis_environment_config`.
+/// An environment map and what to build from it. The fields are those of `wis_wavelet_light_config`.
 #[derive(Clone, Copy)]
 #[allow(missing_docs)]
 pub struct Map<'a> {
@@ -135,9 +149,9 @@ impl<'a> Map<'a> {
         Map { layout: raw::WIS_LAYOUT_OCTAHEDRAL, ..Map::latlong(side, side, 1, texels) }
     }
 
-    fn config(&self) -> raw::wis_environment_config {
-        let mut config = raw::wis_environment_config {
-            size: size_of::<raw::wis_environment_config>() as u32,
+    fn config(&self) -> raw::wis_wavelet_light_config {
+        let mut config = raw::wis_wavelet_light_config {
+            size: size_of::<raw::wis_wavelet_light_config>() as u32,
             layout: self.layout,
             width: self.width,
             height: self.height,
@@ -189,7 +203,7 @@ unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
 pub struct Environment {
     memory: Block,
     /// What was built.
-    pub info: raw::wis_environment_info,
+    pub info: raw::wis_wavelet_light_info,
 }
 
 impl Environment {
@@ -197,7 +211,7 @@ impl Environment {
     pub fn size(map: &Map) -> Result<raw::wis_memory_size> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_environment_size(&map.config(), &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_wavelet_light_size(&map.config(), &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         Ok(size)
     }
@@ -210,7 +224,7 @@ impl Environment {
         let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
         // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
         let status = unsafe {
-            raw::wis_environment_init(
+            raw::wis_wavelet_light_init(
                 &map.config(),
                 memory.start_mut(),
                 memory.bytes(),
@@ -233,7 +247,7 @@ impl Environment {
         let shared = Scratch { start: scratch.start_mut(), bytes: scratch.bytes() };
         // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
         let status = unsafe {
-            raw::wis_environment_begin(&map.config(), shared.start, shared.bytes, rows.as_mut_ptr(), &mut diagnostic)
+            raw::wis_wavelet_light_begin(&map.config(), shared.start, shared.bytes, rows.as_mut_ptr(), &mut diagnostic)
         };
         check_with(status, diagnostic)?;
         for (pass, rows) in (0u32..).zip(rows) {
@@ -243,7 +257,7 @@ impl Environment {
         let mut handle = null();
         // SAFETY: as above; every row of both passes is done.
         let status = unsafe {
-            raw::wis_environment_finish(
+            raw::wis_wavelet_light_finish(
                 &map.config(),
                 memory.start_mut(),
                 memory.bytes(),
@@ -258,12 +272,12 @@ impl Environment {
         Ok(Environment { memory, info })
     }
 
-    fn empty_info() -> raw::wis_environment_info {
-        raw::wis_environment_info { size: size_of::<raw::wis_environment_info>() as u32, ..Default::default() }
+    fn empty_info() -> raw::wis_wavelet_light_info {
+        raw::wis_wavelet_light_info { size: size_of::<raw::wis_wavelet_light_info>() as u32, ..Default::default() }
     }
 
     /// The handle, for raw calls.
-    pub fn handle(&self) -> *const raw::wis_environment {
+    pub fn handle(&self) -> *const raw::wis_wavelet_light {
         self.memory.start().cast()
     }
 
@@ -271,7 +285,7 @@ impl Environment {
     pub fn power(&self) -> Result<f64> {
         let mut power = f64::NAN;
         // SAFETY: the handle is alive.
-        check(unsafe { raw::wis_environment_power(self.handle(), raw::WIS_DISTRIBUTION_PLAIN, &mut power) })?;
+        check(unsafe { raw::wis_wavelet_light_power(self.handle(), raw::WIS_DISTRIBUTION_PLAIN, &mut power) })?;
         Ok(power)
     }
 
@@ -308,15 +322,16 @@ fn run_pass(threads: u32, map: &Map, scratch: &Scratch, pass: u32, rows: u32) ->
 fn run_row(map: &Map, scratch: &Scratch, pass: u32, row: u32) -> Result<()> {
     let mut diagnostic = raw::wis_diagnostic::default();
     // SAFETY: the scratch memory is alive, and no other thread has this row.
-    let status =
-        unsafe { raw::wis_environment_run(&map.config(), scratch.start, scratch.bytes, pass, row, 1, &mut diagnostic) };
+    let status = unsafe {
+        raw::wis_wavelet_light_run(&map.config(), scratch.start, scratch.bytes, pass, row, 1, &mut diagnostic)
+    };
     check_with(status, diagnostic)
 }
 
 /// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it.
 pub trait Density {
     /// A direction and its pdf.
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_sample>;
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn>;
     /// As many calls of `sample` at once; the slices are of one length.
     fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()>;
     /// The pdf per solid angle.
@@ -342,11 +357,11 @@ impl Light<'_> {
 }
 
 impl Density for Light<'_> {
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_sample> {
-        let mut sample = raw::wis_sample::default();
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
+        let mut sample = raw::wis_drawn::default();
         // SAFETY: the handle is alive, and the arrays are as long as the header asks.
         check(unsafe {
-            raw::wis_environment_sample(
+            raw::wis_wavelet_light_sample(
                 self.environment.handle(),
                 self.distribution,
                 self.matrix(),
@@ -361,7 +376,7 @@ impl Density for Light<'_> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
         // SAFETY: as in `sample`; the slices hold `u.len()` elements.
         check(unsafe {
-            raw::wis_environment_sample_lanes(
+            raw::wis_wavelet_light_sample_lanes(
                 self.environment.handle(),
                 self.distribution,
                 self.matrix(),
@@ -381,7 +396,13 @@ impl Density for Light<'_> {
         let mut pdf = f32::NAN;
         // SAFETY: as in `sample`.
         check(unsafe {
-            raw::wis_environment_pdf(self.environment.handle(), self.distribution, self.matrix(), wi.as_ptr(), &mut pdf)
+            raw::wis_wavelet_light_pdf(
+                self.environment.handle(),
+                self.distribution,
+                self.matrix(),
+                wi.as_ptr(),
+                &mut pdf,
+            )
         })?;
         Ok(pdf)
     }
@@ -390,7 +411,7 @@ impl Density for Light<'_> {
         assert!(wi.len() == pdf.len());
         // SAFETY: as in `sample_n`.
         check(unsafe {
-            raw::wis_environment_pdf_lanes(
+            raw::wis_wavelet_light_pdf_lanes(
                 self.environment.handle(),
                 self.distribution,
                 self.matrix(),
@@ -408,7 +429,7 @@ impl Density for Light<'_> {
         let mut u = [f32::NAN; 2];
         // SAFETY: as in `sample`.
         check(unsafe {
-            raw::wis_environment_invert(
+            raw::wis_wavelet_light_invert(
                 self.environment.handle(),
                 self.distribution,
                 self.matrix(),
@@ -421,24 +442,24 @@ impl Density for Light<'_> {
 }
 
 /// A diffuse lobe.
-pub fn lambert(weight: [f32; 3]) -> raw::wis_lobe {
-    raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, weight, ..Default::default() }
+pub fn lambert(weight: [f32; 3]) -> raw::wis_wavelet_lobe {
+    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_LAMBERT, weight, ..Default::default() }
 }
 
 /// A microfacet lobe with alphas along the tangent and across it.
-pub fn ggx(weight: [f32; 3], f0: [f32; 3], alpha: [f32; 2]) -> raw::wis_lobe {
-    raw::wis_lobe { kind: raw::WIS_LOBE_GGX, weight, f0, a: alpha[0], b: alpha[1] }
+pub fn ggx(weight: [f32; 3], f0: [f32; 3], alpha: [f32; 2]) -> raw::wis_wavelet_lobe {
+    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_GGX, weight, f0, a: alpha[0], b: alpha[1] }
 }
 
 /// A Phong lobe.
-pub fn phong(weight: [f32; 3], exponent: f32) -> raw::wis_lobe {
-    raw::wis_lobe { kind: raw::WIS_LOBE_PHONG, weight, a: exponent, ..Default::default() }
+pub fn phong(weight: [f32; 3], exponent: f32) -> raw::wis_wavelet_lobe {
+    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_PHONG, weight, a: exponent, ..Default::default() }
 }
 
 /// A shading point with at most four lobes, seen from `wo`.
-pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[raw::wis_lobe]) -> raw::wis_query {
-    let mut query = raw::wis_query {
-        size: size_of::<raw::wis_query>() as u32,
+pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[raw::wis_wavelet_lobe]) -> raw::wis_wavelet_query {
+    let mut query = raw::wis_wavelet_query {
+        size: size_of::<raw::wis_wavelet_query>() as u32,
         lobe_count: lobes.len() as u32,
         normal,
         wo,
@@ -451,7 +472,7 @@ pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[raw::wis_lobe]) -> raw::wi
 }
 
 /// RGB of BRDF x cosine for directions.
-pub fn evaluate(query: &raw::wis_query, wi: &[[f32; 3]], f_cos: &mut [[f32; 3]]) -> Result<()> {
+pub fn evaluate(query: &raw::wis_wavelet_query, wi: &[[f32; 3]], f_cos: &mut [[f32; 3]]) -> Result<()> {
     assert!(wi.len() == f_cos.len());
     // SAFETY: the slices hold `wi.len()` elements.
     check(unsafe { raw::wis_query_eval(query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0) })
@@ -477,9 +498,9 @@ pub struct Preparation {
 }
 
 impl Preparation {
-    fn config(&self) -> raw::wis_product_config {
-        raw::wis_product_config {
-            size: size_of::<raw::wis_product_config>() as u32,
+    fn config(&self) -> raw::wis_wavelet_product_config {
+        raw::wis_wavelet_product_config {
+            size: size_of::<raw::wis_wavelet_product_config>() as u32,
             cpu_level: cpu_level(),
             max_squares: self.max_squares,
             max_evaluations: self.max_evaluations,
@@ -493,7 +514,7 @@ impl Preparation {
     pub fn memory(&self) -> Result<Block> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_product_size(&self.config(), &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_wavelet_product_size(&self.config(), &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         Ok(Block::new(size.bytes))
     }
@@ -561,20 +582,20 @@ pub fn table_directions(slice: u32, slices: u32, depth: u32, offset: [f32; 2]) -
     // SAFETY: there is room for 4^depth directions.
     check(unsafe {
         let target = wi.as_mut_ptr().cast();
-        raw::wis_table_directions(slice, slices, depth, offset.as_ptr(), wo.as_mut_ptr(), target, 0)
+        raw::wis_wavelet_table_directions(slice, slices, depth, offset.as_ptr(), wo.as_mut_ptr(), target, 0)
     })?;
     Ok((wo, wi))
 }
 
 /// A lobe that stands for a table.
-pub fn tabulated(weight: [f32; 3]) -> raw::wis_lobe {
-    raw::wis_lobe { kind: raw::WIS_LOBE_TABLE, weight, ..Default::default() }
+pub fn tabulated(weight: [f32; 3]) -> raw::wis_wavelet_lobe {
+    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_TABLE, weight, ..Default::default() }
 }
 
 /// A prepared shading point in memory that it borrows.
 pub struct Product<'a> {
     environment: &'a Environment,
-    handle: *const raw::wis_product,
+    handle: *const raw::wis_wavelet_product,
     memory: PhantomData<&'a mut Block>,
 }
 
@@ -582,14 +603,14 @@ impl<'a> Product<'a> {
     /// Prepares a query.
     pub fn prepare(
         environment: &'a Environment,
-        query: &raw::wis_query,
+        query: &raw::wis_wavelet_query,
         preparation: &Preparation,
         memory: &'a mut Block,
     ) -> Result<Product<'a>> {
         let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
         // SAFETY: the block is as long as it says, and the product borrows it.
         let status = unsafe {
-            raw::wis_product_prepare(
+            raw::wis_wavelet_product_prepare(
                 environment.handle(),
                 query,
                 &preparation.config(),
@@ -612,8 +633,8 @@ impl<'a> Product<'a> {
         memory: &'a mut Block,
     ) -> Result<Product<'a>> {
         let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
-        let callback = raw::wis_callback_brdf {
-            size: size_of::<raw::wis_callback_brdf>() as u32,
+        let callback = raw::wis_wavelet_callback {
+            size: size_of::<raw::wis_wavelet_callback>() as u32,
             flags: shape.flags,
             normal: shape.normal,
             peak: shape.peak,
@@ -623,7 +644,7 @@ impl<'a> Product<'a> {
         };
         // SAFETY: as in `prepare`; `brdf` lives until the call returns.
         let status = unsafe {
-            raw::wis_product_prepare_callback(
+            raw::wis_wavelet_product_prepare_callback(
                 environment.handle(),
                 &callback,
                 &preparation.config(),
@@ -640,15 +661,15 @@ impl<'a> Product<'a> {
     /// Prepares a query with tabulated lobes.
     pub fn prepare_table(
         environment: &'a Environment,
-        table: &raw::wis_table,
-        query: &raw::wis_query,
+        table: &raw::wis_wavelet_table,
+        query: &raw::wis_wavelet_query,
         preparation: &Preparation,
         memory: &'a mut Block,
     ) -> Result<Product<'a>> {
         let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
         // SAFETY: as in `prepare`; the table's trees live as long as what it was borrowed from.
         let status = unsafe {
-            raw::wis_product_prepare_table(
+            raw::wis_wavelet_product_prepare_table(
                 environment.handle(),
                 table,
                 query,
@@ -664,18 +685,21 @@ impl<'a> Product<'a> {
     }
 
     /// Whether a hit may use the product.
-    pub fn covers(&self, query: &raw::wis_query) -> Result<bool> {
+    pub fn covers(&self, query: &raw::wis_wavelet_query) -> Result<bool> {
         let mut covers = 0;
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_covers(self.environment.handle(), self.handle, query, &mut covers) })?;
+        check(unsafe { raw::wis_wavelet_product_covers(self.environment.handle(), self.handle, query, &mut covers) })?;
         Ok(covers == 1)
     }
 
     /// What the product is made of.
-    pub fn describe(&self) -> Result<raw::wis_product_info> {
-        let mut info = raw::wis_product_info { size: size_of::<raw::wis_product_info>() as u32, ..Default::default() };
+    pub fn describe(&self) -> Result<raw::wis_wavelet_product_info> {
+        let mut info = raw::wis_wavelet_product_info {
+            size: size_of::<raw::wis_wavelet_product_info>() as u32,
+            ..Default::default()
+        };
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_describe(self.environment.handle(), self.handle, &mut info) })?;
+        check(unsafe { raw::wis_wavelet_product_describe(self.environment.handle(), self.handle, &mut info) })?;
         Ok(info)
     }
 
@@ -683,7 +707,7 @@ impl<'a> Product<'a> {
     pub fn estimate(&self) -> Result<f64> {
         let mut luminance = f64::NAN;
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_estimate(self.environment.handle(), self.handle, &mut luminance) })?;
+        check(unsafe { raw::wis_wavelet_product_estimate(self.environment.handle(), self.handle, &mut luminance) })?;
         Ok(luminance)
     }
 
@@ -691,7 +715,9 @@ impl<'a> Product<'a> {
     pub fn estimate_rgb(&self) -> Result<[f64; 3]> {
         let mut rgb = [f64::NAN; 3];
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_estimate_rgb(self.environment.handle(), self.handle, rgb.as_mut_ptr()) })?;
+        check(unsafe {
+            raw::wis_wavelet_product_estimate_rgb(self.environment.handle(), self.handle, rgb.as_mut_ptr())
+        })?;
         Ok(rgb)
     }
 }
@@ -699,14 +725,14 @@ impl<'a> Product<'a> {
 /// Prepares a product for each query in one block.
 pub fn prepare_points<'a>(
     environment: &'a Environment,
-    queries: &[raw::wis_query],
+    queries: &[raw::wis_wavelet_query],
     preparation: &Preparation,
     memory: &'a mut Block,
 ) -> Result<Points<'a>> {
     let (mut handles, mut diagnostic) = (vec![null(); queries.len()], raw::wis_diagnostic::default());
     // SAFETY: the block is as long as it says, and there is a handle for each query.
     let status = unsafe {
-        raw::wis_products_prepare(
+        raw::wis_wavelet_products_prepare(
             environment.handle(),
             queries.len(),
             queries.as_ptr(),
@@ -723,20 +749,22 @@ pub fn prepare_points<'a>(
 
 /// BRDF x cosine of a query with tabulated lobes, RGB.
 pub fn table_eval(
-    table: &raw::wis_table,
-    query: &raw::wis_query,
+    table: &raw::wis_wavelet_table,
+    query: &raw::wis_wavelet_query,
     wi: &[[f32; 3]],
     f_cos: &mut [[f32; 3]],
 ) -> Result<()> {
     assert_eq!(wi.len(), f_cos.len());
     // SAFETY: the arrays are of one length, and the table's trees live as long as what it was borrowed from.
-    check(unsafe { raw::wis_table_eval(table, query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0) })
+    check(unsafe {
+        raw::wis_wavelet_table_eval(table, query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0)
+    })
 }
 
 /// Many prepared shading points in memory that they borrow.
 pub struct Points<'a> {
     environment: &'a Environment,
-    handles: Vec<*const raw::wis_product>,
+    handles: Vec<*const raw::wis_wavelet_product>,
     memory: PhantomData<&'a mut Block>,
 }
 
@@ -748,7 +776,9 @@ impl Points<'_> {
         let (light, handles, u) = (self.environment.handle(), self.handles.as_ptr(), u.as_ptr().cast());
         let (wi, pdf) = (wi.as_mut_ptr().cast(), pdf.as_mut_ptr());
         // SAFETY: the handles are alive, and the slices hold an element for each.
-        check(unsafe { raw::wis_products_sample_lanes(light, cpu_level(), count, handles, u, 0, wi, 0, pdf, 0) })
+        check(unsafe {
+            raw::wis_wavelet_products_sample_lanes(light, cpu_level(), count, handles, u, 0, wi, 0, pdf, 0)
+        })
     }
 
     /// The pdf of a direction for each.
@@ -757,15 +787,19 @@ impl Points<'_> {
         assert!(wi.len() == count && pdf.len() == count);
         let (light, handles, wi) = (self.environment.handle(), self.handles.as_ptr(), wi.as_ptr().cast());
         // SAFETY: as in `sample`.
-        check(unsafe { raw::wis_products_pdf_lanes(light, cpu_level(), count, handles, wi, 0, pdf.as_mut_ptr(), 0) })
+        check(unsafe {
+            raw::wis_wavelet_products_pdf_lanes(light, cpu_level(), count, handles, wi, 0, pdf.as_mut_ptr(), 0)
+        })
     }
 }
 
 impl Density for Product<'_> {
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_sample> {
-        let mut sample = raw::wis_sample::default();
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
+        let mut sample = raw::wis_drawn::default();
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_sample(self.environment.handle(), self.handle, u.as_ptr(), &mut sample) })?;
+        check(unsafe {
+            raw::wis_wavelet_product_sample(self.environment.handle(), self.handle, u.as_ptr(), &mut sample)
+        })?;
         Ok(sample)
     }
 
@@ -773,7 +807,7 @@ impl Density for Product<'_> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
         // SAFETY: both handles are alive, and the slices hold `u.len()` elements.
         check(unsafe {
-            raw::wis_product_sample_lanes(
+            raw::wis_wavelet_product_sample_lanes(
                 self.environment.handle(),
                 self.handle,
                 cpu_level(),
@@ -791,7 +825,7 @@ impl Density for Product<'_> {
     fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
         let mut pdf = f32::NAN;
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_pdf(self.environment.handle(), self.handle, wi.as_ptr(), &mut pdf) })?;
+        check(unsafe { raw::wis_wavelet_product_pdf(self.environment.handle(), self.handle, wi.as_ptr(), &mut pdf) })?;
         Ok(pdf)
     }
 
@@ -799,7 +833,7 @@ impl Density for Product<'_> {
         assert!(wi.len() == pdf.len());
         // SAFETY: as in `sample_n`.
         check(unsafe {
-            raw::wis_product_pdf_lanes(
+            raw::wis_wavelet_product_pdf_lanes(
                 self.environment.handle(),
                 self.handle,
                 cpu_level(),
@@ -815,7 +849,9 @@ impl Density for Product<'_> {
     fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
         let mut u = [f32::NAN; 2];
         // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_product_invert(self.environment.handle(), self.handle, wi.as_ptr(), u.as_mut_ptr()) })?;
+        check(unsafe {
+            raw::wis_wavelet_product_invert(self.environment.handle(), self.handle, wi.as_ptr(), u.as_mut_ptr())
+        })?;
         Ok(u)
     }
 }
@@ -979,7 +1015,7 @@ impl Tree {
         let mut wavelets = vec![raw::wis_wavelets::default(); keep as usize];
         let mut count = 0;
         // SAFETY: there is room for `keep` elements.
-        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count) })?;
+        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count, null_mut()) })?;
         wavelets.truncate(count as usize);
         Ok(wavelets)
     }
@@ -1003,6 +1039,7 @@ impl Tree {
                 self.handle(),
                 visible.handle(),
                 &mut integral,
+                null_mut(),
             )
         })?;
         Ok(integral)
@@ -1045,7 +1082,13 @@ impl Tree {
         assert!(points.len() == index.len() && self.info.dimensions as usize == N);
         // SAFETY: the handle is alive, and the slices are of one length.
         check(unsafe {
-            raw::wis_warp_in_place(self.handle(), points.as_mut_ptr().cast(), index.as_mut_ptr(), points.len())
+            raw::wis_warp_in_place(
+                self.handle(),
+                points.as_mut_ptr().cast(),
+                index.as_mut_ptr(),
+                points.len(),
+                null_mut(),
+            )
         })
     }
 }
@@ -1186,7 +1229,7 @@ pub struct Jitter(Block);
 impl Jitter {
     /// A direction inside the stratum of a light, and its pdf there.
     pub fn sample(&self, light: u32, u: [f32; 2]) -> Result<([f32; 3], f32)> {
-        let mut sample = raw::wis_sample::default();
+        let mut sample = raw::wis_drawn::default();
         // SAFETY: the memory holds a jitter, and the locals live.
         check(unsafe { raw::wis_jitter_sample(self.0.start().cast(), light, u.as_ptr(), &mut sample) })?;
         Ok((sample.wi, sample.pdf))
@@ -1199,7 +1242,14 @@ pub fn order(contribution: &[f32], threshold: f32, index: &mut [u32]) -> Result<
     let mut traced = 0;
     // SAFETY: both slices have as many elements.
     check(unsafe {
-        raw::wis_strata_order(contribution.len(), contribution.as_ptr(), threshold, index.as_mut_ptr(), &mut traced)
+        raw::wis_strata_order(
+            contribution.len(),
+            contribution.as_ptr(),
+            threshold,
+            index.as_mut_ptr(),
+            &mut traced,
+            null_mut(),
+        )
     })?;
     Ok(traced as usize)
 }
@@ -1255,6 +1305,7 @@ impl Visibility {
                 light.handle(),
                 self.0.start().cast(),
                 &mut integral,
+                null_mut(),
             )
         })?;
         Ok(integral)
@@ -1272,7 +1323,16 @@ pub fn blend(lists: &[(&[raw::wis_wavelets], f64)], out: &mut Vec<raw::wis_wavel
     let (handles, counts, weights) = (handles.as_ptr(), counts.as_ptr(), weights.as_ptr());
     // SAFETY: the lists are alive, and there is room for all of their elements.
     check(unsafe {
-        raw::wis_triple_blend(lists.len() as u32, handles, counts, weights, room, out.as_mut_ptr(), &mut count)
+        raw::wis_triple_blend(
+            lists.len() as u32,
+            handles,
+            counts,
+            weights,
+            room,
+            out.as_mut_ptr(),
+            &mut count,
+            null_mut(),
+        )
     })?;
     out.truncate(count as usize);
     Ok(())

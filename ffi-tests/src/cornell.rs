@@ -24,7 +24,7 @@ impl Scattered {
         Scattered::parse(name, &text)
     }
 
-    fn parse(name: String, text: &str) -> Result<Scattered> {
+    pub(crate) fn parse(name: String, text: &str) -> Result<Scattered> {
         let lines = text.lines().filter(|line| !line.trim_start().starts_with('#'));
         let mut numbers = lines.flat_map(str::split_whitespace).map(|word| word.parse::<f64>());
         let count = numbers.next().context("no number of wavelengths")?? as usize;

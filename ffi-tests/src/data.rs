@@ -19,12 +19,12 @@ fn file(kind: &str, name: &str) -> Option<PathBuf> {
     Some(Path::new(FOLDER).join(kind).join(name)).filter(|path| path.exists())
 }
 
-/// A map, or windows of a room.
+/// A map, or the room of the project's own.
 ///
 /// # Errors
 /// A map that cannot be read.
 pub fn light(name: &str) -> Result<Light> {
-    file("envmaps", name).map_or_else(|| Ok(Light::windows(512)), |path| Light::load(&path))
+    file("envmaps", name).map_or_else(|| Ok(Light::room(512)), |path| Light::load(&path))
 }
 
 /// A mesh, or a block.

@@ -90,7 +90,7 @@ impl Dense {
         let finest = &mut self.levels[0];
         finest.clear();
         for (&luminance, &centre) in grid.luminance.iter().zip(&grid.centre) {
-            finest.extend_from_slice((luminance * bsdf.eval(centre).0).as_array_ref());
+            finest.extend_from_slice((luminance * bsdf.eval(centre, LANES).0).as_array_ref());
         }
         for level in 1..=LEVELS {
             let (finer, coarser) = self.levels.split_at_mut(level);

@@ -1,8 +1,10 @@
 //! Pictures of a scene by several estimators side by side: the image above, its error below.
 
 use crate::client::Result;
-use crate::estimator::{Estimator, Method, Setting};
+use crate::cost::Cost;
+use crate::estimator::{Estimator, Setting};
 use crate::measure::shadowed_and_not;
+use crate::method::Method;
 use crate::reference::Reference;
 use crate::scene::{HEIGHT, Scene, WIDTH};
 use image::{GrayImage, Luma};
@@ -30,7 +32,8 @@ pub fn sheet(
         let mut estimator = Estimator::new(setting, scene.hits)?;
         let mut values = Vec::with_capacity(truth.len());
         for point in &scene.points {
-            values.push(shadowed_and_not(scene, point, estimator.picks(method, setting, point, 0, count)?)[0]);
+            let picks = estimator.picks(method, setting, point, 0, count)?;
+            values.push(shadowed_and_not(scene, Cost::CHEAP, point, picks)[0]);
         }
         pictures.push(values);
     }

@@ -12,6 +12,9 @@ use std::f32::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
+#[path = "../../tests/support/panorama.rs"]
+mod panorama;
+
 /// A map of luminance.
 #[derive(Clone, Debug)]
 pub struct Light {
@@ -21,6 +24,12 @@ pub struct Light {
     height: usize,
     luminance: Vec<f32>,
     map_from_world: Mat3,
+}
+
+impl From<panorama::Panorama> for Light {
+    fn from(map: panorama::Panorama) -> Light {
+        Light::latlong(map.name, map.width, map.height, map.rgb.iter().map(|rgb| luminance(rgb)).collect())
+    }
 }
 
 impl Light {
@@ -87,6 +96,16 @@ impl Light {
             let in_window = (azimuth / TAU * 10.0) as u32 % 2 == 0 && (0.2..0.7).contains(&height) && pane > 0.3;
             if in_window { 20.0 + 10.0 * pane } else { 0.05 + 0.03 * height }
         })
+    }
+
+    /// The project's own room with lamps.
+    pub fn room(width: usize) -> Light {
+        Light::from(panorama::room(width / 2))
+    }
+
+    /// The project's own field in the sun, which is not clipped.
+    pub fn field(width: usize) -> Light {
+        Light::from(panorama::field(width / 2))
     }
 
     fn procedural(name: &str, width: usize, radiance: impl Fn(Vec3) -> f32) -> Light {
@@ -194,7 +213,7 @@ impl Light {
     /// # Errors
     /// Those of the library.
     pub fn environment(&self) -> crate::client::Result<Environment> {
-        let flags = raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_COMPENSATED;
+        let flags = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_COMPENSATED;
         let map = Map::latlong(self.width as u32, self.height as u32, 1, &self.luminance);
         match self.layout {
             Layout::LatLong => Environment::new(&Map { flags, ..map }),
@@ -202,7 +221,7 @@ impl Light {
             Layout::Angular => {
                 let side = self.width.max(self.height).next_power_of_two() as u32;
                 let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
-                Environment::new(&Map { flags: raw::WIS_ENVIRONMENT_COMPENSATED, ..Map::octahedral(side, &texels) })
+                Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_COMPENSATED, ..Map::octahedral(side, &texels) })
             }
         }
     }
@@ -344,6 +363,39 @@ mod tests {
         }
     }
 
+    /// The logarithms of two lights in all directions: their mean difference, without what a slight turn would move much.
+    fn difference([a, b]: [&Light; 2]) -> f64 {
+        let mut u = vec![[0.0; 2]; 1 << 14];
+        crate::client::sobol(3, 0, &mut u).unwrap();
+        let log = |light: &Light, u: &[f32; 2]| f64::from(light.radiance(octahedral_direction(u[0], u[1])) + 1e-3).ln();
+        u.iter().map(|u| (log(a, u) - log(b, u)).abs()).sum::<f64>() / u.len() as f64
+    }
+
+    /// The room as a light probe by the definition of angular maps, and as a cube.
+    #[test]
+    fn a_light_probe_and_a_cube_of_the_room_agree() {
+        let (room, side) = (Light::room(256), 256);
+        let probe = |i: usize| {
+            let centred = |c: usize| (c as f32 + 0.5) / side as f32 * 2.0 - 1.0;
+            let (x, y) = (centred(i % side), -centred(i / side));
+            let radius = x.hypot(y).min(1.0);
+            let (sine, cosine) = (radius * PI).sin_cos();
+            // It looks along the world's +y, with +z up.
+            room.radiance(Vec3::new(sine * x / radius, cosine, sine * y / radius))
+        };
+        let probe = Light::angular("probe", side, (0..side * side).map(probe).collect());
+        let shape = Light::cube("cube", 64, vec![0.0; 6 * 64 * 64]);
+        let texel = |i: usize| {
+            let at = |c: usize| F8::splat(c as f32 + 0.5);
+            let d = shape.direction(Position { column: at(i % 64), row: at(i / 64) });
+            room.radiance(Vec3::new(d.x.as_array_ref()[0], d.y.as_array_ref()[0], d.z.as_array_ref()[0]))
+        };
+        let cube = Light::cube("cube", 64, (0..6 * 64 * 64).map(texel).collect());
+        let [probe, cube] = [difference([&probe, &room]), difference([&cube, &room])];
+        assert!(probe < 0.1 && cube < 0.1, "{probe} {cube}");
+        assert!(difference([&Light::room(256), &Light::field(256)]) > 0.5);
+    }
+
     #[test]
     fn a_light_probe_and_a_cross_of_one_place_agree() {
         let file = |name: &str| Path::new("../../shared/data/envmaps").join(name);
@@ -352,11 +404,7 @@ mod tests {
             eprintln!("left out: the maps are not there");
             return;
         };
-        // Without what a slight turn would move much: the logarithms of all directions.
-        let mut u = vec![[0.0; 2]; 1 << 14];
-        crate::client::sobol(3, 0, &mut u).unwrap();
-        let log = |light: &Light, u: &[f32; 2]| f64::from(light.radiance(octahedral_direction(u[0], u[1])) + 1e-3).ln();
-        let difference = u.iter().map(|u| (log(&probe, u) - log(&cross, u)).abs()).sum::<f64>() / u.len() as f64;
+        let difference = difference([&probe, &cross]);
         assert!(difference < 0.2, "{difference}");
     }
 

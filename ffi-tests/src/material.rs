@@ -5,8 +5,9 @@
 //! with Spherical Caps".
 
 use crate::client::{self, Block, CallbackShape, Environment, Preparation, Product, raw};
-use crate::lanes::{F8, V8, sin_cos_turn};
-use crate::rgl::Measured;
+use crate::cost::Cost;
+use crate::lanes::{F8, LANES, V8, sin_cos_turn};
+use crate::measured::{self, Reflectance};
 use crate::scene::ShadingPoint;
 use crate::table::Table;
 use anyhow::Result;
@@ -23,7 +24,7 @@ pub struct Material {
     specular: f32,
     alpha: f32,
     /// In place of the lobes.
-    pub measured: Option<&'static Measured>,
+    pub measured: Option<&'static dyn Reflectance>,
     /// What the library is told of a measured material; without it, it calls back.
     pub table: Option<&'static Table>,
 }
@@ -55,7 +56,7 @@ impl Material {
     /// # Errors
     /// The file cannot be read, or is another kind of material.
     pub fn measured(path: &Path) -> Result<Material> {
-        let measured: &'static Measured = Box::leak(Box::new(Measured::load(path)?));
+        let measured = measured::load(path)?;
         let (slices, depth, budget, places) = TABLE;
         let roughness = measured.roughness();
         let finer = FINER.iter().filter(|below| roughness < **below).count() as u32;
@@ -66,8 +67,8 @@ impl Material {
     }
 
     /// A measured material that the library asks for in a callback.
-    pub fn called_back(measured: &'static Measured) -> Material {
-        Material { name: measured.name.clone(), measured: Some(measured), ..Material::lambert() }
+    pub fn called_back(measured: &'static dyn Reflectance) -> Material {
+        Material { name: measured.name().into(), measured: Some(measured), ..Material::lambert() }
     }
 
     /// The half-angle of its narrowest lobe, radians; of a measured one it is not known.
@@ -102,6 +103,21 @@ impl Material {
         preparation: &Preparation,
         memory: &'a mut Block,
     ) -> client::Result<Product<'a>> {
+        self.prepare_at(Cost::CHEAP, environment, point, preparation, memory)
+    }
+
+    /// [`Material::prepare`] where an evaluation in the callback has a cost.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn prepare_at<'a>(
+        &self,
+        cost: Cost,
+        environment: &'a Environment,
+        point: &ShadingPoint,
+        preparation: &Preparation,
+        memory: &'a mut Block,
+    ) -> client::Result<Product<'a>> {
         let Some(measured) = self.measured else {
             return Product::prepare(environment, &self.query(point), preparation, memory);
         };
@@ -117,6 +133,7 @@ impl Material {
             half_angle: if alpha < 0.6 { alpha } else { 0.0 },
         };
         let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+            cost.evaluate(wi.len());
             for (wi, f_cos) in wi.iter().zip(f_cos) {
                 *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
             }
@@ -126,7 +143,7 @@ impl Material {
     }
 
     /// The same BRDF as the library is told of it.
-    pub fn query(&self, point: &ShadingPoint) -> raw::wis_query {
+    pub fn query(&self, point: &ShadingPoint) -> raw::wis_wavelet_query {
         let grey = |w| [w; 3];
         if self.measured.is_some() {
             return client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated(grey(1.0))]);
@@ -157,7 +174,7 @@ pub struct Bsdf {
     specular_share: f32,
     /// The length of wo stretched by alpha.
     wo_length: f32,
-    measured: Option<&'static Measured>,
+    measured: Option<&'static dyn Reflectance>,
 }
 
 impl Bsdf {
@@ -187,24 +204,28 @@ impl Bsdf {
             let local = Vec3::new(axis(self.tangent), axis(self.bitangent), axis(self.normal));
             return self.eval_measured(measured, local);
         }
-        let (value, pdf) = self.eval(V8::splat(wi));
+        let (value, pdf) = self.eval(V8::splat(wi), 1);
         (value.as_array_ref()[0], pdf.as_array_ref()[0])
     }
 
     /// A direction by its pdf, for one point.
     pub fn sample_one(&self, u: [f32; 2]) -> Vec3 {
-        let wi = self.sample(u.map(F8::splat));
+        let wi = self.sample(u.map(F8::splat), 1);
         Vec3::new(wi.x.as_array_ref()[0], wi.y.as_array_ref()[0], wi.z.as_array_ref()[0])
     }
 
-    /// BRDF x cosine, and the pdf of `sample`.
+    /// BRDF x cosine, and the pdf of `sample`, of the first `used` directions; what is evaluated one by one is 0 for the
+    /// others.
     #[inline]
-    pub fn eval(&self, wi: V8) -> (F8, F8) {
+    pub fn eval(&self, wi: V8, used: usize) -> (F8, F8) {
         let wi = V8::new(wi.dot(self.tangent), wi.dot(self.bitangent), wi.dot(self.normal));
         if let Some(measured) = self.measured {
             let [x, y, z] = [wi.x, wi.y, wi.z].map(|c| c.to_array());
-            let each = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| self.eval_measured(measured, Vec3::new(x[i], y[i], z[i])));
-            return (F8::new(each.map(|v| v.0)), F8::new(each.map(|v| v.1)));
+            let (mut value, mut pdf) = ([0.0; LANES], [0.0; LANES]);
+            for i in 0..used.min(LANES) {
+                (value[i], pdf[i]) = self.eval_measured(measured, Vec3::new(x[i], y[i], z[i]));
+            }
+            return (F8::new(value), F8::new(pdf));
         }
         let above = wi.z.cmp_gt(F8::ZERO);
         let cosine_pdf = wi.z * F8::splat(1.0 / PI);
@@ -217,14 +238,15 @@ impl Bsdf {
         (above & value, above & pdf)
     }
 
-    /// Directions by their pdf; they may lie below the horizon, where BRDF and pdf are 0.
+    /// Directions by their pdf for the first `used` points; they may lie below the horizon, where BRDF and pdf are 0.
     #[inline]
-    pub fn sample(&self, u: [F8; 2]) -> V8 {
+    pub fn sample(&self, u: [F8; 2], used: usize) -> V8 {
         let share = F8::splat(self.specular_share);
         let local = if let Some(measured) = self.measured {
             let [u, v] = u.map(|u| u.to_array().map(f64::from));
             let wo = self.wo.as_dvec3().normalize();
-            let each: [Vec3; 8] = std::array::from_fn(|i| measured.sample(wo, [u[i], v[i]]).0.as_vec3());
+            let drawn = |i: usize| if i < used { measured.sample(wo, [u[i], v[i]]).as_vec3() } else { Vec3::Z };
+            let each: [Vec3; LANES] = std::array::from_fn(drawn);
             V8::new(F8::new(each.map(|d| d.x)), F8::new(each.map(|d| d.y)), F8::new(each.map(|d| d.z)))
         } else if self.specular == 0.0 {
             cosine_hemisphere(u)
@@ -240,7 +262,7 @@ impl Bsdf {
         self.tangent.scale(x).plus(self.bitangent.scale(y)).plus(self.normal.scale(z)).normalize()
     }
 
-    fn eval_measured(&self, measured: &Measured, wi: Vec3) -> (f32, f32) {
+    fn eval_measured(&self, measured: &dyn Reflectance, wi: Vec3) -> (f32, f32) {
         let (wo, wi) = (self.wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
         (measured.eval(wo, wi) as f32, measured.pdf(wo, wi) as f32)
     }

@@ -2,12 +2,16 @@
 
 use crate::batch::{Batch, Stream};
 use crate::client::{self, Block, Density, raw};
-use crate::estimator::{Estimator, Method, Pick, Setting, prepare};
+use crate::cost::{Cost, MODELS};
+use crate::estimator::{Estimator, Pick, Setting};
+use crate::library::{Mode, prepare};
 use crate::light::octahedral_direction;
 use crate::material::Bsdf;
+use crate::method::Method;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use crate::statistics::median;
+use crate::timing::{Time, time};
 use anyhow::Result;
 use glam::Vec3;
 use rustix::time::{ClockId, clock_gettime};
@@ -30,6 +34,8 @@ pub struct Effort {
     pub counts: Vec<usize>,
     /// Independent repeats.
     pub repeats: u32,
+    /// Pixels that are timed.
+    pub timed: usize,
 }
 
 /// What was measured on one scene, light and material.
@@ -46,7 +52,7 @@ pub struct Cell {
     pub rows: Vec<Row>,
 }
 
-/// What the library's calls cost, medians over points, in nanoseconds of processor time.
+/// What the library's calls cost, medians over points with warm caches, in nanoseconds of processor time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Costs {
     pub prepare: f64,
@@ -65,14 +71,14 @@ pub struct Costs {
 pub struct Row {
     pub method: String,
     pub count: usize,
+    /// In each cost model; 0 of limits.
+    pub times: [Time; MODELS.len()],
     pub repeats: Vec<Repeat>,
 }
 
-/// One repeat: nanoseconds for a point, and errors.
+/// The errors of one repeat, in each region.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Repeat {
-    pub sampling_ns: f64,
-    pub rays_ns: f64,
     pub errors: [Errors; 4],
 }
 
@@ -96,13 +102,6 @@ impl Row {
     }
 }
 
-impl Repeat {
-    /// Sampling and rays of a point.
-    pub fn ns(&self) -> f64 {
-        self.sampling_ns + self.rays_ns
-    }
-}
-
 /// Measures a cell.
 ///
 /// # Errors
@@ -110,7 +109,7 @@ impl Repeat {
 pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: &Effort) -> Result<Cell> {
     let truth = Truth::new(reference, scene.hits);
     let mut rows = Vec::new();
-    for method in Method::ALL.into_iter().filter(|m| effort.methods.contains(&m.name())) {
+    for method in Method::all().filter(|m| effort.methods.contains(&m.name())) {
         if method.is_limit() {
             rows.extend(limit(scene, setting, &truth, method, effort)?);
             continue;
@@ -118,7 +117,8 @@ pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: 
         for &count in &effort.counts {
             let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, &truth, method, pass, count));
             let repeats = repeats.collect::<client::Result<_>>()?;
-            rows.push(Row { method: method.name(), count, repeats });
+            let times = time(scene, setting, method, count, effort.timed)?;
+            rows.push(Row { method: method.name(), count, times, repeats });
         }
     }
     Ok(Cell {
@@ -187,7 +187,7 @@ fn pixels(values: &[[f64; 2]], hits: usize) -> Vec<[f64; 2]> {
     values.chunks(hits).map(|hits| [mean(hits, 0), mean(hits, 1)]).collect()
 }
 
-/// Estimates every point once. Rays are traced after all samples are drawn, so that the two are timed apart.
+/// Estimates every point once.
 fn repeat(
     scene: &Scene,
     setting: &Setting,
@@ -197,56 +197,41 @@ fn repeat(
     count: usize,
 ) -> client::Result<Repeat> {
     let mut estimator = Estimator::new(setting, scene.hits)?;
-    let (mut picks, mut ends) = (Vec::with_capacity(scene.points.len() * count), Vec::new());
-    let priors = if method.takes_prior() { learn(scene, setting, pass, count * scene.hits)? } else { Vec::new() };
-    let start = processor_ns();
-    for (i, point) in scene.points.iter().enumerate() {
-        if let Some(prior) = priors.get(i / scene.hits) {
-            estimator.prior = *prior;
-        }
-        picks.extend_from_slice(estimator.picks(method, setting, point, pass, count)?);
-        ends.push(picks.len());
-    }
-    let drawn = processor_ns();
+    let takes_prior = method.mode().is_some_and(Mode::takes_prior);
     let mut estimates = Vec::with_capacity(scene.points.len());
-    let mut first = 0;
-    for (point, &end) in scene.points.iter().zip(&ends) {
-        estimates.push(shadowed_and_not(scene, point, &picks[first..end]));
-        first = end;
-    }
-    if method.takes_prior() {
-        // What this pass would teach the next one belongs to its time.
-        let (mut prior, matrix) = (client::prior(), setting.light.world_from_map());
-        let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
-        client::count(&mut prior, &matrix, &wi, &vec![1; wi.len()])?;
-    }
-    let traced = processor_ns();
-    let points = scene.points.len() as f64;
-    Ok(Repeat {
-        sampling_ns: (drawn - start) / points,
-        rays_ns: (traced - drawn) / points,
-        errors: [0, 1, 2, 3].map(|region| truth.errors(&estimates, region)),
-    })
-}
-
-/// What each pixel's tile saw in a pass: the rays of its other pixels, up to 64 each, whose points are their own.
-fn learn(scene: &Scene, setting: &Setting, pass: u32, count: usize) -> client::Result<Vec<raw::wis_prior>> {
-    let mut estimator = Estimator::new(setting, 1)?;
-    let matrix = setting.light.world_from_map();
-    let mut learn_tile = |tile: &Vec<ShadingPoint>| {
-        let mut prior = client::prior();
-        for point in tile {
-            let picks = estimator.picks(Method::Wis, setting, point, pass, count.min(64))?;
-            let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
-            let visible: Vec<u8> = picks.iter().map(|pick| u8::from(scene.visible(point, pick.wi))).collect();
-            client::count(&mut prior, &matrix, &wi, &visible)?;
+    for (i, point) in scene.points.iter().enumerate() {
+        if takes_prior && point.hit == 0 {
+            estimator.set_prior(&learn(setting, scene, i / scene.hits, pass, count * scene.hits)?);
         }
-        Ok(prior)
-    };
-    scene.tiles.iter().map(&mut learn_tile).collect()
+        let picks = estimator.picks(method, setting, point, pass, count)?;
+        estimates.push(shadowed_and_not(scene, Cost::CHEAP, point, picks));
+    }
+    Ok(Repeat { errors: [0, 1, 2, 3].map(|region| truth.errors(&estimates, region)) })
 }
 
-/// All repeats of a limit, point by point, since it is dear to prepare. Its time is not measured.
+/// What a pixel's tile saw in a pass: the rays of its other pixels, up to 64 each, whose points are their own.
+///
+/// # Errors
+/// Those of the library.
+pub fn learn(
+    setting: &Setting,
+    scene: &Scene,
+    pixel: usize,
+    pass: u32,
+    count: usize,
+) -> client::Result<raw::wis_prior> {
+    let (mut estimator, mut prior) = (Estimator::new(setting, 1)?, client::prior());
+    let matrix = setting.light.world_from_map();
+    for point in &scene.tiles[pixel] {
+        let picks = estimator.picks(Mode::Product, setting, point, pass, count.min(64))?;
+        let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
+        let visible: Vec<u8> = picks.iter().map(|pick| u8::from(scene.visible(point, pick.wi))).collect();
+        client::count(&mut prior, &matrix, &wi, &visible)?;
+    }
+    Ok(prior)
+}
+
+/// All repeats of a limit, point by point, since it is expensive to prepare. Its time is not measured.
 fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort: &Effort) -> client::Result<Vec<Row>> {
     let mut estimator = Estimator::new(setting, scene.hits)?;
     let passes = effort.counts.iter().flat_map(|&count| (0..effort.repeats).map(move |pass| (count, pass)));
@@ -254,28 +239,25 @@ fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort
     for point in &scene.points {
         for ((count, pass), estimates) in passes.clone().zip(&mut estimates) {
             let picks = estimator.picks(method, setting, point, pass, count)?;
-            estimates.push(shadowed_and_not(scene, point, picks));
+            estimates.push(shadowed_and_not(scene, Cost::CHEAP, point, picks));
         }
     }
-    let repeats = estimates.iter().map(|estimates| Repeat {
-        sampling_ns: 0.0,
-        rays_ns: 0.0,
-        errors: [0, 1, 2, 3].map(|region| truth.errors(estimates, region)),
-    });
-    let repeats: Vec<Repeat> = repeats.collect();
+    let errors = |estimates: &Vec<_>| [0, 1, 2, 3].map(|region| truth.errors(estimates, region));
+    let repeats: Vec<Repeat> = estimates.iter().map(|estimates| Repeat { errors: errors(estimates) }).collect();
     let rows = effort.counts.iter().zip(repeats.chunks(effort.repeats as usize));
-    Ok(rows.map(|(&count, repeats)| Row { method: method.name(), count, repeats: repeats.to_vec() }).collect())
+    let times = [Time::default(); MODELS.len()];
+    Ok(rows.map(|(&count, repeats)| Row { method: method.name(), count, times, repeats: repeats.to_vec() }).collect())
 }
 
-/// The sums of picks with and without shadows.
-pub fn shadowed_and_not(scene: &Scene, point: &ShadingPoint, picks: &[Pick]) -> [f64; 2] {
+/// The sums of picks with and without shadows; rays are traced at a cost.
+pub fn shadowed_and_not(scene: &Scene, cost: Cost, point: &ShadingPoint, picks: &[Pick]) -> [f64; 2] {
     picks.iter().fold([0.0; 2], |sum, pick| {
         let contribution = f64::from(pick.contribution);
-        [sum[0] + if scene.visible(point, pick.wi) { contribution } else { 0.0 }, sum[1] + contribution]
+        [sum[0] + if scene.visible_at(cost, point, pick.wi) { contribution } else { 0.0 }, sum[1] + contribution]
     })
 }
 
-/// Times the library's calls on up to 200 points: the median over rounds of the mean over points, since asking for the
+/// Times the library's calls, with warm caches, on up to 200 points: the median over rounds of the mean over points, since asking for the
 /// time costs as much as a call.
 fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
     const ROUNDS: usize = 7;

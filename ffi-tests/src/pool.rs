@@ -1,16 +1,13 @@
-//! Resampling of candidates from light and BRDF: for each pick on its own (Talbot et al. 2005), or pooled: all
-//! candidates of a pixel along the Morton curve of the octahedron, picked by systematic resampling.
+//! Pooled resampling: all candidates of a pixel along the Morton curve of the octahedron, picked systematically.
 
-use crate::batch::{Batch, Stream};
-use crate::client;
-use crate::estimator::{Pick, Setting};
+use crate::batch::Batch;
+use crate::estimator::Pick;
 use crate::lanes::{F8, LANES, V8};
-use crate::material::Bsdf;
 use wide::{CmpLt, i32x8};
 
-/// Candidates on their way to picks.
+/// Candidates along the curve.
 #[derive(Default)]
-pub struct Candidates {
+pub struct Curve {
     /// Place on the Morton curve, then number.
     ordered: Vec<u32>,
 }
@@ -20,52 +17,7 @@ const NUMBER_BITS: u32 = 14;
 /// Levels of the octahedral square in a place.
 const LEVELS: u32 = 9;
 
-impl Candidates {
-    /// RIS: each of `n` picks chooses among `m` candidates of its own, half from the light and half from the BRDF.
-    pub fn pick_each(
-        &mut self,
-        batch: &mut Batch,
-        (setting, bsdf): (&Setting, &Bsdf),
-        n: usize,
-        m: usize,
-        picks: &mut Vec<Pick>,
-    ) -> client::Result<()> {
-        let half = m / 2;
-        draw(batch, setting, bsdf, n * half, half)?;
-        let choices = batch.points(Stream::Choice, n).to_vec();
-        for (i, choice) in choices.iter().enumerate() {
-            let groups = [i * half, (n + i) * half];
-            let all = || groups.iter().flat_map(|&first| first..first + half);
-            let sum: f32 = all().map(|c| batch.reflected(c)).sum();
-            let mut rest = choice[0] * sum;
-            let chosen = all().filter(|&c| batch.reflected(c) > 0.0).find(|&c| {
-                rest -= batch.reflected(c);
-                rest < 0.0
-            });
-            // Rounding may leave a little at the end: the last candidate then stands for it.
-            if let Some(c) = chosen.or_else(|| all().rfind(|&c| batch.reflected(c) > 0.0)) {
-                picks.push(Pick { wi: batch.wi().get(c), contribution: sum / n as f32 });
-            }
-        }
-        Ok(())
-    }
-
-    /// P(k): `n` picks from `k n` candidates; one that is picked several times is one ray.
-    pub fn pick_pooled(
-        &mut self,
-        batch: &mut Batch,
-        (setting, bsdf): (&Setting, &Bsdf),
-        n: usize,
-        k: usize,
-        picks: &mut Vec<Pick>,
-    ) -> client::Result<()> {
-        let half = n * k / 2;
-        draw(batch, setting, bsdf, half, half)?;
-        let offset = batch.points(Stream::Choice, 1)[0][0];
-        self.pick(batch, n, offset, picks);
-        Ok(())
-    }
-
+impl Curve {
     /// Systematic picks along the curve from a batch of weighed samples.
     pub fn pick(&mut self, batch: &Batch, n: usize, offset: f32, picks: &mut Vec<Pick>) {
         self.order(batch);
@@ -97,16 +49,6 @@ impl Candidates {
         }
         self.ordered.sort_unstable();
     }
-}
-
-/// Draws `count` candidates of each kind, `in_group` of which are weighed together.
-fn draw(batch: &mut Batch, setting: &Setting, bsdf: &Bsdf, count: usize, in_group: usize) -> client::Result<()> {
-    batch.from_texels(setting.plain, setting.light, count);
-    batch.from_bsdf(bsdf, count);
-    batch.evaluate(bsdf, setting.light, setting.plain);
-    let in_group = F8::splat(in_group as f32);
-    batch.weigh(|_, pdf_light, pdf_bsdf| in_group * (pdf_light + pdf_bsdf));
-    Ok(())
 }
 
 /// The Morton codes of directions on the octahedral square.

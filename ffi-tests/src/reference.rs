@@ -3,6 +3,7 @@
 
 use crate::batch::{Batch, Stream};
 use crate::client;
+use crate::cost::Cost;
 use crate::estimator::Setting;
 use crate::lanes::{F8, V8, sin_cos_turn};
 use crate::material::Bsdf;
@@ -108,7 +109,7 @@ fn add_block(
     batch.from_texels(setting.plain, setting.light, BLOCK);
     batch.from_bsdf(bsdf, BLOCK);
     batch.from_map(Stream::Uniform, BLOCK, uniform_sphere);
-    batch.evaluate(bsdf, setting.light, setting.plain);
+    batch.evaluate(bsdf, setting.light, setting.plain, Cost::CHEAP);
     batch.weigh(|_, pdf_light, pdf_bsdf| pdf_light + pdf_bsdf + F8::splat(0.25 / PI));
     for i in (0..batch.len()).filter(|&i| batch.reflected(i) > 0.0) {
         let value = f64::from(batch.reflected(i));
@@ -118,7 +119,7 @@ fn add_block(
     Ok(())
 }
 
-fn uniform_sphere(u: [F8; 2]) -> V8 {
+fn uniform_sphere(u: [F8; 2], _used: usize) -> V8 {
     let z = F8::ONE - u[0] - u[0];
     let radius = (F8::ONE - z * z).max(F8::ZERO).sqrt();
     let (sin, cos) = sin_cos_turn(u[1]);

@@ -1,7 +1,10 @@
 //! The report as a Markdown page: what was measured, and where the library wins and loses.
 
-use crate::estimator::Method;
-use crate::measure::{BATCHES, Cell, Errors, FEW, REGIONS, Repeat, Row};
+use crate::cost::MODELS;
+use crate::library::Mode;
+use crate::measure::{BATCHES, Cell, Errors, FEW, REGIONS, Row};
+use crate::method::{EXTENDED, LISTS, Method, Peers};
+use crate::peers::{Candidates, Peer};
 use crate::reference::BOUND;
 use crate::statistics::bootstrap_ratio;
 use std::fmt::{Result, Write};
@@ -30,6 +33,24 @@ pub struct BuiltLight {
 type Metric = fn(&Errors) -> f64;
 
 const METRICS: [(&str, Metric); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
+
+/// How gains are counted.
+#[derive(Clone, Copy)]
+struct Scale {
+    region: usize,
+    error: Metric,
+    /// Of `MODELS`.
+    model: usize,
+}
+
+impl Scale {
+    /// Metrics and cost models with their names, over a region.
+    fn of(region: usize) -> impl Iterator<Item = (String, Scale)> {
+        let models = MODELS.iter().enumerate();
+        let all = models.flat_map(|(model, (cost, _))| METRICS.map(|(metric, error)| (metric, cost, error, model)));
+        all.map(move |(metric, cost, error, model)| (format!("{metric}, {cost}"), Scale { region, error, model }))
+    }
+}
 
 /// Writes the page. `plot` names the picture of a cell.
 ///
@@ -80,15 +101,24 @@ fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
     let methods: Vec<&str> = METHODS.into_iter().filter(|name| row(first, name, count).is_some()).collect();
     writeln!(
         out,
-        "Each cell at N = {count}: absolute error of some methods, gain over the best peer [95 %] in both metrics,"
+        "Each cell at N = {count}: absolute error of some methods, gain over the best peer of the {} list [95 %] in both",
+        EXTENDED.name
     )?;
-    writeln!(out, "preparation, a sample in batches of 64, a pdf, bytes of a product, and the largest f L / (p I).\n")?;
     writeln!(
         out,
-        "| light | material | {} | limit | best peer | absolute | relative | prepare ns | sample ns | pdf ns | bytes | weight |",
-        methods.join(" | ")
+        "metrics and cost models; with warm caches: preparation, a sample in batches of 64, a pdf; bytes of a"
     )?;
-    writeln!(out, "|---|---|{}---:|---|---:|---:|---:|---:|---:|---:|---:|", "---:|".repeat(methods.len()))?;
+    writeln!(out, "product, and the largest f L / (p I).\n")?;
+    let scales: Vec<(String, Scale)> = Scale::of(0).collect();
+    let heads: Vec<&str> = scales.iter().map(|(name, _)| name.as_str()).collect();
+    writeln!(
+        out,
+        "| light | material | {} | limit | best peer | {} | prepare ns | sample ns | pdf ns | bytes | weight |",
+        methods.join(" | "),
+        heads.join(" | ")
+    )?;
+    let columns = heads.len() + 5;
+    writeln!(out, "|---|---|{}---:|---|{}", "---:|".repeat(methods.len()), "---:|".repeat(columns))?;
     for cell in cells {
         write!(out, "| {} | {} ", cell.light, cell.material)?;
         for method in &methods {
@@ -98,7 +128,7 @@ fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
             Some(limit) => write!(out, "| {:.3} ", limit.sqrt())?,
             None => write!(out, "| - ")?,
         }
-        let best = METRICS.map(|(_, error)| best_peer(cell, count, 0, error));
+        let best: Vec<_> = scales.iter().map(|(_, scale)| best_peer(cell, &EXTENDED, count, *scale)).collect();
         write!(out, "| {} ", best[0].as_ref().map_or("-", |b| b.0.as_str()))?;
         for best in best {
             match best {
@@ -122,13 +152,16 @@ fn preamble(out: &mut impl Write, run: &Run) -> Result {
         "
 Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Unshadowed:
 the absolute error where nothing casts a shadow. Regions by v = reference / unshadowed reference: lit > .95, penumbra
-.05 to .95, umbra < .05. Errors and times are medians over repeats; time is processor time of sampling, evaluation and
-rays of a pixel; for wis it contains the preparation, once for each shading point. All materials are grey and the light
+.05 to .95, umbra < .05. Errors are medians over repeats. Times are means over some pixels: sampling, evaluation and rays, for
+wis with the preparation. Before each timed pixel 32 MB of other memory are touched, so caches are cold as in a renderer.
+Two cost models stand side by side. Cheap: the harness as it is. Expensive: the client spends 150 ns more for each direction
+whose BRDF or radiance it evaluates, and 500 ns more for each ray. All materials are grey and the light
 is looked up to the nearest texel. All methods have the same points, BRDF, look-up and rays, and the renderer's side of
 each computes eight samples side by side with the widest instructions of the machine; the library is the one that
 ships. Peers draw from the light's own texels by inverse cumulative distributions with guide tables. **Gain** is
-(variance x time of a peer) / (variance x time of wis) at the same number of samples: above 1 wis is ahead. The best
-peer is chosen on the even repeats and scored, as wis, on the odd ones; intervals are bootstrap 95 % over these repeats.
+(variance x time of a peer) / (variance x time of wis) at the same number of samples: above 1 wis is ahead. There are two
+lists of peers: that of version 0.1, and the extended one with resampling from compensated candidates (\"comp.\"). The best
+peer of a list is chosen on the even repeats and scored, as wis, on the odd ones; intervals are bootstrap 95 % over these repeats.
 \"wis + MIS\" is compared like a peer. A method that never finds a small light looks better than it is: its rare hits
 are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample
 each; \"wis reuse\" prepares at the first hit with a cone of .05 radians, again where a hit's normal lies outside, four
@@ -161,23 +194,27 @@ fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
     let others = ["wis", "wis + MIS", "wis reuse"].into_iter().filter(|name| *name != ours(first));
     let others = others.filter(|name| first.rows.iter().any(|row| row.method == *name));
     let methods: Vec<String> = peers(first).into_iter().chain(others.map(String::from)).collect();
-    writeln!(out, "| metric | N | {} | best peer |", methods.join(" | "))?;
-    writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + 1))?;
-    for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(first).into_iter().map(move |n| (m, n))) {
-        write!(out, "| {metric} | {count} ")?;
+    let best: Vec<String> = LISTS.iter().map(|list| format!("best of {}", list.name)).collect();
+    writeln!(out, "| metric, cost | N | {} | {} |", methods.join(" | "), best.join(" | "))?;
+    writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + best.len()))?;
+    for ((name, scale), count) in Scale::of(0).flat_map(|s| counts(first).into_iter().map(move |n| (s.clone(), n))) {
+        write!(out, "| {name} | {count} ")?;
         for method in &methods {
-            let gains = cells.iter().filter_map(|cell| gain(cell, method, count, 0, *error));
+            let gains = cells.iter().filter_map(|cell| gain(cell, method, count, scale));
             write!(out, "| {:.2} ", geometric_mean(gains.map(|g| g[0])))?;
         }
-        let best = cells.iter().filter_map(|cell| best_peer(cell, count, 0, *error));
-        writeln!(out, "| {:.2} |", geometric_mean(best.map(|(_, g)| g[0])))?;
+        for list in &LISTS {
+            let best = cells.iter().filter_map(|cell| best_peer(cell, list, count, scale));
+            write!(out, "| {:.2} ", geometric_mean(best.map(|(_, g)| g[0])))?;
+        }
+        writeln!(out, "|")?;
     }
     writeln!(out)
 }
 
 /// The error of the library's modes, and how far it is from the integral that the biased ones take for the truth.
 fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
-    let modes = Method::ALL.into_iter().filter(|m| m.is_ours()).map(Method::name);
+    let modes = Mode::ALL.map(|mode| mode.name().to_string()).into_iter();
     let modes: Vec<String> =
         modes.filter(|mode| cells.iter().any(|c| c.rows.iter().any(|r| r.method == *mode))).collect();
     writeln!(out, "Absolute error of the library's modes, geometric mean over cells:\n")?;
@@ -202,7 +239,7 @@ fn modes(out: &mut impl Write, cells: &[&Cell]) -> Result {
 fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
     let Some(first) = cells.first() else { return Ok(()) };
     let counts = counts(first);
-    if counts.iter().all(|&count| limit(first, count).is_none()) {
+    if cells.iter().all(|cell| counts.iter().all(|&count| limit(cell, count).is_none())) {
         return Ok(());
     }
     writeln!(out, "Distance to the limit: variance over that of the limit at equal N, geometric mean over lights.\n")?;
@@ -210,7 +247,9 @@ fn limits(out: &mut impl Write, cells: &[&Cell]) -> Result {
     let heads: Vec<String> =
         methods.iter().flat_map(|method| counts.iter().map(move |n| format!("{method} N={n}"))).collect();
     writeln!(out, "| material | {} |\n|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
-    for material in materials(cells) {
+    // Measured materials have no limit.
+    let has_limit = |material: &str| cells.iter().any(|c| c.material == material && limit(c, counts[0]).is_some());
+    for material in materials(cells).into_iter().filter(|material| has_limit(material)) {
         write!(out, "| {material} ")?;
         for (method, count) in methods.iter().flat_map(|m| counts.iter().map(move |&n| (m, n))) {
             let of_material = cells.iter().filter(|cell| cell.material == material);
@@ -230,16 +269,21 @@ fn regions(out: &mut impl Write, cells: &[&Cell]) -> Result {
     };
     let columns: Vec<(usize, usize)> =
         (1..REGIONS.len()).flat_map(|region| counts(first).into_iter().map(move |count| (region, count))).collect();
-    writeln!(out, "Gain over the best peer of each cell in light, penumbra and umbra: geometric mean over the lights")?;
+    writeln!(
+        out,
+        "Gain over the best peer of each cell ({} list) in light, penumbra and umbra: geometric mean over the lights",
+        EXTENDED.name
+    )?;
     writeln!(out, "under which a region has at least {FEW} pixels.\n")?;
     let heads: Vec<String> = columns.iter().map(|&(region, count)| format!("{} N={count}", REGIONS[region])).collect();
-    writeln!(out, "| material | metric | {} |\n|---|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
-    for (material, (metric, error)) in materials(cells).into_iter().flat_map(|m| METRICS.map(|metric| (m, metric))) {
-        write!(out, "| {material} | {metric} ")?;
+    writeln!(out, "| material | metric, cost | {} |\n|---|---|{}", heads.join(" | "), "---:|".repeat(heads.len()))?;
+    for (material, (name, scale)) in materials(cells).into_iter().flat_map(|m| Scale::of(0).map(move |s| (m, s))) {
+        write!(out, "| {material} | {name} ")?;
         for &(region, count) in &columns {
             let large = cells.iter().filter(|cell| cell.material == material && is_large(cell, region));
-            let best: Vec<f64> =
-                large.filter_map(|cell| best_peer(cell, count, region, error)).map(|(_, gain)| gain[0]).collect();
+            let scale = Scale { region, ..scale };
+            let best = large.filter_map(|cell| best_peer(cell, &EXTENDED, count, scale));
+            let best: Vec<f64> = best.map(|(_, gain)| gain[0]).collect();
             if best.is_empty() {
                 write!(out, "| - ")?;
             } else {
@@ -264,7 +308,7 @@ fn variance(cell: &Cell, method: &str, count: usize) -> Option<f64> {
 
 /// The better of both limits.
 fn limit(cell: &Cell, count: usize) -> Option<f64> {
-    let limits = Method::ALL.into_iter().filter(|m| m.is_limit());
+    let limits = Method::all().filter(|m| m.is_limit());
     limits.filter_map(|m| variance(cell, &m.name(), count)).min_by(f64::total_cmp)
 }
 
@@ -277,14 +321,18 @@ fn pictures(out: &mut impl Write, run: &Run) -> Result {
 
 /// The cells in which the best peer is ahead beyond doubt.
 fn losses(out: &mut impl Write, cells: &[Cell]) -> Result {
-    writeln!(out, "## Where wis loses to the best peer\n")?;
-    writeln!(out, "| scene | light | material | N | metric | best peer | gain |\n|---|---|---|---:|---|---|---:|")?;
+    writeln!(out, "## Where wis loses to the best peer of the {} list\n", EXTENDED.name)?;
+    writeln!(
+        out,
+        "| scene | light | material | N | metric, cost | best peer | gain |\n|---|---|---|---:|---|---|---:|"
+    )?;
     for cell in cells {
-        for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(cell).into_iter().map(move |n| (m, n))) {
-            if let Some((peer, [ratio, low, high])) = best_peer(cell, count, 0, *error).filter(|b| b.1[2] < 1.0) {
+        for ((name, scale), count) in Scale::of(0).flat_map(|s| counts(cell).into_iter().map(move |n| (s.clone(), n))) {
+            let best = best_peer(cell, &EXTENDED, count, scale);
+            if let Some((peer, [ratio, low, high])) = best.filter(|b| b.1[2] < 1.0) {
                 let Cell { scene, light, material, .. } = cell;
                 let gain = format!("{ratio:.2} [{low:.2}, {high:.2}]");
-                writeln!(out, "| {scene} | {light} | {material} | {count} | {metric} | {peer} | {gain} |")?;
+                writeln!(out, "| {scene} | {light} | {material} | {count} | {name} | {peer} | {gain} |")?;
             }
         }
     }
@@ -296,26 +344,26 @@ fn peer_costs(out: &mut impl Write, cells: &[Cell]) -> Result {
     writeln!(out, "## What peers cost\n")?;
     writeln!(
         out,
-        "Nanoseconds without rays, mean over cells, beside those of a prototype with 512 x 512 texels on another"
+        "Nanoseconds without rays, cold, mean over cells, beside those of a prototype, warm, with 512 x 512 texels on another"
     )?;
     writeln!(out, "machine: a ratio above 1.5 is marked, and gains over that peer may then be flattering.\n")?;
     writeln!(out, "| peer | for | here | prototype | |\n|---|---|---:|---:|---|")?;
-    let yardsticks: [(Method, &str, f64, f64); 5] = [
-        (Method::MisBalance, "sample", 1.0, 16.0),
-        (Method::MisCompensated, "sample", 1.0, 16.0),
-        (Method::Ris(8), "candidate", 8.0, 18.0),
-        (Method::Ris(32), "candidate", 32.0, 18.0),
-        (Method::Pool(4), "pick", 1.0, 110.0),
+    let yardsticks: [(Peer, &str, f64, f64); 5] = [
+        (Peer::MisBalance, "sample", 1.0, 16.0),
+        (Peer::MisCompensated, "sample", 1.0, 16.0),
+        (Peer::Ris(8, Candidates::Plain), "candidate", 8.0, 18.0),
+        (Peer::Ris(32, Candidates::Plain), "candidate", 32.0, 18.0),
+        (Peer::Pool(4, Candidates::Plain), "pick", 1.0, 110.0),
     ];
-    for (method, unit, per_sample, prototype) in yardsticks {
+    for (peer, unit, per_sample, prototype) in yardsticks {
         // With one sample alone the lanes are mostly idle: the yardsticks are for many.
         let many = cells.iter().filter(|cell| counts(cell).len() > 1);
-        let rows = many.filter_map(|cell| row(cell, &method.name(), counts(cell).last().copied()?));
-        let costs: Vec<f64> = rows.map(|r| r.median(|x| x.sampling_ns) / r.count as f64 / per_sample).collect();
+        let rows = many.filter_map(|cell| row(cell, &peer.name(), counts(cell).last().copied()?));
+        let costs: Vec<f64> = rows.map(|r| r.times[0].sampling / r.count as f64 / per_sample).collect();
         if !costs.is_empty() {
             let ns = costs.iter().sum::<f64>() / costs.len() as f64;
             let mark = if ns > 1.5 * prototype { "above 1.5 x" } else { "" };
-            writeln!(out, "| {} | {unit} | {ns:.0} | {prototype} | {mark} |", method.name())?;
+            writeln!(out, "| {} | {unit} | {ns:.0} | {prototype} | {mark} |", peer.name())?;
         }
     }
     writeln!(out)
@@ -350,15 +398,20 @@ fn section(out: &mut impl Write, cell: &Cell, plot: &str) -> Result {
 fn errors(out: &mut impl Write, cell: &Cell) -> Result {
     writeln!(
         out,
-        "| method | N | us | absolute | relative | unshadowed | 99.9 % |\n|---|---:|---:|---:|---:|---:|---:|"
+        "| method | N | us, cheap | us, expensive | absolute | relative | unshadowed | 99.9 % |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|"
     )?;
     for row in &cell.rows {
         let root = |of: fn(&Errors) -> f64| row.median(|r| of(&r.errors[0])).sqrt();
         let (absolute, relative, unshadowed) = (root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed));
-        let (us, tail) = (row.median(Repeat::ns) / 1e3, row.median(|r| r.errors[0].tail));
+        let tail = row.median(|r| r.errors[0].tail);
         let Row { method, count, .. } = row;
-        let us = if us > 0.0 { format!("{us:.2}") } else { "-".into() };
-        writeln!(out, "| {method} | {count} | {us} | {absolute:.4} | {relative:.4} | {unshadowed:.4} | {tail:.3} |")?;
+        write!(out, "| {method} | {count} ")?;
+        for time in &row.times {
+            let us = time.ns() / 1e3;
+            if us > 0.0 { write!(out, "| {us:.2} ")? } else { write!(out, "| - ")? }
+        }
+        writeln!(out, "| {absolute:.4} | {relative:.4} | {unshadowed:.4} | {tail:.3} |")?;
     }
     writeln!(out)
 }
@@ -366,29 +419,42 @@ fn errors(out: &mut impl Write, cell: &Cell) -> Result {
 /// Gains over every peer and the best, in each region.
 fn gains(out: &mut impl Write, cell: &Cell) -> Result {
     let peers = peers(cell);
-    writeln!(out, "| region | pixels | metric | N | {} | wis + MIS | best peer | gain |", peers.join(" | "))?;
-    writeln!(out, "|---|---:|---|---:|{}---:|---|---:|", "---:|".repeat(peers.len()))?;
+    let best: Vec<String> = LISTS.iter().map(|list| format!("best of {} | gain", list.name)).collect();
+    let (heads, bests) = (peers.join(" | "), best.join(" | "));
+    writeln!(out, "| region | pixels | metric, cost | N | {heads} | wis + MIS | {bests} |")?;
+    writeln!(out, "|---|---:|---|---:|{}---:|{}", "---:|".repeat(peers.len()), "---|---:|".repeat(LISTS.len()))?;
     for (region, name) in REGIONS.iter().enumerate().filter(|&(region, _)| cell.pixels[region] > 0) {
         let few = if cell.pixels[region] < FEW { " (few)" } else { "" };
-        for ((metric, error), count) in METRICS.iter().flat_map(|m| counts(cell).into_iter().map(move |n| (m, n))) {
-            write!(out, "| {name} | {}{few} | {metric} | {count} ", cell.pixels[region])?;
+        for ((scale_name, scale), count) in
+            Scale::of(region).flat_map(|s| counts(cell).into_iter().map(move |n| (s.clone(), n)))
+        {
+            write!(out, "| {name} | {}{few} | {scale_name} | {count} ", cell.pixels[region])?;
             for method in peers.iter().map(String::as_str).chain(["wis + MIS"]) {
-                match gain(cell, method, count, region, *error) {
+                match gain(cell, method, count, scale) {
                     Some([ratio, ..]) => write!(out, "| {ratio:.2} ")?,
                     None => write!(out, "| ")?,
                 }
             }
-            match best_peer(cell, count, region, *error) {
-                Some((peer, [ratio, low, high])) => writeln!(out, "| {peer} | {ratio:.2} [{low:.2}, {high:.2}] |")?,
-                None => writeln!(out, "| | |")?,
+            for list in &LISTS {
+                match best_peer(cell, list, count, scale) {
+                    Some((peer, [ratio, low, high])) => write!(out, "| {peer} | {ratio:.2} [{low:.2}, {high:.2}] ")?,
+                    None => write!(out, "| | ")?,
+                }
             }
+            writeln!(out, "|")?;
         }
     }
     writeln!(out)
 }
 
+/// The peers that were measured.
 fn peers(cell: &Cell) -> Vec<String> {
-    let names = Method::ALL.into_iter().filter(|m| m.is_peer()).map(Method::name);
+    measured(cell, &EXTENDED)
+}
+
+/// Those of a list.
+fn measured(cell: &Cell, list: &Peers) -> Vec<String> {
+    let names = list.each.iter().map(|peer| peer.name());
     names.filter(|name| cell.rows.iter().any(|row| row.method == *name)).collect()
 }
 
@@ -406,25 +472,25 @@ fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {
 }
 
 /// Variance x time of the repeats of one parity, or of all.
-fn costs(row: &Row, parity: Option<usize>, region: usize, error: Metric) -> Vec<f64> {
-    let ns = row.median(Repeat::ns);
+fn costs(row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
+    let ns = row.times[scale.model].ns();
     let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
-    kept.map(|(_, repeat)| error(&repeat.errors[region]) * ns).collect()
+    kept.map(|(_, repeat)| (scale.error)(&repeat.errors[scale.region]) * ns).collect()
 }
 
 /// The ratio to a method with its interval; `None` if there is no error to compare.
-fn gain(cell: &Cell, method: &str, count: usize, region: usize, error: Metric) -> Option<[f64; 3]> {
+fn gain(cell: &Cell, method: &str, count: usize, scale: Scale) -> Option<[f64; 3]> {
     let [theirs, ours] = [row(cell, method, count)?, row(cell, ours(cell), count)?];
-    comparable(bootstrap_ratio(&costs(theirs, None, region, error), &costs(ours, None, region, error)))
+    comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs(ours, None, scale)))
 }
 
-/// The peer of the smallest variance x time on the even repeats, and the ratio to it on the odd ones.
-fn best_peer(cell: &Cell, count: usize, region: usize, error: Metric) -> Option<(String, [f64; 3])> {
-    let cost = |name: &str| Some(costs(row(cell, name, count)?, Some(0), region, error).iter().sum::<f64>());
-    let best =
-        peers(cell).into_iter().min_by(|a, b| cost(a).partial_cmp(&cost(b)).unwrap_or(std::cmp::Ordering::Equal))?;
+/// The peer of a list with the smallest variance x time on the even repeats, and the ratio to it on the odd ones.
+fn best_peer(cell: &Cell, list: &Peers, count: usize, scale: Scale) -> Option<(String, [f64; 3])> {
+    let cost = |name: &str| Some(costs(row(cell, name, count)?, Some(0), scale).iter().sum::<f64>());
+    let peers = measured(cell, list).into_iter();
+    let best = peers.min_by(|a, b| cost(a).partial_cmp(&cost(b)).unwrap_or(std::cmp::Ordering::Equal))?;
     let [theirs, ours] = [row(cell, &best, count)?, row(cell, ours(cell), count)?];
-    let ratio = bootstrap_ratio(&costs(theirs, Some(1), region, error), &costs(ours, Some(1), region, error));
+    let ratio = bootstrap_ratio(&costs(theirs, Some(1), scale), &costs(ours, Some(1), scale));
     Some((best, comparable(ratio)?))
 }
 

@@ -1,13 +1,14 @@
 //! What is rendered: meshes under a tracer, and the shading points that a camera sees.
 
 use crate::client;
+use crate::cost::Cost;
 use crate::embree::Tracer;
 use crate::mesh::Mesh;
 use crate::points;
 use anyhow::{Result, bail};
 use glam::{Mat3, Vec3};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Rays start this far above the surface; the meshes are of unit size.
 const OFFSET: f32 = 1e-4;
@@ -63,6 +64,20 @@ impl Scene {
     pub fn from_file(path: &Path, view: View) -> Result<Scene> {
         let name = path.file_stem().and_then(|n| n.to_str()).unwrap_or("mesh");
         Scene::new(name, &[Mesh::ground(4.0), Mesh::load(path)?], view)
+    }
+
+    /// What the report looks at, for each mesh, or spheres and blocks without one: so many pixels of one hit, and unless it is
+    /// quick a sixteenth of them with 64 hits, since each of these hits has a reference of its own.
+    ///
+    /// # Errors
+    /// A mesh cannot be read, or nothing is seen.
+    pub fn of_report(meshes: &[PathBuf], points: usize, quick: bool) -> Result<Vec<Scene>> {
+        let views = [View::Points(points), View::Hits(points.div_ceil(16), 64)];
+        let views = &views[..if quick { 1 } else { 2 }];
+        if meshes.is_empty() {
+            return views.iter().map(|&view| Scene::procedural(view)).collect();
+        }
+        meshes.iter().flat_map(|path| views.iter().map(|&view| Scene::from_file(path, view))).collect()
     }
 
     /// Meshes on a ground plane, turned about the axis that points up.
@@ -125,7 +140,16 @@ impl Scene {
 
     /// Whether light from a direction reaches a point.
     pub fn visible(&self, point: &ShadingPoint, wi: Vec3) -> bool {
-        point.normal.dot(wi) > 0.0 && !self.tracer.occluded(point.origin, wi)
+        self.visible_at(Cost::CHEAP, point, wi)
+    }
+
+    /// The same where a ray has a cost. Directions below the surface need no ray.
+    pub fn visible_at(&self, cost: Cost, point: &ShadingPoint, wi: Vec3) -> bool {
+        let above = point.normal.dot(wi) > 0.0;
+        if above {
+            cost.trace();
+        }
+        above && !self.tracer.occluded(point.origin, wi)
     }
 }
 
@@ -181,5 +205,28 @@ impl Camera {
         let normal = if found.normal.dot(direction) < 0.0 { found.normal } else { -found.normal };
         let origin = self.eye + direction * found.distance + normal * OFFSET;
         Some(ShadingPoint { pixel, hit, origin, normal, wo: -direction })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scene for each mesh and view, whether the meshes were named or not.
+    #[test]
+    fn every_mesh_is_seen_in_every_view() {
+        let folder = std::env::temp_dir().join(format!("wis-views-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("slab.obj");
+        std::fs::write(&file, "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n")
+            .unwrap();
+        let scenes = Scene::of_report(&[file], 64, false).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        let hits: Vec<(usize, usize)> =
+            scenes.iter().map(|scene| (scene.hits, scene.points.len() / scene.hits)).collect();
+        assert_eq!(hits[0], (1, 64));
+        assert!(hits.len() == 2 && hits[1].0 == 64 && (1..=4).contains(&hits[1].1), "{hits:?}");
+        assert!(scenes[1].name.ends_with("64 hits"));
+        assert_eq!(Scene::of_report(&[], 16, true).unwrap().len(), 1);
     }
 }

@@ -144,8 +144,9 @@ impl Lights {
     /// What each light adds at a point if it is seen.
     fn contributions(&self, bsdf: &Bsdf, out: &mut Vec<f32>) {
         out.clear();
-        for (wi, energy) in self.directions.iter().zip(&self.energy) {
-            out.extend((bsdf.eval(*wi).0 * *energy).to_array());
+        let blocks = self.directions.iter().zip(&self.energy);
+        for ((wi, energy), first) in blocks.zip((0..).step_by(LANES)) {
+            out.extend((bsdf.eval(*wi, self.count - first).0 * *energy).to_array());
         }
         out.truncate(self.count);
     }

@@ -47,9 +47,9 @@ impl Table {
     }
 
     /// As the library takes it.
-    pub fn raw(&self) -> raw::wis_table {
-        raw::wis_table {
-            size: size_of::<raw::wis_table>() as u32,
+    pub fn raw(&self) -> raw::wis_wavelet_table {
+        raw::wis_wavelet_table {
+            size: size_of::<raw::wis_wavelet_table>() as u32,
             slice_count: self.handles.len() as u32,
             slice: self.handles.as_ptr(),
             colour: [std::ptr::null(); 3],

@@ -67,12 +67,14 @@ impl Texels {
         }
     }
 
-    /// Radiance from directions, and the pdf of `sample`.
+    /// Radiance from the first `used` directions, and the pdf of `sample`; 0 for the others.
     #[inline]
-    pub fn eval(&self, light: &Light, wi: V8) -> (F8, F8) {
+    pub fn eval(&self, light: &Light, wi: V8, used: usize) -> (F8, F8) {
         let (texels, density) = light.texels(wi);
-        let looked_up = texels.map(|texel| self.looked_up[texel]);
-        let (radiance, probability) = (looked_up.map(|t| t[0]), looked_up.map(|t| t[1]));
+        let (mut radiance, mut probability) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..used.min(LANES) {
+            [radiance[i], probability[i]] = self.looked_up[texels[i]];
+        }
         (F8::new(radiance), F8::new(probability) * density)
     }
 }

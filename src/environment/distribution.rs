@@ -6,6 +6,7 @@ use super::texels::TexelMap;
 use super::{Cube, LatLong, Layout, Light, MOST_CELLS, Octahedral};
 use crate::descent::{Sample, Sampled};
 use crate::numeric::ContentHash;
+use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::status::Result;
 use crate::wide::{InLanes, SampledWide};
@@ -143,7 +144,7 @@ impl SampledWide for Distribution<'_> {
     }
 
     #[inline(always)]
-    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+    fn samples(&self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
         match self {
             Distribution::Tree(light) => light.samples(level, frame, u, samples),
             Distribution::LatLong(texels) => texels.sample_all(level, frame, u, samples),
@@ -153,7 +154,7 @@ impl SampledWide for Distribution<'_> {
     }
 
     #[inline(always)]
-    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+    fn pdfs(&self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
         match self {
             Distribution::Tree(light) => light.pdfs(level, frame, wi, values),
             Distribution::LatLong(texels) => texels.pdf_all(level, frame, wi, values),

@@ -67,7 +67,7 @@ pub struct Header {
     pub error: f64,
     /// WIS_STORAGE_*.
     pub storage: u32,
-    /// WIS_ENVIRONMENT_*.
+    /// WIS_WAVELET_LIGHT_*.
     pub flags: u32,
     /// The square has 2^depth cells per axis.
     pub depth: u32,
@@ -96,7 +96,7 @@ impl Header {
 }
 
 /// "wis-env" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x02");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x03");
 
 /// An environment in the caller's memory.
 #[derive(Clone, Copy)]

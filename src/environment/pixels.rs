@@ -1,7 +1,7 @@
 //! The caller's pixels: their layout and format, and what becomes of texels that are NaN, infinite or negative.
 
 use crate::numeric::LUMINANCE;
-use crate::status::{Result, Status};
+use crate::status::{Fault, Status};
 
 /// How directions are laid out over the texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,17 +182,24 @@ pub(crate) fn half(bits: u16) -> f32 {
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
-/// number of texels or bytes of a row overflows.
-pub fn check(pixels: &Pixels) -> Result<()> {
+/// number of texels or bytes of a row overflows; with the field of wis_wavelet_light_config at fault.
+pub fn check(pixels: &Pixels) -> core::result::Result<(), Fault> {
     let fits = match pixels.layout {
         Layout::LatLong => true,
         Layout::Cube => pixels.width.checked_mul(6) == Some(pixels.height),
         Layout::Octahedral => pixels.width == pixels.height,
     };
-    if pixels.width == 0 || pixels.height == 0 || !fits || !matches!(pixels.channels, 1 | 3 | 4) {
-        return Err(Status::InvalidArgument);
+    for (holds, field) in [
+        (pixels.width > 0, c"width"),
+        (pixels.height > 0 && fits, c"height"),
+        (matches!(pixels.channels, 1 | 3 | 4), c"channels"),
+    ] {
+        if !holds {
+            return Err(Fault::range(field));
+        }
     }
-    pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(Status::Overflow)?;
-    (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(Status::Overflow)?;
+    let overflow = |field| Fault { status: Status::Overflow, field };
+    pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(overflow(c"width"))?;
+    (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(overflow(c"height"))?;
     Ok(())
 }

@@ -1,8 +1,9 @@
 //! Sample, pdf and invert of a density, as the calls on an environment and on a product share them. `argument` is
 //! the position of the first pointer of each.
 
-use super::{Checked, Failure, Strided, borrow, out};
+use super::{Checked, Failure, Strided, StridedMut, borrow, out};
 use crate::descent::{Sample, Sampled};
+use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::wide::{SampledWide, TOGETHER};
 
@@ -35,7 +36,7 @@ pub(super) unsafe fn sample<D: Sampled>(
 #[inline(always)]
 pub(super) unsafe fn sample_n<D: SampledWide>(
     (density, frame): (&D, &Frame),
-    cpu_level: u32,
+    level: Level,
     count: usize,
     u: (*const f32, usize),
     wi: (*mut f32, usize),
@@ -43,8 +44,8 @@ pub(super) unsafe fn sample_n<D: SampledWide>(
     argument: u32,
 ) -> Checked<()> {
     let u = Strided::<2>::new(u.0, u.1, count, argument)?;
-    let wi = Strided::<3>::new(wi.0, wi.1, count, argument + 2)?;
-    let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 4)?;
+    let wi = StridedMut::<3>::new(wi.0, wi.1, count, argument + 2)?;
+    let pdf = StridedMut::<1>::new(pdf.0, pdf.1, count, argument + 4)?;
     for first in (0..count).step_by(TOGETHER) {
         let here = (count - first).min(TOGETHER);
         let (mut points, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
@@ -59,7 +60,7 @@ pub(super) unsafe fn sample_n<D: SampledWide>(
                 *sample = density.one(lane).sample(frame, *point);
             }
         } else {
-            density.samples(cpu_level, frame, points, samples);
+            density.samples(level, frame, points, samples);
         }
         for (i, sample) in samples.iter().enumerate() {
             // SAFETY: as above.
@@ -99,14 +100,14 @@ pub(super) unsafe fn pdf<D: Sampled>(
 #[inline(always)]
 pub(super) unsafe fn pdf_n<D: SampledWide>(
     (density, frame): (&D, &Frame),
-    cpu_level: u32,
+    level: Level,
     count: usize,
     wi: (*const f32, usize),
     pdf: (*mut f32, usize),
     argument: u32,
 ) -> Checked<()> {
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
-    let pdf = Strided::<1>::new(pdf.0, pdf.1, count, argument + 2)?;
+    let pdf = StridedMut::<1>::new(pdf.0, pdf.1, count, argument + 2)?;
     for first in (0..count).step_by(TOGETHER) {
         let here = (count - first).min(TOGETHER);
         let (mut directions, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
@@ -121,7 +122,7 @@ pub(super) unsafe fn pdf_n<D: SampledWide>(
                 *value = density.one(lane).pdf(frame, *direction).unwrap_or(0.0);
             }
         } else {
-            density.pdfs(cpu_level, frame, directions, values);
+            density.pdfs(level, frame, directions, values);
         }
         for (i, value) in values.iter().enumerate() {
             // SAFETY: as above.

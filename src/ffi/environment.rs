@@ -4,66 +4,56 @@ mod build;
 pub(super) mod request;
 mod stored;
 
+pub use super::light::{
+    RowFn, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
+};
+
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, density, frame, out, sized,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, density,
+    frame, level, out, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::environment::{Distribution, Header, MAGIC};
-use crate::simd::BASELINE;
+use crate::simd::Level;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::tree::{Link, Mark};
 use build::{Build, Scratch};
 use core::ffi::c_void;
 use request::read_config;
 use stored::{Stored, check_stored, opened};
 
-/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
-/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
-pub const WIS_LAYOUT_LATLONG: u32 = 1;
-/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
-pub const WIS_LAYOUT_CUBE: u32 = 2;
-/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
-/// along y; height = width.
-pub const WIS_LAYOUT_OCTAHEDRAL: u32 = 3;
-
-/// 32-bit floats.
-pub const WIS_FORMAT_F32: u32 = 1;
-/// 16-bit floats.
-pub const WIS_FORMAT_F16: u32 = 2;
-
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
-/// to the library and WIS_ENVIRONMENT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
+/// to the library and WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
 /// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
 pub const WIS_STORAGE_PYRAMID: u32 = 1;
 /// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
 pub const WIS_STORAGE_SPARSE: u32 = 2;
 
 /// The client looks texels up without filtering: importance is not spread to neighbouring texels.
-pub const WIS_ENVIRONMENT_NEAREST: u32 = 1;
+pub const WIS_WAVELET_LIGHT_NEAREST: u32 = 1;
 /// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
-pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
+pub const WIS_WAVELET_LIGHT_EXACT_ZERO: u32 = 2;
 /// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
 /// luminance; in a pyramid whose resolution is left to the library it keeps, for clients without filter
-/// (WIS_ENVIRONMENT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
-pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
-/// RGB averages are stored too, for wis_product_estimate_rgb: 48 bytes for four cells, and a third more.
-pub const WIS_ENVIRONMENT_RGB: u32 = 8;
+/// (WIS_WAVELET_LIGHT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
+pub const WIS_WAVELET_LIGHT_COMPENSATED: u32 = 4;
+/// RGB averages are stored too, for wis_wavelet_product_estimate_rgb: 48 bytes for four cells, and a third more.
+pub const WIS_WAVELET_LIGHT_RGB: u32 = 8;
 /// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
 /// +Inf by the largest finite luminance of the map.
-pub const WIS_ENVIRONMENT_SANITISE: u32 = 16;
+pub const WIS_WAVELET_LIGHT_SANITISE: u32 = 16;
 
 /// Proportional to luminance.
 pub const WIS_DISTRIBUTION_PLAIN: u32 = 0;
 /// Proportional to the luminance above the mean: for multiple importance sampling with the BRDF.
 pub const WIS_DISTRIBUTION_COMPENSATED: u32 = 1;
 
-const ALL_FLAGS: u32 = WIS_ENVIRONMENT_NEAREST
-    | WIS_ENVIRONMENT_EXACT_ZERO
-    | WIS_ENVIRONMENT_COMPENSATED
-    | WIS_ENVIRONMENT_RGB
-    | WIS_ENVIRONMENT_SANITISE;
+const ALL_FLAGS: u32 = WIS_WAVELET_LIGHT_NEAREST
+    | WIS_WAVELET_LIGHT_EXACT_ZERO
+    | WIS_WAVELET_LIGHT_COMPENSATED
+    | WIS_WAVELET_LIGHT_RGB
+    | WIS_WAVELET_LIGHT_SANITISE;
 
 /// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -72,15 +62,11 @@ pub struct Environment {
     _opaque: [u8; 0],
 }
 
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
-/// thread. Null stops the build with WIS_CALLBACK_FAILED.
-pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
-
 /// What to build.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentConfig {
-    /// sizeof(wis_environment_config).
+    /// sizeof(wis_wavelet_light_config).
     pub size: u32,
     /// WIS_LAYOUT_*.
     pub layout: u32,
@@ -92,7 +78,7 @@ pub struct EnvironmentConfig {
     pub channels: u32,
     /// WIS_FORMAT_*.
     pub format: u32,
-    /// WIS_ENVIRONMENT_*, or 0.
+    /// WIS_WAVELET_LIGHT_*, or 0.
     pub flags: u32,
     /// WIS_STORAGE_*.
     pub storage: u32,
@@ -102,9 +88,11 @@ pub struct EnvironmentConfig {
     /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
     /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
     pub error_budget: f32,
-    /// The first texel of row 0, or null if `row` gives the rows.
+    /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
+    /// no alignment.
     pub pixels: *const c_void,
-    /// Bytes from a row to the next, may be negative; 0: rows stand close together.
+    /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
+    /// close together.
     pub row_stride: isize,
     /// Used if `pixels` is null; called from each thread that runs the first pass.
     pub row: RowFn,
@@ -116,13 +104,13 @@ pub struct EnvironmentConfig {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EnvironmentInfo {
-    /// sizeof(wis_environment_info), set by the caller.
+    /// sizeof(wis_wavelet_light_info), set by the caller.
     pub size: u32,
     /// Cells along each side of the square.
     pub resolution: u32,
     /// WIS_STORAGE_*.
     pub storage: u32,
-    /// WIS_ENVIRONMENT_*.
+    /// WIS_WAVELET_LIGHT_*.
     pub flags: u32,
     /// Bytes of the environment: that much of the block is in use and needs to be saved.
     pub bytes: u64,
@@ -138,14 +126,24 @@ pub struct EnvironmentInfo {
     pub error: f64,
 }
 
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_wavelet_product_config)
+/// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
+/// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
+/// process, not in a file: another machine may lack the instructions, which wis_wavelet_product_size finds and later calls do not.
+/// Takes about 20 us in a virtual machine: call it once.
+#[unsafe(no_mangle)]
+pub extern "C" fn wis_cpu_detect() -> u32 {
+    crate::simd::detect()
+}
+
 /// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
-/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_environment_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
-/// wis_environment_finish may then be called again).
+/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_wavelet_light_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// wis_wavelet_light_finish may then be called again).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_size(
+pub unsafe extern "C" fn wis_wavelet_light_size(
     config: *const EnvironmentConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -169,7 +167,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_init(
+pub unsafe extern "C" fn wis_wavelet_light_init(
     config: *const EnvironmentConfig,
     memory: *mut c_void,
     bytes: usize,
@@ -184,7 +182,7 @@ pub unsafe extern "C" fn wis_environment_init(
         unsafe {
             let (request, rows) = read_config(config)?;
             // Whether the block is long enough for a sparse tree is known only at the end.
-            Block::new(memory.cast(), bytes, 0, 2)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 2)?;
             check_results(environment, 6, info, 7)?;
             let build = Build::begin(request, scratch, scratch_bytes, 4)?;
             for (pass, count) in (0..).zip(build.rows()) {
@@ -196,13 +194,13 @@ pub unsafe extern "C" fn wis_environment_init(
 }
 
 /// Begins a build that threads share: for each of the two passes `p`, the rows `0..rows[p]` go to
-/// wis_environment_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
+/// wis_wavelet_light_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
 /// how the rows were shared.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `rows` to two numbers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_begin(
+pub unsafe extern "C" fn wis_wavelet_light_begin(
     config: *const EnvironmentConfig,
     scratch: *mut c_void,
     scratch_bytes: usize,
@@ -222,13 +220,13 @@ pub unsafe extern "C" fn wis_environment_begin(
 }
 
 /// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
-/// wis_environment_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
+/// wis_wavelet_light_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
 /// before the first is done.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; no other thread works on the same rows.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_run(
+pub unsafe extern "C" fn wis_wavelet_light_run(
     config: *const EnvironmentConfig,
     scratch: *mut c_void,
     scratch_bytes: usize,
@@ -258,9 +256,9 @@ pub unsafe extern "C" fn wis_environment_run(
 /// Ends a build when both passes are done (WIS_MISMATCH before). `info` may be null.
 ///
 /// # Safety
-/// As wis_environment_init; no thread is still at work on the scratch block.
+/// As wis_wavelet_light_init; no thread is still at work on the scratch block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_finish(
+pub unsafe extern "C" fn wis_wavelet_light_finish(
     config: *const EnvironmentConfig,
     memory: *mut c_void,
     bytes: usize,
@@ -288,7 +286,7 @@ pub unsafe extern "C" fn wis_environment_finish(
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the environment is in use.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_open(
+pub unsafe extern "C" fn wis_wavelet_light_open(
     memory: *const c_void,
     bytes: usize,
     environment: *mut *const Environment,
@@ -299,18 +297,17 @@ pub unsafe extern "C" fn wis_environment_open(
         // SAFETY: the caller's contract.
         unsafe {
             check_results(environment, 3, info, 4)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let header = block.slice::<Header>(0, 0, 1).first().copied().ok_or(Status::Corrupt)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let stored = Stored::of_header(&header).ok_or(corrupt)?;
             if header.bytes != stored.bytes as u64 {
                 return Err(corrupt);
             }
-            let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, stored.bytes, 1)?;
             let view = stored.environment(memory.cast());
             check_stored(&view).map_err(|_| corrupt)?;
-            let (marks, links) = stored.padding(&block);
-            if marks.iter().any(|mark| *mark != Mark::default()) || links.iter().any(|link| *link != Link::default()) {
+            if !stored.is_padding_clear(&block) {
                 return Err(corrupt);
             }
             publish(memory.cast(), &header, environment, info);
@@ -325,7 +322,7 @@ pub unsafe extern "C" fn wis_environment_open(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_power(
+pub unsafe extern "C" fn wis_wavelet_light_power(
     environment: *const Environment,
     distribution: u32,
     power: *mut f64,
@@ -350,7 +347,7 @@ pub unsafe extern "C" fn wis_environment_power(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_sample(
+pub unsafe extern "C" fn wis_wavelet_light_sample(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -366,12 +363,12 @@ pub unsafe extern "C" fn wis_environment_sample(
     })
 }
 
-/// As `count` calls of wis_environment_sample. Strides are in bytes from one element to the next; 0: packed.
+/// As `count` calls of wis_wavelet_light_sample. Strides are in bytes from one element to the next; 0: packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_sample_n(
+pub unsafe extern "C" fn wis_wavelet_light_sample_n(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -385,11 +382,11 @@ pub unsafe extern "C" fn wis_environment_sample_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_environment_sample_lanes(
+        wis_wavelet_light_sample_lanes(
             environment,
             distribution,
             world_from_map,
-            BASELINE,
+            Level::BASELINE.code(),
             count,
             u,
             u_stride,
@@ -401,13 +398,13 @@ pub unsafe extern "C" fn wis_environment_sample_n(
     }
 }
 
-/// As wis_environment_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// As wis_wavelet_light_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
 /// quarters of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_sample_lanes(
+pub unsafe extern "C" fn wis_wavelet_light_sample_lanes(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -424,7 +421,8 @@ pub unsafe extern "C" fn wis_environment_sample_lanes(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::sample_n((&light, &frame), cpu_level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
+            let level = level(cpu_level, 4)?;
+            density::sample_n((&light, &frame), level, count, (u, u_stride), (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }
@@ -434,7 +432,7 @@ pub unsafe extern "C" fn wis_environment_sample_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_pdf(
+pub unsafe extern "C" fn wis_wavelet_light_pdf(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -450,12 +448,12 @@ pub unsafe extern "C" fn wis_environment_pdf(
     })
 }
 
-/// As `count` calls of wis_environment_pdf; a direction that is not of unit length gets pdf 0.
+/// As `count` calls of wis_wavelet_light_pdf; a direction that is not of unit length gets pdf 0.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_pdf_n(
+pub unsafe extern "C" fn wis_wavelet_light_pdf_n(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -467,11 +465,11 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_environment_pdf_lanes(
+        wis_wavelet_light_pdf_lanes(
             environment,
             distribution,
             world_from_map,
-            BASELINE,
+            Level::BASELINE.code(),
             count,
             wi,
             wi_stride,
@@ -481,13 +479,13 @@ pub unsafe extern "C" fn wis_environment_pdf_n(
     }
 }
 
-/// As wis_environment_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// As wis_wavelet_light_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
 /// quarters of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_pdf_lanes(
+pub unsafe extern "C" fn wis_wavelet_light_pdf_lanes(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -502,7 +500,8 @@ pub unsafe extern "C" fn wis_environment_pdf_lanes(
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
             let (light, frame) = light(environment, distribution, world_from_map)?;
-            density::pdf_n((&light, &frame), cpu_level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
+            let level = level(cpu_level, 4)?;
+            density::pdf_n((&light, &frame), level, count, (wi, wi_stride), (pdf, pdf_stride), 6)
         }
     })
 }
@@ -512,7 +511,7 @@ pub unsafe extern "C" fn wis_environment_pdf_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_environment_invert(
+pub unsafe extern "C" fn wis_wavelet_light_invert(
     environment: *const Environment,
     distribution: u32,
     world_from_map: *const [f32; 9],
@@ -550,7 +549,7 @@ unsafe fn light<'a>(
 fn select<'a>(environment: &kernel::Environment<'a>, distribution: u32) -> Checked<Distribution<'a>> {
     match distribution {
         WIS_DISTRIBUTION_PLAIN => Ok(environment.plain()),
-        WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
+        WIS_DISTRIBUTION_COMPENSATED if environment.header.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0 => {
             Ok(environment.compensated())
         }
         WIS_DISTRIBUTION_COMPENSATED => Err(Failure::new(Status::NotBuilt, 2)),

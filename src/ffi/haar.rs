@@ -1,32 +1,47 @@
 //! The Haar transform in C.
 
-use super::{Checked, Failure, answer, check_grid, slice_mut};
+use super::{Checked, Diagnostic, Failure, answer, check_grid, slice_mut};
 use crate::status::Status;
 use crate::{haar, morton};
-use core::ptr::null_mut;
 
 /// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest); `dimensions` n = 1 to 4, `depth` at most 12. The coefficient of level l,
-/// translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q) 2^(depth - 1 - l), the
-/// scaling coefficient the pixel at the origin.
+/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
+/// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
+/// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
+/// ranges.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_haar_forward(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
+pub unsafe extern "C" fn wis_haar_forward(
+    dimensions: u32,
+    depth: u32,
+    count: usize,
+    values: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
     // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
+    answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
 }
 
-/// Replaces the coefficients of wis_haar_forward by the image, in place.
+/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_haar_inverse(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Status {
+pub unsafe extern "C" fn wis_haar_inverse(
+    dimensions: u32,
+    depth: u32,
+    count: usize,
+    values: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
     // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
+    answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
 }
+
+/// The largest number that is transformed.
+const LARGEST: f64 = 1e290;
 
 #[derive(Clone, Copy)]
 enum Direction {
@@ -43,6 +58,10 @@ unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64,
     }
     // SAFETY: the caller's contract.
     let values = unsafe { slice_mut(values, count, 4)? };
+    // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
+    if let Some(wrong) = values.iter().position(|value| !(-LARGEST..=LARGEST).contains(value)) {
+        return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
+    }
     with_axes!(dimensions, 1, transform_axes(depth, values, direction))
 }
 

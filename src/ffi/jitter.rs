@@ -1,9 +1,10 @@
 //! Places inside strata in C.
 
-use super::environment::EnvironmentConfig;
+use super::light::LightConfig;
 use super::strata::{decode_luminance, read_map};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, frame, out, slice, slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, out, slice,
+    slice_mut,
 };
 use crate::descent::Sample;
 use crate::jitter::{self, Jitter as Table, Parts};
@@ -37,7 +38,7 @@ struct Header {
 }
 
 /// "wis-jit" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x02");
 
 /// Where the parts of a table stand.
 struct Layout {
@@ -66,8 +67,8 @@ impl Layout {
     }
 
     /// # Safety
-    /// As [`Block::slice`].
-    unsafe fn parts<'a>(&self, block: &Block) -> Parts<'a> {
+    /// As [`ExclusiveBlock::slice`].
+    unsafe fn parts<'a>(&self, block: &ExclusiveBlock) -> Parts<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             Parts {
@@ -80,13 +81,32 @@ impl Layout {
     }
 }
 
+impl Header {
+    /// The table behind a header of this layout.
+    ///
+    /// # Safety
+    /// As [`SharedBlock::slice`].
+    unsafe fn table<'a>(&self, layout: &Layout, block: &SharedBlock) -> Table<'a> {
+        // SAFETY: the caller's contract.
+        unsafe {
+            Table {
+                size: self.size,
+                start: block.slice(layout.start, 0, layout.lights + 1),
+                order: block.slice(layout.order, 0, layout.texels),
+                rank: block.slice(layout.rank, 0, layout.texels),
+                cumulative: block.slice(layout.cumulative, 0, layout.texels),
+            }
+        }
+    }
+}
+
 /// The memory that wis_jitter_init needs for the strata of a lat-long map.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_jitter_size(
-    map: *const EnvironmentConfig,
+    map: *const LightConfig,
     light_count: u32,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -105,15 +125,14 @@ pub unsafe extern "C" fn wis_jitter_size(
 }
 
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
-/// `light_count`), so that directions can be drawn inside each. `distribution`: WIS_JITTER_*. `world_from_map` as in
-/// wis_strata_config; null is the identity.
+/// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
+/// WIS_JITTER_*. `map` as in wis_strata_size.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_jitter_init(
-    map: *const EnvironmentConfig,
-    world_from_map: *const [f32; 9],
+    map: *const LightConfig,
     light_count: u32,
     label: *const u32,
     distribution: u32,
@@ -128,17 +147,16 @@ pub unsafe extern "C" fn wis_jitter_init(
         // SAFETY: the caller's contract; the parts of the blocks do not overlap.
         unsafe {
             let (map, rows) = read_map(map)?;
-            let frame = frame(world_from_map, 2)?;
             let size = [map.pixels.width, map.pixels.height];
             let layout = Layout::new(size, light_count).ok_or(Failure::new(Status::Overflow, 1))?;
-            let labels: &[u32] = slice(label, layout.texels, 4)?;
+            let labels: &[u32] = slice(label, layout.texels, 3)?;
             if distribution > WIS_JITTER_ENERGY {
-                return Err(Failure::new(Status::InvalidArgument, 5));
+                return Err(Failure::new(Status::InvalidArgument, 4));
             }
-            let block = Block::new(memory.cast(), bytes, layout.bytes, 6)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, 5)?;
             let needed = (layout.texels * size_of::<f64>()).next_multiple_of(WIS_ALIGNMENT);
-            let scratch = Block::new(scratch.cast(), scratch_bytes, needed, 8)?;
-            let target = out(jitter, 10)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, needed, 7)?;
+            let target = out(jitter, 9)?;
             let luminance = scratch.slice::<f64>(0, 0, layout.texels);
             decode_luminance(&map, &rows, luminance)?;
             let solid_angle = |texel: usize| {
@@ -151,9 +169,15 @@ pub unsafe extern "C" fn wis_jitter_init(
                 WIS_JITTER_UNIFORM => jitter::build(labels, solid_angle, solid_angle, &mut parts),
                 _ => jitter::build(labels, energy, solid_angle, &mut parts),
             };
-            built.map_err(|status| Failure::new(status, 4))?;
-            let header =
-                Header { magic: MAGIC, bytes: layout.bytes as u64, size, lights: light_count, frame: frame.to_array() };
+            let wrong = || labels.iter().position(|&label| label >= light_count).unwrap_or(0);
+            built.map_err(|status| Failure::new(status, 3).in_row(3, wrong()))?;
+            let header = Header {
+                magic: MAGIC,
+                bytes: layout.bytes as u64,
+                size,
+                lights: light_count,
+                frame: map.frame.to_array(),
+            };
             if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
                 *slot = header;
             }
@@ -211,12 +235,12 @@ pub unsafe extern "C" fn wis_jitter_pdf(
     })
 }
 
-/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count` lights
-/// into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0 and
-/// finite), the largest first, equal ones by number. What the others could add is at most `threshold` (0 to 1) of the
-/// whole; they follow in an order of no meaning. Estimate those by their sum x the share that is visible of a few of them
-/// drawn in proportion to `contribution`: without bias. The time is that of a pass over all lights and of sorting those
-/// that are traced.
+/// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count`
+/// lights into `index`, the first `traced` of them in the order of `contribution` (radiance x BRDF x cosine, at least 0
+/// and finite, else WIS_INVALID_ARGUMENT), the largest first, equal ones by number. What the others could add is at
+/// most `threshold` (0 to 1, however small) of the whole; they follow in an order of no meaning. Estimate those by
+/// their sum x the share that is visible of a few of them drawn in proportion to `contribution`: without bias. The time
+/// is that of a pass over all lights and of sorting those that are traced.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -227,16 +251,17 @@ pub unsafe extern "C" fn wis_strata_order(
     threshold: f32,
     index: *mut u32,
     traced: *mut u32,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             if count >= u32::MAX as usize {
                 return Err(Failure::new(Status::Overflow, 1));
             }
             let contribution: &[f32] = if count == 0 { &[] } else { slice(contribution, count, 2)? };
-            if !contribution.iter().all(|c| (0.0..=f32::MAX).contains(c)) {
-                return Err(Failure::new(Status::InvalidArgument, 2));
+            if let Some(wrong) = contribution.iter().position(|c| !(0.0..=f32::MAX).contains(c)) {
+                return Err(Failure::new(Status::InvalidArgument, 2).in_row(2, wrong));
             }
             if !(0.0..=1.0).contains(&threshold) {
                 return Err(Failure::new(Status::InvalidArgument, 3));
@@ -260,11 +285,10 @@ unsafe fn view<'a>(jitter: *const Jitter, light: u32) -> Checked<(Table<'a>, Fra
         let mismatch = Failure::new(Status::Mismatch, 1);
         let layout = Layout::new(header.size, header.lights).filter(|l| l.bytes as u64 == header.bytes);
         let layout = layout.filter(|_| header.magic == MAGIC).ok_or(mismatch)?;
-        let block = Block::new(jitter.cast_mut().cast(), layout.bytes, layout.bytes, 1)?;
+        let block = SharedBlock::new(jitter.cast(), layout.bytes, layout.bytes, 1)?;
         if light >= header.lights {
             return Err(Failure::new(Status::InvalidArgument, 2));
         }
-        let Parts { start, order, rank, cumulative } = layout.parts(&block);
-        Ok((Table { size: header.size, start, order, rank, cumulative }, Frame::from_array(&header.frame)))
+        Ok((header.table(&layout, &block), Frame::from_array(&header.frame)))
     }
 }

@@ -16,34 +16,41 @@ macro_rules! with_axes {
     };
 }
 
+pub mod direct;
 pub mod environment;
 pub mod grid;
 pub mod haar;
 pub mod jitter;
+pub mod light;
+pub mod material;
 pub mod points;
 pub mod pool;
 pub mod prior;
 pub mod product;
 pub mod products;
+pub mod sampler;
+pub mod sampling;
 pub mod strata;
 pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod visibility;
+pub mod wave;
 
 mod control;
 mod density;
 
-use crate::status::Status;
+use crate::simd::Level;
+use crate::status::{Fault, Status};
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-pub const WIS_VERSION: u32 = 0x000100;
+pub const WIS_VERSION: u32 = 0x000200;
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 pub const WIS_ALIGNMENT: usize = 16;
 
-/// How much memory an object needs. Both blocks are the caller's.
+/// How much memory an object needs. Both blocks are yours: allocate them as you like.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MemorySize {
@@ -51,24 +58,33 @@ pub struct MemorySize {
     pub bytes: usize,
     /// Alignment of both blocks, in bytes.
     pub align: usize,
-    /// Bytes that only the build needs; may be freed afterwards.
+    /// Bytes that only the build needs; may be freed afterwards. 0: none.
     pub scratch_bytes: usize,
 }
 
-/// Where the fault is. Written only on failure, and only if the caller gives one.
+/// Where the fault is. Written only if a call fails, and only if you give one.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Diagnostic {
     /// The position of the argument at fault, 1 = first; 0: none in particular.
     pub argument: u32,
-    /// WIS_INVALID_TEXEL: the column of the texel.
+    /// WIS_INVALID_TEXEL: the column of the texel, 0 = first. Array of arrays: the number of the element in the inner one.
     pub x: u32,
-    /// WIS_INVALID_TEXEL, WIS_CALLBACK_FAILED: the row. wis_products_prepare: the number of the query, 0 = first.
+    /// The row of the texel, or the number of the element at fault in an array, 0 = first. 0 where the argument is neither.
     pub y: u32,
     /// Always 0.
     pub reserved: u32,
     /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
     pub bytes_needed: u64,
+    /// The field at fault of the struct that the argument points to, as "normal" or "lobe[1].b": a static string. Null if
+    /// the argument is no struct, or no field in particular is at fault.
+    pub field: *const c_char,
+}
+
+impl Default for Diagnostic {
+    fn default() -> Diagnostic {
+        Diagnostic { argument: 0, x: 0, y: 0, reserved: 0, bytes_needed: 0, field: core::ptr::null() }
+    }
 }
 
 /// A sentence for a log; a static string, also for a value that is not a status.
@@ -76,14 +92,6 @@ pub struct Diagnostic {
 pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
     let text: &CStr = Status::from_code(status).map_or(c"unknown status", Status::message);
     text.as_ptr()
-}
-
-/// The highest cpu_level that this processor and the library have: 0 baseline, 1 AVX2. Asking takes microseconds in a
-/// virtual machine: ask once, keep the answer, and hand it to preparations (wis_product_config) and to the calls that end
-/// in _lanes. Levels above the answer are not for this processor.
-#[unsafe(no_mangle)]
-pub extern "C" fn wis_cpu_detect() -> u32 {
-    crate::simd::detect()
 }
 
 /// WIS_VERSION of the library that is linked.
@@ -115,6 +123,27 @@ impl Failure {
 }
 
 impl Failure {
+    /// The same failure, at a field of the struct that the argument points to.
+    pub(crate) fn of(self, field: &'static CStr) -> Failure {
+        Failure { diagnostic: Diagnostic { field: field.as_ptr(), ..self.diagnostic }, ..self }
+    }
+
+    /// The same failure, in an array of arrays: the number of the element becomes the column.
+    pub(crate) fn in_column(self) -> Failure {
+        let Diagnostic { y, .. } = self.diagnostic;
+        Failure { diagnostic: Diagnostic { x: y, y: 0, ..self.diagnostic }, ..self }
+    }
+
+    /// The same failure, of another argument.
+    pub(crate) fn instead(self, argument: u32) -> Failure {
+        Failure { diagnostic: Diagnostic { argument, ..self.diagnostic }, ..self }
+    }
+
+    /// What is wrong with a struct.
+    pub(crate) fn fault(fault: Fault, argument: u32) -> Failure {
+        Failure::new(fault.status, argument).of(fault.field)
+    }
+
     /// The same failure, at an element of the array that an argument points to.
     pub(crate) fn in_row(self, argument: u32, row: usize) -> Failure {
         let y = u32::try_from(row).unwrap_or(u32::MAX);
@@ -190,7 +219,7 @@ pub(crate) unsafe fn sized<'a, T>(source: *const T, argument: u32) -> Checked<&'
     // SAFETY: not null, aligned for T and so for its first field, which is a u32 in each of these structs.
     let size = unsafe { source.cast::<u32>().read() };
     if size as usize != size_of::<T>() {
-        return Err(Failure::new(Status::InvalidStructSize, argument));
+        return Err(Failure::new(Status::InvalidStructSize, argument).of(c"size"));
     }
     // SAFETY: the caller states that the struct is this long.
     Ok(unsafe { &*source })
@@ -239,26 +268,45 @@ fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
     }
 }
 
-/// A block of the caller's memory, long enough and aligned.
+/// Bytes of an object that was built: calls read it, maybe many at once, so it gives `&` and never `&mut`.
 #[derive(Clone, Copy)]
-pub(crate) struct Block {
+pub(crate) struct SharedBlock {
+    start: *const u8,
+    bytes: usize,
+}
+
+impl SharedBlock {
+    /// Checks a block that must hold `needed` bytes.
+    pub(crate) fn new(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<SharedBlock> {
+        check_block(start, bytes, needed, argument)?;
+        Ok(SharedBlock { start, bytes: needed })
+    }
+
+    /// Elements `first..first + count` of the array of `T` at `offset`; empty if they do not fit.
+    ///
+    /// # Safety
+    /// The bytes of the block are readable, and nobody writes these elements while the result lives.
+    #[inline(always)]
+    pub(crate) unsafe fn slice<'a, T>(&self, offset: usize, first: usize, count: usize) -> &'a [T] {
+        if !holds::<T>(self.bytes, offset, first, count) {
+            return &[];
+        }
+        // SAFETY: inside the block and aligned, by `holds`; the rest is this function's contract.
+        unsafe { core::slice::from_raw_parts(self.start.add(offset).cast::<T>().add(first), count) }
+    }
+}
+
+/// Memory in which one call builds: nobody else uses it meanwhile, so it gives `&mut`.
+pub(crate) struct ExclusiveBlock {
     start: *mut u8,
     bytes: usize,
 }
 
-impl Block {
+impl ExclusiveBlock {
     /// Checks a block that must hold `needed` bytes.
-    pub(crate) fn new(start: *mut u8, bytes: usize, needed: usize, argument: u32) -> Checked<Block> {
-        if start.is_null() {
-            return Err(Failure::new(Status::NullPointer, argument));
-        }
-        if start.addr() % WIS_ALIGNMENT != 0 {
-            return Err(Failure::new(Status::Misaligned, argument));
-        }
-        if bytes < needed {
-            return Err(Failure::too_small(argument, needed));
-        }
-        Ok(Block { start, bytes: needed })
+    pub(crate) fn new(start: *mut u8, bytes: usize, needed: usize, argument: u32) -> Checked<ExclusiveBlock> {
+        check_block(start, bytes, needed, argument)?;
+        Ok(ExclusiveBlock { start, bytes: needed })
     }
 
     /// Its first byte.
@@ -269,47 +317,80 @@ impl Block {
     /// Elements `first..first + count` of the array of `T` at `offset`; empty if they do not fit.
     ///
     /// # Safety
-    /// The block is valid for reads and writes of its bytes, nobody else writes these elements while the result
-    /// lives, and they are initialised or only written.
+    /// The bytes of the block are the call's to write, and no other slice of them that lives as long has an element in
+    /// common with this one.
     #[inline(always)]
     pub(crate) unsafe fn slice<'a, T>(&self, offset: usize, first: usize, count: usize) -> &'a mut [T] {
-        let end =
-            first.checked_add(count).and_then(|n| n.checked_mul(size_of::<T>())).and_then(|n| n.checked_add(offset));
-        if end.is_none_or(|end| end > self.bytes) || offset % align_of::<T>() != 0 {
+        if !holds::<T>(self.bytes, offset, first, count) {
             return &mut [];
         }
-        // SAFETY: the elements lie inside the block; the block is aligned to 16, so a multiple of T's alignment
-        // keeps it; the rest is this function's contract.
+        // SAFETY: inside the block and aligned, by `holds`; the rest is this function's contract.
         unsafe { core::slice::from_raw_parts_mut(self.start.add(offset).cast::<T>().add(first), count) }
     }
 }
 
-/// Elements of `N` floats that stand a stride apart.
+/// Memory in which threads build together: each writes rows of its own, and all read what is finished.
+pub(crate) struct DividedBlock {
+    start: *mut u8,
+    bytes: usize,
+}
+
+impl DividedBlock {
+    /// Checks a block that must hold `needed` bytes.
+    pub(crate) fn new(start: *mut u8, bytes: usize, needed: usize, argument: u32) -> Checked<DividedBlock> {
+        check_block(start, bytes, needed, argument)?;
+        Ok(DividedBlock { start, bytes: needed })
+    }
+
+    /// Elements that no thread writes any more.
+    ///
+    /// # Safety
+    /// As [`SharedBlock::slice`].
+    pub(crate) unsafe fn finished<'a, T>(&self, offset: usize, first: usize, count: usize) -> &'a [T] {
+        // SAFETY: the caller's contract.
+        unsafe { SharedBlock { start: self.start, bytes: self.bytes }.slice(offset, first, count) }
+    }
+
+    /// Elements that are this thread's alone: its rows, or everything when no other thread is at work.
+    ///
+    /// # Safety
+    /// The bytes of the block are writable, and no other slice of them that lives as long, of any thread, has an element in
+    /// common with this one.
+    pub(crate) unsafe fn own<'a, T>(&self, offset: usize, first: usize, count: usize) -> &'a mut [T] {
+        // SAFETY: the caller's contract.
+        unsafe { ExclusiveBlock { start: self.start, bytes: self.bytes }.slice(offset, first, count) }
+    }
+}
+
+fn check_block(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<()> {
+    if start.is_null() {
+        return Err(Failure::new(Status::NullPointer, argument));
+    }
+    if start.addr() % WIS_ALIGNMENT != 0 {
+        return Err(Failure::new(Status::Misaligned, argument));
+    }
+    if bytes < needed { Err(Failure::too_small(argument, needed)) } else { Ok(()) }
+}
+
+/// Whether elements `first..first + count` of an array of `T` lie inside a block, which is aligned to WIS_ALIGNMENT, and are
+/// aligned.
+#[inline(always)]
+fn holds<T>(bytes: usize, offset: usize, first: usize, count: usize) -> bool {
+    let end = first.checked_add(count).and_then(|n| n.checked_mul(size_of::<T>())).and_then(|n| n.checked_add(offset));
+    end.is_some_and(|end| end <= bytes) && offset % align_of::<T>() == 0
+}
+
+/// Elements of `N` floats that stand a stride apart, to read.
 #[derive(Clone, Copy)]
 pub(crate) struct Strided<const N: usize> {
-    start: *mut f32,
+    start: *const f32,
     stride: usize,
 }
 
 impl<const N: usize> Strided<N> {
     /// Checks `count` elements; a stride of 0 means that they stand close together.
     pub(crate) fn new(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<Strided<N>> {
-        let packed = N * size_of::<f32>();
-        let stride = if stride == 0 { packed } else { stride };
-        if count == 0 {
-            return Ok(Strided { start: start.cast_mut(), stride });
-        }
-        pointer(start, argument)?;
-        if stride % size_of::<f32>() != 0 {
-            return Err(Failure::new(Status::Misaligned, argument + 1));
-        }
-        if stride < packed {
-            return Err(Failure::new(Status::InvalidArgument, argument + 1));
-        }
-        if count.checked_mul(stride).is_none_or(|bytes| bytes > isize::MAX as usize) {
-            return Err(Failure::new(Status::Overflow, argument + 1));
-        }
-        Ok(Strided { start: start.cast_mut(), stride })
+        Ok(Strided { start, stride: check_stride::<N>(start, stride, count, argument)? })
     }
 
     /// Reads element `index`.
@@ -321,16 +402,60 @@ impl<const N: usize> Strided<N> {
         // SAFETY: inside the array by this function's contract; floats of it are aligned.
         unsafe { self.start.byte_add(index * self.stride).cast::<[f32; N]>().read() }
     }
+}
+
+/// Elements of `N` floats that stand a stride apart, to write.
+#[derive(Clone, Copy)]
+pub(crate) struct StridedMut<const N: usize> {
+    start: *mut f32,
+    stride: usize,
+}
+
+impl<const N: usize> StridedMut<N> {
+    /// Checks `count` elements; a stride of 0 means that they stand close together.
+    pub(crate) fn new(start: *mut f32, stride: usize, count: usize, argument: u32) -> Checked<StridedMut<N>> {
+        Ok(StridedMut { start, stride: check_stride::<N>(start, stride, count, argument)? })
+    }
 
     /// Writes element `index`.
     ///
     /// # Safety
-    /// As [`Strided::read`], and the elements are writable.
+    /// `index` is below the count that was checked, and the elements are writable.
     #[inline(always)]
     pub(crate) unsafe fn write(&self, index: usize, value: [f32; N]) {
-        // SAFETY: as in `read`.
+        // SAFETY: inside the array by this function's contract; floats of it are aligned.
         unsafe { self.start.byte_add(index * self.stride).cast::<[f32; N]>().write(value) }
     }
+}
+
+/// The bytes from an element of `N` floats to the next, checked for `count` of them.
+fn check_stride<const N: usize>(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<usize> {
+    let packed = N * size_of::<f32>();
+    let stride = if stride == 0 { packed } else { stride };
+    if count == 0 {
+        return Ok(stride);
+    }
+    pointer(start, argument)?;
+    if stride < packed {
+        return Err(Failure::new(Status::InvalidArgument, argument + 1));
+    }
+    if stride % size_of::<f32>() != 0 {
+        return Err(Failure::new(Status::Misaligned, argument + 1));
+    }
+    if count.checked_mul(stride).is_none_or(|bytes| bytes > isize::MAX as usize) {
+        return Err(Failure::new(Status::Overflow, argument + 1));
+    }
+    Ok(stride)
+}
+
+/// The level of the processor that wis_cpu_detect answered.
+///
+/// # Safety
+/// A number other than 0 was answered on this processor, if it was answered at all.
+#[inline(always)]
+pub(crate) unsafe fn level(code: u32, argument: u32) -> Checked<Level> {
+    // SAFETY: the caller's contract.
+    unsafe { Level::from_code(code) }.ok_or(Failure::new(Status::InvalidArgument, argument))
 }
 
 /// The orthonormal frame of a row-major 3x3 `world_from_map`; null is the identity.

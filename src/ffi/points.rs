@@ -1,6 +1,6 @@
 //! Point sets in C.
 
-use super::{Checked, Failure, Strided, answer};
+use super::{Checked, Failure, StridedMut, answer};
 use crate::points;
 use crate::status::Status;
 use core::ptr::null_mut;
@@ -11,8 +11,8 @@ pub extern "C" fn wis_pixel_seed(x: u32, y: u32, pass: u32) -> u32 {
     points::pixel_seed(x, y, pass)
 }
 
-/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square. No coordinate is
-/// exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if
+/// those are more than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -33,9 +33,10 @@ pub unsafe extern "C" fn wis_points_hammersley(
     })
 }
 
-/// Points `first` to `first + count - 1` (at most 2^32 - 1) of an Owen-scrambled Sobol (0,2)-sequence: each aligned
-/// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are
-/// independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+/// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol
+/// (0,2)-sequence: each aligned block of 2^k points has one in every elementary interval of area 2^-k. Sequences of
+/// different seeds are independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0:
+/// packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -59,7 +60,7 @@ unsafe fn write_points(
     stride: usize,
     point: impl Fn(u32) -> [f32; 2],
 ) -> Checked<()> {
-    let out = Strided::<2>::new(out, stride, count, 4)?;
+    let out = StridedMut::<2>::new(out, stride, count, 4)?;
     for index in 0..count {
         // SAFETY: the caller's contract; the index is below the count.
         unsafe { out.write(index, point(first.wrapping_add(index as u32))) };

@@ -1,9 +1,9 @@
 //! The visibility prior in C.
 
-use super::{Checked, Failure, Strided, answer, frame, sized};
+use super::{Checked, Failure, Strided, StridedMut, answer, frame, sized};
 use crate::prior::Prior;
 use crate::sphere::{square, unit};
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use core::ptr::null_mut;
 
 /// Counts rays: `visible[k]` is not 0 where the ray along `wi[k]` reached the light. Directions that are not of unit
@@ -101,7 +101,7 @@ pub unsafe extern "C" fn wis_prior_weights(
             let weights = check(prior, 1)?.weights();
             let frame = frame(world_from_map, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
-            let target = Strided::<1>::new(weight, weight_stride, count, 6)?;
+            let target = StridedMut::<1>::new(weight, weight_stride, count, 6)?;
             for index in 0..count {
                 let cell = unit(wi.read(index)).map(|wi| crate::prior::cell(square(frame.to_map(wi))));
                 target.write(index, [cell.and_then(|cell| weights.get(cell)).copied().unwrap_or(0.0)]);
@@ -118,5 +118,5 @@ pub unsafe extern "C" fn wis_prior_weights(
 pub(super) unsafe fn check<'a>(prior: *const Prior, argument: u32) -> Checked<&'a Prior> {
     // SAFETY: the caller's contract.
     let prior = unsafe { sized(prior, argument)? };
-    if prior.is_sound() { Ok(prior) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+    if prior.is_sound() { Ok(prior) } else { Err(Failure::fault(Fault::range(c"visible"), argument)) }
 }

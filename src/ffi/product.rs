@@ -2,20 +2,20 @@
 
 use super::environment::{Environment, view};
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, borrow, density, frame, out,
-    prior, sized,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, Strided, StridedMut, WIS_ALIGNMENT, answer,
+    borrow, density, frame, level, out, prior, sized,
 };
 use crate::descent::Sample;
 use crate::environment as kernel;
 use crate::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak, share_of_lobe};
 use crate::prior::{Prior, WIS_PRIOR_CELLS};
 use crate::product::{self, Budget, Built, Cell, Group, Node, Options, Product as Cells, Room, Scratch};
-use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
+use crate::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sampler::{Header, MAGIC};
-use crate::simd::{self, BASELINE, Kernel, LANES, Lanes};
+use crate::simd::{self, Kernel, LANES, Lanes, Level};
 use crate::sphere::{Frame, unit};
-use crate::status::{Result, Status};
+use crate::status::{Fault, Result, Status};
 use crate::table::Table;
 use crate::wide::vector::{V3, dot, splat, to_arrays};
 use core::ffi::{c_int, c_void};
@@ -37,9 +37,10 @@ pub const WIS_MAX_SQUARES: u32 = 4096;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ProductConfig {
-    /// sizeof(wis_product_config).
+    /// sizeof(wis_wavelet_product_config).
     pub size: u32,
-    /// What wis_cpu_detect answered, or 0 for the baseline of the platform. Never changes a bit of the results.
+    /// What wis_cpu_detect answered, or 0 for the baseline of the platform; anything else is WIS_INVALID_ARGUMENT. Never
+    /// changes a bit of the results.
     pub cpu_level: u32,
     /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
     pub max_squares: u32,
@@ -49,7 +50,7 @@ pub struct ProductConfig {
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
     pub world_from_map: *const f32,
     /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
-    /// query's (wis_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
+    /// query's (wis_wavelet_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
     /// what the product estimates is then widened too. Hits outside are best given another product; narrow lobes sample
     /// better with a small cone (.05). 0: this normal only.
     pub reuse_cone: f32,
@@ -68,9 +69,9 @@ pub type BrdfBatchFn =
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CallbackBrdf {
-    /// sizeof(wis_callback_brdf).
+    /// sizeof(wis_wavelet_callback).
     pub size: u32,
-    /// WIS_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
+    /// WIS_WAVELET_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
     pub flags: u32,
     /// The shading normal, unit length.
     pub normal: [f32; 3],
@@ -88,7 +89,7 @@ pub struct CallbackBrdf {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProductInfo {
-    /// sizeof(wis_product_info), set by the caller.
+    /// sizeof(wis_wavelet_product_info), set by the caller.
     pub size: u32,
     /// Inner nodes.
     pub squares: u32,
@@ -119,7 +120,7 @@ pub unsafe extern "C" fn wis_query_eval(
     answer(core::ptr::null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let lobes = Lobes::new(sized(query, 1)?, None).map_err(|status| Failure::new(status, 1))?;
+            let lobes = Lobes::new(sized(query, 1)?, None).map_err(|fault| Failure::fault(fault, 1))?;
             evaluate(|wi| lobes.rgb(wi), count, (wi, wi_stride), (f_cos, f_cos_stride), 3)?;
         }
         Ok(())
@@ -138,7 +139,7 @@ pub(super) unsafe fn evaluate(
     argument: u32,
 ) -> Checked<()> {
     let wi = Strided::<3>::new(wi.0, wi.1, count, argument)?;
-    let f_cos = Strided::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
+    let f_cos = StridedMut::<3>::new(f_cos.0, f_cos.1, count, argument + 2)?;
     for index in 0..count {
         // SAFETY: the caller's contract; the index is below the count.
         unsafe { f_cos.write(index, unit(wi.read(index)).map_or([0.0; 3], &rgb)) };
@@ -151,7 +152,7 @@ pub(super) unsafe fn evaluate(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_size(
+pub unsafe extern "C" fn wis_wavelet_product_size(
     config: *const ProductConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -159,7 +160,11 @@ pub unsafe extern "C" fn wis_product_size(
     answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
-            let Settings { budget, .. } = read_config(config, 1)?;
+            let Settings { budget, level, .. } = read_config(config, 1)?;
+            // Asked once for many preparations: here the processor itself is asked.
+            if level != Level::BASELINE && level != Level::detect() {
+                return Err(Failure::new(Status::InvalidArgument, 1));
+            }
             let target = out(size, 2)?;
             let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, 1))?;
             target.write(MemorySize { bytes: layout.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
@@ -174,7 +179,7 @@ pub unsafe extern "C" fn wis_product_size(
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_prepare(
+pub unsafe extern "C" fn wis_wavelet_product_prepare(
     environment: *const Environment,
     query: *const Query,
     config: *const ProductConfig,
@@ -188,7 +193,7 @@ pub unsafe extern "C" fn wis_product_prepare(
         unsafe {
             let environment = view(environment, 1)?;
             let query = *sized(query, 2)?;
-            let mut lobes = Lobes::new(&query, None).map_err(|status| Failure::new(status, 2))?;
+            let mut lobes = Lobes::new(&query, None).map_err(|fault| Failure::fault(fault, 2))?;
             let settings = read_config(config, 3)?;
             lobes.widen(Reuse::new(settings.reuse_cone));
             prepare(&environment, query, Material::Lobes(lobes), (&settings, 3), (memory, bytes), product)
@@ -196,13 +201,13 @@ pub unsafe extern "C" fn wis_product_prepare(
     })
 }
 
-/// As wis_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
+/// As wis_wavelet_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
 /// estimate of such a product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_prepare_callback(
+pub unsafe extern "C" fn wis_wavelet_product_prepare_callback(
     environment: *const Environment,
     brdf: *const CallbackBrdf,
     config: *const ProductConfig,
@@ -230,7 +235,7 @@ pub unsafe extern "C" fn wis_product_prepare_callback(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_covers(
+pub unsafe extern "C" fn wis_wavelet_product_covers(
     environment: *const Environment,
     product: *const Product,
     query: *const Query,
@@ -242,7 +247,7 @@ pub unsafe extern "C" fn wis_product_covers(
             let header = Opened::new(environment, product)?.header;
             let query = sized(query, 3)?;
             let target = out(covers, 4)?;
-            Lobes::new(query, Some(Table::NOTHING)).map_err(|status| Failure::new(status, 3))?;
+            Lobes::new(query, Some(Table::NOTHING)).map_err(|fault| Failure::fault(fault, 3))?;
             let normal = unit(query.normal).ok_or(Failure::new(Status::InvalidTransform, 3))?;
             target.write(u32::from(header.covers(query, normal)));
         }
@@ -255,7 +260,7 @@ pub unsafe extern "C" fn wis_product_covers(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_describe(
+pub unsafe extern "C" fn wis_wavelet_product_describe(
     environment: *const Environment,
     product: *const Product,
     info: *mut ProductInfo,
@@ -290,7 +295,7 @@ pub unsafe extern "C" fn wis_product_describe(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_estimate(
+pub unsafe extern "C" fn wis_wavelet_product_estimate(
     environment: *const Environment,
     product: *const Product,
     luminance: *mut f64,
@@ -306,13 +311,13 @@ pub unsafe extern "C" fn wis_product_estimate(
 }
 
 /// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
-/// with WIS_ENVIRONMENT_RGB and the product from a query without a table (for those with: wis_table_estimate_rgb). Costs a
+/// with WIS_WAVELET_LIGHT_RGB and the product from a query without a table (for those with: wis_wavelet_table_estimate_rgb). Costs a
 /// BRDF evaluation for each leaf.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_estimate_rgb(
+pub unsafe extern "C" fn wis_wavelet_product_estimate_rgb(
     environment: *const Environment,
     product: *const Product,
     rgb: *mut [f64; 3],
@@ -335,7 +340,7 @@ pub unsafe extern "C" fn wis_product_estimate_rgb(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_sample(
+pub unsafe extern "C" fn wis_wavelet_product_sample(
     environment: *const Environment,
     product: *const Product,
     u: *const [f32; 2],
@@ -350,13 +355,13 @@ pub unsafe extern "C" fn wis_product_sample(
     })
 }
 
-/// As `count` calls of wis_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
+/// As `count` calls of wis_wavelet_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
 /// packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_sample_n(
+pub unsafe extern "C" fn wis_wavelet_product_sample_n(
     environment: *const Environment,
     product: *const Product,
     count: usize,
@@ -369,17 +374,28 @@ pub unsafe extern "C" fn wis_product_sample_n(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_product_sample_lanes(environment, product, BASELINE, count, u, u_stride, wi, wi_stride, pdf, pdf_stride)
+        wis_wavelet_product_sample_lanes(
+            environment,
+            product,
+            Level::BASELINE.code(),
+            count,
+            u,
+            u_stride,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
     }
 }
 
-/// As wis_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// As wis_wavelet_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
 /// of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_sample_lanes(
+pub unsafe extern "C" fn wis_wavelet_product_sample_lanes(
     environment: *const Environment,
     product: *const Product,
     cpu_level: u32,
@@ -397,7 +413,7 @@ pub unsafe extern "C" fn wis_product_sample_lanes(
             let opened = Opened::new(environment, product)?;
             density::sample_n(
                 (&Group::of(&opened.cells), &opened.frame),
-                cpu_level,
+                level(cpu_level, 3)?,
                 count,
                 (u, u_stride),
                 (wi, wi_stride),
@@ -414,7 +430,7 @@ pub unsafe extern "C" fn wis_product_sample_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_pdf(
+pub unsafe extern "C" fn wis_wavelet_product_pdf(
     environment: *const Environment,
     product: *const Product,
     wi: *const [f32; 3],
@@ -429,12 +445,12 @@ pub unsafe extern "C" fn wis_product_pdf(
     })
 }
 
-/// As `count` calls of wis_product_pdf; a direction that is not of unit length gets pdf 0.
+/// As `count` calls of wis_wavelet_product_pdf; a direction that is not of unit length gets pdf 0.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_pdf_n(
+pub unsafe extern "C" fn wis_wavelet_product_pdf_n(
     environment: *const Environment,
     product: *const Product,
     count: usize,
@@ -444,16 +460,27 @@ pub unsafe extern "C" fn wis_product_pdf_n(
     pdf_stride: usize,
 ) -> Status {
     // SAFETY: the caller's contract.
-    unsafe { wis_product_pdf_lanes(environment, product, BASELINE, count, wi, wi_stride, pdf, pdf_stride) }
+    unsafe {
+        wis_wavelet_product_pdf_lanes(
+            environment,
+            product,
+            Level::BASELINE.code(),
+            count,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
+    }
 }
 
-/// As wis_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// As wis_wavelet_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
 /// of the time.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_pdf_lanes(
+pub unsafe extern "C" fn wis_wavelet_product_pdf_lanes(
     environment: *const Environment,
     product: *const Product,
     cpu_level: u32,
@@ -469,7 +496,7 @@ pub unsafe extern "C" fn wis_product_pdf_lanes(
             let opened = Opened::new(environment, product)?;
             density::pdf_n(
                 (&Group::of(&opened.cells), &opened.frame),
-                cpu_level,
+                level(cpu_level, 3)?,
                 count,
                 (wi, wi_stride),
                 (pdf, pdf_stride),
@@ -484,7 +511,7 @@ pub unsafe extern "C" fn wis_product_pdf_lanes(
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_invert(
+pub unsafe extern "C" fn wis_wavelet_product_invert(
     environment: *const Environment,
     product: *const Product,
     wi: *const [f32; 3],
@@ -536,7 +563,7 @@ impl<'a> Opened<'a> {
                 return Err(Failure::new(Status::Mismatch, argument));
             }
             let bytes = header.bytes as usize;
-            let block = Block::new(product.cast_mut().cast(), bytes, bytes, argument)?;
+            let block = SharedBlock::new(product.cast(), bytes, bytes, argument)?;
             let cells = Cells {
                 light: environment.light(),
                 nodes: block.slice(Layout::NODES, 0, nodes(header.squares)),
@@ -550,7 +577,7 @@ impl<'a> Opened<'a> {
 
     /// The query of a product that was prepared from one, which is needed with the environment's colours: the integral in RGB.
     fn coloured_query(&self) -> Checked<&'a Query> {
-        if self.environment.header.flags & super::environment::WIS_ENVIRONMENT_RGB == 0 {
+        if self.environment.header.flags & super::environment::WIS_WAVELET_LIGHT_RGB == 0 {
             return Err(Failure::new(Status::NotBuilt, 1));
         }
         if self.header.query.size == 0 { Err(Failure::new(Status::NotBuilt, 2)) } else { Ok(&self.header.query) }
@@ -584,17 +611,17 @@ pub(super) struct Callback {
 
 impl Callback {
     fn new(brdf: &CallbackBrdf) -> Checked<Callback> {
-        let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2))?;
-        let whole = brdf.flags & WIS_QUERY_WHOLE_SPHERE != 0;
-        if brdf.flags & !WIS_QUERY_WHOLE_SPHERE != 0
-            || !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle)
-        {
-            return Err(Failure::new(Status::InvalidArgument, 2));
+        let eval = brdf.eval.ok_or(Failure::new(Status::NullPointer, 2).of(c"eval"))?;
+        let whole = brdf.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
+        if brdf.flags & !WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 {
+            return Err(Failure::fault(Fault::range(c"flags"), 2));
         }
-        let invalid = Failure::new(Status::InvalidTransform, 2);
-        let normal = unit(brdf.normal).ok_or(invalid)?;
+        if !(0.0..=core::f32::consts::FRAC_PI_2 + 1e-6).contains(&brdf.half_angle) {
+            return Err(Failure::fault(Fault::range(c"half_angle"), 2));
+        }
+        let normal = unit(brdf.normal).ok_or(Failure::fault(Fault::transform(c"normal"), 2))?;
         let peak = if brdf.half_angle > 0.0 {
-            let direction = unit(brdf.peak).ok_or(invalid)?;
+            let direction = unit(brdf.peak).ok_or(Failure::fault(Fault::transform(c"peak"), 2))?;
             Some(Peak::disc(direction, brdf.half_angle))
         } else {
             None
@@ -741,7 +768,7 @@ impl Layout {
     ///
     /// # Safety
     /// The block is the caller's to write, and of nobody else while the room lives.
-    unsafe fn scratch<'a>(&self, block: &Block) -> Scratch<'a> {
+    unsafe fn scratch<'a>(&self, block: &ExclusiveBlock) -> Scratch<'a> {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             Scratch {
@@ -758,7 +785,7 @@ impl Layout {
 pub(super) struct Settings {
     budget: Budget,
     frame: Frame,
-    level: u32,
+    level: Level,
     pub(super) reuse_cone: f32,
     prior: Option<[f32; WIS_PRIOR_CELLS]>,
 }
@@ -772,7 +799,7 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
     unsafe {
         let config = sized(config, argument)?;
         if config.max_squares > WIS_MAX_SQUARES {
-            return Err(Failure::new(Status::InvalidArgument, argument));
+            return Err(Failure::fault(Fault::range(c"max_squares"), argument));
         }
         let or = |value: u32, default: u32| if value == 0 { default } else { value };
         let budget = Budget {
@@ -780,11 +807,16 @@ pub(super) unsafe fn read_config(config: *const ProductConfig, argument: u32) ->
             evaluations: or(config.max_evaluations, Budget::DEFAULT.evaluations),
         };
         if !(0.0..=core::f32::consts::FRAC_PI_2).contains(&config.reuse_cone) {
-            return Err(Failure::new(Status::InvalidArgument, argument));
+            return Err(Failure::fault(Fault::range(c"reuse_cone"), argument));
         }
-        let frame = frame(config.world_from_map.cast(), argument)?;
-        let prior = if config.prior.is_null() { None } else { Some(prior::check(config.prior, argument)?.weights()) };
-        Ok(Settings { budget, frame, level: config.cpu_level, reuse_cone: config.reuse_cone, prior })
+        let frame = frame(config.world_from_map.cast(), argument).map_err(|at| at.of(c"world_from_map"))?;
+        let prior = if config.prior.is_null() {
+            None
+        } else {
+            Some(prior::check(config.prior, argument).map_err(|at| at.of(c"prior"))?.weights())
+        };
+        let level = level(config.cpu_level, argument).map_err(|at| at.of(c"cpu_level"))?;
+        Ok(Settings { budget, frame, level, reuse_cone: config.reuse_cone, prior })
     }
 }
 
@@ -822,12 +854,15 @@ pub(super) unsafe fn prepare(
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
         let layout = Layout::new(budget).ok_or(Failure::new(Status::Overflow, argument))?;
-        let block = Block::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
+        let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, argument + 1)?;
         let target = out(product, argument + 3)?;
         let mut scratch = layout.scratch(&block);
         let options = Options { budget, reuse: Reuse::new(reuse_cone) };
         let building = Building { environment, frame, material: &mut material, options, scratch: &mut scratch };
-        let built = simd::run(level, building).map_err(|status| Failure::new(status, argument - 1))?;
+        let built = simd::run(level, building).map_err(|status| match status {
+            Status::CallbackFailed => Failure::new(status, argument - 1).of(c"eval"),
+            _ => Failure::new(status, argument - 1),
+        })?;
         let [average, visible] = scratch.finish(built.base, built.squares, prior.as_ref());
         let header = Header {
             magic: MAGIC,

@@ -2,28 +2,30 @@
 
 use super::environment::{Environment, view};
 use super::product::{Material, Opened, Product, ProductConfig, prepare, read_config};
-use super::{Block, Checked, Diagnostic, Failure, Strided, answer, sized, slice, slice_mut};
+use super::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, Strided, StridedMut, answer, level, sized, slice, slice_mut,
+};
 use crate::descent::{self, Sample};
 use crate::environment as kernel;
 use crate::lobe::Lobes;
 use crate::product::Group;
 use crate::query::Query;
 use crate::reuse::Reuse;
-use crate::simd::{BASELINE, LANES};
+use crate::simd::{LANES, Level};
 use crate::status::Status;
 use crate::wide::{GROUPS, InLanes, TOGETHER};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-/// Prepares `count` products in one block of `count` times the bytes that wis_product_size gives; `product` receives
-/// their handles. Each has the bytes of wis_product_prepare. On failure, products before the query at fault, whose number
+/// Prepares `count` products in one block of `count` times the bytes that wis_wavelet_product_size gives; `product` receives
+/// their handles. Each has the bytes of wis_wavelet_product_prepare. On failure, products before the query at fault, whose number
 /// stands in the diagnostic's `y`, are whole.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements, to a block as long as stated that nobody else uses, or to what the
 /// header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_prepare(
+pub unsafe extern "C" fn wis_wavelet_products_prepare(
     environment: *const Environment,
     count: usize,
     query: *const Query,
@@ -34,7 +36,7 @@ pub unsafe extern "C" fn wis_products_prepare(
     diagnostic: *mut Diagnostic,
 ) -> Status {
     answer(diagnostic, || {
-        // SAFETY: the caller's contract; block and handles of a point are not those of another.
+        // SAFETY: the caller's contract; block and handles of a point are not those of another, and the block holds all.
         unsafe {
             let environment = view(environment, 1)?;
             let settings = read_config(config, 4)?;
@@ -44,15 +46,15 @@ pub unsafe extern "C" fn wis_products_prepare(
             let overflow = Failure::new(Status::Overflow, 2);
             let each = settings.bytes().ok_or(overflow)?;
             let needed = each.checked_mul(count).filter(|bytes| *bytes <= isize::MAX as usize).ok_or(overflow)?;
-            let block = Block::new(memory.cast(), bytes, needed, 5)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, needed, 5)?;
             let handles = slice_mut(product, count, 7)?;
             for (number, handle) in handles.iter_mut().enumerate() {
                 let at = |failure: Failure| failure.in_row(3, number);
                 // One at a time: after a struct of another size nothing stands where it ought to.
                 let query = sized(query.wrapping_add(number), 3).map_err(at)?;
-                let mut lobes = Lobes::new(query, None).map_err(|status| at(status.into()))?;
+                let mut lobes = Lobes::new(query, None).map_err(|fault| at(Failure::fault(fault, 3)))?;
                 lobes.widen(Reuse::new(settings.reuse_cone));
-                let place = block.slice::<u8>(0, number * each, each).as_mut_ptr().cast();
+                let place = block.start().add(number * each).cast();
                 prepare(&environment, *query, Material::Lobes(lobes), (&settings, 4), (place, each), handle)?;
             }
         }
@@ -60,13 +62,13 @@ pub unsafe extern "C" fn wis_products_prepare(
     })
 }
 
-/// One sample of each of `count` products: the bits of as many calls of wis_product_sample, in a quarter of the time.
+/// One sample of each of `count` products: the bits of as many calls of wis_wavelet_product_sample, in a quarter of the time.
 /// Strides are in bytes from one element to the next; 0: packed.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_sample(
+pub unsafe extern "C" fn wis_wavelet_products_sample(
     environment: *const Environment,
     count: usize,
     product: *const *const Product,
@@ -79,16 +81,27 @@ pub unsafe extern "C" fn wis_products_sample(
 ) -> Status {
     // SAFETY: the caller's contract.
     unsafe {
-        wis_products_sample_lanes(environment, BASELINE, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride)
+        wis_wavelet_products_sample_lanes(
+            environment,
+            Level::BASELINE.code(),
+            count,
+            product,
+            u,
+            u_stride,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
     }
 }
 
-/// As wis_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+/// As wis_wavelet_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_sample_lanes(
+pub unsafe extern "C" fn wis_wavelet_products_sample_lanes(
     environment: *const Environment,
     cpu_level: u32,
     count: usize,
@@ -103,16 +116,17 @@ pub unsafe extern "C" fn wis_products_sample_lanes(
     answer(null_mut(), || {
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
+            let level = level(cpu_level, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 7)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 9)?;
+            let wi = StridedMut::<3>::new(wi, wi_stride, count, 7)?;
+            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 9)?;
             for_each_group(view(environment, 1)?, count, product, |first, points| {
                 let (mut here, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
                 let here = here.get_mut(..points.count).unwrap_or_default();
                 for (i, u_here) in here.iter_mut().enumerate() {
                     *u_here = u.read(first + i);
                 }
-                points.sample(cpu_level, here, &mut samples);
+                points.sample(level, here, &mut samples);
                 for (i, sample) in samples.iter().enumerate().take(here.len()) {
                     wi.write(first + i, sample.wi);
                     pdf.write(first + i, [sample.pdf]);
@@ -122,13 +136,13 @@ pub unsafe extern "C" fn wis_products_sample_lanes(
     })
 }
 
-/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_product_pdf; 0 for a direction
+/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_wavelet_product_pdf; 0 for a direction
 /// that is not of unit length. Strides as above.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_pdf(
+pub unsafe extern "C" fn wis_wavelet_products_pdf(
     environment: *const Environment,
     count: usize,
     product: *const *const Product,
@@ -138,15 +152,26 @@ pub unsafe extern "C" fn wis_products_pdf(
     pdf_stride: usize,
 ) -> Status {
     // SAFETY: the caller's contract.
-    unsafe { wis_products_pdf_lanes(environment, BASELINE, count, product, wi, wi_stride, pdf, pdf_stride) }
+    unsafe {
+        wis_wavelet_products_pdf_lanes(
+            environment,
+            Level::BASELINE.code(),
+            count,
+            product,
+            wi,
+            wi_stride,
+            pdf,
+            pdf_stride,
+        )
+    }
 }
 
-/// As wis_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+/// As wis_wavelet_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_products_pdf_lanes(
+pub unsafe extern "C" fn wis_wavelet_products_pdf_lanes(
     environment: *const Environment,
     cpu_level: u32,
     count: usize,
@@ -159,15 +184,16 @@ pub unsafe extern "C" fn wis_products_pdf_lanes(
     answer(null_mut(), || {
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
+            let level = level(cpu_level, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
-            let pdf = Strided::<1>::new(pdf, pdf_stride, count, 7)?;
+            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
             for_each_group(view(environment, 1)?, count, product, |first, points| {
                 let (mut here, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
                 let here = here.get_mut(..points.count).unwrap_or_default();
                 for (i, wi_here) in here.iter_mut().enumerate() {
                     *wi_here = wi.read(first + i);
                 }
-                points.pdf(cpu_level, here, &mut values);
+                points.pdf(level, here, &mut values);
                 for (i, value) in values.iter().enumerate().take(here.len()) {
                     pdf.write(first + i, [*value]);
                 }
@@ -228,10 +254,10 @@ impl<'a> Points<'a> {
     }
 
     #[inline(always)]
-    fn sample(&self, cpu_level: u32, u: &[[f32; 2]], samples: &mut [Sample]) {
+    fn sample(&self, level: Level, u: &[[f32; 2]], samples: &mut [Sample]) {
         if self.one_frame {
             let groups = self.groups();
-            return groups.each_ref().sample_all(cpu_level, &self.opened[0].frame, u, samples);
+            return groups.each_ref().sample_all(level, &self.opened[0].frame, u, samples);
         }
         for ((sample, point), u) in samples.iter_mut().zip(&self.opened).zip(u) {
             *sample = descent::sample(&point.cells, &point.frame, *u);
@@ -239,10 +265,10 @@ impl<'a> Points<'a> {
     }
 
     #[inline(always)]
-    fn pdf(&self, cpu_level: u32, wi: &[[f32; 3]], values: &mut [f32]) {
+    fn pdf(&self, level: Level, wi: &[[f32; 3]], values: &mut [f32]) {
         if self.one_frame {
             let groups = self.groups();
-            return groups.each_ref().pdf_all(cpu_level, &self.opened[0].frame, wi, values);
+            return groups.each_ref().pdf_all(level, &self.opened[0].frame, wi, values);
         }
         for ((value, point), wi) in values.iter_mut().zip(&self.opened).zip(wi) {
             *value = descent::pdf(&point.cells, &point.frame, *wi).unwrap_or(0.0);

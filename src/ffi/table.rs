@@ -3,12 +3,13 @@
 use super::environment::{Environment, view};
 use super::product::{Material, Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config};
 use super::tree::{Tree, square_tree};
-use super::{Checked, Diagnostic, Failure, Strided, answer, borrow, out, pointer, sized, slice};
+use super::{Checked, Diagnostic, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
 use crate::lobe::Lobes;
-use crate::query::{Query, WIS_QUERY_WHOLE_SPHERE};
+use crate::numeric::exp2i;
+use crate::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
 use crate::reuse::Reuse;
 use crate::sphere::unit;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use crate::table::{self as kernel, Between, Slice, WIS_MAX_SLICES};
 use crate::tree::MAX_DEPTH;
 use core::ffi::c_void;
@@ -17,16 +18,17 @@ use glam::Vec3;
 
 /// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
 /// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
-/// direction (wis_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
-/// Directions are sampled by luminance; colours, if there are any, are what wis_table_eval tells.
+/// direction (wis_wavelet_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_table_eval tells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
-    /// sizeof(wis_table).
+    /// sizeof(wis_wavelet_table).
     pub size: u32,
     /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
     pub slice_count: u32,
-    /// The slices, trees of two axes. Null for a slice that was not built: the other one beside the view then stands in.
+    /// The slices, trees of two axes (else WIS_INVALID_ARGUMENT) whose averages are floats (else WIS_OVERFLOW). Null for a
+    /// slice that was not built: the other one beside the view then stands in, and without both the answer is WIS_NOT_BUILT.
     pub slice: *const *const Tree,
     /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
     pub colour: [*const *const Tree; 3],
@@ -40,7 +42,7 @@ pub struct Table {
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_table_directions(
+pub unsafe extern "C" fn wis_wavelet_table_directions(
     slice: u32,
     slice_count: u32,
     depth: u32,
@@ -67,7 +69,7 @@ pub unsafe extern "C" fn wis_table_directions(
             }
             let target = out(wo, 5)?;
             let side = 1usize << depth;
-            let wi = Strided::<3>::new(wi, wi_stride, side * side, 6)?;
+            let wi = StridedMut::<3>::new(wi, wi_stride, side * side, 6)?;
             let wo = kernel::view(slice, slice_count);
             target.write(wo.to_array());
             let pixel = 1.0 / side as f32;
@@ -86,7 +88,7 @@ pub unsafe extern "C" fn wis_table_directions(
 /// # Safety
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_table_eval(
+pub unsafe extern "C" fn wis_wavelet_table_eval(
     table: *const Table,
     query: *const Query,
     count: usize,
@@ -106,14 +108,14 @@ pub unsafe extern "C" fn wis_table_eval(
     })
 }
 
-/// As wis_product_prepare, for a query with tabulated lobes (WIS_LOBE_TABLE, weighted, beside others if there are). The
+/// As wis_wavelet_product_prepare, for a query with tabulated lobes (WIS_WAVELET_LOBE_TABLE, weighted, beside others if there are). The
 /// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
 /// above 0 wherever the true BRDF may be, however coarse the table is.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_product_prepare_table(
+pub unsafe extern "C" fn wis_wavelet_product_prepare_table(
     environment: *const Environment,
     table: *const Table,
     query: *const Query,
@@ -136,12 +138,12 @@ pub unsafe extern "C" fn wis_product_prepare_table(
     })
 }
 
-/// As wis_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+/// As wis_wavelet_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_table_estimate_rgb(
+pub unsafe extern "C" fn wis_wavelet_table_estimate_rgb(
     environment: *const Environment,
     product: *const Product,
     table: *const Table,
@@ -173,8 +175,9 @@ unsafe fn coloured<'a>(
         let mut channels = [lobes.seen(grey); 3];
         if table.colour.iter().any(|channel| !channel.is_null()) {
             for (channel, trees) in channels.iter_mut().zip(table.colour) {
-                let trees = slice(trees, table.slice_count as usize, argument)?;
-                *channel = lobes.seen(blend(trees, between, argument)?);
+                let of_colour = |at: Failure| at.of(c"colour");
+                let trees = slice(trees, table.slice_count as usize, argument).map_err(of_colour)?;
+                *channel = lobes.seen(blend(trees, between, argument).map_err(of_colour)?);
             }
         }
         Ok((lobes, channels))
@@ -193,16 +196,17 @@ unsafe fn lobes<'a>(
     unsafe {
         let table = sized(table, table_argument)?;
         if !(1..=WIS_MAX_SLICES).contains(&table.slice_count) {
-            return Err(Failure::new(Status::InvalidArgument, table_argument));
+            return Err(Failure::fault(Fault::range(c"slice_count"), table_argument));
         }
-        let trees = slice(table.slice, table.slice_count as usize, table_argument)?;
-        let turned = Failure::new(Status::InvalidTransform, query_argument);
-        let (normal, wo): (Vec3, Vec3) = (unit(query.normal).ok_or(turned)?, unit(query.wo).ok_or(turned)?);
+        let of_slice = |at: Failure| at.of(c"slice");
+        let trees = slice(table.slice, table.slice_count as usize, table_argument).map_err(of_slice)?;
+        let direction = |v, field| unit(v).ok_or(Failure::fault(Fault::transform(field), query_argument));
+        let (normal, wo): (Vec3, Vec3) = (direction(query.normal, c"normal")?, direction(query.wo, c"wo")?);
         let cosine = normal.dot(wo);
-        let above = if query.flags & WIS_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
+        let above = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
         let between = Between::new(above, table.slice_count);
-        let seen = blend(trees, between, table_argument)?;
-        let lobes = Lobes::new(query, Some(seen)).map_err(|status| Failure::new(status, query_argument))?;
+        let seen = blend(trees, between, table_argument).map_err(of_slice)?;
+        let lobes = Lobes::new(query, Some(seen)).map_err(|fault| Failure::fault(fault, query_argument))?;
         Ok((lobes, seen, between))
     }
 }
@@ -225,6 +229,10 @@ unsafe fn blend<'a>(trees: &[*const Tree], between: Between, argument: u32) -> C
 /// The handle points to a tree of this version.
 unsafe fn read<'a>(tree: *const Tree, argument: u32) -> Checked<Slice<'a>> {
     // SAFETY: the caller's contract.
-    let (tree, scale) = unsafe { square_tree(tree, argument)? };
-    Ok(Slice { tree, scale: scale.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32 })
+    let (tree, exponent) = unsafe { square_tree(tree, argument)? };
+    // Its average is a float; one that is smaller than any counts as the smallest.
+    if exponent > 127 {
+        return Err(Failure::new(Status::Overflow, argument));
+    }
+    Ok(Slice { tree, scale: exp2i(exponent.max(-126)) as f32 })
 }

@@ -1,11 +1,11 @@
 //! Wavelet trees of any function on the unit cube of one to four axes, in C.
 
 use super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, check_grid, out, sized, slice,
-    slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, check_grid,
+    out, sized, slice, slice_mut,
 };
-use crate::numeric::{ContentHash, exp2i};
-use crate::status::Status;
+use crate::numeric::{ContentHash, times_power};
+use crate::status::{Fault, Status};
 use crate::tree::{self as kernel, Link, complete_len};
 use crate::{image, inner, morton, prune, warp};
 use core::ffi::c_void;
@@ -106,9 +106,9 @@ pub unsafe extern "C" fn wis_tree_init(
             let request = Request::new(sized(config, 1)?)?;
             check_results(tree, 6, info, 7)?;
             let pixels = request.pixels()?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, request.scratch()?.bytes, 4)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, request.scratch()?.bytes, 4)?;
             // How long the block must be is known only when the tree is pruned.
-            Block::new(memory.cast(), bytes, 0, 2)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 2)?;
             let header = with_axes!(request.dimensions, 1, build(&request, pixels, &scratch, memory.cast(), bytes))?;
             publish(memory.cast(), &header, tree, info);
         }
@@ -133,11 +133,11 @@ pub unsafe extern "C" fn wis_tree_open(
         // SAFETY: the caller's contract.
         unsafe {
             check_results(tree, 3, info, 4)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let header = block.slice::<Header>(0, 0, 1).first().ok_or(corrupt)?;
             let stored = header.layout().filter(|stored| stored.bytes as u64 == header.bytes).ok_or(corrupt)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, stored.bytes, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, stored.bytes, 1)?;
             with_axes!(header.dimensions, 1, check(&Object { header, block }))?;
             publish(memory.cast(), header, tree, info);
         }
@@ -159,7 +159,8 @@ pub unsafe extern "C" fn wis_tree_average(tree: *const Tree, average: *mut f64) 
 }
 
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
-/// many, and is constant along the rest. Costs one visit of each square that both trees keep.
+/// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
+/// Costs one visit of each square that both trees keep.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -236,8 +237,9 @@ pub unsafe extern "C" fn wis_warp_in_place(
     points: *mut f32,
     index: *mut u32,
     count: usize,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let tree = Object::view(tree, 1)?;
@@ -263,11 +265,17 @@ struct Request {
 
 impl Request {
     fn new(config: &TreeConfig) -> Checked<Request> {
-        check_grid(config.dimensions, config.depth).map_err(|_| Failure::new(Status::InvalidArgument, 1))?;
-        if config.error_budget.is_nan() || config.error_budget < 0.0 {
-            return Err(Failure::new(Status::InvalidArgument, 1));
+        for (holds, field) in [
+            ((1..=4).contains(&config.dimensions), c"dimensions"),
+            (config.depth <= kernel::MAX_DEPTH, c"depth"),
+            (config.error_budget >= 0.0, c"error_budget"),
+        ] {
+            if !holds {
+                return Err(Failure::fault(Fault::range(field), 1));
+            }
         }
-        let complete = with_axes!(config.dimensions, 1, complete_squares(config.depth))?;
+        let complete =
+            with_axes!(config.dimensions, 1, complete_squares(config.depth)).map_err(|at| at.of(c"depth"))?;
         Ok(Request {
             dimensions: config.dimensions,
             depth: config.depth,
@@ -284,12 +292,12 @@ impl Request {
     unsafe fn pixels<'a>(&self) -> Checked<&'a [f32]> {
         let count = morton::cells(self.dimensions, self.depth).ok_or(Failure::new(Status::Overflow, 1))?;
         // SAFETY: the caller's contract.
-        let pixels = unsafe { slice(self.pixels, count, 1)? };
+        let pixels = unsafe { slice(self.pixels, count, 1) }.map_err(|at| at.of(c"pixels"))?;
         match image::first_invalid(pixels) {
             Some(pixel) => {
                 let along = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
                 let (x, y) = (pixel & ((1 << self.depth) - 1), pixel >> self.depth);
-                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)))
+                Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)).of(c"pixels"))
             }
             None => Ok(pixels),
         }
@@ -341,8 +349,26 @@ struct Header {
     reserved: u32,
 }
 
+/// The exponents that a tree may have: its mean is a double, which is in [1, 2) times the power of two.
+const EXPONENTS: core::ops::RangeInclusive<i32> = -1022..=1023;
+
+/// A mean that a tree with such an exponent can have, from what it stores.
+fn mean_of(stored: f64, power: i32, exponent: i32, argument: u32) -> Checked<f64> {
+    let mean = times_power(stored, power);
+    let lost = mean <= 0.0 && stored > 0.0;
+    let fits = EXPONENTS.contains(&exponent) && mean <= f64::MAX && !lost;
+    if fits { Ok(mean) } else { Err(Failure::new(Status::Overflow, argument)) }
+}
+
+/// A result in the units of the input, from one in the units of what is stored.
+pub(super) fn in_units(stored: f64, exponents: &[i32], argument: u32) -> Checked<f64> {
+    let exponent = exponents.iter().fold(0i32, |sum, exponent| sum.saturating_add(*exponent));
+    let value = times_power(stored, exponent);
+    if value.is_finite() { Ok(value) } else { Err(Failure::new(Status::Overflow, argument)) }
+}
+
 /// "wis-tre" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
 
 impl Header {
     /// Where the parts stand; `None` if this is not the header of a tree.
@@ -351,6 +377,15 @@ impl Header {
             return None;
         }
         Stored::new(self.dimensions, self.squares as usize)
+    }
+
+    /// Whether mean and error are finite, and the mean is what average and exponent say.
+    fn is_possible(&self) -> bool {
+        let finite = [self.mean, self.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
+        let told = times_power(self.average.into(), self.exponent);
+        // The average is rounded, and a mean below 2^-1022 is rounded twice.
+        let rounding = self.mean * 1e-6 + f64::MIN_POSITIVE * 1e-9;
+        finite && EXPONENTS.contains(&self.exponent) && (self.mean - told).abs() <= rounding
     }
 
     /// The hash of everything but the id itself.
@@ -390,7 +425,7 @@ impl Stored {
 /// A stored tree behind a handle.
 struct Object<'a> {
     header: &'a Header,
-    block: Block,
+    block: SharedBlock,
 }
 
 impl<'a> Object<'a> {
@@ -401,7 +436,7 @@ impl<'a> Object<'a> {
         // SAFETY: the caller's contract; a header is at least aligned.
         let header = unsafe { borrow(tree.cast::<Header>(), argument)? };
         let stored = header.layout().ok_or(Failure::new(Status::Mismatch, argument))?;
-        let block = Block::new(tree.cast_mut().cast(), stored.bytes, stored.bytes, argument)?;
+        let block = SharedBlock::new(tree.cast(), stored.bytes, stored.bytes, argument)?;
         Ok(Object { header, block })
     }
 
@@ -434,7 +469,7 @@ impl<'a> Object<'a> {
 unsafe fn build<const N: usize, const C: usize>(
     request: &Request,
     pixels: &[f32],
-    scratch: &Block,
+    scratch: &ExclusiveBlock,
     memory: *mut u8,
     bytes: usize,
 ) -> Checked<Header> {
@@ -446,7 +481,7 @@ unsafe fn build<const N: usize, const C: usize>(
         let complete = kernel::Tree::trusted(request.depth, scale.average, squares, &[]);
         let planned = prune::plan(&complete, request.budget.into(), savings)?;
         let stored = request.stored(planned.squares as usize)?;
-        let block = Block::new(memory, bytes, stored.bytes, request.memory)?;
+        let block = ExclusiveBlock::new(memory, bytes, stored.bytes, request.memory)?;
         let count = planned.squares as usize;
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, count);
         let links = block.slice::<Link>(stored.links, 0, count);
@@ -455,7 +490,7 @@ unsafe fn build<const N: usize, const C: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: scale.mean * exp2i(request.exponent),
+            mean: times_power(scale.mean, request.exponent),
             error: planned.error,
             dimensions: request.dimensions,
             depth: request.depth,
@@ -480,9 +515,8 @@ unsafe fn check<const N: usize, const C: usize>(object: &Object) -> Checked<()> 
     let corrupt = Failure::new(Status::Corrupt, 1);
     let header = object.header;
     let tree = kernel::Tree::sparse(header.depth, header.average, squares, links).map_err(|_| corrupt)?;
-    let finite = [header.mean, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value));
-    let unchanged = header.reserved == 0 && header.content_id == header.content_id(&tree);
-    if finite && unchanged { Ok(()) } else { Err(corrupt) }
+    let sound = header.reserved == 0 && header.is_possible() && header.content_id == header.content_id(&tree);
+    if sound { Ok(()) } else { Err(corrupt) }
 }
 
 /// Checks the pointers to the results of a build.
@@ -526,18 +560,18 @@ unsafe fn publish(memory: *const Tree, header: &Header, tree: *mut *const Tree, 
     }
 }
 
-/// A tree of two dimensions, and what its stored values are to be multiplied by.
+/// A tree of two dimensions, and the exponent of the power of two that its stored values are to be multiplied by.
 ///
 /// # Safety
 /// The handle is null or points to a tree of this version.
-pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, f64)> {
+pub(super) unsafe fn square_tree<'a>(tree: *const Tree, argument: u32) -> Checked<(kernel::Tree<'a, 4>, i32)> {
     // SAFETY: the caller's contract; the header tells the number of children.
     unsafe {
         let object = Object::view(tree, argument)?;
         if object.header.dimensions != 2 {
             return Err(Failure::new(Status::InvalidArgument, argument));
         }
-        Ok((object.tree::<4>(), exp2i(object.header.exponent)))
+        Ok((object.tree::<4>(), object.header.exponent))
     }
 }
 
@@ -560,7 +594,7 @@ unsafe fn product_integral(e: &Object, f: &Object) -> Checked<f64> {
             _ => return Err(Failure::new(Status::InvalidArgument, 2)),
         }
     };
-    Ok(integral * exp2i(e.header.exponent) * exp2i(f.header.exponent))
+    in_units(integral, &[e.header.exponent, f.header.exponent], 3)
 }
 
 /// # Safety
@@ -620,9 +654,12 @@ unsafe fn warp_points<const N: usize, const C: usize>(
 ) -> Checked<()> {
     // SAFETY: the caller's contract.
     unsafe {
+        if count.checked_mul(size_of::<[f32; N]>()).is_none_or(|bytes| bytes > isize::MAX as usize) {
+            return Err(Failure::new(Status::Overflow, 4));
+        }
         let points = slice_mut(points.cast::<[f32; N]>(), count, 2)?;
         let index = slice_mut(index, count, 3)?;
-        warp::warp_in_place(&tree.tree::<C>(), points, index)?;
+        warp::warp_in_place(&tree.tree::<C>(), points, index).map_err(|status| Failure::new(status, 1))?;
     }
     Ok(())
 }

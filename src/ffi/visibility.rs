@@ -1,8 +1,11 @@
 //! Visibility in 8 bits, in C.
 
-use super::tree::{Tree, square_tree};
+use super::tree::{Tree, in_units, square_tree};
 use super::triple::sublinear;
-use super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, out};
+use super::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, out,
+};
+use crate::numeric::exp2i;
 use crate::status::Status;
 use crate::triple::Wavelets;
 use crate::visibility::{self as kernel, MAX_NODES, Node};
@@ -17,7 +20,8 @@ pub struct Visibility {
     _opaque: [u8; 0],
 }
 
-/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved.
+/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved. WIS_INVALID_ARGUMENT for a tree of
+/// other than two axes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -54,10 +58,10 @@ pub unsafe extern "C" fn wis_visibility_init(
     answer(diagnostic, || {
         // SAFETY: the caller's contract; header and nodes do not overlap.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
-            let count = tree.squares().len();
+            let (tree, exponent) = square_tree(tree, 1)?;
+            let (scale, count) = (exp2i(exponent), tree.squares().len());
             let needed = self::bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
-            let block = Block::new(memory.cast(), bytes, needed, 2)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, needed, 2)?;
             let target = out(visibility, 4)?;
             let average = f64::from(tree.average()) * scale;
             if average > 1.0 + 1e-6 {
@@ -89,11 +93,11 @@ pub unsafe extern "C" fn wis_visibility_open(
         // SAFETY: the caller's contract.
         unsafe {
             let target = out(visibility, 3)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, size_of::<Header>(), 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
             let corrupt = Failure::new(Status::Corrupt, 1);
             let header = *block.slice::<Header>(0, 0, 1).first().ok_or(corrupt)?;
             let needed = self::bytes(header.nodes as usize).filter(|_| header.magic == MAGIC).ok_or(corrupt)?;
-            let block = Block::new(memory.cast_mut().cast(), bytes, needed, 1)?;
+            let block = SharedBlock::new(memory.cast(), bytes, needed, 1)?;
             let nodes = block.slice::<Node>(size_of::<Header>(), 0, header.nodes as usize);
             kernel::Visibility::new(header.average, nodes).map_err(|_| corrupt)?;
             target.write(memory.cast());
@@ -116,21 +120,23 @@ pub unsafe extern "C" fn wis_visibility_integral(
     light: *const Tree,
     visibility: *const Visibility,
     integral: *mut f64,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let visible = view(visibility, 7)?;
             let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
-            sublinear(lists, light, (&visible, 1.0), integral)
+            sublinear(lists, light, (&visible, 0), integral)
         }
     })
 }
 
-/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double product).
-/// Nothing is dropped: exact but for rounding where visibility is 0 or 1. If many vertices share a BRDF, as all
-/// that have one normal or one reflected direction, multiply it by the light once for a frame: this is then faster for each
-/// vertex than wis_visibility_integral, and no approximation.
+/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double
+/// product). Nothing is dropped: exact but for rounding where visibility is 0 or 1. At least 0; WIS_OVERFLOW if it is
+/// beyond a double. If many vertices share a BRDF, as all that have one normal or one reflected direction, multiply it
+/// by the light once for a frame: this is then faster for each vertex than wis_visibility_integral, and no
+/// approximation.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -143,9 +149,10 @@ pub unsafe extern "C" fn wis_visibility_product_integral(
     answer(null_mut(), || {
         // SAFETY: the caller's contract.
         unsafe {
-            let (tree, scale) = square_tree(tree, 1)?;
+            let (tree, exponent) = square_tree(tree, 1)?;
             let visible = view(visibility, 2)?;
-            out(integral, 3)?.write(visible.product_integral(&tree) * scale);
+            let target = out(integral, 3)?;
+            target.write(in_units(visible.product_integral(&tree), &[exponent], 3)?);
         }
         Ok(())
     })
@@ -161,7 +168,7 @@ struct Header {
 }
 
 /// "wis-vis" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x02");
 
 fn bytes(nodes: usize) -> Option<usize> {
     if nodes < MAX_NODES { Some(size_of::<Header>() + nodes * size_of::<Node>()) } else { None }
@@ -175,7 +182,7 @@ unsafe fn view<'a>(visibility: *const Visibility, argument: u32) -> Checked<kern
         let header = *borrow(visibility.cast::<Header>(), argument)?;
         let mismatch = Failure::new(Status::Mismatch, argument);
         let bytes = bytes(header.nodes as usize).filter(|_| header.magic == MAGIC).ok_or(mismatch)?;
-        let block = Block::new(visibility.cast_mut().cast(), bytes, bytes, argument)?;
+        let block = SharedBlock::new(visibility.cast(), bytes, bytes, argument)?;
         Ok(kernel::Visibility::trusted(header.average, block.slice(size_of::<Header>(), 0, header.nodes as usize)))
     }
 }

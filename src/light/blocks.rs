@@ -83,9 +83,16 @@ impl CellBlocks {
         Tile { face: self.face, origin, grid, end, step }
     }
 
-    /// What the blocks take with a grid of no steps (level 0).
+    /// What the blocks take with a grid of no steps (level 0), in closed form: big maps have many blocks.
     pub fn full(&self, plan: &Plan) -> Lengths {
-        self.lengths(plan, |_| [0, 0])
+        let bilinear = plan.of.filter == Filter::Bilinear;
+        let [columns, rows] = self.blocks().map(|n| n as usize);
+        let side = 1usize << self.side[0];
+        let last = self.patches[0] as usize - columns.saturating_sub(1) * side;
+        let words = columns.saturating_sub(1) * line_words(side, bilinear) + line_words(last, bilinear);
+        let lines = self.patches[1] as usize + if bilinear { rows } else { 0 };
+        let blocks = Lengths { rows: columns * self.patches[1] as usize, lines: lines * words, ..Lengths::default() };
+        cell_lengths([columns, rows]).plus(blocks)
     }
 
     /// What the blocks take with these steps.
@@ -158,6 +165,8 @@ pub struct CellTables<'a> {
 pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], tables: CellTables<'_>) -> (Cell, f64) {
     let cell = CellBlocks::new(texels.plan, index, level);
     let CellTables { offset, starts, blocks, mut rows, mut lines, light } = tables;
+    // The room is for the blocks before they are doubled.
+    let light = light.get_mut(..cell.count()).unwrap_or_default();
     let (mut row_words, mut line_words) = (offset.rows, offset.lines);
     rows.fill(0);
     lines.fill(0);
@@ -199,8 +208,6 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
 fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
     let [columns, rows] = cell_blocks.blocks().map(|n| n.max(1) as usize);
     let (row_starts, column_starts) = starts.split_at_mut_checked(rows + 1).unwrap_or_default();
-    // There is room for the blocks before they were doubled.
-    let light = light.get_mut(..rows * columns).unwrap_or_default();
     // The light of each block row.
     let total = write_table(light.chunks(columns).map(|row| row.iter().sum()), row_starts);
     let lines = column_starts.chunks_exact_mut(columns + 1).zip(light.chunks(columns));

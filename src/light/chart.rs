@@ -316,7 +316,7 @@ fn atan_turns<F: Num>(x: F) -> F {
 
 /// As [`crate::numeric::sin_cos_turns`].
 #[inline(always)]
-fn sin_cos_turns<F: Num>(x: F) -> (F, F) {
+pub fn sin_cos_turns<F: Num>(x: F) -> (F, F) {
     let t = x * x;
     (x * horner(SIN_TURNS, t), horner(COS_TURNS, t))
 }

@@ -124,6 +124,7 @@ fn decode(
     let (row_angle, from_middle) = row_angle(plan, y);
     let cube = plan.of.layout == Layout::Cube;
     let [red, green, blue] = LUMINANCE.map(|c| c as f32);
+    let luminance_of = |[r, g, b]: [f32; 3]| if r == g && g == b { r } else { red * r + green * g + blue * b };
     let columns = rgb.len();
     let mut texels = luminance.iter_mut().zip(colours).enumerate();
     for (column, sum) in rgb.iter_mut().enumerate() {
@@ -139,7 +140,7 @@ fn decode(
                 row_angle
             };
             let [r, g, b] = colour;
-            let mut l = if r == g && g == b { r } else { red * r + green * g + blue * b };
+            let mut l = luminance_of(colour);
             summary.angle += angle;
             // Any NaN, infinite or negative channel, or a sum that overflows.
             let fine = r >= 0.0 && g >= 0.0 && b >= 0.0 && l < f32::INFINITY;
@@ -153,7 +154,11 @@ fn decode(
                     summary.sanitised += 1;
                 }
                 colour = cleaned;
-                l = crate::environment::pixels::luminance_f64(colour) as f32;
+                l = luminance_of(colour);
+                if l == f32::INFINITY {
+                    // Rounding can carry the sum of three large channels beyond the largest float.
+                    l = crate::environment::pixels::luminance_f64(colour) as f32;
+                }
                 if l == f32::INFINITY {
                     summary.infinite += angle;
                     *out = l;

@@ -99,6 +99,22 @@ impl Light<'_> {
         (world, self.alone(&located))
     }
 
+    /// Directions of map space distributed as the light, and their densities: for candidates, which need no pdf of an f32 world
+    /// direction.
+    #[inline(always)]
+    pub fn candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
+        let (cells, numbers) = self.cells_at::<F>([clamp_u(u[0]), clamp_u(u[1])]);
+        let drawn = self.draw::<F>(cells, numbers);
+        let direction = self.direction_of(&drawn);
+        (direction, self.alone(&self.drawn_at(direction, &drawn)))
+    }
+
+    /// Densities of directions of map space of unit length in the light.
+    #[inline(always)]
+    pub fn density<F: Num>(&self, d: [F; 3]) -> F {
+        self.alone(&self.locate(d, false))
+    }
+
     /// Densities of world directions in the light; 0 for those that are not of unit length.
     #[inline(always)]
     pub fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {

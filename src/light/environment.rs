@@ -7,7 +7,7 @@ use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
 use super::plan::{Description, Filter, Plan};
 use super::tables::{Block, Cell, Light};
-use super::texels::{Texels, row_weights};
+use super::texels::Texels;
 use crate::environment::pixels::RowError;
 use crate::numeric::ContentHash;
 use crate::simd::{Table, WINDOW};
@@ -57,6 +57,14 @@ pub struct Header {
     side: [u32; 2],
     frame: [f32; 9],
     reserved: u32,
+}
+
+impl Header {
+    /// The bytes of the environment that begins with this; `None` if it is no environment of this version.
+    #[inline(always)]
+    pub fn length(&self) -> Option<usize> {
+        if self.magic == MAGIC { usize::try_from(self.bytes).ok() } else { None }
+    }
 }
 
 const BILINEAR: u32 = 1;
@@ -189,7 +197,8 @@ pub struct Scratch<'a> {
 }
 
 impl<'a> Scratch<'a> {
-    fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 7]> {
+    /// Lengths and sizes of elements of the parts, in the order of the fields, with so many blocks at most.
+    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 7]> {
         let rows = plan.rows() as usize;
         Some([
             (rows, size_of::<RowSummary>()),
@@ -272,9 +281,7 @@ impl<'a> Environment<'a> {
             *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
         }
         let totals = Totals::of(scratch.rows);
-        for (y, weights) in (0..).zip(scratch.weights.iter_mut()) {
-            *weights = row_weights(plan, y);
-        }
+        build::weights(plan, scratch.weights);
         let texels = totals.texels(plan, scratch.luminance, scratch.weights);
         let mut steps: &mut [Steps] = scratch.steps;
         for (index, work) in (0..).zip(scratch.work.iter_mut()) {
@@ -441,6 +448,42 @@ fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {
     hash.add(tables);
     hash.add_floats(frame);
     hash.finish()
+}
+
+/// Where the tables of all cells stand in the bytes of an environment, for threads that write cells side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Places {
+    /// Of [`Cell`]s.
+    pub cells: usize,
+    /// Of in-cell starts.
+    pub starts: usize,
+    /// Of [`Block`]s.
+    pub blocks: usize,
+    /// Of row starts.
+    pub rows: usize,
+    /// Of lines.
+    pub lines: usize,
+    end: usize,
+}
+
+impl Places {
+    /// The places for what the cells were found to take.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`].
+    pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
+        let lengths = build::offset(work, plan.cells());
+        let Sections { cells, starts, blocks, rows, lines, end, .. } =
+            Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
+        let [cells, starts, blocks, rows, lines, end] =
+            [cells, starts, blocks, rows, lines, end].map(|place| place as usize);
+        Ok(Places { cells, starts, blocks, rows, lines, end })
+    }
+
+    /// The bytes of the environment.
+    pub fn bytes(&self) -> usize {
+        self.end
+    }
 }
 
 /// An environment while its tables are written.

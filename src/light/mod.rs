@@ -1,5 +1,6 @@
 //! The light: an environment map as small cumulative tables, exactly as the renderer looks it up.
 
+pub mod batch;
 pub mod blocks;
 mod budget;
 pub mod build;

@@ -524,9 +524,9 @@ impl Light<'_> {
         let mut position = shape.sample([columns.rest(F::load(units[0])), rows.rest(F::load(units[1]))]);
         if !self.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
-            for k in 0..2 {
-                let least = F::splat(1.25 * self.chart.margin(k)) / patch.size[k];
-                position[k] = position[k].max(least).min(F::splat(1.0) - least);
+            for ((k, at), &size) in position.iter_mut().enumerate().zip(&patch.size) {
+                let least = F::splat(1.25 * self.chart.margin(k)) / size;
+                *at = at.max(least).min(F::splat(1.0) - least);
             }
         }
         Drawn { patch, shape, position, numbers }
@@ -619,6 +619,13 @@ impl Light<'_> {
         self.chart.direction(patch.face, [column, patch.low[1] + position[1] * patch.size[1]])
     }
 
+    /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
+    #[inline(always)]
+    pub fn drawn_at<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> Located<F> {
+        let place = self.chart.place(d);
+        located(&drawn.patch, &drawn.shape, drawn.position, &place)
+    }
+
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
     /// lanes in which rounding left the patch. In a light for nearest clients, also of those in which it came so close to the
     /// border that the client's own rounding might find the neighbour.
@@ -633,8 +640,8 @@ impl Light<'_> {
         let other_face = F::or(place.face.lt(patch.face), patch.face.lt(place.face));
         let mut out = F::or(F::or(columns_out, rows_out), other_face);
         if !self.bilinear {
-            for k in 0..2 {
-                let (from, margin) = (place.position[k] - patch.low[k], F::splat(self.chart.margin(k)));
+            for (k, &position) in place.position.iter().enumerate() {
+                let (from, margin) = (position - patch.low[k], F::splat(self.chart.margin(k)));
                 out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
             }
         }
@@ -648,10 +655,16 @@ fn within<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, place: &Place<F>)
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let s = ((place.position[0] - patch.low[0]) / patch.size[0]).max(zero).min(one);
     let t = ((place.position[1] - patch.low[1]) / patch.size[1]).max(zero).min(one);
+    located(patch, shape, [s, t], place)
+}
+
+/// A position inside a patch, with its density.
+#[inline(always)]
+fn located<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, position: [F; 2], place: &Place<F>) -> Located<F> {
     let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
     let scale = (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
-    let density = patch.probability * shape.unscaled([s, t]) / scale;
-    Located { patch: *patch, position: [s, t], density }
+    let density = patch.probability * shape.unscaled(position) / scale;
+    Located { patch: *patch, position, density }
 }
 
 #[inline(always)]

@@ -84,7 +84,7 @@ impl Texels<'_> {
                 // Over the pole: half a turn on, between two texels if their number is odd.
                 let row = clamped[1] as u32;
                 let over = |x: i64| self.inner(face, x.rem_euclid(width) as u32, row);
-                0.5 * (over(x + width / 2) + over(x + (width + 1) / 2))
+                0.5 * over(x + width / 2) + 0.5 * over(x + (width + 1) / 2)
             }
             Layout::Octahedral => {
                 let folded_x = if y == clamped[1] { x } else { width - 1 - x };
@@ -99,9 +99,8 @@ impl Texels<'_> {
     fn across(&self, face: u32, at: [i64; 2], clamped: [i64; 2]) -> f32 {
         if at[0] != clamped[0] && at[1] != clamped[1] {
             let own = self.inner(face, clamped[0] as u32, clamped[1] as u32);
-            let beside =
-                self.across(face, [at[0], clamped[1]], clamped) + self.across(face, [clamped[0], at[1]], clamped);
-            return (own + beside) * (1.0 / 3.0);
+            let beside = [[at[0], clamped[1]], [clamped[0], at[1]]].map(|at| f64::from(self.across(face, at, clamped)));
+            return ((f64::from(own) + beside[0] + beside[1]) * (1.0 / 3.0)) as f32;
         }
         let side = f64::from(self.plan.texels[0]);
         // The neighbour's texel whose centre lies where the ray through this one, folded onto the neighbour's plane, meets it.

@@ -14,10 +14,10 @@ use core::ops::{Add, Div, Mul, Sub};
 
 /// Eight numbers in a register.
 ///
-/// A value exists only on a processor with AVX2: kernels are generic over lanes, and only those that were entered
-/// after the processor was found to have AVX2 make any.
+/// A value exists only on a processor with AVX2: only `level` names the type, to enter kernels at a level that was
+/// detected.
 #[derive(Clone, Copy, Debug)]
-pub struct Avx2(__m256);
+pub(super) struct Avx2(__m256);
 
 macro_rules! operator {
     ($operator:ident, $name:ident, $instruction:ident) => {

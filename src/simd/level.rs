@@ -1,11 +1,60 @@
-//! Which lanes a kernel runs on: the caller says what the processor has, since asking it is slow.
+//! Which lanes a kernel runs on. Detection takes microseconds in a virtual machine, so its answer is kept by the caller,
+//! and that a level was detected is said by its type.
 
 use super::{Lanes, Native};
 
-/// What every processor of the target has.
-pub const BASELINE: u32 = 0;
-/// x86-64 with AVX2.
-pub const AVX2: u32 = 1;
+/// Instructions that this processor has: a level above [`Level::BASELINE`] comes from [`Level::detect`] alone, in safe code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level(Instructions);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Instructions {
+    Baseline,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Level {
+    /// What every processor of the target has.
+    pub const BASELINE: Level = Level(Instructions::Baseline);
+
+    /// The highest level that this processor, its operating system and this build have.
+    pub fn detect() -> Level {
+        #[cfg(target_arch = "x86_64")]
+        if has_avx2() {
+            return Level(Instructions::Avx2);
+        }
+        Level::BASELINE
+    }
+
+    /// The level as a number that C code keeps. Numbers of levels above the baseline are letters, not 1, 2, 3: none is met
+    /// by guessing, and checking one takes a comparison where asking the processor again takes microseconds.
+    pub const fn code(self) -> u32 {
+        match self.0 {
+            Instructions::Baseline => 0,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => u32::from_le_bytes(*b"AVX2"),
+        }
+    }
+
+    /// The level with a number; `None` for one that no level of this build has.
+    ///
+    /// # Safety
+    /// A number other than 0 is that of a level which was detected on this processor.
+    #[inline(always)]
+    pub unsafe fn from_code(code: u32) -> Option<Level> {
+        #[cfg(target_arch = "x86_64")]
+        if code == Level(Instructions::Avx2).code() {
+            return Some(Level(Instructions::Avx2));
+        }
+        if code == 0 { Some(Level::BASELINE) } else { None }
+    }
+}
+
+/// [`Level::code`] of [`Level::detect`].
+pub fn detect() -> u32 {
+    Level::detect().code()
+}
 
 /// A computation that is generic over lanes. What it calls must be inlined into it to be fast.
 pub trait Kernel {
@@ -15,18 +64,15 @@ pub trait Kernel {
     fn run<F: Lanes>(self) -> Self::Output;
 }
 
-/// Runs a kernel on the lanes of a level; levels that this build does not know count as the highest that it does.
-///
-/// The level must not promise more than [`detect`] found: it is the caller's word.
+/// Runs a kernel on the lanes of a level.
 #[inline(always)]
-pub fn run<K: Kernel>(level: u32, kernel: K) -> K::Output {
-    #[cfg(target_arch = "x86_64")]
-    if level >= AVX2 {
-        // SAFETY: the caller of the library says that the processor has AVX2.
-        return unsafe { run_avx2(kernel) };
+pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    match level.0 {
+        Instructions::Baseline => kernel.run::<Native>(),
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a level of AVX2 was made by a detection that found it, or by who promised that to `from_code`.
+        Instructions::Avx2 => unsafe { run_avx2(kernel) },
     }
-    let _ = level;
-    kernel.run::<Native>()
 }
 
 /// # Safety
@@ -34,12 +80,12 @@ pub fn run<K: Kernel>(level: u32, kernel: K) -> K::Output {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<super::Avx2>()
+    kernel.run::<super::avx2::Avx2>()
 }
 
-/// The highest level that this processor, its operating system and this build have.
+/// Whether the processor has AVX2 and the operating system keeps its registers.
 #[cfg(target_arch = "x86_64")]
-pub fn detect() -> u32 {
+fn has_avx2() -> bool {
     use core::arch::x86_64::{__cpuid, __cpuid_count, _xgetbv};
     const OSXSAVE_AND_AVX: u32 = 1 << 27 | 1 << 28;
     const YMM_STATE: u64 = 0b110;
@@ -53,15 +99,8 @@ pub fn detect() -> u32 {
     // SAFETY: every x86-64 processor has CPUID; XGETBV is asked only where CPUID says that it is enabled.
     unsafe {
         if __cpuid(0).eax < 7 || __cpuid(1).ecx & OSXSAVE_AND_AVX != OSXSAVE_AND_AVX {
-            return BASELINE;
+            return false;
         }
-        let enabled = enabled_state() & YMM_STATE == YMM_STATE;
-        if enabled && __cpuid_count(7, 0).ebx & (1 << 5) != 0 { AVX2 } else { BASELINE }
+        enabled_state() & YMM_STATE == YMM_STATE && __cpuid_count(7, 0).ebx & (1 << 5) != 0
     }
-}
-
-/// The highest level that this processor, its operating system and this build have.
-#[cfg(not(target_arch = "x86_64"))]
-pub fn detect() -> u32 {
-    BASELINE
 }

@@ -3,7 +3,42 @@
 //! changes a result.
 //!
 //! Kernels are generic over [`Lanes`]. [`Portable`] runs anywhere and is what the others are tested against;
-//! [`Native`] is the fastest that every processor of the target has.
+//! [`Native`] is the fastest that every processor of the target has. Lanes that only some processors have cannot be named:
+//! a [`Kernel`] meets them in [`run`], at a [`Level`] that was detected.
+//!
+//! ```
+//! use wis::simd::{Kernel, Lanes, Level, run};
+//!
+//! struct Sum;
+//! impl Kernel for Sum {
+//!     type Output = f32;
+//!     fn run<F: Lanes>(self) -> f32 {
+//!         (F::splat(1.0) + F::splat(2.0)).to_array().iter().sum()
+//!     }
+//! }
+//! assert_eq!(run(Level::detect(), Sum), 24.0);
+//! ```
+//!
+//! ```compile_fail
+//! // The instructions might not exist: the type is private.
+//! let lanes = <wis::simd::Avx2 as wis::simd::Lanes>::splat(1.0);
+//! ```
+//!
+//! ```compile_fail
+//! # use wis::simd::{Kernel, Lanes, run};
+//! # struct Nothing;
+//! # impl Kernel for Nothing {
+//! #     type Output = ();
+//! #     fn run<F: Lanes>(self) {}
+//! # }
+//! // A number is no level.
+//! run(1, Nothing);
+//! ```
+//!
+//! ```compile_fail
+//! // That a number is of this processor is the word of `unsafe` code.
+//! let level = wis::simd::Level::from_code(wis::simd::detect());
+//! ```
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -17,9 +52,7 @@ mod scalar;
 mod sse2;
 mod table;
 
-#[cfg(target_arch = "x86_64")]
-pub use avx2::Avx2;
-pub use level::{AVX2, BASELINE, Kernel, detect, run};
+pub use level::{Kernel, Level, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
 pub use num::Num;

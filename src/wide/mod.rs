@@ -9,7 +9,7 @@ mod split;
 pub mod vector;
 
 use crate::descent::{self, Density, Sample, Sampled};
-use crate::simd::{self, Kernel, LANES, Lanes};
+use crate::simd::{self, Kernel, LANES, Lanes, Level};
 use crate::sphere::{Frame, SPHERE};
 use split::{quad_density, take_quad};
 
@@ -56,13 +56,13 @@ pub trait InLanes: Copy {
 
     /// As [`InLanes::sample_lanes`], on the lanes of a level. One function for all callers, since it is large.
     #[inline(never)]
-    fn sample_all(self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+    fn sample_all(self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
         simd::run(level, Samples { of: self, frame, u, samples });
     }
 
     /// As [`InLanes::pdf_lanes`], on the lanes of a level.
     #[inline(never)]
-    fn pdf_all(self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+    fn pdf_all(self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
         simd::run(level, Pdfs { of: self, frame, wi, values });
     }
 }
@@ -86,9 +86,9 @@ pub trait SampledWide {
     /// What a lane samples.
     fn one(&self, lane: usize) -> &Self::One;
     /// As many samples as there are `u`, at most [`TOGETHER`], on the lanes of a level.
-    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]);
+    fn samples(&self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]);
     /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
-    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]);
+    fn pdfs(&self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]);
 }
 
 impl<D: WideDensity> SampledWide for D {
@@ -100,12 +100,12 @@ impl<D: WideDensity> SampledWide for D {
     }
 
     #[inline(always)]
-    fn samples(&self, level: u32, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+    fn samples(&self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
         [self; GROUPS].sample_all(level, frame, u, samples);
     }
 
     #[inline(always)]
-    fn pdfs(&self, level: u32, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+    fn pdfs(&self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
         [self; GROUPS].pdf_all(level, frame, wi, values);
     }
 }

@@ -7,6 +7,15 @@ use crate::table::{Entry, TABLE};
 use wis::ffi::Diagnostic;
 use wis::status::Status;
 
+/// The field that a diagnostic names.
+pub fn field(diagnostic: &Diagnostic) -> Option<&'static str> {
+    if diagnostic.field.is_null() {
+        return None;
+    }
+    // SAFETY: the library gives a static string.
+    Some(unsafe { std::ffi::CStr::from_ptr(diagnostic.field) }.to_str().expect("a name is ASCII"))
+}
+
 /// A call that is made with valid arguments, unless one is changed.
 pub struct Call<'a> {
     function: &'a Function,
@@ -156,6 +165,11 @@ impl<'a> Call<'a> {
                 block.copy_from_slice(bytes);
             }
         }
+    }
+
+    /// What the last call wrote into its diagnostic.
+    pub fn told(&self) -> Diagnostic {
+        self.diagnostic()
     }
 
     fn diagnostic(&self) -> Diagnostic {

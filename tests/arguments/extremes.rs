@@ -2,8 +2,8 @@
 //! sampled.
 
 use crate::support::{Environment, Map, Product, Random, normalise, product_config, query};
-use wis::ffi::environment::WIS_ENVIRONMENT_RGB;
-use wis::ffi::product::{ProductConfig, wis_product_estimate_rgb, wis_query_eval};
+use wis::ffi::environment::WIS_WAVELET_LIGHT_RGB;
+use wis::ffi::product::{ProductConfig, wis_query_eval, wis_wavelet_product_estimate_rgb};
 use wis::query::*;
 use wis::status::Status;
 
@@ -19,11 +19,11 @@ fn pick<T: Copy>(random: &mut Random, values: &[T]) -> T {
 fn lobe(random: &mut Random) -> Lobe {
     let weight = [0; 3].map(|_| pick(random, &WEIGHTS));
     match random.bits() % 3 {
-        0 => Lobe { kind: WIS_LOBE_LAMBERT, weight, ..Lobe::default() },
-        1 => Lobe { kind: WIS_LOBE_PHONG, weight, a: pick(random, &EXPONENTS), ..Lobe::default() },
+        0 => Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight, ..Lobe::default() },
+        1 => Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight, a: pick(random, &EXPONENTS), ..Lobe::default() },
         _ => {
             let f0 = [0; 3].map(|_| pick(random, &REFLECTANCES));
-            Lobe { kind: WIS_LOBE_GGX, weight, f0, a: pick(random, &ALPHAS), b: pick(random, &ALPHAS) }
+            Lobe { kind: WIS_WAVELET_LOBE_GGX, weight, f0, a: pick(random, &ALPHAS), b: pick(random, &ALPHAS) }
         }
     }
 }
@@ -34,7 +34,7 @@ fn any_query(random: &mut Random) -> Query {
     let normal = normalise(random.direction());
     let wo = if random.bits() % 4 == 0 { normal } else { normalise(random.direction()) };
     let tangent = normalise(random.direction());
-    let flags = pick(random, &[0, WIS_QUERY_WHOLE_SPHERE, WIS_QUERY_COSINE_INCLUDED, 3]);
+    let flags = pick(random, &[0, WIS_WAVELET_QUERY_WHOLE_SPHERE, WIS_WAVELET_QUERY_COSINE_INCLUDED, 3]);
     Query { tangent, flags, ..query(normal, wo, &lobes) }
 }
 
@@ -45,7 +45,7 @@ fn environments() -> Vec<Environment> {
         Map::latlong(8, 4, |x, _| if x == 3 { f32::MAX } else { 0.0 }),
         Map::latlong(8, 4, |x, y| 1e-45 * ((x + y) % 3) as f32),
     ];
-    let built = maps.iter().flat_map(|map| [map.build(16, WIS_ENVIRONMENT_RGB), map.build(1, 0)]);
+    let built = maps.iter().flat_map(|map| [map.build(16, WIS_WAVELET_LIGHT_RGB), map.build(1, 0)]);
     built.collect()
 }
 
@@ -91,8 +91,8 @@ fn check_direction(product: &Product, query: &Query, wi: [f32; 3], seed: u64) {
 fn check_rgb(product: &Product, seed: u64) {
     let mut rgb = [-1.0; 3];
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_product_estimate_rgb(product.environment.handle, product.handle, &mut rgb) };
-    let is_built = product.environment.info.flags & WIS_ENVIRONMENT_RGB != 0;
+    let status = unsafe { wis_wavelet_product_estimate_rgb(product.environment.handle, product.handle, &mut rgb) };
+    let is_built = product.environment.info.flags & WIS_WAVELET_LIGHT_RGB != 0;
     assert_eq!(status == Status::Ok, is_built);
     assert!(!is_built || rgb.iter().all(|channel| (0.0..=f64::MAX).contains(channel)), "seed {seed}: {rgb:?}");
 }

@@ -8,6 +8,7 @@ mod block;
 mod call;
 mod control;
 mod extremes;
+mod fields;
 mod header;
 mod objects;
 mod passes;
@@ -76,5 +77,12 @@ fn statuses_have_sentences() {
     let all: std::collections::HashSet<_> = (0..15).map(sentence).collect();
     assert_eq!(all.len(), 15);
     assert!([15, 99, u32::MAX].map(sentence).iter().all(|text| *text == sentence(14)));
+}
+
+/// The version in the header is the package's.
+#[test]
+fn versions() {
+    let package = env!("CARGO_PKG_VERSION").split('.').map(|part| part.parse::<u32>().unwrap());
+    assert_eq!(package.fold(0, |version, part| version << 8 | part), wis::ffi::WIS_VERSION);
     assert_eq!(wis::ffi::wis_version(), wis::ffi::WIS_VERSION);
 }

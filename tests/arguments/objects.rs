@@ -14,7 +14,7 @@ pub fn function(name: &str) -> Function {
 
 /// An environment of another configuration.
 pub fn environment(scene: &Scene, edit: impl FnOnce(&mut EnvironmentConfig)) -> Vec<u8> {
-    let init = function("wis_environment_init");
+    let init = function("wis_wavelet_light_init");
     let mut call = Call::valid(scene, &init);
     call.edit("config", edit);
     call.succeeds("another environment");
@@ -47,12 +47,12 @@ pub fn tree(scene: &Scene, edit: impl FnOnce(&mut TreeConfig)) -> Vec<u8> {
 
 /// A product of the scene's query with an environment.
 pub fn product(scene: &Scene, environment: &[u8]) -> Vec<u8> {
-    prepared(scene, environment, "wis_product_prepare")
+    prepared(scene, environment, "wis_wavelet_product_prepare")
 }
 
 /// A product of the scene's callback with an environment.
 pub fn callback_product(scene: &Scene, environment: &[u8]) -> Vec<u8> {
-    prepared(scene, environment, "wis_product_prepare_callback")
+    prepared(scene, environment, "wis_wavelet_product_prepare_callback")
 }
 
 fn prepared(scene: &Scene, environment: &[u8], name: &str) -> Vec<u8> {

@@ -14,7 +14,7 @@ const ROWS: [usize; 2] = [3, 4];
 
 #[test]
 fn rows_out_of_range() {
-    let (scene, run) = (Scene::new(), function("wis_environment_run"));
+    let (scene, run) = (Scene::new(), function("wis_wavelet_light_run"));
     for (pass, rows) in ROWS.into_iter().enumerate() {
         let faults =
             [(rows + 1, 0, "first"), (u32::MAX as usize, 1, "first"), (0, rows + 1, "count"), (rows, 1, "count")];
@@ -38,7 +38,7 @@ fn rows_out_of_range() {
 #[test]
 fn nothing_begun() {
     let scene = Scene::new();
-    for name in ["wis_environment_run", "wis_environment_finish"] {
+    for name in ["wis_wavelet_light_run", "wis_wavelet_light_finish"] {
         let function = function(name);
         for filling in [0, 0xa5, 0xff] {
             let mut call = Call::valid(&scene, &function);
@@ -50,7 +50,7 @@ fn nothing_begun() {
 
 /// The scratch block after some passes; a pass is its number and its rows.
 fn scratch_after(scene: &Scene, passes: &[(usize, std::ops::Range<usize>)]) -> Vec<u8> {
-    let (begin, run) = (function("wis_environment_begin"), function("wis_environment_run"));
+    let (begin, run) = (function("wis_wavelet_light_begin"), function("wis_wavelet_light_run"));
     let begun = Call::valid(scene, &begin);
     begun.succeeds("begin");
     let mut scratch = begun.bytes("scratch").to_vec();
@@ -68,14 +68,14 @@ fn scratch_after(scene: &Scene, passes: &[(usize, std::ops::Range<usize>)]) -> V
 #[test]
 fn passes_out_of_order() {
     let scene = Scene::new();
-    let run = function("wis_environment_run");
+    let run = function("wis_wavelet_light_run");
     for done in [&[][..], &[(0, 0..2)], &[(0, 1..3)], &[(0, 0..1), (0, 2..3)]] {
         let mut call = Call::valid(&scene, &run);
         call.give("scratch", Block::new(&scratch_after(&scene, done), 0));
         call.set("pass", 1);
         call.fails(&format!("after {done:?}"), Status::Mismatch, "scratch");
     }
-    let finish = function("wis_environment_finish");
+    let finish = function("wis_wavelet_light_finish");
     for done in [&[][..], &[(0, 0..3)], &[(0, 0..3), (1, 0..3)], &[(0, 0..3), (1, 1..4)]] {
         let mut call = Call::valid(&scene, &finish);
         call.give("scratch", Block::new(&scratch_after(&scene, done), 0));
@@ -87,7 +87,7 @@ fn passes_out_of_order() {
 #[test]
 fn any_portions() {
     let scene = Scene::new();
-    let finish = function("wis_environment_finish");
+    let finish = function("wis_wavelet_light_finish");
     let whole = Call::valid(&scene, &finish);
     whole.succeeds("whole passes");
     let portions = [(0, 2..3), (0, 0..2), (0, 1..2), (1, 3..4), (1, 1..2), (1, 0..2), (1, 2..3)];
@@ -97,7 +97,7 @@ fn any_portions() {
     assert_eq!(call.bytes("memory"), whole.bytes("memory"));
 }
 
-/// A configuration that is not the one of wis_environment_begin.
+/// A configuration that is not the one of wis_wavelet_light_begin.
 #[test]
 fn changed_configuration() {
     let changes: [fn(&mut EnvironmentConfig); 8] = [
@@ -111,7 +111,7 @@ fn changed_configuration() {
         |c| c.error_budget = 0.5,
     ];
     let scene = Scene::new();
-    for name in ["wis_environment_run", "wis_environment_finish"] {
+    for name in ["wis_wavelet_light_run", "wis_wavelet_light_finish"] {
         let function = function(name);
         for (number, change) in changes.into_iter().enumerate() {
             let mut call = Call::valid(&scene, &function);
@@ -130,7 +130,7 @@ fn changed_configuration() {
 #[test]
 fn finish_after_a_short_block() {
     let scene = Scene::new();
-    let (init, finish) = (function("wis_environment_init"), function("wis_environment_finish"));
+    let (init, finish) = (function("wis_wavelet_light_init"), function("wis_wavelet_light_finish"));
     let whole = Call::valid(&scene, &init);
     whole.succeeds("init");
     let mut short = Call::valid(&scene, &init);
@@ -162,7 +162,7 @@ unsafe extern "C" fn supply(user: *mut c_void, y: u32) -> *const c_void {
 #[test]
 fn rows_of_a_callback() {
     let scene = Scene::new();
-    let init = function("wis_environment_init");
+    let init = function("wis_wavelet_light_init");
     let expected = Call::valid(&scene, &init);
     expected.succeeds("an array");
     for missing in [0, 1, 2, u32::MAX] {
@@ -187,10 +187,10 @@ fn rows_of_a_callback() {
 #[test]
 fn strides_of_rows() {
     let scene = Scene::new();
-    let init = function("wis_environment_init");
+    let init = function("wis_wavelet_light_init");
     let expected = Call::valid(&scene, &init);
     expected.succeeds("packed");
-    for (stride, address) in [(72, 0), (72, 1), (75, 3), (400, 2), (-72, 0), (-77, 5)] {
+    for (stride, address) in [(72, 0), (72, 4), (76, 12), (400, 8), (-72, 0), (-80, 4)] {
         let mut call = Call::valid(&scene, &init);
         let mut rows = Block::new(&[0xff; 1024], 0);
         call.edit("config", |c: &mut EnvironmentConfig| {
@@ -211,7 +211,7 @@ fn strides_of_rows() {
 /// Texels that are not light: rejected and named, or replaced and counted.
 #[test]
 fn bad_texels() {
-    let (scene, init) = (Scene::new(), function("wis_environment_init"));
+    let (scene, init) = (Scene::new(), function("wis_wavelet_light_init"));
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -f32::MIN_POSITIVE] {
         for (x, y, channel) in [(0, 0, 0), (5, 0, 2), (3, 1, 1), (0, 2, 0), (5, 2, 2)] {
             let mut pixels = vec![1.0f32; 6 * 3 * 3];
@@ -220,7 +220,7 @@ fn bad_texels() {
             call.edit("config", |c: &mut EnvironmentConfig| c.pixels = pixels.as_ptr().cast());
             let diagnostic = call.fails(&format!("{bad}"), Status::InvalidTexel, "config");
             assert_eq!((diagnostic.x as usize, diagnostic.y as usize), (x, y));
-            call.edit("config", |c: &mut EnvironmentConfig| c.flags |= WIS_ENVIRONMENT_SANITISE);
+            call.edit("config", |c: &mut EnvironmentConfig| c.flags |= WIS_WAVELET_LIGHT_SANITISE);
             call.succeeds("sanitised");
             call.edit("info", |info: &mut EnvironmentInfo| assert_eq!(info.sanitised, 1));
         }
@@ -236,7 +236,7 @@ fn bad_texels() {
 /// Alpha is not light: any bits will do.
 #[test]
 fn alpha_is_ignored() {
-    let (scene, init) = (Scene::new(), function("wis_environment_init"));
+    let (scene, init) = (Scene::new(), function("wis_wavelet_light_init"));
     let build = |alpha: f32| {
         let pixels: Vec<f32> = (0..6 * 3).flat_map(|i| [1.0 + i as f32, 2.0, 0.5, alpha]).collect();
         let mut call = Call::valid(&scene, &init);

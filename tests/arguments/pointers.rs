@@ -1,11 +1,12 @@
 //! Null and misaligned pointers, short blocks, wrong struct sizes and strides: the same faults at every function.
 
 use crate::block::{Block, SENTINEL};
-use crate::call::Call;
+use crate::call::{Call, field};
 use crate::header::{Function, Parameter, begins_with_size, functions};
 use crate::scene::{Scene, numbers};
 use wis::descent::Sample;
 use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
+use wis::ffi::light::{LightConfig, LightInfo};
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
 use wis::ffi::strata::StrataConfig;
 use wis::ffi::table::Table;
@@ -36,7 +37,7 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
         "diagnostic" | "world_from_map" | "g" => true,
         "label" => function.name == "wis_strata_lights",
-        "info" => function.name != "wis_product_describe",
+        "info" => !matches!(function.name.as_str(), "wis_wavelet_product_describe" | "wis_environment_describe"),
         _ => false,
     }
 }
@@ -44,28 +45,36 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
 /// The alignment of what a pointer points to.
 fn alignment(parameter: &Parameter) -> usize {
     match parameter.pointee() {
-        "void" | "wis_environment" | "wis_product" | "wis_tree" | "wis_jitter" | "wis_visibility" => WIS_ALIGNMENT,
+        "void"
+        | "wis_environment"
+        | "wis_wavelet_light"
+        | "wis_wavelet_product"
+        | "wis_tree"
+        | "wis_jitter"
+        | "wis_visibility" => WIS_ALIGNMENT,
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
         "wis_prior" => align_of::<Prior>(),
-        "wis_product *const" | "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
-        "wis_table" => align_of::<Table>(),
+        "wis_wavelet_product *const" | "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
+        "wis_wavelet_table" => align_of::<Table>(),
         "double" => 8,
-        "wis_sample" => align_of::<Sample>(),
+        "wis_drawn" => align_of::<Sample>(),
         "wis_pick" => align_of::<Pick>(),
         "wis_light" => align_of::<Light>(),
         "wis_strata_config" => align_of::<StrataConfig>(),
-        "wis_query" => align_of::<Query>(),
+        "wis_wavelet_query" => align_of::<Query>(),
         "wis_memory_size" => align_of::<MemorySize>(),
         "wis_diagnostic" => align_of::<Diagnostic>(),
-        "wis_environment_config" => align_of::<EnvironmentConfig>(),
-        "wis_environment_info" => align_of::<EnvironmentInfo>(),
-        "wis_product_config" => align_of::<ProductConfig>(),
-        "wis_product_info" => align_of::<ProductInfo>(),
-        "wis_callback_brdf" => align_of::<CallbackBrdf>(),
+        "wis_environment_config" => align_of::<LightConfig>(),
+        "wis_environment_info" => align_of::<LightInfo>(),
+        "wis_wavelet_light_config" => align_of::<EnvironmentConfig>(),
+        "wis_wavelet_light_info" => align_of::<EnvironmentInfo>(),
+        "wis_wavelet_product_config" => align_of::<ProductConfig>(),
+        "wis_wavelet_product_info" => align_of::<ProductInfo>(),
+        "wis_wavelet_callback" => align_of::<CallbackBrdf>(),
         "wis_rotated_config" => align_of::<RotatedConfig>(),
         "wis_tree_config" => align_of::<TreeConfig>(),
         "wis_tree_info" => align_of::<TreeInfo>(),
@@ -124,7 +133,8 @@ fn short_blocks() {
                 let diagnostic = call(bytes).fails(&format!("{bytes} bytes"), Status::MemoryTooSmall, block);
                 let told = diagnostic.bytes_needed as usize;
                 // What only its header measures cannot be measured before the header is there.
-                let in_header = function.takes("const void *memory") && bytes < told && told <= 96;
+                let opens = function.takes("const void *memory") || function.name == "wis_environment_turn";
+                let in_header = opens && bytes < told && told <= 512;
                 assert!(told == needed || in_header, "{}: {bytes} bytes: {told}", function.name);
             }
             call(needed).succeeds("exactly the bytes that are needed");
@@ -143,7 +153,7 @@ fn block_of(length: &str) -> Option<&'static str> {
 
 /// The storages with which a function is tried; `None` as it comes.
 fn storages(function: &Function) -> Vec<Option<u32>> {
-    let builds = matches!(function.name.as_str(), "wis_environment_init" | "wis_environment_begin");
+    let builds = matches!(function.name.as_str(), "wis_wavelet_light_init" | "wis_wavelet_light_begin");
     if builds { vec![Some(WIS_STORAGE_PYRAMID), Some(WIS_STORAGE_SPARSE)] } else { vec![None] }
 }
 
@@ -179,7 +189,8 @@ fn wrong_struct_sizes() {
             for wrong in [0, size - 4, size - 1, size + 1, size + 4, u32::MAX] {
                 let mut call = Call::valid(scene, function);
                 call.give(&parameter.name, Block::new(&wrong.to_ne_bytes(), 0));
-                call.fails(&format!("size {wrong}"), Status::InvalidStructSize, &parameter.name);
+                let diagnostic = call.fails(&format!("size {wrong}"), Status::InvalidStructSize, &parameter.name);
+                assert!(!function.takes("wis_diagnostic *diagnostic") || field(&diagnostic) == Some("size"));
             }
         }
     });
@@ -210,10 +221,10 @@ fn strides() {
             call.set(&parameter.name, stride);
             call.fails(&format!("{array} {stride}"), status, &parameter.name);
         };
-        for stride in (4..packed).step_by(4) {
+        for stride in 1..packed {
             try_stride(stride, Status::InvalidArgument);
         }
-        for stride in [1, 2, 3, packed + 1, packed + 2, usize::MAX] {
+        for stride in [packed + 1, packed + 2, usize::MAX] {
             try_stride(stride, Status::Misaligned);
         }
         for stride in [usize::MAX - 3, usize::MAX / 2 - 3] {
@@ -287,7 +298,10 @@ fn zero_elements() {
 #[test]
 fn other_objects() {
     for_each_parameter(|scene, function, parameter| {
-        if matches!(parameter.pointee(), "wis_environment" | "wis_product" | "wis_tree" | "wis_visibility") {
+        if matches!(
+            parameter.pointee(),
+            "wis_environment" | "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_visibility"
+        ) {
             let len = Call::valid(scene, function).bytes(&parameter.name).len();
             for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {
                 let mut call = Call::valid(scene, function);

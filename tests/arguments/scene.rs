@@ -7,6 +7,7 @@ use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;
 use wis::ffi::jitter::*;
+use wis::ffi::light::*;
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::strata::*;
@@ -53,11 +54,15 @@ pub struct Scene {
     pixels: Vec<f32>,
     image: Vec<f32>,
     environment_size: MemorySize,
-    /// A scratch block after wis_environment_begin and the first pass.
+    /// A scratch block after wis_wavelet_light_begin and the first pass.
     decoded: Vec<u8>,
     /// A scratch block after both passes.
     integrated: Vec<u8>,
     environment: Vec<u8>,
+    light_size: MemorySize,
+    /// A scratch block after two passes and after three; the memory after three, and at the end.
+    light_scratch: [Vec<u8>; 2],
+    light_memory: [Vec<u8>; 2],
     product_size: MemorySize,
     pool_size: MemorySize,
     strata_size: MemorySize,
@@ -90,6 +95,9 @@ impl Scene {
             decoded: Vec::new(),
             integrated: Vec::new(),
             environment: Vec::new(),
+            light_size: MemorySize::default(),
+            light_scratch: [Vec::new(), Vec::new()],
+            light_memory: [Vec::new(), Vec::new()],
             product_size: MemorySize::default(),
             pool_size: MemorySize::default(),
             strata_size: MemorySize::default(),
@@ -110,6 +118,7 @@ impl Scene {
             trees: [null(); COUNT],
             blend_size: MemorySize::default(),
         };
+        scene.build_light();
         scene.build_environment();
         scene.build_product();
         scene.build_jitter();
@@ -126,6 +135,31 @@ impl Scene {
         scene
     }
 
+    fn build_light(&mut self) {
+        let config = Block::new(&self.light_config(), 0);
+        let config = config.pointer().cast();
+        let (mut items, mut handle, none) = ([0; 3], null(), null_mut());
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_environment_size(config, &mut self.light_size, none));
+            let (bytes, scratch_bytes) = (self.light_size.bytes, self.light_size.scratch_bytes);
+            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
+            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
+            expect_ok(wis_environment_begin(config, work, scratch_bytes, &mut items, none));
+            let run = |pass: u32, count| {
+                expect_ok(wis_environment_run(config, place, bytes, work, scratch_bytes, pass, 0, count, none));
+            };
+            run(0, items[0]);
+            run(1, items[1]);
+            self.light_scratch[0] = scratch.to_vec();
+            run(2, items[2]);
+            self.light_scratch[1] = scratch.to_vec();
+            self.light_memory[0] = memory.to_vec();
+            expect_ok(wis_environment_finish(config, place, bytes, work, scratch_bytes, &mut handle, none));
+            self.light_memory[1] = memory.to_vec();
+        }
+    }
+
     fn build_environment(&mut self) {
         let config = Block::new(&self.environment_config(), 0);
         let config = config.pointer().cast();
@@ -133,18 +167,18 @@ impl Scene {
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_environment_size(config, &mut self.environment_size, null_mut()));
+            expect_ok(wis_wavelet_light_size(config, &mut self.environment_size, null_mut()));
             let (bytes, scratch_bytes) = (self.environment_size.bytes, self.environment_size.scratch_bytes);
             let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
             let work = scratch.pointer().cast();
-            expect_ok(wis_environment_begin(config, work, scratch_bytes, &mut rows, null_mut()));
-            expect_ok(wis_environment_run(config, work, scratch_bytes, 0, 0, rows[0], null_mut()));
+            expect_ok(wis_wavelet_light_begin(config, work, scratch_bytes, &mut rows, null_mut()));
+            expect_ok(wis_wavelet_light_run(config, work, scratch_bytes, 0, 0, rows[0], null_mut()));
             self.decoded = scratch.to_vec();
-            expect_ok(wis_environment_run(config, work, scratch_bytes, 1, 0, rows[1], null_mut()));
+            expect_ok(wis_wavelet_light_run(config, work, scratch_bytes, 1, 0, rows[1], null_mut()));
             self.integrated = scratch.to_vec();
             let place = memory.pointer().cast();
             let (info, none) = (null_mut(), null_mut());
-            expect_ok(wis_environment_finish(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
+            expect_ok(wis_wavelet_light_finish(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
             self.environment = memory.to_vec();
         }
     }
@@ -156,24 +190,24 @@ impl Scene {
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_product_size(config, &mut self.product_size, null_mut()));
+            expect_ok(wis_wavelet_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
-            let (map, strata) = (self.environment_config(), strata_config());
+            let (map, strata) = (self.light_config(), strata_config());
             let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
             let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
             expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
             self.pool_size.scratch_bytes = self.pool_size.bytes;
             let memory = Block::unwritten(self.product_size.bytes);
             let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
-            expect_ok(wis_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
+            expect_ok(wis_wavelet_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
             let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..ProductInfo::default() };
-            expect_ok(wis_product_describe(light, handle, &mut info));
+            expect_ok(wis_wavelet_product_describe(light, handle, &mut info));
             self.product = memory[..info.bytes as usize].to_vec();
         }
     }
 
     fn build_jitter(&mut self) {
-        let map = Block::new(&self.environment_config(), 0);
+        let map = Block::new(&self.light_config(), 0);
         let (map, labels) = (map.pointer().cast(), labels());
         let mut handle = null();
         // SAFETY: all pointers are valid.
@@ -184,19 +218,7 @@ impl Scene {
             let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
             let (none, energy) = (null_mut(), WIS_JITTER_ENERGY);
             let labels = labels.as_ptr().cast();
-            expect_ok(wis_jitter_init(
-                map,
-                &ROTATION,
-                2,
-                labels,
-                energy,
-                place,
-                bytes,
-                work,
-                scratch_bytes,
-                &mut handle,
-                none,
-            ));
+            expect_ok(wis_jitter_init(map, 2, labels, energy, place, bytes, work, scratch_bytes, &mut handle, none));
             self.jitter = memory.to_vec();
         }
     }
@@ -245,7 +267,8 @@ impl Scene {
     fn number(&self, function: &Function, parameter: &Parameter) -> usize {
         let name = function.name.as_str();
         match parameter.name.as_str() {
-            "count" if name == "wis_environment_run" => 1,
+            "count" if name == "wis_wavelet_light_run" || name == "wis_environment_run" => 1,
+            "pass" if name == "wis_environment_run" => 2,
             "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" if name.starts_with("wis_tree_of") => 2,
@@ -277,28 +300,30 @@ impl Scene {
         let count = if function.takes("size_t count") || function.takes("uint32_t count") { COUNT } else { 1 };
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
-            "const wis_environment_config *config" => self.environment_config(),
-            "const wis_environment_config *map" => self.environment_config(),
+            "const wis_environment_config *config" => self.light_config(),
+            "const wis_wavelet_light_config *config" => self.environment_config(),
+            "const wis_environment_config *map" => self.light_config(),
             "const wis_strata_config *config" => strata_config(),
-            "const wis_product_config *config" => product_config(),
+            "const wis_wavelet_product_config *config" => product_config(),
             "const wis_rotated_config *config" => rotated_config(),
             "const wis_tree_config *config" => self.tree_config(),
-            "const wis_query *query" if name == "wis_products_prepare" => query().repeat(COUNT),
-            "const wis_query *query" => query(),
-            "const wis_table *table" => self.table(),
+            "const wis_wavelet_query *query" if name == "wis_wavelet_products_prepare" => query().repeat(COUNT),
+            "const wis_wavelet_query *query" => query(),
+            "const wis_wavelet_table *table" => self.table(),
             "const float offset[2]" => numbers(&[0.5f32; 2]),
             "float wo[3]" => unwritten(12),
-            "float *wi" if name == "wis_table_directions" => unwritten(12 * IMAGE.len()),
-            "const wis_product *const *product" => numbers(&self.products),
-            "const wis_product **product" if name == "wis_products_prepare" => {
+            "float *wi" if name == "wis_wavelet_table_directions" => unwritten(12 * IMAGE.len()),
+            "const wis_wavelet_product *const *product" => numbers(&self.products),
+            "const wis_wavelet_product **product" if name == "wis_wavelet_products_prepare" => {
                 unwritten(COUNT * size_of::<*const c_void>())
             }
             "wis_prior *prior" | "const wis_prior *prior" | "const wis_prior *other" => prior(),
             "const uint8_t *visible" => vec![1, 0, 1],
             "float *weight" => unwritten(4 * count),
-            "const wis_callback_brdf *brdf" => callback_brdf(),
-            "const wis_environment *environment" => self.environment.clone(),
-            "const wis_product *product" => self.product.clone(),
+            "const wis_wavelet_callback *brdf" => callback_brdf(),
+            "const wis_environment *environment" => self.light_memory[1].clone(),
+            "const wis_wavelet_light *environment" => self.environment.clone(),
+            "const wis_wavelet_product *product" => self.product.clone(),
             "const wis_jitter *jitter" => self.jitter.clone(),
             "const uint32_t *label" => labels(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
@@ -329,16 +354,21 @@ impl Scene {
             "uint32_t *wavelet_count" => unwritten(4),
             "double *coefficient" => unwritten(8),
             "const void *memory" => self.stored(name).to_vec(),
+            "void *memory" if name == "wis_environment_finish" => self.light_memory[0].clone(),
+            "void *memory" if name == "wis_environment_turn" => self.light_memory[1].clone(),
             "void *memory" => unwritten(self.size(name).bytes),
-            "void *scratch" if name == "wis_environment_run" => self.decoded.clone(),
-            "void *scratch" if name == "wis_environment_finish" => self.integrated.clone(),
+            "void *scratch" if name == "wis_environment_run" => self.light_scratch[0].clone(),
+            "void *scratch" if name == "wis_environment_finish" => self.light_scratch[1].clone(),
+            "void *scratch" if name == "wis_wavelet_light_run" => self.decoded.clone(),
+            "void *scratch" if name == "wis_wavelet_light_finish" => self.integrated.clone(),
             "void *scratch" => unwritten(self.size(name).scratch_bytes),
-            "wis_environment_info *info" => sized(size_of::<EnvironmentInfo>()),
-            "wis_product_info *info" => sized(size_of::<ProductInfo>()),
+            "wis_environment_info *info" => sized(size_of::<LightInfo>()),
+            "wis_wavelet_light_info *info" => sized(size_of::<EnvironmentInfo>()),
+            "wis_wavelet_product_info *info" => sized(size_of::<ProductInfo>()),
             "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
             "wis_memory_size *size" => unwritten(size_of::<MemorySize>()),
             "wis_diagnostic *diagnostic" => unwritten(size_of::<Diagnostic>()),
-            "wis_sample *sample" => unwritten(size_of::<Sample>()),
+            "wis_drawn *sample" => unwritten(size_of::<Sample>()),
             "const float world_from_map[9]" => numbers(&ROTATION),
             "const float *u" | "const float u[2]" => numbers(&RANDOM[..count]),
             "const float *wi" | "const float wi[3]" => numbers(&DIRECTIONS[..count]),
@@ -357,6 +387,7 @@ impl Scene {
             "double *weight_sum" => unwritten(8),
             "float *u" | "float u[2]" | "float *point" | "uint32_t rows[2]" => unwritten(8),
             "double *power" | "double *luminance" | "double *average" | "double *integral" => unwritten(8),
+            "uint32_t items[3]" => unwritten(12),
             "double rgb[3]" => unwritten(24),
             handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
             other => panic!("no argument for {other} of {name}"),
@@ -369,7 +400,7 @@ impl Scene {
 
     /// An object of another kind than a handle's.
     pub fn other_object(&self, kind: &str) -> Vec<u8> {
-        if kind == "wis_environment" { self.product.clone() } else { self.environment.clone() }
+        if kind == "wis_wavelet_light" { self.product.clone() } else { self.environment.clone() }
     }
 
     /// The object that a function opens.
@@ -377,6 +408,7 @@ impl Scene {
         match function {
             name if name.starts_with("wis_tree") => &self.tree,
             name if name.starts_with("wis_visibility") => &self.visibility,
+            name if name.starts_with("wis_environment") => &self.light_memory[1],
             _ => &self.environment,
         }
     }
@@ -396,11 +428,14 @@ impl Scene {
             }
             "wis_tree_of_wavelets" | "wis_tree_of_details" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
-            "wis_products_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
-            name if name.starts_with("wis_product") => self.product_size,
+            "wis_wavelet_products_prepare" => {
+                MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size }
+            }
+            name if name.starts_with("wis_wavelet_product") => self.product_size,
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
             name if name.starts_with("wis_jitter") => self.jitter_size,
+            name if name.starts_with("wis_environment") => self.light_size,
             _ => self.environment_size,
         }
     }
@@ -411,10 +446,21 @@ impl Scene {
             config.layout = WIS_LAYOUT_LATLONG;
             (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
             config.format = WIS_FORMAT_F32;
-            config.flags = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+            config.flags = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB;
             config.storage = WIS_STORAGE_SPARSE;
             config.resolution = 4;
             config.pixels = self.pixels.as_ptr().cast();
+        })
+    }
+
+    fn light_config(&self) -> Vec<u8> {
+        plain(|config: &mut LightConfig| {
+            config.size = size_of::<LightConfig>() as u32;
+            config.layout = WIS_LAYOUT_LATLONG;
+            (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
+            config.format = WIS_FORMAT_F32;
+            config.pixels = self.pixels.as_ptr().cast();
+            config.world_from_map = ROTATION.as_ptr();
         })
     }
 
@@ -464,9 +510,9 @@ fn query() -> Vec<u8> {
         (query.normal, query.wo) = ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]);
         query.tangent = [1.0, 0.0, 0.0];
         let [lambert, ggx, phong, _] = &mut query.lobe;
-        *lambert = Lobe { kind: WIS_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
-        *ggx = Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
-        *phong = Lobe { kind: WIS_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
+        *lambert = Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
+        *ggx = Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
+        *phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
     })
 }
 

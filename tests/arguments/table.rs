@@ -4,6 +4,7 @@ use wis::ffi::environment::*;
 use wis::ffi::grid::*;
 use wis::ffi::haar::*;
 use wis::ffi::jitter::*;
+use wis::ffi::light::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
 use wis::ffi::prior::*;
@@ -17,7 +18,7 @@ use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
 use wis::ffi::visibility::*;
-use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
+use wis::ffi::{wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.
 pub struct Entry {
@@ -48,51 +49,59 @@ pub const TABLE: &[Entry] = table! {
     wis_cpu_detect();
     wis_version();
     wis_environment_size(config, size, diagnostic);
-    wis_environment_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
-    wis_environment_begin(config, scratch, scratch_bytes, rows, diagnostic);
-    wis_environment_run(config, scratch, scratch_bytes, pass, first, count, diagnostic);
-    wis_environment_finish(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
-    wis_environment_open(memory, bytes, environment, info, diagnostic);
-    wis_environment_power(environment, distribution, power);
-    wis_environment_sample(environment, distribution, world_from_map, u, sample);
-    wis_environment_sample_n(
+    wis_environment_init(config, memory, bytes, scratch, scratch_bytes, environment, diagnostic);
+    wis_environment_begin(config, scratch, scratch_bytes, items, diagnostic);
+    wis_environment_run(config, memory, bytes, scratch, scratch_bytes, pass, first, count, diagnostic);
+    wis_environment_finish(config, memory, bytes, scratch, scratch_bytes, environment, diagnostic);
+    wis_environment_open(memory, bytes, environment, diagnostic);
+    wis_environment_describe(environment, info);
+    wis_environment_turn(memory, bytes, world_from_map, environment, diagnostic);
+    wis_wavelet_light_size(config, size, diagnostic);
+    wis_wavelet_light_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
+    wis_wavelet_light_begin(config, scratch, scratch_bytes, rows, diagnostic);
+    wis_wavelet_light_run(config, scratch, scratch_bytes, pass, first, count, diagnostic);
+    wis_wavelet_light_finish(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
+    wis_wavelet_light_open(memory, bytes, environment, info, diagnostic);
+    wis_wavelet_light_power(environment, distribution, power);
+    wis_wavelet_light_sample(environment, distribution, world_from_map, u, sample);
+    wis_wavelet_light_sample_n(
         environment, distribution, world_from_map, count, u, u_stride, wi, wi_stride, pdf, pdf_stride
     );
-    wis_environment_pdf(environment, distribution, world_from_map, wi, pdf);
-    wis_environment_pdf_n(environment, distribution, world_from_map, count, wi, wi_stride, pdf, pdf_stride);
-    wis_environment_sample_lanes(
+    wis_wavelet_light_pdf(environment, distribution, world_from_map, wi, pdf);
+    wis_wavelet_light_pdf_n(environment, distribution, world_from_map, count, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_light_sample_lanes(
         environment, distribution, world_from_map, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride
     );
-    wis_environment_pdf_lanes(
+    wis_wavelet_light_pdf_lanes(
         environment, distribution, world_from_map, cpu_level, count, wi, wi_stride, pdf, pdf_stride
     );
-    wis_environment_invert(environment, distribution, world_from_map, wi, u);
+    wis_wavelet_light_invert(environment, distribution, world_from_map, wi, u);
     wis_pixel_seed(x, y, pass);
     wis_points_hammersley(first, count, total, out, stride);
     wis_points_sobol(seed, first, count, out, stride);
     wis_query_eval(query, count, wi, wi_stride, f_cos, f_cos_stride);
-    wis_product_size(config, size, diagnostic);
-    wis_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
-    wis_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
-    wis_products_prepare(environment, count, query, config, memory, bytes, product, diagnostic);
-    wis_products_sample(environment, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride);
-    wis_products_pdf(environment, count, product, wi, wi_stride, pdf, pdf_stride);
-    wis_products_sample_lanes(
+    wis_wavelet_product_size(config, size, diagnostic);
+    wis_wavelet_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
+    wis_wavelet_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
+    wis_wavelet_products_prepare(environment, count, query, config, memory, bytes, product, diagnostic);
+    wis_wavelet_products_sample(environment, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_products_pdf(environment, count, product, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_products_sample_lanes(
         environment, cpu_level, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride
     );
-    wis_products_pdf_lanes(environment, cpu_level, count, product, wi, wi_stride, pdf, pdf_stride);
-    wis_table_directions(slice, slice_count, depth, offset, wo, wi, wi_stride);
-    wis_table_eval(table, query, count, wi, wi_stride, f_cos, f_cos_stride);
-    wis_product_prepare_table(environment, table, query, config, memory, bytes, product, diagnostic);
+    wis_wavelet_products_pdf_lanes(environment, cpu_level, count, product, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_table_directions(slice, slice_count, depth, offset, wo, wi, wi_stride);
+    wis_wavelet_table_eval(table, query, count, wi, wi_stride, f_cos, f_cos_stride);
+    wis_wavelet_product_prepare_table(environment, table, query, config, memory, bytes, product, diagnostic);
     wis_strata_size(map, config, size, diagnostic);
     wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
     wis_jitter_size(map, light_count, size, diagnostic);
     wis_jitter_init(
-        map, world_from_map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
+        map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
     );
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);
-    wis_strata_order(count, contribution, threshold, index, traced);
+    wis_strata_order(count, contribution, threshold, index, traced, diagnostic);
     wis_pool_size(count, size);
     wis_pool_pick(
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
@@ -102,20 +111,20 @@ pub const TABLE: &[Entry] = table! {
     wis_prior_add(prior, other);
     wis_prior_halve(prior);
     wis_prior_weights(prior, world_from_map, count, wi, wi_stride, weight, weight_stride);
-    wis_product_covers(environment, product, query, covers);
-    wis_product_describe(environment, product, info);
-    wis_product_estimate(environment, product, luminance);
-    wis_product_estimate_rgb(environment, product, rgb);
-    wis_table_estimate_rgb(environment, product, table, rgb);
-    wis_product_sample(environment, product, u, sample);
-    wis_product_sample_n(environment, product, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
-    wis_product_pdf(environment, product, wi, pdf);
-    wis_product_pdf_n(environment, product, count, wi, wi_stride, pdf, pdf_stride);
-    wis_product_sample_lanes(environment, product, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
-    wis_product_pdf_lanes(environment, product, cpu_level, count, wi, wi_stride, pdf, pdf_stride);
-    wis_product_invert(environment, product, wi, u);
-    wis_haar_forward(dimensions, depth, count, values);
-    wis_haar_inverse(dimensions, depth, count, values);
+    wis_wavelet_product_covers(environment, product, query, covers);
+    wis_wavelet_product_describe(environment, product, info);
+    wis_wavelet_product_estimate(environment, product, luminance);
+    wis_wavelet_product_estimate_rgb(environment, product, rgb);
+    wis_wavelet_table_estimate_rgb(environment, product, table, rgb);
+    wis_wavelet_product_sample(environment, product, u, sample);
+    wis_wavelet_product_sample_n(environment, product, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_product_pdf(environment, product, wi, pdf);
+    wis_wavelet_product_pdf_n(environment, product, count, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_product_sample_lanes(environment, product, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_product_pdf_lanes(environment, product, cpu_level, count, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_product_invert(environment, product, wi, u);
+    wis_haar_forward(dimensions, depth, count, values, diagnostic);
+    wis_haar_inverse(dimensions, depth, count, values, diagnostic);
     wis_tree_size(config, size, diagnostic);
     wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_open(memory, bytes, tree, info, diagnostic);
@@ -138,20 +147,20 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_invert(tree, point, u);
     wis_tripling_coefficient(n, m, i, j, k, coefficient);
     wis_triple_integral(brdf, light, visibility, integral);
-    wis_triple_select(tree, keep, wavelets, wavelet_count);
-    wis_triple_select_squares(tree, keep, wavelets, wavelet_count);
+    wis_triple_select(tree, keep, wavelets, wavelet_count, diagnostic);
+    wis_triple_select_squares(tree, keep, wavelets, wavelet_count, diagnostic);
     wis_triple_sublinear(
-        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
+        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral, diagnostic
     );
-    wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count);
+    wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count, diagnostic);
     wis_triple_terms(tree, error, terms);
     wis_triple_at_least(tree, threshold, terms);
     wis_triple_multiply(
-        e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average
+        e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average, diagnostic
     );
-    wis_sparse_select(tree, keep, kept, kept_count);
+    wis_sparse_select(tree, keep, kept, kept_count, diagnostic);
     wis_sparse_multiply(
-        n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average
+        n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average, diagnostic
     );
     wis_tree_of_wavelets_size(count, wavelets, size, diagnostic);
     wis_tree_of_wavelets(average, count, wavelets, least, memory, bytes, tree, info, diagnostic);
@@ -159,10 +168,10 @@ pub const TABLE: &[Entry] = table! {
     wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
     wis_visibility_open(memory, bytes, visibility, diagnostic);
     wis_visibility_integral(
-        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral
+        brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral, diagnostic
     );
     wis_visibility_product_integral(tree, visibility, integral);
     wis_grid_direction(side, cell, direction);
     wis_grid_cells(side, wi, cell, weights);
-    wis_warp_in_place(tree, points, index, count);
+    wis_warp_in_place(tree, points, index, count, diagnostic);
 };

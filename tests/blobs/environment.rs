@@ -17,20 +17,20 @@ pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_
 
 const SQUARES: usize = size_of::<Header>();
 
-const ALL: u32 = WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_RGB;
+const ALL: u32 = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB;
 
 /// Some maps, with every storage, layout and flag.
 fn objects() -> Vec<Vec<u8>> {
     let mut objects = vec![
         object(|c| c.storage = WIS_STORAGE_PYRAMID, varied),
-        object(|c| (c.flags, c.resolution) = (WIS_ENVIRONMENT_EXACT_ZERO, 1), varied),
+        object(|c| (c.flags, c.resolution) = (WIS_WAVELET_LIGHT_EXACT_ZERO, 1), varied),
         object(|c| (c.resolution, c.error_budget) = (8, 0.05), varied),
-        object(|c| (c.flags, c.error_budget) = (WIS_ENVIRONMENT_COMPENSATED, 0.1), varied),
+        object(|c| (c.flags, c.error_budget) = (WIS_WAVELET_LIGHT_COMPENSATED, 0.1), varied),
         object(|c| c.error_budget = 1e30, varied),
         refined(),
         natural(),
         natural_cube(),
-        object(|c| c.flags = ALL | WIS_ENVIRONMENT_SANITISE, |i| if i == 7 { f32::NAN } else { varied(i) }),
+        object(|c| c.flags = ALL | WIS_WAVELET_LIGHT_SANITISE, |i| if i == 7 { f32::NAN } else { varied(i) }),
     ];
     for storage in [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE] {
         for (layout, width, height) in
@@ -70,7 +70,7 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
     let mut diagnostic = Diagnostic::default();
     // SAFETY: all pointers are valid; the tests claim more bytes only for blocks that hold a whole object.
     let status =
-        unsafe { wis_environment_open(block.pointer().cast(), bytes, &mut handle, &mut info, &mut diagnostic) };
+        unsafe { wis_wavelet_light_open(block.pointer().cast(), bytes, &mut handle, &mut info, &mut diagnostic) };
     let is_written = [handle != untouched, info.content_id != SENTINEL.into()];
     assert_eq!(is_written, [status == Status::Ok; 2]);
     assert!(status != Status::Ok || handle == block.pointer().cast_const().cast());
@@ -105,9 +105,9 @@ impl Parts {
         let sparse = word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE;
         let compensated = links.saturating_add(if sparse { when(true, 8) } else { (8 * refined).next_multiple_of(16) });
         let [rows, columns] = size_of_texels(bytes);
-        let tree = flags & WIS_ENVIRONMENT_COMPENSATED != 0 && rows == 0;
+        let tree = flags & WIS_WAVELET_LIGHT_COMPENSATED != 0 && rows == 0;
         let rgb = compensated.saturating_add(when(tree, 16));
-        let texels = rgb.saturating_add(when(flags & WIS_ENVIRONMENT_RGB != 0, 48));
+        let texels = rgb.saturating_add(when(flags & WIS_WAVELET_LIGHT_RGB != 0, 48));
         let [starts, guides] = lengths_of_texels([rows, columns]);
         Parts { marks, links, compensated, rgb, texels, end: texels + 16 * rows + 4 * starts + 2 * guides }
     }
@@ -190,7 +190,7 @@ fn exercise(block: &Block) {
     let mut power = -1.0;
     // SAFETY: the handle was opened.
     unsafe {
-        assert_eq!(wis_environment_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power), Status::Ok);
+        assert_eq!(wis_wavelet_light_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power), Status::Ok);
         assert!(power >= 0.0);
         for distribution in [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED] {
             for u in RANDOM {
@@ -208,15 +208,15 @@ unsafe fn exercise_light(handle: *const Environment, distribution: u32, u: [f32;
     let (mut pdf, mut back) = (0.0, [0.0; 2]);
     // SAFETY: all pointers are valid.
     unsafe {
-        let status = wis_environment_sample(handle, distribution, std::ptr::null(), &u, &mut sample);
+        let status = wis_wavelet_light_sample(handle, distribution, std::ptr::null(), &u, &mut sample);
         if status == Status::NotBuilt {
             return;
         }
         assert_eq!(status, Status::Ok);
         if sample.pdf != 0.0 {
-            assert_eq!(wis_environment_pdf(handle, distribution, std::ptr::null(), &sample.wi, &mut pdf), Status::Ok);
+            assert_eq!(wis_wavelet_light_pdf(handle, distribution, std::ptr::null(), &sample.wi, &mut pdf), Status::Ok);
             assert_eq!(pdf.to_bits(), sample.pdf.to_bits());
-            let status = wis_environment_invert(handle, distribution, std::ptr::null(), &sample.wi, &mut back);
+            let status = wis_wavelet_light_invert(handle, distribution, std::ptr::null(), &sample.wi, &mut back);
             assert!(matches!(status, Status::Ok | Status::ZeroDensity));
         }
     }
@@ -230,18 +230,18 @@ fn exercise_product(environment: *const Environment) {
     let (mut luminance, mut rgb, mut sample, mut back) = (0.0, [0.0; 3], Sample::default(), [0.0; 2]);
     // SAFETY: all pointers are valid, the handle was opened.
     unsafe {
-        assert_eq!(wis_product_size(&config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_product_size(&config, &mut size, null_mut()), Status::Ok);
         let memory = Block::unwritten(size.bytes);
         let (place, none) = (memory.pointer().cast(), null_mut());
-        let status = wis_product_prepare(environment, &query, &config, place, size.bytes, &mut product, none);
+        let status = wis_wavelet_product_prepare(environment, &query, &config, place, size.bytes, &mut product, none);
         assert_eq!(status, Status::Ok);
-        assert_eq!(wis_product_estimate(environment, product, &mut luminance), Status::Ok);
-        let status = wis_product_estimate_rgb(environment, product, &mut rgb);
+        assert_eq!(wis_wavelet_product_estimate(environment, product, &mut luminance), Status::Ok);
+        let status = wis_wavelet_product_estimate_rgb(environment, product, &mut rgb);
         assert!(matches!(status, Status::Ok | Status::NotBuilt));
         for u in RANDOM {
-            assert_eq!(wis_product_sample(environment, product, &u, &mut sample), Status::Ok);
+            assert_eq!(wis_wavelet_product_sample(environment, product, &u, &mut sample), Status::Ok);
             if sample.pdf != 0.0 {
-                let status = wis_product_invert(environment, product, &sample.wi, &mut back);
+                let status = wis_wavelet_product_invert(environment, product, &sample.wi, &mut back);
                 assert!(matches!(status, Status::Ok | Status::ZeroDensity), "{status:?}");
             }
         }
@@ -281,7 +281,7 @@ fn pyramid() -> Vec<u8> {
 fn refined() -> Vec<u8> {
     let edit = |c: &mut EnvironmentConfig| {
         (c.storage, c.layout, c.width, c.height) = (WIS_STORAGE_PYRAMID, WIS_LAYOUT_OCTAHEDRAL, 6, 6);
-        (c.resolution, c.flags) = (0, ALL | WIS_ENVIRONMENT_NEAREST);
+        (c.resolution, c.flags) = (0, ALL | WIS_WAVELET_LIGHT_NEAREST);
     };
     // Little enough to end after two levels.
     object(edit, |i| if i / 3 == 14 { 1.9 } else { 1.0 })
@@ -289,7 +289,7 @@ fn refined() -> Vec<u8> {
 
 /// A pyramid whose compensated distribution keeps texels.
 fn natural() -> Vec<u8> {
-    object(|c| (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_ENVIRONMENT_NEAREST), varied)
+    object(|c| (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_WAVELET_LIGHT_NEAREST), varied)
 }
 
 /// The same of a cube map.
@@ -297,7 +297,7 @@ fn natural_cube() -> Vec<u8> {
     let size = |c: &mut EnvironmentConfig| (c.layout, c.width, c.height) = (WIS_LAYOUT_CUBE, 2, 12);
     let edit = |c: &mut EnvironmentConfig| {
         size(c);
-        (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_ENVIRONMENT_NEAREST);
+        (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_WAVELET_LIGHT_NEAREST);
     };
     object(edit, varied)
 }
@@ -347,7 +347,7 @@ fn refinements() {
 /// Numbers that cannot be, wherever they stand.
 #[test]
 fn amounts() {
-    let constant = object(|c| (c.flags, c.error_budget) = (WIS_ENVIRONMENT_COMPENSATED, 1e30), varied);
+    let constant = object(|c| (c.flags, c.error_budget) = (WIS_WAVELET_LIGHT_COMPENSATED, 1e30), varied);
     assert_eq!(constant.len(), SQUARES);
     for object in [sparse(), pyramid(), constant] {
         let parts = Parts::of(&object);
@@ -371,7 +371,7 @@ fn headers() {
     for object in [sparse(), pyramid()] {
         for (offset, numbers) in [
             (offset_of!(Header, storage), &[0, 3, u32::MAX][..]),
-            (offset_of!(Header, flags), &[32, 1 << 31, u32::MAX, 0, WIS_ENVIRONMENT_RGB]),
+            (offset_of!(Header, flags), &[32, 1 << 31, u32::MAX, 0, WIS_WAVELET_LIGHT_RGB]),
             (offset_of!(Header, depth), &[0, 1, 13, 32, u32::MAX]),
             (offset_of!(Header, squares), &[0, 1, 4, 6, 1_000_000, 1 << 31, u32::MAX]),
             (offset_of!(Header, texels), &[1, 0x0001_0000, 0x0005_0003, u32::MAX]),
@@ -417,6 +417,19 @@ fn links() {
             if word(&object, offset) != target {
                 assert_refuses(&KIND, &object, offset, &target.to_ne_bytes(), &format!("{square} to {target}"));
             }
+        }
+    }
+}
+
+/// Exponents that no map of such a power has.
+#[test]
+fn exponents() {
+    for object in [object(|c| c.storage = WIS_STORAGE_PYRAMID, varied), object(|_| (), varied), object(|_| (), |_| 0.0)]
+    {
+        let own = word(&object, offset_of!(Header, exponent)) as i32;
+        for exponent in [own + 1, own - 1, -2000, 129, 1024, i32::MAX, i32::MIN] {
+            let context = format!("exponent {exponent}");
+            assert_refuses(&KIND, &object, offset_of!(Header, exponent), &exponent.to_ne_bytes(), &context);
         }
     }
 }

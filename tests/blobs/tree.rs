@@ -108,7 +108,7 @@ fn exercise(block: &Block) {
         }
         let mut points: [f32; 32] = std::array::from_fn(|i| i as f32 / 32.0);
         let mut index = [0, 1, 2, 3, 4, 5, 6, 7];
-        let status = wis_warp_in_place(handle, points.as_mut_ptr(), index.as_mut_ptr(), index.len());
+        let status = wis_warp_in_place(handle, points.as_mut_ptr(), index.as_mut_ptr(), index.len(), null_mut());
         assert!(matches!(status, Status::Ok | Status::ZeroDensity));
     }
 }
@@ -145,6 +145,20 @@ fn headers() {
     ] {
         for number in numbers {
             assert_refuses(&KIND, &object, offset, &number.to_ne_bytes(), &format!("{offset}: {number}"));
+        }
+    }
+}
+
+/// Exponents that no tree of such a mean has, up to those beyond a double.
+#[test]
+fn exponents() {
+    for object in [sparse(), object(2, 0, 0.0, |_| 3.0), object(2, 2, 0.0, |_| 0.0)] {
+        let own = word(&object, EXPONENT) as i32;
+        for exponent in [own + 1, own - 1, -1023, -1075, 1024, 5000, i32::MAX, i32::MIN] {
+            // A black tree is black at any power of two.
+            if word(&object, AVERAGE) != 0 || !(-1022..=1023).contains(&exponent) {
+                assert_refuses(&KIND, &object, EXPONENT, &exponent.to_ne_bytes(), &format!("exponent {exponent}"));
+            }
         }
     }
 }

@@ -5,11 +5,14 @@ use crate::support::{Environment, Product, Random, build};
 use crate::{DISTRIBUTIONS, bits, maps};
 use wis::descent::Sample;
 use wis::ffi::environment::{
-    EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST,
-    WIS_STORAGE_SPARSE, wis_environment_pdf_lanes, wis_environment_pdf_n, wis_environment_sample_lanes,
-    wis_environment_sample_n,
+    EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
+    WIS_WAVELET_LIGHT_NEAREST, wis_wavelet_light_pdf_lanes, wis_wavelet_light_pdf_n, wis_wavelet_light_sample_lanes,
+    wis_wavelet_light_sample_n,
 };
-use wis::ffi::product::{wis_product_pdf_lanes, wis_product_pdf_n, wis_product_sample_lanes, wis_product_sample_n};
+use wis::ffi::product::{
+    wis_wavelet_product_pdf_lanes, wis_wavelet_product_pdf_n, wis_wavelet_product_sample_lanes,
+    wis_wavelet_product_sample_n,
+};
 use wis::status::Status;
 
 /// An array of elements of `N` floats a stride apart, in which untouched floats stay NaN.
@@ -80,12 +83,12 @@ impl Batch {
         unsafe {
             let [sampled, asked] = match level {
                 None => [
-                    wis_product_sample_n(e, p, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_product_pdf_n(e, p, n, wi.0, wi.1, asked.0, asked.1),
+                    wis_wavelet_product_sample_n(e, p, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_wavelet_product_pdf_n(e, p, n, wi.0, wi.1, asked.0, asked.1),
                 ],
                 Some(l) => [
-                    wis_product_sample_lanes(e, p, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_product_pdf_lanes(e, p, l, n, wi.0, wi.1, asked.0, asked.1),
+                    wis_wavelet_product_sample_lanes(e, p, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_wavelet_product_pdf_lanes(e, p, l, n, wi.0, wi.1, asked.0, asked.1),
                 ],
             };
             assert_eq!((sampled, asked), (Status::Ok, Status::Ok));
@@ -100,12 +103,12 @@ impl Batch {
         unsafe {
             let [sampled, asked] = match level {
                 None => [
-                    wis_environment_sample_n(e, d, matrix, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_environment_pdf_n(e, d, matrix, n, wi.0, wi.1, asked.0, asked.1),
+                    wis_wavelet_light_sample_n(e, d, matrix, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_wavelet_light_pdf_n(e, d, matrix, n, wi.0, wi.1, asked.0, asked.1),
                 ],
                 Some(l) => [
-                    wis_environment_sample_lanes(e, d, matrix, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_environment_pdf_lanes(e, d, matrix, l, n, wi.0, wi.1, asked.0, asked.1),
+                    wis_wavelet_light_sample_lanes(e, d, matrix, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
+                    wis_wavelet_light_pdf_lanes(e, d, matrix, l, n, wi.0, wi.1, asked.0, asked.1),
                 ],
             };
             assert_eq!((sampled, asked), (Status::Ok, Status::Ok));
@@ -117,12 +120,12 @@ impl Batch {
 #[test]
 fn batches_are_single_calls() {
     let mut random = Random(71);
-    let flags = WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_COMPENSATED;
+    let flags = WIS_WAVELET_LIGHT_EXACT_ZERO | WIS_WAVELET_LIGHT_COMPENSATED;
     for (map, flags) in
-        maps().into_iter().flat_map(|map| [(map.clone(), flags), (map, flags | WIS_ENVIRONMENT_NEAREST)])
+        maps().into_iter().flat_map(|map| [(map.clone(), flags), (map, flags | WIS_WAVELET_LIGHT_NEAREST)])
     {
         // Without filter and of a resolution that is left to the library, the compensated distribution keeps texels.
-        let environment = map.build(if flags & WIS_ENVIRONMENT_NEAREST != 0 { 0 } else { 64 }, flags);
+        let environment = map.build(if flags & WIS_WAVELET_LIGHT_NEAREST != 0 { 0 } else { 64 }, flags);
         for (point, count) in grid(&map).iter().zip([0, 1, 2, 3, 7, 8, 9, 31, 64, 100].into_iter().cycle()) {
             let mut batch = Batch::new(&mut random, count);
             let product = point.prepare(&environment);
@@ -144,11 +147,11 @@ fn lanes_that_leave_the_heap_are_single_calls() {
     let mut random = Random(72);
     let mut refined = 0;
     for map in maps() {
-        let flags = WIS_ENVIRONMENT_NEAREST | WIS_ENVIRONMENT_COMPENSATED;
+        let flags = WIS_WAVELET_LIGHT_NEAREST | WIS_WAVELET_LIGHT_COMPENSATED;
         let sparse = EnvironmentConfig {
             storage: WIS_STORAGE_SPARSE,
             error_budget: 0.001,
-            ..map.config(64, WIS_ENVIRONMENT_COMPENSATED)
+            ..map.config(64, WIS_WAVELET_LIGHT_COMPENSATED)
         };
         for environment in [map.build(0, flags), build(&sparse).expect("the map is valid")] {
             let cells = u64::from(environment.info.resolution).pow(2);

@@ -5,7 +5,7 @@ use crate::determinism::colourful;
 use crate::support::scenes::{ShadingPoint, grid};
 use crate::support::{Map, Random, eval};
 use std::arch::asm;
-use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB};
+use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
 
 const DEFAULT: u32 = 0x1f80;
 /// Denormal results and operands count as 0.
@@ -39,7 +39,7 @@ fn under<T>(word: u32, run: impl FnOnce() -> T) -> (T, u32) {
 
 /// Everything that a map and a shading point lead to, as bits: environment, product, and what is asked of them.
 fn everything(map: &Map, point: &ShadingPoint, u: &[[f32; 2]]) -> (Vec<u8>, Vec<u8>, Vec<u64>) {
-    let environment = map.build(32, WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED);
+    let environment = map.build(32, WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_COMPENSATED);
     let product = point.prepare(&environment);
     let matrix = Some(&point.world_from_map);
     let mut words: Vec<u64> = DISTRIBUTIONS.map(|d| environment.power(d).to_bits()).into();

@@ -8,8 +8,8 @@ use crate::support::{Environment, Map, Random, build_shared, next_down, query};
 use std::ffi::c_void;
 use std::ptr::null;
 use wis::ffi::environment::{
-    EnvironmentConfig, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_NEAREST, WIS_LAYOUT_OCTAHEDRAL,
-    wis_environment_pdf_n, wis_environment_sample_n,
+    EnvironmentConfig, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
+    wis_wavelet_light_pdf_n, wis_wavelet_light_sample_n,
 };
 use wis::sphere::{SPHERE, direction_f64};
 use wis::status::Status;
@@ -39,7 +39,7 @@ fn finest_checker() -> Environment {
         pixels: null(),
         row: Some(checker_row),
         row_user: rows.as_mut_ptr().cast(),
-        ..map.config(CELLS, WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_NEAREST)
+        ..map.config(CELLS, WIS_WAVELET_LIGHT_EXACT_ZERO | WIS_WAVELET_LIGHT_NEAREST)
     };
     build_shared(&config, 2)
 }
@@ -73,9 +73,9 @@ fn check_all(environment: &Environment, matrix: &[f32; 9], u: &[[f32; 2]], expec
     // SAFETY: all arrays have n elements.
     unsafe {
         let u = u.as_ptr().cast();
-        let status = wis_environment_sample_n(e, 0, matrix, n, u, 0, wi_start, 0, sampled.as_mut_ptr(), 0);
+        let status = wis_wavelet_light_sample_n(e, 0, matrix, n, u, 0, wi_start, 0, sampled.as_mut_ptr(), 0);
         assert_eq!(status, Status::Ok);
-        assert_eq!(wis_environment_pdf_n(e, 0, matrix, n, wi_start, 0, asked.as_mut_ptr(), 0), Status::Ok);
+        assert_eq!(wis_wavelet_light_pdf_n(e, 0, matrix, n, wi_start, 0, asked.as_mut_ptr(), 0), Status::Ok);
     }
     for ((u, wi), (sampled, asked)) in u.iter().zip(&wi).zip(sampled.iter().zip(&asked)) {
         assert_eq!(sampled.to_bits(), asked.to_bits(), "{u:?} {wi:?}");

@@ -5,7 +5,8 @@ use crate::support::vector::single;
 use crate::support::{Environment, Map, Memory, Product, Random, build, build_over, build_shared, product_config};
 use crate::{DISTRIBUTIONS, bits};
 use wis::ffi::environment::{
-    EnvironmentConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_NEAREST, WIS_ENVIRONMENT_RGB, WIS_STORAGE_SPARSE,
+    EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
+    WIS_WAVELET_LIGHT_RGB,
 };
 use wis::ffi::product::ProductConfig;
 
@@ -23,7 +24,7 @@ pub fn colourful() -> Map {
 #[test]
 fn scaling_the_light_scales_only_the_integrals() {
     let map = colourful();
-    let flags = WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED | WIS_ENVIRONMENT_NEAREST;
+    let flags = WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_NEAREST;
     // Cells of 64, and those that are divided further where light varies.
     for (resolution, k) in [64, 0].into_iter().flat_map(|r| [-100, -33, -1, 1, 7, 100].map(|k| (r, k))) {
         let environment = map.build(resolution, flags);
@@ -52,9 +53,9 @@ fn scaling_the_light_scales_only_the_integrals() {
 
 /// Environments in both storages, with all their parts and with the plain distribution only.
 fn configurations(map: &Map) -> Vec<EnvironmentConfig> {
-    let pyramid = map.config(64, WIS_ENVIRONMENT_RGB | WIS_ENVIRONMENT_COMPENSATED);
+    let pyramid = map.config(64, WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_COMPENSATED);
     let sparse = |error_budget| EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget, ..pyramid };
-    let natural = EnvironmentConfig { resolution: 0, flags: pyramid.flags | WIS_ENVIRONMENT_NEAREST, ..pyramid };
+    let natural = EnvironmentConfig { resolution: 0, flags: pyramid.flags | WIS_WAVELET_LIGHT_NEAREST, ..pyramid };
     let all = [pyramid, natural].into_iter().chain([0.0, 0.001, 0.003, 0.01, 0.03, 0.1].map(sparse));
     all.flat_map(|config| [config, EnvironmentConfig { flags: 0, ..config }]).collect()
 }

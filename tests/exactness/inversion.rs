@@ -4,7 +4,7 @@ use crate::corners::CELLS;
 use crate::support::Random;
 use crate::support::scenes::{ShadingPoint, grid};
 use crate::{DISTRIBUTIONS, maps};
-use wis::ffi::environment::{WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO};
+use wis::ffi::environment::{WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO};
 use wis::sphere::direction_f64;
 
 /// The density of one coordinate of u at a point of the square, between two points about the middle of the finest
@@ -39,7 +39,7 @@ fn check_inversion(
 #[test]
 fn inversion_leads_back() {
     for map in maps() {
-        let environment = map.build(64, WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_COMPENSATED);
+        let environment = map.build(64, WIS_WAVELET_LIGHT_EXACT_ZERO | WIS_WAVELET_LIGHT_COMPENSATED);
         let mut random = Random(67);
         for point in grid(&map) {
             let (product, matrix) = (point.prepare(&environment), Some(&point.world_from_map));

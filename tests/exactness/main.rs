@@ -17,8 +17,8 @@ use support::scenes::grid;
 use support::{Map, Random};
 use wis::descent::Sample;
 use wis::ffi::environment::{
-    WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO,
-    WIS_ENVIRONMENT_NEAREST,
+    WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
+    WIS_WAVELET_LIGHT_NEAREST,
 };
 
 const DISTRIBUTIONS: [u32; 2] = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
@@ -43,9 +43,9 @@ fn check(sample: Sample, pdf: f32) {
 fn a_sample_carries_the_pdf_of_its_direction() {
     for map in maps() {
         // Of a resolution that is left to the library, the compensated distribution keeps texels.
-        let exact = WIS_ENVIRONMENT_EXACT_ZERO | WIS_ENVIRONMENT_NEAREST;
+        let exact = WIS_WAVELET_LIGHT_EXACT_ZERO | WIS_WAVELET_LIGHT_NEAREST;
         for (flags, resolution) in [(0, 128), (exact, 128), (exact, 0)] {
-            let environment = map.build(resolution, flags | WIS_ENVIRONMENT_COMPENSATED);
+            let environment = map.build(resolution, flags | WIS_WAVELET_LIGHT_COMPENSATED);
             let mut random = Random(43);
             for point in grid(&map) {
                 let product = point.prepare(&environment);

@@ -4,7 +4,7 @@ use crate::support::maps::sky;
 use crate::support::scenes::grid;
 use crate::support::{Map, Random, ggx, lambert, product_config, query};
 use crate::{bits, check, maps};
-use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_ENVIRONMENT_EXACT_ZERO};
+use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_EXACT_ZERO};
 
 /// A point of the square and its nearest neighbours of 24 bits.
 pub fn neighbours(u: [f32; 2]) -> impl Iterator<Item = [f32; 2]> {
@@ -59,7 +59,7 @@ fn splits(random: &mut Random, axis: usize, place: impl Fn([f32; 2]) -> [f32; 2]
 fn special_numbers_give_samples() {
     let mut random = Random(61);
     for map in maps() {
-        let environment = map.build(128, WIS_ENVIRONMENT_EXACT_ZERO);
+        let environment = map.build(128, WIS_WAVELET_LIGHT_EXACT_ZERO);
         for point in grid(&map) {
             let product = point.prepare(&environment);
             assert!(product.estimate() > 0.0);

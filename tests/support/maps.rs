@@ -1,6 +1,7 @@
 //! Maps for tests, procedural and real, and how a client looks them up.
 
 use super::Map;
+use super::panorama::{self, Panorama};
 use super::vector::{V3, add, dot, scale, unit};
 use std::path::PathBuf;
 use wis::ffi::environment::WIS_LAYOUT_LATLONG;
@@ -116,8 +117,28 @@ pub fn sun(width: u32, height: u32) -> Map {
     map
 }
 
-/// The lat-long map of that name beside the crate; `None` if it is not there, and then that is printed.
-pub fn real(name: &str) -> Option<Map> {
+/// The project's own HDR maps, a room with lamps and a field in the sun, and photographs of such places if they are
+/// there, all of them small enough for brute force.
+pub fn hdr_maps() -> Vec<(&'static str, Map)> {
+    let own = [panorama::room(OWN_HEIGHT), panorama::field(OWN_HEIGHT)].map(|own| (own.name, own.into()));
+    let photographs = ["studio_small_03_1k.hdr", "rooitou_park_1k.hdr"].into_iter().filter_map(photograph);
+    own.into_iter().chain(photographs).collect()
+}
+
+/// The maps that [`hdr_maps`] gives where all photographs are there.
+pub const HDR_MAPS: usize = 4;
+const OWN_HEIGHT: usize = 128;
+
+impl From<Panorama> for Map {
+    fn from(map: Panorama) -> Map {
+        let Panorama { width, height, rgb, .. } = map;
+        let (width, height) = (width as u32, height as u32);
+        Map { width, height, channels: 3, layout: WIS_LAYOUT_LATLONG, pixels: rgb.into_flattened() }
+    }
+}
+
+/// The lat-long map of that name beside the crate, a quarter as wide; `None` if it is not there, and then that is printed.
+pub fn photograph(name: &'static str) -> Option<(&'static str, Map)> {
     let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", "shared", "data", "envmaps", name].iter().collect();
     let Ok(image) = image::open(&path) else {
         println!("left out: {name} (no such map beside the crate)");
@@ -125,5 +146,6 @@ pub fn real(name: &str) -> Option<Map> {
     };
     let image = image.into_rgb32f();
     let (width, height) = image.dimensions();
-    Some(Map { width, height, channels: 3, layout: WIS_LAYOUT_LATLONG, pixels: image.into_raw() })
+    let map = Map { width, height, channels: 3, layout: WIS_LAYOUT_LATLONG, pixels: image.into_raw() };
+    Some((name, map.reduced(4)))
 }

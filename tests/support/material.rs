@@ -2,7 +2,10 @@
 
 use super::vector::{V3, add, cross, dot, scale, sub, unit};
 use std::f64::consts::PI;
-use wis::query::{Lobe, Query, WIS_LOBE_GGX, WIS_LOBE_LAMBERT, WIS_QUERY_COSINE_INCLUDED, WIS_QUERY_WHOLE_SPHERE};
+use wis::query::{
+    Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_QUERY_COSINE_INCLUDED,
+    WIS_WAVELET_QUERY_WHOLE_SPHERE,
+};
 
 /// A query as a client evaluates it.
 pub struct Material {
@@ -34,7 +37,8 @@ impl Material {
 
     /// The angle over which the narrowest lobe varies along the plane of incidence, and above the horizon.
     pub fn detail(&self) -> f64 {
-        let detail = |lobe: &Lobe| if lobe.kind == WIS_LOBE_GGX { lobe.a.min(lobe.b).into() } else { half_angle(lobe) };
+        let detail =
+            |lobe: &Lobe| if lobe.kind == WIS_WAVELET_LOBE_GGX { lobe.a.min(lobe.b).into() } else { half_angle(lobe) };
         self.lobes().iter().map(detail).fold(1.0, f64::min)
     }
 
@@ -52,7 +56,7 @@ impl Material {
 
     /// RGB of BRDF x cosine.
     pub fn f_cos(&self, wi: V3) -> V3 {
-        let whole = self.query.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+        let whole = self.query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
         let local = |v: V3| [dot(v, self.frame[0]), dot(v, self.frame[1]), dot(v, self.normal)];
         let (mut wi, mut wo) = (local(wi), local(self.wo));
         if whole && wo[2] < 0.0 {
@@ -61,7 +65,7 @@ impl Material {
         if !whole && (wi[2] <= 0.0 || wo[2] <= 0.0) {
             return [0.0; 3];
         }
-        let cosine = if self.query.flags & WIS_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { wi[2].abs() };
+        let cosine = if self.query.flags & WIS_WAVELET_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { wi[2].abs() };
         let sum = self.lobes().iter().fold([0.0; 3], |sum, lobe| add(sum, value(lobe, wo, wi)));
         scale(sum, cosine)
     }
@@ -69,8 +73,8 @@ impl Material {
 
 fn half_angle(lobe: &Lobe) -> f64 {
     match lobe.kind {
-        WIS_LOBE_LAMBERT => 0.5 * PI,
-        WIS_LOBE_GGX => f64::from(lobe.a * lobe.b).sqrt(),
+        WIS_WAVELET_LOBE_LAMBERT => 0.5 * PI,
+        WIS_WAVELET_LOBE_GGX => f64::from(lobe.a * lobe.b).sqrt(),
         _ => (-1.0 / (f64::from(lobe.a) + 1.0)).exp2().acos(),
     }
 }
@@ -78,13 +82,13 @@ fn half_angle(lobe: &Lobe) -> f64 {
 /// A lobe without the cosine; in the frame of tangent, bitangent and normal.
 fn value(lobe: &Lobe, wo: V3, wi: V3) -> V3 {
     let weight = lobe.weight.map(f64::from);
-    if lobe.kind == WIS_LOBE_LAMBERT {
+    if lobe.kind == WIS_WAVELET_LOBE_LAMBERT {
         return scale(weight, 1.0 / PI);
     }
     if wi[2] <= 0.0 || wo[2] <= 0.0 {
         return [0.0; 3];
     }
-    if lobe.kind == WIS_LOBE_GGX {
+    if lobe.kind == WIS_WAVELET_LOBE_GGX {
         return ggx(lobe, wo, wi);
     }
     let exponent = f64::from(lobe.a);

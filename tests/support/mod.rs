@@ -3,6 +3,7 @@
 
 pub mod maps;
 pub mod material;
+pub mod panorama;
 pub mod partition;
 pub mod quadrature;
 pub mod scenes;
@@ -12,6 +13,7 @@ pub mod vector;
 use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;
+use wis::ffi::light::{LightConfig, WIS_FILTER_BILINEAR};
 use wis::ffi::product::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::points::sobol;
@@ -98,6 +100,26 @@ impl Map {
         }
     }
 
+    /// The map as the renderer's header describes it.
+    pub fn light_config(&self, flags: u32) -> LightConfig {
+        LightConfig {
+            size: size_of::<LightConfig>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format: WIS_FORMAT_F32,
+            filter: WIS_FILTER_BILINEAR,
+            flags,
+            error_budget: 0.0,
+            pixels: self.pixels.as_ptr().cast(),
+            row_stride: 0,
+            row: None,
+            row_user: null_mut(),
+            world_from_map: null(),
+        }
+    }
+
     pub fn build(&self, resolution: u32, flags: u32) -> Environment {
         build(&self.config(resolution, flags)).expect("the map is valid")
     }
@@ -113,7 +135,7 @@ pub fn build_over(config: &EnvironmentConfig, fill: u8) -> Result<Environment, (
     let mut size = MemorySize::default();
     let mut diagnostic = Diagnostic::default();
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_environment_size(config, &mut size, &mut diagnostic) };
+    let status = unsafe { wis_wavelet_light_size(config, &mut size, &mut diagnostic) };
     if status != Status::Ok {
         return Err((status, diagnostic));
     }
@@ -122,7 +144,7 @@ pub fn build_over(config: &EnvironmentConfig, fill: u8) -> Result<Environment, (
     let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
     // SAFETY: all pointers are valid and the blocks as long as the library said.
     let status = unsafe {
-        wis_environment_init(
+        wis_wavelet_light_init(
             config,
             memory.pointer(),
             size.bytes,
@@ -148,13 +170,13 @@ pub fn build_shared(config: &EnvironmentConfig, threads: u32) -> Environment {
     let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
     // SAFETY: all pointers are valid and the blocks as long as the library said.
     unsafe {
-        assert_eq!(wis_environment_size(config, &mut size, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_light_size(config, &mut size, null_mut()), Status::Ok);
         let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
         let (block, bytes) = (scratch.pointer(), size.scratch_bytes);
-        assert_eq!(wis_environment_begin(config, block, bytes, &mut rows, null_mut()), Status::Ok);
+        assert_eq!(wis_wavelet_light_begin(config, block, bytes, &mut rows, null_mut()), Status::Ok);
         let shared = &Shared(config, block);
         for pass in 0..2 {
-            let run = |row| wis_environment_run(shared.0, shared.1, bytes, pass, row, 1, null_mut());
+            let run = |row| wis_wavelet_light_run(shared.0, shared.1, bytes, pass, row, 1, null_mut());
             let run_all = |first| {
                 let own = (0..rows[pass as usize]).rev().filter(|row| row % threads == first);
                 own.for_each(|row| assert_eq!(run(row), Status::Ok));
@@ -162,7 +184,7 @@ pub fn build_shared(config: &EnvironmentConfig, threads: u32) -> Environment {
             std::thread::scope(|scope| (0..threads).for_each(|first| drop(scope.spawn(move || run_all(first)))));
         }
         let block = memory.pointer();
-        let status = wis_environment_finish(
+        let status = wis_wavelet_light_finish(
             config,
             block,
             size.bytes,
@@ -187,7 +209,7 @@ impl Environment {
         let mut sample = Sample::default();
         let matrix = matrix.map_or(null(), |m| m as *const _);
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_sample(self.handle, distribution, matrix, &u, &mut sample) };
+        let status = unsafe { wis_wavelet_light_sample(self.handle, distribution, matrix, &u, &mut sample) };
         assert_eq!(status, Status::Ok);
         sample
     }
@@ -196,7 +218,7 @@ impl Environment {
         let mut pdf = -1.0;
         let matrix = matrix.map_or(null(), |m| m as *const _);
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_pdf(self.handle, distribution, matrix, &wi, &mut pdf) };
+        let status = unsafe { wis_wavelet_light_pdf(self.handle, distribution, matrix, &wi, &mut pdf) };
         assert_eq!(status, Status::Ok);
         pdf
     }
@@ -204,7 +226,7 @@ impl Environment {
     pub fn power(&self, distribution: u32) -> f64 {
         let mut power = -1.0;
         // SAFETY: all pointers are valid.
-        assert_eq!(unsafe { wis_environment_power(self.handle, distribution, &mut power) }, Status::Ok);
+        assert_eq!(unsafe { wis_wavelet_light_power(self.handle, distribution, &mut power) }, Status::Ok);
         power
     }
 
@@ -212,7 +234,7 @@ impl Environment {
         let mut u = [-1.0; 2];
         let matrix = matrix.map_or(null(), |m| m as *const _);
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_invert(self.handle, distribution, matrix, &wi, &mut u) };
+        let status = unsafe { wis_wavelet_light_invert(self.handle, distribution, matrix, &wi, &mut u) };
         if status == Status::Ok { Some(u) } else { None }
     }
 
@@ -223,7 +245,7 @@ impl Environment {
         let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
         let start = memory.pointer();
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_environment_open(start, bytes.len(), &mut handle, &mut info, null_mut()) };
+        let status = unsafe { wis_wavelet_light_open(start, bytes.len(), &mut handle, &mut info, null_mut()) };
         assert_eq!(status, Status::Ok);
         Environment { memory, handle, info }
     }
@@ -238,10 +260,11 @@ impl Environment {
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            assert_eq!(wis_product_size(config, &mut size, null_mut()), Status::Ok);
+            assert_eq!(wis_wavelet_product_size(config, &mut size, null_mut()), Status::Ok);
             let mut memory = Memory::filled(size.bytes, fill);
             let block = memory.pointer();
-            let status = wis_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
+            let status =
+                wis_wavelet_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
             assert_eq!(status, Status::Ok);
             Product { environment: self, memory, handle }
         }
@@ -268,7 +291,7 @@ impl Product<'_> {
     pub fn sample(&self, u: [f32; 2]) -> Sample {
         let mut sample = Sample::default();
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
+        let status = unsafe { wis_wavelet_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
         assert_eq!(status, Status::Ok);
         sample
     }
@@ -276,7 +299,7 @@ impl Product<'_> {
     pub fn pdf(&self, wi: [f32; 3]) -> f32 {
         let mut pdf = -1.0;
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
+        let status = unsafe { wis_wavelet_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
         assert_eq!(status, Status::Ok);
         pdf
     }
@@ -284,14 +307,14 @@ impl Product<'_> {
     pub fn invert(&self, wi: [f32; 3]) -> Option<[f32; 2]> {
         let mut u = [-1.0; 2];
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_invert(self.environment.handle, self.handle, &wi, &mut u) };
+        let status = unsafe { wis_wavelet_product_invert(self.environment.handle, self.handle, &wi, &mut u) };
         if status == Status::Ok { Some(u) } else { None }
     }
 
     pub fn estimate(&self) -> f64 {
         let mut luminance = -1.0;
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_estimate(self.environment.handle, self.handle, &mut luminance) };
+        let status = unsafe { wis_wavelet_product_estimate(self.environment.handle, self.handle, &mut luminance) };
         assert_eq!(status, Status::Ok);
         luminance
     }
@@ -299,7 +322,7 @@ impl Product<'_> {
     pub fn estimate_rgb(&self) -> [f64; 3] {
         let mut rgb = [-1.0; 3];
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_estimate_rgb(self.environment.handle, self.handle, &mut rgb) };
+        let status = unsafe { wis_wavelet_product_estimate_rgb(self.environment.handle, self.handle, &mut rgb) };
         assert_eq!(status, Status::Ok);
         rgb
     }
@@ -307,7 +330,7 @@ impl Product<'_> {
     pub fn info(&self) -> ProductInfo {
         let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..Default::default() };
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_product_describe(self.environment.handle, self.handle, &mut info) };
+        let status = unsafe { wis_wavelet_product_describe(self.environment.handle, self.handle, &mut info) };
         assert_eq!(status, Status::Ok);
         info
     }
@@ -332,11 +355,11 @@ pub fn product_config() -> ProductConfig {
 }
 
 pub fn lambert(albedo: f32) -> Lobe {
-    Lobe { kind: WIS_LOBE_LAMBERT, weight: [albedo; 3], ..Lobe::default() }
+    Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight: [albedo; 3], ..Lobe::default() }
 }
 
 pub fn ggx(alpha: f32) -> Lobe {
-    Lobe { kind: WIS_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
+    Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [1.0; 3], f0: [0.8; 3], a: alpha, b: alpha }
 }
 
 /// A shading point with up to four lobes.

@@ -5,7 +5,7 @@ use super::maps::Filter;
 use super::material::Material;
 use super::vector::{V3, distance, dot, luminance, rotate, rotate_back};
 use std::f64::consts::PI;
-use wis::query::WIS_QUERY_WHOLE_SPHERE;
+use wis::query::WIS_WAVELET_QUERY_WHOLE_SPHERE;
 
 /// Abscissa of Gauss' rule with two points on [-1/2, 1/2].
 pub const GAUSS: f64 = 0.288_675_134_594_812_9;
@@ -63,7 +63,7 @@ impl Integrator<'_> {
         let radius = 0.5 * (width * (sine + 0.5 * height)).hypot(height);
         let centre = rotate(&self.scene.world_from_map, map.direction(middle[0], middle[1]));
         let elevation = dot(material.normal, centre);
-        let whole = material.query.flags & WIS_QUERY_WHOLE_SPHERE != 0;
+        let whole = material.query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
         if elevation < -radius && !whole {
             return 0.0;
         }

@@ -10,10 +10,14 @@ use std::process::Command;
 use std::time::Instant;
 use wis_ffi_tests::client::Environment;
 use wis_ffi_tests::data;
-use wis_ffi_tests::estimator::{Lit, Method, Setting};
+use wis_ffi_tests::estimator::{Lit, Setting};
+use wis_ffi_tests::library::Mode;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::measure::{Cell, Effort, measure};
+use wis_ffi_tests::measured;
+use wis_ffi_tests::method::{EXTENDED, Method};
+use wis_ffi_tests::peers::{Candidates, Peer};
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::report::{BuiltLight, Run};
 use wis_ffi_tests::scene::{Scene, View};
@@ -31,7 +35,7 @@ struct Options {
     /// An OBJ or PLY mesh, y up; may be repeated
     #[arg(long)]
     mesh: Vec<PathBuf>,
-    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf file; may be repeated
+    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf or .brdf file; may be repeated
     #[arg(long)]
     material: Vec<String>,
     /// A peer by its name: "MIS balance", RIS8, "P(4)", ...; may be repeated
@@ -105,16 +109,13 @@ fn main() -> Result<()> {
 }
 
 fn scenes(options: &Options, points: usize) -> Result<Vec<Scene>> {
-    if !options.mesh.is_empty() {
-        return options.mesh.iter().map(|path| Scene::from_file(path, View::Points(points))).collect();
-    }
     let mesh = Path::new(data::FOLDER).join("meshes").join(MESH);
-    if options.quick || !mesh.exists() {
-        return Ok(vec![Scene::procedural(View::Points(points))?]);
-    }
-    // A sixteenth of the pixels, since each has 64 hits with a reference of its own.
-    let views = [View::Points(points), View::Hits(points.div_ceil(16), 64)];
-    views.into_iter().map(|view| Scene::from_file(&mesh, view)).collect()
+    let meshes = match (options.mesh.is_empty(), options.quick || !mesh.exists()) {
+        (false, _) => options.mesh.clone(),
+        (true, true) => Vec::new(),
+        (true, false) => vec![mesh],
+    };
+    Scene::of_report(&meshes, points, options.quick)
 }
 
 /// What pictures show: the first mesh.
@@ -136,7 +137,11 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
         lights.push(Light::windows(512));
     } else {
         let maps = MAPS.map(|name| Path::new(data::FOLDER).join("envmaps").join(name));
-        for map in maps.iter().filter(|map| map.exists()) {
+        let there: Vec<&PathBuf> = maps.iter().filter(|map| map.exists()).collect();
+        if there.is_empty() {
+            lights.extend([Light::room(512), Light::field(512)]);
+        }
+        for map in there {
             lights.push(Light::load(map)?);
         }
     }
@@ -146,7 +151,7 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
 fn materials(options: &Options) -> Result<Vec<Material>> {
     let all = Material::all();
     let by_name = |name: &String| {
-        if name.ends_with(".bsdf") {
+        if measured::is_file(name) {
             return Material::measured(Path::new(name));
         }
         let found = all.iter().find(|m| m.name.eq_ignore_ascii_case(name)).cloned();
@@ -160,17 +165,17 @@ fn materials(options: &Options) -> Result<Vec<Material>> {
 }
 
 fn effort(options: &Options) -> Result<Effort> {
-    let all = Method::ALL;
-    if let Some(name) = options.peer.iter().find(|name| !all.iter().any(|m| m.name().eq_ignore_ascii_case(name))) {
-        bail!("no peer {name}; there are {}", join(all.iter().filter(|m| m.is_peer()).map(|m| m.name())));
+    let peers = || EXTENDED.each.iter().map(|peer| peer.name());
+    if let Some(name) = options.peer.iter().find(|name| !peers().any(|peer| peer.eq_ignore_ascii_case(name))) {
+        bail!("no peer {name}; there are {}", join(peers()));
     }
     let asked = |m: &Method| {
         let named = |name: &String| name.eq_ignore_ascii_case(&m.name());
         !m.is_peer() || options.peer.is_empty() || options.peer.iter().any(named)
     };
-    let methods = all.into_iter().filter(asked).map(Method::name).collect();
-    let (counts, repeats) = if options.quick { (vec![1, 16], 4) } else { (vec![1, 4, 16, 64], 8) };
-    Ok(Effort { methods, counts, repeats })
+    let methods = Method::all().filter(asked).map(Method::name).collect();
+    let (counts, repeats, timed) = if options.quick { (vec![1, 16], 4, 8) } else { (vec![1, 4, 16, 64], 8, 64) };
+    Ok(Effort { methods, counts, repeats, timed })
 }
 
 fn join(names: impl Iterator<Item = String>) -> String {
@@ -212,11 +217,12 @@ impl Bench {
         if scene.hits > 1 {
             effort.counts = vec![1];
         } else {
-            let sharing: Vec<String> = Method::ALL.into_iter().filter(|m| m.shares()).map(Method::name).collect();
+            let sharing: Vec<String> =
+                Mode::ALL.into_iter().filter(|m| m.shares()).map(|m| m.name().to_string()).collect();
             effort.methods.retain(|name| !sharing.contains(name));
         }
         if measured {
-            let limits: Vec<String> = Method::ALL.into_iter().filter(|m| m.is_limit()).map(Method::name).collect();
+            let limits: Vec<String> = Method::all().filter(|m| m.is_limit()).map(Method::name).collect();
             effort.methods.retain(|name| !limits.contains(name));
         }
         let cell = measure(scene, setting, &reference, &effort)?;
@@ -226,7 +232,12 @@ impl Bench {
 
     /// Draws estimates of 16 samples; answers the file's name and caption.
     fn picture(&self, scene: &Scene, setting: &Setting, folder: &Path) -> Result<(String, String)> {
-        const METHODS: [Method; 4] = [Method::MisBalance, Method::MisCompensated, Method::Pool(4), Method::Wis];
+        const METHODS: [Method; 4] = [
+            Method::Peer(Peer::MisBalance),
+            Method::Peer(Peer::MisCompensated),
+            Method::Peer(Peer::Pool(4, Candidates::Plain)),
+            Method::Library(Mode::Product),
+        ];
         // Errors below the reference's own are not seen.
         let most = 512;
         let kept = self.cache.join(format!("reference-{:016x}.json", inputs(scene, setting, most)));

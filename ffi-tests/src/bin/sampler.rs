@@ -9,9 +9,12 @@ use std::path::Path;
 use std::time::Instant;
 use wis_ffi_tests::client::{self, Block, Density, Environment, Map, Preparation, Product, raw};
 use wis_ffi_tests::data;
-use wis_ffi_tests::estimator::{Estimator, Lit, Method, Setting};
+use wis_ffi_tests::estimator::{Estimator, Lit, Setting};
+use wis_ffi_tests::library::Mode;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
+use wis_ffi_tests::method::Method;
+use wis_ffi_tests::peers::{Candidates, Peer};
 use wis_ffi_tests::scene::ShadingPoint;
 use wis_ffi_tests::statistics::median;
 
@@ -136,7 +139,7 @@ fn costs(out: &mut String, light: &Light) -> Result<()> {
 /// What a point costs if all are prepared, sampled once and asked for one pdf in a call each.
 fn side_by_side(
     environment: &Environment,
-    queries: &[raw::wis_query],
+    queries: &[raw::wis_wavelet_query],
     preparation: &Preparation,
     u: &[[f32; 2]],
 ) -> Result<[f64; 3]> {
@@ -152,7 +155,7 @@ fn side_by_side(
 /// The mean of a setting at each point, by many samples of light and BRDF.
 fn truth(setting: &Setting, points: &[ShadingPoint]) -> client::Result<Vec<f64>> {
     let mut estimator = Estimator::new(setting, 1)?;
-    points.iter().map(|point| Ok(sum(estimator.picks(Method::MisBalance, setting, point, 1 << 20, MANY)?))).collect()
+    points.iter().map(|point| Ok(sum(estimator.picks(Peer::MisBalance, setting, point, 1 << 20, MANY)?))).collect()
 }
 
 fn sum(picks: &[wis_ffi_tests::estimator::Pick]) -> f64 {
@@ -220,7 +223,7 @@ fn budgets(out: &mut String, lights: &[Light]) -> Result<()> {
             let truth = truth(&setting, &points)?;
             for (budget, results) in BUDGETS.iter().zip(&mut results) {
                 (setting.preparation.max_evaluations, setting.preparation.max_squares) = (*budget, 1024);
-                results.push(error(Method::Wis, &setting, &points, &truth)?);
+                results.push(error(Mode::Product.into(), &setting, &points, &truth)?);
             }
         }
         rows.iter_mut().zip(&results).for_each(|(row, results)| row.add(results));
@@ -240,7 +243,7 @@ fn environment(light: &Light, flags: u32, resolution: u32) -> client::Result<Env
 
 /// Each idea switched off, one at a time.
 fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
-    const FLAGS: u32 = raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_COMPENSATED;
+    const FLAGS: u32 = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_COMPENSATED;
     head(out, "One idea switched off at a time", "what")?;
     let points = points(POINTS);
     let names = [
@@ -261,7 +264,7 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
         let natural = ((width * height).next_power_of_two().ilog2().div_ceil(2)).min(12);
         let whole = environment(light, FLAGS, 0)?;
         let coarse = environment(light, FLAGS, 1 << natural)?;
-        let spread = environment(light, FLAGS & !raw::WIS_ENVIRONMENT_NEAREST, 0)?;
+        let spread = environment(light, FLAGS & !raw::WIS_WAVELET_LIGHT_NEAREST, 0)?;
         let [whole, coarse, spread] = [&whole, &coarse, &spread].map(|environment| Lit::new(light, environment));
         let (whole, coarse, spread) = (whole?, coarse?, spread?);
         let mut results = names.map(|_| Vec::new());
@@ -271,16 +274,16 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
             let truth = truth(&whole, &points)?;
             base.preparation.max_evaluations = 66;
             let variants: [(&Setting, Method); 10] = [
-                (&whole, Method::Wis),
-                (&coarse, Method::Wis),
-                (&spread, Method::Wis),
-                (&whole, Method::Environment),
-                (&base, Method::Wis),
-                (&whole, Method::WisTreePool(4)),
-                (&whole, Method::WisPool(4)),
-                (&coarse, Method::WisPool(4)),
-                (&whole, Method::MisCompensated),
-                (&whole, Method::Ris(8)),
+                (&whole, Mode::Product.into()),
+                (&coarse, Mode::Product.into()),
+                (&spread, Mode::Product.into()),
+                (&whole, Peer::Environment.into()),
+                (&base, Mode::Product.into()),
+                (&whole, Mode::TreePool(4).into()),
+                (&whole, Mode::Pool(4).into()),
+                (&coarse, Mode::Pool(4).into()),
+                (&whole, Peer::MisCompensated.into()),
+                (&whole, Peer::Ris(8, Candidates::Plain).into()),
             ];
             for ((setting, method), results) in variants.into_iter().zip(&mut results) {
                 results.push(error(method, setting, &points, &truth)?);
@@ -312,7 +315,7 @@ fn sizes(out: &mut String) -> Result<()> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         let lit = Lit::new(&light, &environment)?;
         let setting = Setting::new(&lit, &material);
-        let [error, ns] = error(Method::Wis, &setting, &points, &truth(&setting, &points)?)?;
+        let [error, ns] = error(Mode::Product.into(), &setting, &points, &truth(&setting, &points)?)?;
         let (bytes, texels) = (environment.info.bytes, light.luminance().len());
         let each = bytes as f64 / texels as f64;
         writeln!(out, "| {texels} | {ms:.0} | {bytes} | {each:.0} | {error:.3} | {:.1} |", ns / 1e3)?;

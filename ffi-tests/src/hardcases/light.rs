@@ -13,7 +13,7 @@ pub const TILTED: [f32; 3] = [0.36, 0.48, 0.8];
 pub const LEGAL: &str = "legal samples; pdf > 0 at lit texels; power exact to 1e-5";
 
 /// A white diffuse surface.
-pub fn diffuse(normal: [f32; 3]) -> raw::wis_query {
+pub fn diffuse(normal: [f32; 3]) -> raw::wis_wavelet_query {
     client::query(normal, normal, &[client::lambert([0.8; 3])])
 }
 
@@ -24,7 +24,7 @@ fn cosine(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// Samples of the light and of its product with a diffuse surface are legal, no lit texel is lost, and the power is
 /// that of the texels.
 pub fn lit(image: &Image, environment: &Environment) -> laws::Verdict {
-    let nearest = environment.info.flags & raw::WIS_ENVIRONMENT_NEAREST != 0;
+    let nearest = environment.info.flags & raw::WIS_WAVELET_LIGHT_NEAREST != 0;
     let (power, exact) = (environment.power()?, if nearest { image.power_nearest() } else { image.power() });
     ensure((power / exact - 1.0).abs() <= 1e-5, || format!("power {power:e}, the texels have {exact:e}"))?;
     Ok(format!("{}; power {power:.5e}", reachable(image, environment)?))

@@ -22,12 +22,12 @@ pub fn add(table: &mut Table) {
 }
 
 /// A metal of one or two alphas.
-pub fn metal(alpha: [f32; 2]) -> raw::wis_lobe {
+pub fn metal(alpha: [f32; 2]) -> raw::wis_wavelet_lobe {
     ggx([1.0; 3], [0.9; 3], alpha)
 }
 
 /// Directions all over the sphere, and at every scale about the mirror direction.
-fn directions(query: &raw::wis_query) -> Vec<[f32; 3]> {
+fn directions(query: &raw::wis_wavelet_query) -> Vec<[f32; 3]> {
     let mirror = |k: usize| 2.0 * query.normal[k] * dot(query.normal, query.wo) - query.wo[k];
     let mut points = vec![[0.0; 2]; 10_000];
     client::sobol(7, 0, &mut points).expect("that many points");
@@ -53,7 +53,7 @@ fn unit(v: [f32; 3]) -> [f32; 3] {
 }
 
 /// Prepares a query and checks its product where the lobes reflect; the map is lit everywhere.
-pub fn judge(image: &Image, query: &raw::wis_query, preparation: &Preparation) -> Verdict {
+pub fn judge(image: &Image, query: &raw::wis_wavelet_query, preparation: &Preparation) -> Verdict {
     let environment = Environment::new(&image.map())?;
     let mut memory = preparation.memory()?;
     let product = Product::prepare(&environment, query, preparation, &mut memory)?;
@@ -135,7 +135,7 @@ fn weights(table: &mut Table) {
 }
 
 /// A product of nothing on a map that is lit everywhere.
-pub fn dark(query: &raw::wis_query) -> Verdict {
+pub fn dark(query: &raw::wis_wavelet_query) -> Verdict {
     let environment = Environment::new(&sky().map())?;
     let preparation = Preparation::default();
     let mut memory = preparation.memory()?;
@@ -174,18 +174,18 @@ fn invalid(table: &mut Table) {
         ("weight NaN", lambert([1.0, f32::NAN, 1.0])),
         ("weight +Inf", lambert([f32::INFINITY; 3])),
         ("weight negative", lambert([-1e-30; 3])),
-        ("a lobe of kind 0", raw::wis_lobe { kind: 0, ..lambert([1.0; 3]) }),
+        ("a lobe of kind 0", raw::wis_wavelet_lobe { kind: 0, ..lambert([1.0; 3]) }),
     ];
     for (name, lobe) in lobes {
-        let query = raw::wis_query { tangent: [0.0, 1.0, 0.0], ..query(UP, SLANTED, &[lobe]) };
+        let query = raw::wis_wavelet_query { tangent: [0.0, 1.0, 0.0], ..query(UP, SLANTED, &[lobe]) };
         table.add(name, "INVALID_ARGUMENT", rejected(&query, raw::WIS_INVALID_ARGUMENT));
     }
-    let five = raw::wis_query { lobe_count: 5, ..query(UP, SLANTED, &[lambert([1.0; 3])]) };
+    let five = raw::wis_wavelet_query { lobe_count: 5, ..query(UP, SLANTED, &[lambert([1.0; 3])]) };
     table.add("five lobes", "INVALID_ARGUMENT", rejected(&five, raw::WIS_INVALID_ARGUMENT));
 }
 
 /// The preparation of a query fails with this status, and so does its evaluation.
-pub fn rejected(query: &raw::wis_query, status: raw::wis_status) -> Verdict {
+pub fn rejected(query: &raw::wis_wavelet_query, status: raw::wis_status) -> Verdict {
     let environment = Environment::new(&sky().map())?;
     let preparation = Preparation::default();
     let mut memory = preparation.memory()?;

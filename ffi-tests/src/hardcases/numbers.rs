@@ -16,7 +16,7 @@ pub fn add(table: &mut Table) {
 /// Two by two texels whose splits are all 1 : 3, so that u below 1/4 leads to the lower side of each axis.
 fn quarters() -> Result<Environment, String> {
     let texels = [1.0, 3.0, 3.0, 9.0];
-    let flags = raw::WIS_ENVIRONMENT_NEAREST;
+    let flags = raw::WIS_WAVELET_LIGHT_NEAREST;
     Ok(Environment::new(&Map { flags, resolution: 2, ..Map::octahedral(2, &texels) })?)
 }
 
@@ -79,7 +79,7 @@ fn none() -> Verdict {
     let null_mut = std::ptr::null_mut();
     // SAFETY: 0 elements are read or written.
     let status = unsafe {
-        raw::wis_environment_sample_n(environment.handle(), 0, null(), 0, null(), 0, null_mut, 0, null_mut, 0)
+        raw::wis_wavelet_light_sample_n(environment.handle(), 0, null(), 0, null(), 0, null_mut, 0, null_mut, 0)
     };
     ensure(status == raw::WIS_OK, || format!("status {status}"))?;
     client::sobol(1, 0, &mut [])?;

@@ -63,13 +63,13 @@ fn hot_texels(table: &mut Table) {
         case(table, &format!("one hot texel: {place}"), LEGAL, &hot(x, y, 1000.0, 0.0), plain, lit);
     }
     let name = "one hot texel, looked up without filter, black stays black";
-    let exact = flags(raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_EXACT_ZERO);
+    let exact = flags(raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_EXACT_ZERO);
     case(table, name, LEGAL, &hot(40, 9, 1000.0, 0.0), exact, lit);
     table.add("one hot texel: each of the 512 of 32 x 16 in turn", LEGAL, each_texel());
     case(table, "a texel of 1e10 beside 1", LEGAL, &hot(17, 5, 1e10, 1.0), plain, lit);
     case(table, "a texel of 1e10 beside 1, in the last column", LEGAL, &hot(63, 5, 1e10, 1.0), plain, lit);
     let name = "a texel of 1e10 beside 1, looked up without filter";
-    case(table, name, LEGAL, &hot(17, 5, 1e10, 1.0), flags(raw::WIS_ENVIRONMENT_NEAREST), lit);
+    case(table, name, LEGAL, &hot(17, 5, 1e10, 1.0), flags(raw::WIS_WAVELET_LIGHT_NEAREST), lit);
     case(table, "a texel of 1e30 beside 1e-30", LEGAL, &hot(17, 25, 1e30, 1e-30), plain, lit);
     case(table, "a texel of 1 beside 1e8, the rest of 1e8", LEGAL, &hot(17, 25, 1.0, 1e8), plain, lit);
 }
@@ -114,7 +114,7 @@ fn scaled() -> Verdict {
 fn sampled(image: &Image) -> Result<Vec<[u32; 4]>, String> {
     let environment = Environment::new(&image.map())?;
     let light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, None);
-    let bits = |sample: raw::wis_sample| {
+    let bits = |sample: raw::wis_drawn| {
         let [x, y, z] = sample.wi;
         [x, y, z, sample.pdf].map(f32::to_bits)
     };
@@ -143,7 +143,7 @@ fn invalid(table: &mut Table) {
         let peers = Answers::of(&image);
         table.add_beside(format!("{name} texel, rejected"), "INVALID_TEXEL and its place", rejected, peers);
         let expected = "1 texel replaced; as the map with the replacement";
-        let sanitised = Environment::new(&Map { flags: raw::WIS_ENVIRONMENT_SANITISE, ..image.map() });
+        let sanitised = Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_SANITISE, ..image.map() });
         let verdict = sanitised.map_err(String::from).and_then(|environment| {
             ensure(environment.info.sanitised == 1, || format!("{} replaced", environment.info.sanitised))?;
             lit(&clean, &environment)
@@ -152,7 +152,7 @@ fn invalid(table: &mut Table) {
     }
     for (name, value) in [("NaN", f32::NAN), ("+Inf", f32::INFINITY)] {
         let image = Image::new(8, 4, |_, _| value);
-        let verdict = Environment::new(&Map { flags: raw::WIS_ENVIRONMENT_SANITISE, ..image.map() });
+        let verdict = Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_SANITISE, ..image.map() });
         let verdict = verdict.map_err(String::from).and_then(|environment| {
             ensure(environment.info.sanitised == 32, || format!("{} replaced", environment.info.sanitised))?;
             laws::nothing(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None))?;
@@ -176,13 +176,13 @@ fn places(table: &mut Table) {
     let below = Image::new(64, 32, |_, y| if y >= 24 { 2.0 } else { 0.0 });
     let name = "light wholly below the surface, black stays black";
     let expected = "a tiny product or none: legal samples, estimate below 2^-10 of the power";
-    case(table, name, expected, &below, flags(raw::WIS_ENVIRONMENT_EXACT_ZERO), |_, environment| {
+    case(table, name, expected, &below, flags(raw::WIS_WAVELET_LIGHT_EXACT_ZERO), |_, environment| {
         tiny_product(environment)
     });
     let nadir = Image::new(64, 32, |_, y| if y == 31 { 2.0 } else { 0.0 });
     let name = "light opposite to the normal, black stays black";
     let none = "product 0: pdf 0, estimate 0";
-    case(table, name, none, &nadir, flags(raw::WIS_ENVIRONMENT_EXACT_ZERO), |_, environment| {
+    case(table, name, none, &nadir, flags(raw::WIS_WAVELET_LIGHT_EXACT_ZERO), |_, environment| {
         nothing_in_product(environment, [0.0, 0.0, 1.0])
     });
     let name = "light wholly below the surface, floored";
@@ -217,7 +217,7 @@ fn compensated(table: &mut Table) {
     let image = Image::new(64, 32, |_, _| 3.0);
     let name = "constant map with compensation";
     let expected = "legal samples with pdf 1 / (4 pi) everywhere";
-    case(table, name, expected, &image, flags(raw::WIS_ENVIRONMENT_COMPENSATED), |_, environment| {
+    case(table, name, expected, &image, flags(raw::WIS_WAVELET_LIGHT_COMPENSATED), |_, environment| {
         let light = environment.light(raw::WIS_DISTRIBUTION_COMPENSATED, None);
         laws::legal(&light)?;
         let pdf = f64::from(client::Density::pdf(&light, [0.6, 0.0, 0.8])?);
@@ -239,7 +239,7 @@ fn compensated(table: &mut Table) {
         name,
         expected,
         &hot(17, 5, 1e10, 1.0),
-        flags(raw::WIS_ENVIRONMENT_COMPENSATED),
+        flags(raw::WIS_WAVELET_LIGHT_COMPENSATED),
         |image, environment| {
             let light = environment.light(raw::WIS_DISTRIBUTION_COMPENSATED, None);
             laws::legal(&light)?;
@@ -261,7 +261,7 @@ fn colours(table: &mut Table) {
 /// The estimates in RGB and of luminance.
 fn blue_on(albedo: [f32; 3]) -> Result<([f64; 3], f64), String> {
     let blue = sky().coloured([0.0, 0.0, 1.0]);
-    let environment = Environment::new(&Map { flags: raw::WIS_ENVIRONMENT_RGB, ..blue.map() })?;
+    let environment = Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_RGB, ..blue.map() })?;
     let preparation = Preparation::default();
     let mut memory = preparation.memory()?;
     let normal = [0.0, 0.0, 1.0];

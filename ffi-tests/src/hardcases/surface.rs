@@ -35,13 +35,14 @@ fn views(table: &mut Table) {
     let horizontal = query(UP, [1.0, 0.0, 0.0], &lobes);
     table.add("view exactly along the surface", "pdf 0 everywhere; estimate 0", dark(&horizontal));
     table.add("view below the surface", "pdf 0 everywhere; estimate 0", dark(&query(UP, below, &lobes)));
-    let whole = raw::wis_query { flags: raw::WIS_QUERY_WHOLE_SPHERE, ..query(UP, below, &lobes) };
+    let whole = raw::wis_wavelet_query { flags: raw::WIS_WAVELET_QUERY_WHOLE_SPHERE, ..query(UP, below, &lobes) };
     let name = "view below the surface, whole sphere";
     table.add(name, LEGAL, judge(&sky(), &whole, &Preparation::default()));
     let least = query(UP, [1.0, 0.0, f32::from_bits(1)], &lobes);
     let name = "view 2^-149 above the surface";
     table.add(name, LEGAL, judge(&sky(), &least, &Preparation::default()));
-    let included = raw::wis_query { flags: raw::WIS_QUERY_COSINE_INCLUDED, ..query(UP, TILTED, &lobes) };
+    let included =
+        raw::wis_wavelet_query { flags: raw::WIS_WAVELET_QUERY_COSINE_INCLUDED, ..query(UP, TILTED, &lobes) };
     let name = "values that contain the cosine already";
     table.add(name, LEGAL, judge(&sky(), &included, &Preparation::default()));
     // The geometric normal is +z: the view is above it by 5 degrees, and below the shading normal.
@@ -101,7 +102,7 @@ fn normalised(nearly: [f32; 3]) -> Verdict {
 }
 
 fn frames(table: &mut Table) {
-    let anisotropic = |tangent| raw::wis_query { tangent, ..query(UP, [0.6, 0.0, 0.8], &[metal([0.05, 0.4])]) };
+    let anisotropic = |tangent| raw::wis_wavelet_query { tangent, ..query(UP, [0.6, 0.0, 0.8], &[metal([0.05, 0.4])]) };
     for (name, tangent) in [
         ("zero", [0.0; 3]),
         ("parallel to the normal", UP),

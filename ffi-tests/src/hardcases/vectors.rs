@@ -57,7 +57,7 @@ fn answers(case: &Value) -> Verdict {
     let (tree, image) = (tree(case, "image")?, pixels(case, "image"));
     legal_tree(&tree, case, &image)?;
     let exact = exact(&tree, case, &image)?;
-    let flags = raw::WIS_ENVIRONMENT_NEAREST | raw::WIS_ENVIRONMENT_EXACT_ZERO;
+    let flags = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_EXACT_ZERO;
     let environment = Environment::new(&Map { flags, ..Map::octahedral(1 << depth(case), &image) })?;
     laws::legal(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None))?;
     Ok(format!("legal; {exact} points exact"))

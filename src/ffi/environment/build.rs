@@ -1,7 +1,8 @@
 //! A build at work on the caller's scratch block: its layout, its two passes, and the trees at the end.
 
-use super::super::{Block, Checked, Failure, WIS_ALIGNMENT};
-use super::request::{PixelRows, Request};
+use super::super::light::rows::PixelRows;
+use super::super::{Checked, DividedBlock, ExclusiveBlock, Failure, WIS_ALIGNMENT};
+use super::request::Request;
 use super::stored::Stored;
 use super::{Environment, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, publish};
 use crate::environment::{
@@ -19,7 +20,7 @@ struct ScratchHeader {
     fingerprint: u64,
 }
 
-const SCRATCH_MAGIC: u64 = u64::from_le_bytes(*b"wis-bld\x01");
+const SCRATCH_MAGIC: u64 = u64::from_le_bytes(*b"wis-bld\x02");
 
 /// The largest luminance of a row of texels, or the first cell of a row, until that row is done.
 const UNFINISHED: f64 = -1.0;
@@ -82,13 +83,13 @@ impl Scratch {
 pub(super) struct Build {
     request: Request,
     scratch: Scratch,
-    block: Block,
+    block: DividedBlock,
 }
 
 impl Build {
     fn new(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let layout = Scratch::of(&request).ok_or(Failure::new(Status::Overflow, 1))?;
-        let block = Block::new(scratch.cast(), bytes, layout.bytes, argument)?;
+        let block = DividedBlock::new(scratch.cast(), bytes, layout.bytes, argument)?;
         Ok(Build { request, scratch: layout, block })
     }
 
@@ -101,13 +102,13 @@ impl Build {
         let [texel_rows, cell_rows] = build.rows();
         // SAFETY: the caller's contract; nothing else uses the block yet.
         unsafe {
-            if let Some(header) = build.block.slice::<ScratchHeader>(0, 0, 1).first_mut() {
+            if let Some(header) = build.block.own::<ScratchHeader>(0, 0, 1).first_mut() {
                 *header = ScratchHeader { magic: SCRATCH_MAGIC, fingerprint: request.fingerprint() };
             }
             let unfinished = RowSummary { largest: UNFINISHED, sanitised: 0 };
-            build.block.slice::<RowSummary>(build.scratch.rows, 0, texel_rows as usize).fill(unfinished);
+            build.block.own::<RowSummary>(build.scratch.rows, 0, texel_rows as usize).fill(unfinished);
             for row in 0..cell_rows {
-                build.first_cell(row).fill(UNFINISHED);
+                build.block.own(build.first_cell(row), 0, 1).fill(UNFINISHED);
             }
         }
         Ok(build)
@@ -120,7 +121,7 @@ impl Build {
     pub(super) unsafe fn go_on(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let build = Build::new(request, scratch, bytes, argument)?;
         // SAFETY: the caller's contract; threads only read the header.
-        let begun = unsafe { build.block.slice::<ScratchHeader>(0, 0, 1) }
+        let begun = unsafe { build.block.finished::<ScratchHeader>(0, 0, 1) }
             .first()
             .is_some_and(|h| h.magic == SCRATCH_MAGIC && h.fingerprint == request.fingerprint());
         if begun { Ok(build) } else { Err(Failure::new(Status::Mismatch, argument)) }
@@ -136,19 +137,15 @@ impl Build {
         let done = unsafe {
             match pass {
                 0 => self.summaries().iter().all(|row| row.largest != UNFINISHED),
-                _ => (0..cell_rows).all(|row| self.first_cell(row) != [UNFINISHED]),
+                _ => (0..cell_rows).all(|row| self.block.finished::<f64>(self.first_cell(row), 0, 1) != [UNFINISHED]),
             }
         };
         if done { Ok(()) } else { Err(Failure::new(Status::Mismatch, scratch_argument)) }
     }
 
-    /// The first cell of a row of the second pass.
-    ///
-    /// # Safety
-    /// No thread is at work on that row.
-    unsafe fn first_cell<'a>(&self, row: u32) -> &'a mut [f64] {
-        // SAFETY: the caller's contract.
-        unsafe { self.block.slice(self.scratch.cells, row as usize * self.request.config.cells() as usize, 1) }
+    /// Where the first cell of a row of the second pass stands.
+    fn first_cell(&self, row: u32) -> usize {
+        self.scratch.cells + row as usize * self.request.config.cells() as usize * size_of::<f64>()
     }
 
     /// Rows of the two passes.
@@ -177,14 +174,14 @@ impl Build {
         // SAFETY: elements of this row only.
         let (luminance, rgb, summary) = unsafe {
             (
-                self.block.slice::<f64>(self.scratch.texels, start, width),
-                self.block.slice::<[f32; 3]>(self.scratch.texels_rgb, start, coloured),
-                self.block.slice::<RowSummary>(self.scratch.rows, y as usize, 1),
+                self.block.own::<f64>(self.scratch.texels, start, width),
+                self.block.own::<[f32; 3]>(self.scratch.texels_rgb, start, coloured),
+                self.block.own::<RowSummary>(self.scratch.rows, y as usize, 1),
             )
         };
         let decoded = kernel::decode(&self.request.config, rows, y, luminance, rgb).map_err(|error| match error {
-            RowError::Missing => Failure::at(error.status(), 1, 0, y),
-            RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y),
+            RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
+            RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
         })?;
         if let Some(summary) = summary.first_mut() {
             *summary = decoded;
@@ -202,9 +199,9 @@ impl Build {
         // SAFETY: what is only read is not written in this pass; of the cells this row only is written.
         unsafe {
             let row = Row {
-                luminance: self.block.slice(self.scratch.cells, start, cells),
-                spread: self.block.slice(self.scratch.spread, start, when(config.refined)),
-                rgb: self.block.slice(self.scratch.cells_rgb, start, when(config.rgb)),
+                luminance: self.block.own(self.scratch.cells, start, cells),
+                spread: self.block.own(self.scratch.spread, start, when(config.refined)),
+                rgb: self.block.own(self.scratch.cells_rgb, start, when(config.rgb)),
             };
             kernel::integrate(config, self.decoded(), i, row);
         }
@@ -220,8 +217,8 @@ impl Build {
         // SAFETY: only read from then on.
         unsafe {
             Decoded {
-                luminance: self.block.slice(self.scratch.texels, 0, texels),
-                rgb: self.block.slice(self.scratch.texels_rgb, 0, coloured),
+                luminance: self.block.finished(self.scratch.texels, 0, texels),
+                rgb: self.block.finished(self.scratch.texels_rgb, 0, coloured),
                 replacement: kernel::replacement(self.summaries()),
             }
         }
@@ -231,13 +228,13 @@ impl Build {
     /// The first pass is done.
     unsafe fn summaries<'a>(&self) -> &'a [RowSummary] {
         // SAFETY: written by the first pass, only read from then on.
-        unsafe { self.block.slice(self.scratch.rows, 0, self.request.config.pixels.height as usize) }
+        unsafe { self.block.finished(self.scratch.rows, 0, self.request.config.pixels.height as usize) }
     }
 
     /// Builds the trees and writes the environment; both passes are done.
     ///
     /// # Safety
-    /// As wis_environment_finish.
+    /// As wis_wavelet_light_finish.
     pub(super) unsafe fn finish(
         &self,
         memory: *mut u8,
@@ -293,9 +290,9 @@ impl Build {
         // SAFETY: only read from now on.
         unsafe {
             Grid {
-                luminance: self.block.slice(self.scratch.cells, 0, cells),
-                spread: self.block.slice(self.scratch.spread, 0, when(self.request.config.refined)),
-                rgb: self.block.slice(self.scratch.cells_rgb, 0, when(self.request.config.rgb)),
+                luminance: self.block.finished(self.scratch.cells, 0, cells),
+                spread: self.block.finished(self.scratch.spread, 0, when(self.request.config.refined)),
+                rgb: self.block.finished(self.scratch.cells_rgb, 0, when(self.request.config.rgb)),
             }
         }
     }
@@ -309,13 +306,13 @@ impl Build {
         // SAFETY: the caller's contract; the parts do not overlap.
         unsafe {
             let mut below = Refinement {
-                squares: self.block.slice(self.scratch.refined, 0, config.room()),
-                links: self.block.slice(self.scratch.links, 0, config.room()),
-                marks: self.block.slice(self.scratch.marks, 0, config.marks()),
+                squares: self.block.own(self.scratch.refined, 0, config.room()),
+                links: self.block.own(self.scratch.links, 0, config.room()),
+                marks: self.block.own(self.scratch.marks, 0, config.marks()),
             };
             let refined = kernel::refine(config, self.decoded(), &self.grid(), &mut below)?;
             let stored = self.request.stored(self.request.squares(), refined).ok_or_else(overflow)?;
-            let block = Block::new(memory, bytes, stored.bytes, 2)?;
+            let block = ExclusiveBlock::new(memory, bytes, stored.bytes, 2)?;
             let mut header = self.header();
             let mut trees = Trees {
                 plain: Stored::part(&block, stored.squares),
@@ -351,20 +348,20 @@ impl Build {
         unsafe {
             let mut header = self.header();
             let mut trees = Trees {
-                plain: self.block.slice(self.scratch.plain, 0, all),
-                compensated: self.block.slice(self.scratch.compensated, 0, when(config.compensated, all)),
+                plain: self.block.own(self.scratch.plain, 0, all),
+                compensated: self.block.own(self.scratch.compensated, 0, when(config.compensated, all)),
                 texels: None,
-                rgb: self.block.slice(self.scratch.rgb, 0, when(config.rgb, all)),
+                rgb: self.block.own(self.scratch.rgb, 0, when(config.rgb, all)),
             };
             kernel::complete(config, self.decoded(), &self.grid(), &[], &mut trees, &mut header)?;
-            let savings = self.block.slice::<f64>(self.scratch.savings, 0, all);
+            let savings = self.block.own::<f64>(self.scratch.savings, 0, all);
             let planned = kernel::plan(config, &header, trees.plain, savings)?;
             let kept = planned.squares as usize;
             let stored = self.request.stored(planned.squares, 0).ok_or_else(overflow)?;
-            let block = Block::new(memory, bytes, stored.bytes, 2)?;
+            let block = ExclusiveBlock::new(memory, bytes, stored.bytes, 2)?;
             let links: &mut [Link] = Stored::part(&block, stored.links);
             kernel::write_kept(config, &header, trees.plain, savings, Stored::part(&block, stored.squares), links)?;
-            let sources = self.block.slice::<u32>(self.scratch.sources, 0, kept);
+            let sources = self.block.own::<u32>(self.scratch.sources, 0, kept);
             kernel::copy_kept(links, sources, trees.compensated, Stored::part(&block, stored.compensated));
             kernel::copy_kept(links, sources, trees.rgb, Stored::part(&block, stored.rgb));
             header.squares = planned.squares;
@@ -386,14 +383,12 @@ fn copy<T: Copy>(from: &[T], to: &mut [T]) {
 ///
 /// # Safety
 /// The block is the caller's to write and holds everything but the header.
-unsafe fn seal(block: &Block, stored: &Stored, header: Header) -> Header {
+unsafe fn seal(block: &ExclusiveBlock, stored: &Stored, header: Header) -> Header {
     // SAFETY: the caller's contract; the views do not outlive the statement that made them.
     unsafe {
         let mut header = Header { bytes: stored.bytes as u64, ..header };
         // The bytes of an environment must not depend on what was in the block.
-        let (marks, links) = stored.padding(block);
-        marks.fill(Mark::default());
-        links.fill(Link::default());
+        stored.clear_padding(block);
         let write = |header: Header| {
             if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
                 *slot = header;

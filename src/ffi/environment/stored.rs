@@ -1,10 +1,12 @@
 //! Where the parts of a stored environment stand, and whether stored bytes are what they claim to be.
 
-use super::super::{Block, WIS_ALIGNMENT};
-use super::{ALL_FLAGS, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_RGB, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
+use super::super::{ExclusiveBlock, SharedBlock, WIS_ALIGNMENT};
+use super::{ALL_FLAGS, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
 use crate::environment::{Distribution, Environment, Header, Inverse, MAGIC, RowNumbers, size_of_texels};
+use crate::numeric::times_power;
 use crate::status::{Result, Status};
 use crate::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree};
+use core::f64::consts::PI;
 
 /// Checks everything in stored bytes that later calls rely on, and that nothing was changed.
 pub(super) fn check_stored(view: &Environment) -> Result<()> {
@@ -16,7 +18,7 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
     tree(header.average, view.squares)?;
     match &view.texels {
         Some(texels) if !texels.is_sound() => return Err(Status::Corrupt),
-        None if header.flags & WIS_ENVIRONMENT_COMPENSATED != 0 => {
+        None if header.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0 => {
             tree(header.compensated_average, view.compensated)?;
         }
         _ => {}
@@ -25,7 +27,18 @@ pub(super) fn check_stored(view: &Environment) -> Result<()> {
     let finite = [header.power, header.error].iter().all(|value| (0.0..=f64::MAX).contains(value))
         && (0.0..=MAX_AVERAGE).contains(&header.compensated_average)
         && colours.all(|channel| (0.0..=f32::MAX).contains(channel));
-    if finite && header.content_id == view.content_id() { Ok(()) } else { Err(Status::Corrupt) }
+    let sound = finite && exponent_is_of(header.exponent, header.power) && header.content_id == view.content_id();
+    if sound { Ok(()) } else { Err(Status::Corrupt) }
+}
+
+/// Whether an exponent is that of the mean luminance of a map of this power.
+fn exponent_is_of(exponent: i32, power: f64) -> bool {
+    if power <= 0.0 {
+        return exponent == 0;
+    }
+    // Luminance is a float, at least the smallest one times 0.07 over all texels.
+    let stored_mean = times_power(power / (4.0 * PI), exponent.saturating_neg());
+    (-256..=128).contains(&exponent) && (0.999_999..=2.000_001).contains(&stored_mean)
 }
 
 /// How many squares a stored environment has.
@@ -91,8 +104,8 @@ impl Stored {
             squares: part(squares, size_of::<[f32; 4]>()),
             marks: part(when(is_refined, cells.div_ceil(32)), size_of::<Mark>()),
             links: part(linked, size_of::<Link>()),
-            compensated: part(when(has(WIS_ENVIRONMENT_COMPENSATED) && !keeps, squares), size_of::<[f32; 4]>()),
-            rgb: part(when(has(WIS_ENVIRONMENT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
+            compensated: part(when(has(WIS_WAVELET_LIGHT_COMPENSATED) && !keeps, squares), size_of::<[f32; 4]>()),
+            rgb: part(when(has(WIS_WAVELET_LIGHT_RGB), squares), size_of::<[[f32; 3]; 4]>()),
             rows: part(when(keeps, texels[0].into()), size_of::<RowNumbers>()),
             starts: part(when(keeps, starts), size_of::<u32>()),
             guides: part(when(keeps, guides), size_of::<u16>()),
@@ -111,33 +124,45 @@ impl Stored {
         if header.refined > header.squares || (sparse && header.refined != 0) {
             return None;
         }
-        let possible = !sparse && header.flags & WIS_ENVIRONMENT_COMPENSATED != 0;
+        let possible = !sparse && header.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0;
         if header.texels != [0; 2] && !possible {
             return None;
         }
         Stored::new(Counts::of(header), header.flags)
     }
 
-    /// The room behind odd numbers of marks and links.
+    /// Whether the room behind odd numbers of marks and links is clear.
     ///
     /// # Safety
-    /// As [`Block::slice`].
-    pub(super) unsafe fn padding<'a>(&self, block: &Block) -> (&'a mut [Mark], &'a mut [Link]) {
+    /// As [`SharedBlock::slice`].
+    pub(super) unsafe fn is_padding_clear(&self, block: &SharedBlock) -> bool {
         let Stored { marks, links, .. } = self;
         // SAFETY: the caller's contract; both parts are padded to the alignment of the next.
         unsafe {
-            (
-                block.slice(marks.offset, marks.count, marks.count & 1),
-                block.slice(links.offset, links.count, links.count & 1),
-            )
+            let marks = block.slice::<Mark>(marks.offset, marks.count, marks.count & 1);
+            let links = block.slice::<Link>(links.offset, links.count, links.count & 1);
+            marks.iter().all(|mark| *mark == Mark::default()) && links.iter().all(|link| *link == Link::default())
+        }
+    }
+
+    /// Clears the room behind odd numbers of marks and links.
+    ///
+    /// # Safety
+    /// As [`ExclusiveBlock::slice`].
+    pub(super) unsafe fn clear_padding(&self, block: &ExclusiveBlock) {
+        let Stored { marks, links, .. } = self;
+        // SAFETY: the caller's contract; both parts are padded to the alignment of the next.
+        unsafe {
+            block.slice(marks.offset, marks.count, marks.count & 1).fill(Mark::default());
+            block.slice(links.offset, links.count, links.count & 1).fill(Link::default());
         }
     }
 
     /// A part that is to be written.
     ///
     /// # Safety
-    /// As [`Block::slice`].
-    pub(super) unsafe fn part<'a, T>(block: &Block, part: Part) -> &'a mut [T] {
+    /// As [`ExclusiveBlock::slice`].
+    pub(super) unsafe fn part<'a, T>(block: &ExclusiveBlock, part: Part) -> &'a mut [T] {
         // SAFETY: the caller's contract.
         unsafe { block.slice(part.offset, 0, part.count) }
     }

@@ -1,14 +1,16 @@
 //! Products and weighted sums of trees in C.
 
-use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
-use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
+use super::super::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice};
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, mean_of, publish};
 use crate::combine::{self as kernel, Factor, MAX_FACTORS, Place, Rule, Scratch, Times, WIS_MAX_BLEND, Weighted};
 use crate::numeric::{exp2i, exponent};
 use crate::status::Status;
 use crate::tree::{self, Link};
 use core::ffi::c_void;
 
-/// The memory that wis_tree_multiply needs for these trees, `g` may be null. Costs one visit of each square of the product.
+/// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
+/// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
+/// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -36,10 +38,13 @@ pub unsafe extern "C" fn wis_tree_multiply_size(
 /// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
 /// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
 /// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
-/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted.
+/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT if `f` or
+/// `g` has more axes than `e`; WIS_OVERFLOW if the average is above 0 and below 2^-1022, or beyond a double.
 ///
-/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products; one that is too short fails with
-/// WIS_MEMORY_TOO_SMALL. The bytes in use stand in `info`.
+/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
+/// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
+/// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
+/// `info`.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -61,8 +66,8 @@ pub unsafe extern "C" fn wis_tree_multiply(
         unsafe {
             let factors = Factors::read(e, f, g)?;
             check_results(tree, 8, info, 9)?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
-            Block::new(memory.cast(), bytes, 0, 4)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 4)?;
             let blocks = Blocks { scratch, scratch_bytes, memory: memory.cast(), bytes };
             let header = with_axes!(factors.dimensions, 2, multiply(&factors, &blocks))?;
             publish(memory.cast(), &header, tree, info);
@@ -124,9 +129,14 @@ unsafe fn factor<'a>(tree: *const Tree, argument: u32) -> Checked<(Factor<'a>, i
     }
 }
 
+/// The squares of the product, or where counting them could cost more than all trees are large, the most that it can have.
 fn count<const N: usize, const C: usize>(factors: &Factors) -> Checked<usize> {
-    let squares = kernel::count::<C, MAX_FACTORS>(factors.trees(), &Times).ok_or(Failure::new(Status::Overflow, 2))?;
-    Ok(squares as usize)
+    let alike = factors.trees().iter().all(|tree| tree.axes() == factors.dimensions);
+    let squares = match alike {
+        true => kernel::count::<C, MAX_FACTORS>(factors.trees(), &Times),
+        false => kernel::most::<C>(factors.trees()),
+    };
+    Ok(squares.ok_or(Failure::new(Status::Overflow, 2))? as usize)
 }
 
 /// Where the parts of the scratch memory stand for so many squares.
@@ -162,7 +172,7 @@ fn needed(dimensions: u32, squares: usize, scratch: &Layout) -> Checked<MemorySi
 
 /// The caller's memory: arguments 4 to 7 of both calls.
 struct Blocks {
-    scratch: Block,
+    scratch: ExclusiveBlock,
     scratch_bytes: usize,
     memory: *mut u8,
     bytes: usize,
@@ -201,10 +211,14 @@ unsafe fn run<const C: usize, const K: usize>(
         let Some(result) = kernel::combine::<C, K>(trees, rule, &mut parts) else { return Ok(None) };
         let (squares, dimensions) = (result.squares as usize, C.trailing_zeros());
         let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
-        let block = Block::new(blocks.memory, blocks.bytes, stored.bytes, 4)?;
+        let block = ExclusiveBlock::new(blocks.memory, blocks.bytes, stored.bytes, 4)?;
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
         let links = block.slice::<Link>(stored.links, 0, squares);
         let (power, average) = kernel::store(parts.values.get(..squares).unwrap_or(&[]), result.mean, kept);
+        let mean = match result.mean > 0.0 {
+            true => mean_of(result.mean, exponent, exponent.saturating_add(power), 1)?,
+            false => 0.0,
+        };
         for (link, from) in links.iter_mut().zip(parts.links.iter()) {
             *link = *from;
         }
@@ -213,12 +227,12 @@ unsafe fn run<const C: usize, const K: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: finite(result.mean * exp2i(exponent)),
+            mean,
             error: 0.0,
             dimensions,
             depth,
             squares: result.squares,
-            exponent: exponent.saturating_add(power),
+            exponent: if mean > 0.0 { exponent.saturating_add(power) } else { 0 },
             average,
             reserved: 0,
         };
@@ -254,7 +268,9 @@ pub unsafe extern "C" fn wis_tree_blend_size(
 
 /// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
 /// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
-/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs.
+/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT for another
+/// number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the tree or the
+/// weight. WIS_OVERFLOW as wis_tree_multiply.
 ///
 /// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
 /// stand in `info`, which may be null; its `error` is 0.
@@ -279,12 +295,12 @@ pub unsafe extern "C" fn wis_tree_blend(
         unsafe {
             let terms = Terms::read(tree_count, trees)?;
             let weights = slice(weight, terms.count, 3)?;
-            if !weights.iter().all(|weight| (0.0..=f64::MAX).contains(weight)) {
-                return Err(Failure::new(Status::InvalidArgument, 3));
+            if let Some(wrong) = weights.iter().position(|weight| !(0.0..=f64::MAX).contains(weight)) {
+                return Err(Failure::new(Status::InvalidArgument, 3).in_row(3, wrong));
             }
             check_results(tree, 8, info, 9)?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
-            Block::new(memory.cast(), bytes, 0, 4)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, scratch_bytes, 6)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 4)?;
             let blocks = Blocks { scratch, scratch_bytes, memory: memory.cast(), bytes };
             let header = with_axes!(terms.dimensions, 2, add(&terms, weights, &blocks))?;
             publish(memory.cast(), &header, tree, info);
@@ -320,10 +336,10 @@ impl<'a> Terms<'a> {
         let slots = read.trees.iter_mut().zip(&mut read.exponents);
         for (k, (&handle, (slot, to_exponent))) in handles.iter().zip(slots).enumerate() {
             // SAFETY: the caller's contract.
-            let (tree, exponent) = unsafe { factor(handle, 2)? };
+            let (tree, exponent) = unsafe { factor(handle, 2) }.map_err(|at| at.in_row(2, k))?;
             read.dimensions = if k == 0 { tree.axes() } else { read.dimensions };
             if tree.axes() != read.dimensions {
-                return Err(Failure::new(Status::InvalidArgument, 2));
+                return Err(Failure::new(Status::InvalidArgument, 2).in_row(2, k));
             }
             (*slot, *to_exponent) = (tree, exponent);
         }
@@ -370,9 +386,4 @@ fn count_sum<const N: usize, const C: usize>(terms: &Terms, weights: &[f64; WIS_
     let trees = terms.trees.get(..terms.count).unwrap_or(&[]);
     let squares = kernel::count::<C, WIS_MAX_BLEND>(trees, &Weighted(*weights));
     Ok(squares.ok_or(Failure::new(Status::Overflow, 2))? as usize)
-}
-
-/// A mean that a tree can hold.
-fn finite(mean: f64) -> f64 {
-    if mean < f64::MAX { mean } else { f64::MAX }
 }

@@ -1,10 +1,12 @@
 //! Rotated maps in C.
 
 use super::super::environment::{Environment, view};
-use super::super::{Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized};
+use super::super::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized,
+};
 use super::{Request, Tree, TreeConfig, TreeInfo, build, check_results, publish};
-use crate::rotated::{Rotated, WIS_MAX_PLACES};
-use crate::status::Status;
+use crate::rotated::{MAX_LEAST, Rotated, WIS_MAX_PLACES};
+use crate::status::{Fault, Status};
 use core::ffi::c_void;
 use core::ptr::null;
 
@@ -21,7 +23,7 @@ pub struct RotatedConfig {
     pub places: u32,
     /// As wis_tree_config.
     pub error_budget: f32,
-    /// The share of the map's mean that is added to each pixel, 0 or more: what keeps the pdf above 0 wherever there is light.
+    /// The share of the map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
     pub least: f32,
     /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
     pub world_from_map: *const f32,
@@ -56,7 +58,8 @@ pub unsafe extern "C" fn wis_tree_of_environment_size(
 /// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
 /// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
 /// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
-/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`.
+/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`. Costs (places 2^depth)^2
+/// look-ups in the map.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -78,11 +81,14 @@ pub unsafe extern "C" fn wis_tree_of_environment(
             let environment = view(environment, 1)?;
             let config: &RotatedConfig = sized(config, 2)?;
             let request = Request { exponent: environment.header.exponent, memory: 3, ..request(config, 2)? };
-            let frames = [frame(config.world_from_map.cast(), 2)?, frame(config.world_from_tree.cast(), 2)?];
+            let frames = [
+                frame(config.world_from_map.cast(), 2).map_err(|at| at.of(c"world_from_map"))?,
+                frame(config.world_from_tree.cast(), 2).map_err(|at| at.of(c"world_from_tree"))?,
+            ];
             check_results(tree, 7, info, 8)?;
             let layout = layout(&request)?;
-            let scratch = Block::new(scratch.cast(), scratch_bytes, layout.bytes, 5)?;
-            Block::new(memory.cast(), bytes, 0, 3)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, layout.bytes, 5)?;
+            ExclusiveBlock::new(memory.cast(), bytes, 0, 3)?;
             let pixels = scratch.slice::<f32>(layout.pixels, 0, 1 << (2 * request.depth));
             Rotated::new(environment.light(), frames, request.depth, config.places, config.least).fill(pixels);
             let header = build::<2, 4>(&request, pixels, &scratch, memory.cast(), bytes)?;
@@ -94,15 +100,16 @@ pub unsafe extern "C" fn wis_tree_of_environment(
 
 /// What is to be built.
 fn request(config: &RotatedConfig, argument: u32) -> Checked<Request> {
-    let invalid = Failure::new(Status::InvalidArgument, argument);
     let size = size_of::<TreeConfig>() as u32;
     let (depth, error_budget) = (config.depth, config.error_budget);
     let tree = TreeConfig { size, dimensions: 2, depth, error_budget, pixels: null() };
-    let shares = (0.0..=f32::MAX).contains(&config.least);
-    if !(1..=WIS_MAX_PLACES).contains(&config.places) || !shares {
-        return Err(invalid);
+    if !(1..=WIS_MAX_PLACES).contains(&config.places) {
+        return Err(Failure::fault(Fault::range(c"places"), argument));
     }
-    Request::new(&tree).map_err(|_| invalid)
+    if !(0.0..=MAX_LEAST).contains(&config.least) {
+        return Err(Failure::fault(Fault::range(c"least"), argument));
+    }
+    Request::new(&tree).map_err(|at| at.instead(argument))
 }
 
 /// Where the parts of the scratch memory stand.

@@ -2,12 +2,12 @@
 
 use super::super::triple::list;
 use super::super::{
-    Block, Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, check_grid, out, slice, slice_mut,
 };
-use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, publish};
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, mean_of, publish};
 use crate::approximate;
 use crate::numeric::{exp2i, exponent};
-use crate::sparse::{self, Details, Element, Set, Sparse};
+use crate::sparse::{self, Details, Element, Set, Sparse, Unfit};
 use crate::status::Status;
 use crate::tree::{self, Link};
 use crate::triple::Wavelets;
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, 
     })
 }
 
-/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients.
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -67,8 +67,9 @@ pub unsafe extern "C" fn wis_sparse_select(
     keep: u32,
     kept: *mut Details,
     kept_count: *mut u32,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         // SAFETY: the caller's contract.
         unsafe {
             let object = Object::view(tree, 1)?;
@@ -84,7 +85,7 @@ pub unsafe extern "C" fn wis_sparse_select(
 unsafe fn largest<const N: usize, const C: usize>(object: &Object, keep: u32, out: &mut [Details]) -> Checked<u32> {
     // SAFETY: the caller's contract.
     let tree = unsafe { object.tree::<C>() };
-    Ok(approximate::select(&tree, keep, exp2i(object.header.exponent), out) as u32)
+    Ok(approximate::select(&tree, keep, object.header.exponent, out).map_err(|s| Failure::new(s, 1))? as u32)
 }
 
 /// # Safety
@@ -98,13 +99,16 @@ unsafe fn terms_for<const N: usize, const C: usize>(object: &Object, error: f64)
 /// As [`largest`].
 unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold: f64) -> Checked<u32> {
     // SAFETY: the caller's contract.
-    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, exp2i(object.header.exponent)))
+    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, object.header.exponent))
 }
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
 /// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
-/// visited once. `wavelets` has room for `room` elements; `wavelet_count` tells how many squares the product has:
-/// WIS_MEMORY_TOO_SMALL if that is more. It never is above 12 times the sum of both counts.
+/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
+/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
+/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
+/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
+/// undefined.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -120,8 +124,9 @@ pub unsafe extern "C" fn wis_triple_multiply(
     wavelets: *mut Wavelets,
     wavelet_count: *mut u32,
     average: *mut f64,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         for (argument, average) in [(1, e_average), (4, f_average)] {
             if !average.is_finite() {
                 return Err(Failure::new(Status::InvalidArgument, argument));
@@ -133,17 +138,15 @@ pub unsafe extern "C" fn wis_triple_multiply(
             let f = Sparse { average: f_average, wavelets: list(f, f_count, 6)? };
             let wavelets = slice_mut(wavelets, room as usize, 8)?;
             let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
-            let (mean, squares) = sparse::multiply((2, e), (2, f), wavelets);
-            to_count.write(squares as u32);
-            to_average.write(mean);
-            if squares > wavelets.len() { Err(Failure::new(Status::MemoryTooSmall, 7)) } else { Ok(()) }
+            let product = sparse::multiply((2, e), (2, f), wavelets);
+            report::<Wavelets>(product, to_count, (to_average, 7))
         }
     })
 }
 
 /// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
 /// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
-/// n axes ask for.
+/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -161,8 +164,9 @@ pub unsafe extern "C" fn wis_sparse_multiply(
     product: *mut Details,
     product_count: *mut u32,
     average: *mut f64,
+    diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(null_mut(), || {
+    answer(diagnostic, || {
         for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
             if !(1..=most).contains(&axes) {
                 return Err(Failure::new(Status::InvalidArgument, argument));
@@ -179,12 +183,37 @@ pub unsafe extern "C" fn wis_sparse_multiply(
             let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
             let out_list = slice_mut(product, room as usize, 10)?;
             let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
-            let (mean, squares) = sparse::multiply((n, e), (m, f), out_list);
-            to_count.write(u32::try_from(squares).unwrap_or(u32::MAX));
-            to_average.write(mean);
-            if squares > out_list.len() { Err(Failure::new(Status::MemoryTooSmall, 9)) } else { Ok(()) }
+            let product = sparse::multiply((n, e), (m, f), out_list);
+            report::<Details>(product, to_count, (to_average, 9))
         }
     })
+}
+
+/// Writes what a product of sets is; `room` is the argument that is at fault if there are more elements of `W`.
+///
+/// # Safety
+/// The pointers are those of the caller's results.
+unsafe fn report<W>(
+    product: core::result::Result<(f64, usize), Unfit>,
+    to_count: *mut u32,
+    (to_average, room): (*mut f64, u32),
+) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    let tell = |squares: u64| unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
+    match product {
+        Ok((mean, squares)) => {
+            tell(squares as u64);
+            // SAFETY: the caller's contract.
+            unsafe { to_average.write(mean) };
+            Ok(())
+        }
+        Err(Unfit::Room(squares)) => {
+            tell(squares);
+            let bytes = squares.saturating_mul(size_of::<W>() as u64);
+            Err(Failure::too_small(room, usize::try_from(bytes).unwrap_or(usize::MAX)))
+        }
+        Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),
+    }
 }
 
 /// A list of wavelets of some axes in order.
@@ -194,7 +223,10 @@ pub unsafe extern "C" fn wis_sparse_multiply(
 unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
     // SAFETY: the caller's contract.
     let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
-    if sparse::is_ordered(list, axes) { Ok(list) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+    match sparse::disorder(list, axes) {
+        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
+        None => Ok(list),
+    }
 }
 
 /// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
@@ -222,7 +254,9 @@ pub unsafe extern "C" fn wis_tree_of_wavelets_size(
 /// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
 /// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
 /// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
-/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if values are too large for a tree. `info` may be null.
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
+/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
+/// average is beyond a double. `info` may be null.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
@@ -345,7 +379,7 @@ unsafe fn build<W: Element, const C: usize>(
     let dimensions = C.trailing_zeros();
     let squares = sparse::squares(dimensions, set.wavelets);
     let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, arguments.count))?;
-    let block = Block::new(memory, bytes, stored.bytes, arguments.memory)?;
+    let block = ExclusiveBlock::new(memory, bytes, stored.bytes, arguments.memory)?;
     // SAFETY: the caller's contract; the parts of the block do not overlap.
     unsafe {
         let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
@@ -360,7 +394,7 @@ unsafe fn build<W: Element, const C: usize>(
             magic: MAGIC,
             bytes: stored.bytes as u64,
             content_id: 0,
-            mean: mean * exp2i(power),
+            mean: mean_of(mean, power, power, arguments.list)?,
             error: 0.0,
             dimensions,
             depth,

@@ -48,7 +48,7 @@ pub fn write(out: &mut String) -> Result<()> {
     Ok(())
 }
 
-const TEXT: &str = "Every BRDF file at hand, luminance of BRDF x cosine about the mirror direction (`wis_table_directions`, four places in a
+const TEXT: &str = "Every BRDF file at hand, luminance of BRDF x cosine about the mirror direction (`wis_wavelet_table_directions`, four places in a
 pixel). Errors: relative L2 over the whole table, if so many of all wavelets are kept, the largest of all slices, as the paper
 does. Then the size of trees of whole squares whose error is at most that of 2 % of the wavelets, and at most those of .5 and
 5 %: they hold no negative values, can be sampled, multiplied and blended. An isotropic table has as many different slices as

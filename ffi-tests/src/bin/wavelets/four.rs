@@ -211,10 +211,15 @@ const LESSON: &str = "Looking up is faster, as the paper says, and
 worse: integrals are interpolated between 32 x 32 reflected directions, and the directions are those of neighbours. It is a
 biased estimate that more samples do not mend, and seams show where the square of reflected directions is folded.";
 
-fn query(point: &ShadingPoint) -> raw::wis_query {
-    let lobe = raw::wis_lobe { kind: raw::WIS_LOBE_PHONG, weight: [1.0; 3], a: EXPONENT, ..Default::default() };
+fn query(point: &ShadingPoint) -> raw::wis_wavelet_query {
+    let lobe = raw::wis_wavelet_lobe {
+        kind: raw::WIS_WAVELET_LOBE_PHONG,
+        weight: [1.0; 3],
+        a: EXPONENT,
+        ..Default::default()
+    };
     let query = client::query(point.normal.to_array(), point.wo.to_array(), &[lobe]);
-    raw::wis_query { flags: raw::WIS_QUERY_COSINE_INCLUDED, ..query }
+    raw::wis_wavelet_query { flags: raw::WIS_WAVELET_QUERY_COSINE_INCLUDED, ..query }
 }
 
 fn estimate(scene: &Scene, light: &Light, point: &ShadingPoint, wi: &[[f32; 3]], pdf: &[f32]) -> f64 {

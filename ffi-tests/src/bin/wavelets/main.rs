@@ -50,7 +50,7 @@ const INTRODUCTION: &str = r#"# Wavelet importance sampling
 
 Written by `make wavelets`. Clarberg et al. 2005, "Wavelet Importance Sampling: Efficiently Evaluating Products of Complex
 Functions": products of trees (`wis_tree_multiply`), the hierarchical warp (`wis_warp_in_place`), tables of BRDFs about the
-mirror direction (`wis_table_*`), and the product at a shading point without turned maps (`wis_product_*`).
+mirror direction (`wis_wavelet_table_*`), and the product at a shading point without turned maps (`wis_wavelet_product_*`).
 
 | claim | paper | here | holds |
 |---|---|---|---|
@@ -83,7 +83,7 @@ since the inner product of details is bilinear. `wis_tree_of_environment` turns 
 .10, .087. The biased ones stop at the error of the integral, and win for up to 4 samples.
 
 *Colour.* Directions are sampled by luminance; a client divides its own colour by the pdf, so that each sample has the hue of
-its light and BRDF, and `wis_product_estimate_rgb` integrates in colour. A `wis_table` samples by luminance and evaluates red, green and blue (`wis_table_eval`, `wis_table_estimate_rgb`).
+its light and BRDF, and `wis_wavelet_product_estimate_rgb` integrates in colour. A `wis_wavelet_table` samples by luminance and evaluates red, green and blue (`wis_wavelet_table_eval`, `wis_wavelet_table_estimate_rgb`).
 "#;
 
 /// What is written, and the light of all figures.

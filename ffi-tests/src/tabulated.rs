@@ -1,0 +1,156 @@
+//! Scattered measurements on a grid, as a renderer would keep them: looked up in constant time, and sampled.
+//!
+//! A slice for each elevation of wo holds the BRDF over the unit square of wi: azimuth from wo along one axis, the squared
+//! sine of the elevation along the other. Areas of that square are pi times smaller than projected solid angles, so a
+//! density in proportion to the BRDF becomes one in proportion to BRDF x cosine.
+
+use crate::cornell::Scattered;
+use crate::grid::Grid;
+use crate::measured::Reflectance;
+use glam::{DVec3, dvec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// A BRDF on a grid.
+pub struct Tabulated {
+    name: String,
+    value: Grid,
+    density: Grid,
+    roughness: f64,
+}
+
+impl std::fmt::Debug for Tabulated {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Tabulated({})", self.name)
+    }
+}
+
+/// Elevations of wo, up to a little less than a right angle.
+const SLICES: usize = 16;
+const GRAZING: f64 = 0.99;
+/// Azimuths and elevations of wi; the azimuths 0 and 2 pi are both there.
+const COLUMNS: usize = 65;
+const ROWS: usize = 48;
+/// No value is smaller than this share of the largest of its slice: what is interpolated can then be sampled.
+const FLOOR: f64 = 1e-4;
+
+impl Tabulated {
+    pub fn new(scattered: &Scattered) -> Tabulated {
+        let elevations: Vec<f64> = (0..SLICES).map(|k| k as f64 / (SLICES - 1) as f64 * GRAZING * FRAC_PI_2).collect();
+        let mut values = Vec::with_capacity(SLICES * ROWS * COLUMNS);
+        for &theta in &elevations {
+            let wo = dvec3(theta.sin(), 0.0, theta.cos());
+            let first = values.len();
+            for (row, column) in (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column))) {
+                // The last row is the horizon itself, where there is no BRDF.
+                let y = (row as f64 / (ROWS - 1) as f64).min(0.999);
+                let wi = direction([column as f64 / (COLUMNS - 1) as f64, y], 0.0);
+                values.push(scattered.eval(wo, wi) / wi.z);
+            }
+            let slice = &mut values[first..];
+            let largest = slice.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+            slice.iter_mut().for_each(|value| *value = value.max(FLOOR * largest));
+        }
+        Tabulated {
+            name: scattered.name.clone(),
+            density: Grid::new([COLUMNS, ROWS], elevations.clone(), values.clone(), true),
+            value: Grid::new([COLUMNS, ROWS], elevations, values, false),
+            roughness: roughness(scattered),
+        }
+    }
+}
+
+/// From where a lobe at 45 degrees has fallen to half of its mirror direction, in the plane of incidence.
+fn roughness(scattered: &Scattered) -> f64 {
+    let at = |theta: f64| dvec3(theta.sin(), 0.0, theta.cos());
+    let lobe = |turned: f64| scattered.eval(at(-0.25 * PI), at(0.25 * PI - turned));
+    let half = (1..90).map(|i| f64::from(i) * 0.25 * PI / 90.0).find(|&turned| lobe(turned) < 0.5 * lobe(0.0));
+    // A half vector turns by half of that.
+    half.map_or(1.0, |angle| 0.5 * angle / 0.64)
+}
+
+/// The direction of wi for a point of the square and the azimuth of wo.
+fn direction([x, y]: [f64; 2], azimuth: f64) -> DVec3 {
+    let (phi, sine) = (TAU * x + azimuth, y.sqrt());
+    dvec3(sine * phi.cos(), sine * phi.sin(), (1.0 - y).max(0.0).sqrt())
+}
+
+/// The elevation of wo and the point of the square for wi; none unless both are above the surface.
+fn place(wo: DVec3, wi: DVec3) -> Option<(f64, [f64; 2])> {
+    let turns = (wi.y.atan2(wi.x) - wo.y.atan2(wo.x)) / TAU;
+    let above = wo.z > 0.0 && wi.z > 0.0;
+    above.then(|| (wo.z.min(1.0).acos(), [turns - turns.floor(), wi.x * wi.x + wi.y * wi.y]))
+}
+
+impl Reflectance for Tabulated {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn roughness(&self) -> f64 {
+        self.roughness
+    }
+
+    fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        place(wo, wi).map_or(0.0, |(theta, at)| self.value.eval(theta, at) * wi.z)
+    }
+
+    fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
+        direction(self.density.sample(wo.z.clamp(0.0, 1.0).acos(), u).0, wo.y.atan2(wo.x))
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        place(wo, wi).map_or(0.0, |(theta, at)| self.density.density(theta, at) * wi.z / PI)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A glossy lobe on a diffuse ground, measured at scattered pairs of directions.
+    fn scattered() -> Scattered {
+        let mut text = String::from("1\n555\n");
+        for i in 0..1200 {
+            let at = |k: u32| f64::from((i * k) % 1201) / 1201.0;
+            let (theta_i, theta_o, azimuth) = (1.4 * at(571), 1.4 * at(769), PI * at(947));
+            let wo = dvec3(-theta_o.sin(), 0.0, theta_o.cos());
+            let wi = dvec3(theta_i.sin() * azimuth.cos(), theta_i.sin() * azimuth.sin(), theta_i.cos());
+            let value = 0.1 + 2.0 * wo.dot(wi).max(0.0).powi(12);
+            text += &format!("{theta_i} {azimuth} {theta_o} 0 {value}\n");
+        }
+        Scattered::parse("made here".into(), &text).unwrap()
+    }
+
+    #[test]
+    fn scattered_measurements_are_sampled_as_they_reflect() {
+        let (scattered, count) = (scattered(), 1 << 16);
+        let brdf = Tabulated::new(&scattered);
+        let mut u = vec![[0.0; 2]; count];
+        crate::points::sobol(3, 0, &mut u);
+        for theta in [0.05, 0.6, 1.2f64] {
+            let wo = dvec3(theta.sin() * 0.8, theta.sin() * 0.6, theta.cos());
+            let (mut sampled, mut uniform, mut density, mut measured) = (0.0, 0.0, 0.0, 0.0);
+            for u in &u {
+                let u = u.map(f64::from);
+                let wi = brdf.sample(wo, u);
+                let pdf = brdf.pdf(wo, wi);
+                assert!(wi.z <= 0.0 || pdf > 0.0);
+                sampled += if wi.z > 0.0 { brdf.eval(wo, wi) / pdf } else { 0.0 };
+                let radius = (1.0 - u[0] * u[0]).sqrt();
+                let flat = dvec3(radius * (TAU * u[1]).cos(), radius * (TAU * u[1]).sin(), u[0]);
+                uniform += brdf.eval(wo, flat) * TAU;
+                density += brdf.pdf(wo, flat) * TAU;
+            }
+            for u in u.iter().step_by(64) {
+                let wi = direction(u.map(f64::from), 0.0);
+                measured += scattered.eval(wo, wi) / wi.z * PI * 64.0;
+            }
+            let [sampled, uniform, density, measured] =
+                [sampled, uniform, density, measured].map(|sum| sum / count as f64);
+            assert!((density - 1.0).abs() < 0.01, "{theta}: the pdf integrates to {density}");
+            assert!((sampled / uniform - 1.0).abs() < 0.01, "{theta}: {sampled} {uniform}");
+            assert!((uniform / measured - 1.0).abs() < 0.05, "{theta}: {uniform} in place of {measured}");
+        }
+        assert!((0.1..0.8).contains(&brdf.roughness()), "{}", brdf.roughness());
+    }
+}

@@ -1,0 +1,168 @@
+//! What a method takes for a pixel in each cost model: with cold caches, since a renderer does other work between pixels.
+
+use crate::client::{self, raw};
+use crate::cold::Cold;
+use crate::cost::{Cost, MODELS};
+use crate::estimator::{Estimator, Pick, Setting};
+use crate::measure::{learn, shadowed_and_not};
+use crate::method::Method;
+use crate::scene::Scene;
+use crate::statistics::median;
+use serde::{Deserialize, Serialize};
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Nanoseconds for a shading point.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Time {
+    /// Drawing, evaluating and choosing, with what has to be prepared.
+    pub sampling: f64,
+    pub rays: f64,
+}
+
+impl Time {
+    pub fn ns(&self) -> f64 {
+        self.sampling + self.rays
+    }
+}
+
+/// A pixel that took so many times the median was interrupted by another program.
+const INTERRUPTED: f64 = 10.0;
+/// The pass whose random numbers are timed.
+const PASS: u32 = 0;
+
+/// The mean over some pixels of a scene, evenly spread, in each of `MODELS`.
+///
+/// # Errors
+/// Those of the library.
+pub fn time(
+    scene: &Scene,
+    setting: &Setting,
+    method: Method,
+    count: usize,
+    pixels: usize,
+) -> client::Result<[Time; MODELS.len()]> {
+    let all = scene.points.len() / scene.hits;
+    let pixels: Vec<usize> = (0..pixels.min(all)).map(|i| i * all / pixels.min(all)).collect();
+    let takes_prior = method.mode().is_some_and(|mode| mode.takes_prior());
+    let mut stopwatch =
+        Stopwatch { estimator: Estimator::new(setting, scene.hits)?, picks: Vec::new(), ends: Vec::new() };
+    let (mut cold, mut times) = (Cold::default(), [const { Vec::new() }; MODELS.len()]);
+    for pixel in pixels {
+        if takes_prior {
+            stopwatch.estimator.set_prior(&learn(setting, scene, pixel, PASS, count * scene.hits)?);
+        }
+        for ((_, cost), times) in MODELS.into_iter().zip(&mut times) {
+            cold.touch();
+            times.push(stopwatch.pixel(scene, setting, cost, (method, count), pixel)?);
+        }
+    }
+    Ok(times.map(|times| mean(&times, scene.hits)))
+}
+
+/// What a timed pixel needs.
+struct Stopwatch {
+    estimator: Estimator,
+    picks: Vec<Pick>,
+    ends: Vec<usize>,
+}
+
+impl Stopwatch {
+    /// Estimates all hits of a pixel, then traces all rays, so that the two are timed apart.
+    fn pixel(
+        &mut self,
+        scene: &Scene,
+        setting: &Setting,
+        cost: Cost,
+        (method, count): (Method, usize),
+        pixel: usize,
+    ) -> client::Result<Time> {
+        let (setting, hits) = (setting.at(cost), &scene.points[pixel * scene.hits..][..scene.hits]);
+        self.picks.clear();
+        self.ends.clear();
+        let start = Instant::now();
+        for point in hits {
+            self.picks.extend_from_slice(self.estimator.picks(method, &setting, point, PASS, count)?);
+            self.ends.push(self.picks.len());
+        }
+        let drawn = Instant::now();
+        let mut first = 0;
+        for (point, &end) in hits.iter().zip(&self.ends) {
+            black_box(shadowed_and_not(scene, cost, point, &self.picks[first..end]));
+            first = end;
+        }
+        if method.mode().is_some_and(|mode| mode.takes_prior()) {
+            // What this pass would teach the next one belongs to its time.
+            let (mut prior, matrix): (raw::wis_prior, _) = (client::prior(), setting.light.world_from_map());
+            let wi: Vec<[f32; 3]> = self.picks.iter().map(|pick| pick.wi.to_array()).collect();
+            client::count(&mut prior, &matrix, &wi, &vec![1; wi.len()])?;
+        }
+        let traced = Instant::now();
+        let ns = |from: Instant, to: Instant| (to.duration_since(from).as_secs_f64() * 1e9 - clock()).max(0.0);
+        Ok(Time { sampling: ns(start, drawn), rays: ns(drawn, traced) })
+    }
+}
+
+/// The mean for a hit, without interrupted pixels.
+fn mean(times: &[Time], hits: usize) -> Time {
+    let typical = median(&times.iter().map(Time::ns).collect::<Vec<_>>());
+    let kept: Vec<&Time> = times.iter().filter(|time| time.ns() <= INTERRUPTED * typical).collect();
+    let mean = |of: fn(&Time) -> f64| kept.iter().map(|time| of(time)).sum::<f64>() / (kept.len() * hits) as f64;
+    Time { sampling: mean(|time| time.sampling), rays: mean(|time| time.rays) }
+}
+
+/// What asking for the time takes, nanoseconds.
+fn clock() -> f64 {
+    static NS: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+    *NS.get_or_init(|| {
+        let ask = || {
+            let start = Instant::now();
+            Instant::now().duration_since(start).as_secs_f64() * 1e9
+        };
+        (0..1000).map(|_| ask()).fold(f64::INFINITY, f64::min)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::Lit;
+    use crate::light::Light;
+    use crate::material::Material;
+    use crate::peers::Peer;
+    use crate::scene::View;
+
+    /// Both models differ by what evaluations and rays cost: so many that other programs do not hide it.
+    #[test]
+    fn models_differ_by_evaluations_and_rays() {
+        let light = Light::windows(64);
+        let environment = light.environment().unwrap();
+        let lit = Lit::new(&light, &environment).unwrap();
+        let (material, scene) = (Material::lambert(), Scene::procedural(View::Points(64)).unwrap());
+        let setting = Setting::new(&lit, &material);
+        let mut estimator = Estimator::new(&setting, 1).unwrap();
+        for count in [64, 256] {
+            let method = Method::Peer(Peer::Brdf);
+            let mut traced = 0;
+            for point in &scene.points {
+                let picks = estimator.picks(method, &setting, point, PASS, count).unwrap();
+                traced += picks.iter().filter(|pick| point.normal.dot(pick.wi) > 0.0).count();
+            }
+            let rays = traced as f64 / scene.points.len() as f64;
+            let [cheap, expensive] = time(&scene, &setting, method, count, 64).unwrap();
+            let (sampling, tracing) = (expensive.sampling - cheap.sampling, expensive.rays - cheap.rays);
+            println!("{count}: {cheap:?} {expensive:?}, {rays} rays");
+            let asked = [150.0 * count as f64, 500.0 * rays];
+            for (spent, asked) in [sampling, tracing].into_iter().zip(asked) {
+                assert!((0.6..2.0).contains(&(spent / asked)), "N = {count}: {spent} ns in place of {asked}");
+            }
+        }
+    }
+
+    #[test]
+    fn interrupted_pixels_do_not_count() {
+        let time = |ns: f64| Time { sampling: ns, rays: 1.0 };
+        let times: Vec<Time> = [100.0, 120.0, 80.0, 100.0, 1e6].map(time).into();
+        assert_eq!(mean(&times, 2).sampling, 50.0);
+    }
+}

@@ -1,0 +1,164 @@
+//! Trowbridge-Reitz (GGX) microfacets: reflection and transmission, with height-correlated Smith shadowing.
+//!
+//! Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; visible normals are drawn by spherical caps
+//! (Dupuy and Benyoub 2023). The half vector is never normalised: D needs only its squared length.
+
+use crate::light::chart::sin_cos_turns;
+use crate::simd::Num;
+use core::f32::consts::PI;
+
+/// A distribution of microfacets seen from a direction, in the frame of the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Ggx {
+    /// Roughness along tangent and bitangent.
+    alpha: [f32; 2],
+    /// 1 / (pi alpha_x alpha_y).
+    norm: f32,
+    wo: [f32; 3],
+    /// The length of wo stretched by alpha.
+    wo_length: f32,
+    /// wo stretched and normalised.
+    stretched: [f32; 3],
+}
+
+/// What a direction has with such a surface.
+#[derive(Clone, Copy)]
+pub struct Response<F: Num> {
+    /// The BRDF without Fresnel term.
+    pub value: F,
+    /// The density of the direction if visible normals are drawn.
+    pub pdf: F,
+    /// The cosine of wo and the half vector.
+    pub cosine: F,
+}
+
+impl Ggx {
+    /// The distribution seen from `wo`, on the upper side.
+    pub fn new(alpha: [f32; 2], wo: [f32; 3]) -> Ggx {
+        let [x, y, z] = [alpha[0] * wo[0], alpha[1] * wo[1], wo[2]];
+        let wo_length = Num::sqrt(x * x + y * y + z * z);
+        let stretched = [x / wo_length, y / wo_length, z / wo_length];
+        Ggx { alpha, norm: 1.0 / (PI * alpha[0] * alpha[1]), wo, wo_length, stretched }
+    }
+
+    /// D of a half vector of any length, and its squared length.
+    #[inline(always)]
+    fn distribution<F: Num>(&self, h: [F; 3]) -> (F, F) {
+        let squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
+        let (x, y) = (h[0] * F::splat(1.0 / self.alpha[0]), h[1] * F::splat(1.0 / self.alpha[1]));
+        let ratio = squared / (x * x + y * y + h[2] * h[2]).max(F::splat(f32::MIN_POSITIVE));
+        (F::splat(self.norm) * ratio * ratio, squared)
+    }
+
+    /// The length of a direction stretched by alpha.
+    #[inline(always)]
+    fn length<F: Num>(&self, w: [F; 3]) -> F {
+        let (x, y) = (F::splat(self.alpha[0]) * w[0], F::splat(self.alpha[1]) * w[1]);
+        (x * x + y * y + w[2] * w[2]).sqrt()
+    }
+
+    /// Reflection into a direction on the upper side; 0 below it.
+    #[inline(always)]
+    pub fn reflect<F: Num>(&self, wi: [F; 3]) -> Response<F> {
+        let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
+        let wo_z = F::splat(self.wo[2]);
+        let h = [wi[0] + F::splat(self.wo[0]), wi[1] + F::splat(self.wo[1]), wi[2] + wo_z];
+        let (d, squared) = self.distribution(h);
+        let smith = wi[2] * F::splat(self.wo_length) + wo_z * self.length(wi);
+        let above = zero.lt(wi[2]);
+        let value = half * d / smith.max(F::splat(f32::MIN_POSITIVE));
+        let pdf = half * d / F::splat(self.wo[2] + self.wo_length);
+        Response {
+            value: F::only(above, finite(value)),
+            pdf: F::only(above, finite(pdf)),
+            cosine: (half * squared.sqrt()).min(one),
+        }
+    }
+
+    /// Transmission into a direction on the lower side, for `eta` = index beyond the surface over index on the side of wo; 0 above
+    /// it. Radiance is scaled by the squared ratio of indices as it is in Walter et al.
+    #[inline(always)]
+    pub fn transmit<F: Num>(&self, wi: [F; 3], eta: f32) -> Response<F> {
+        let (zero, one, eta) = (F::splat(0.0), F::splat(1.0), F::splat(eta));
+        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
+        let h = [wo[0] + eta * wi[0], wo[1] + eta * wi[1], wo[2] + eta * wi[2]];
+        let (d, squared) = self.distribution(h);
+        let sign = one.copysign(h[2]);
+        let length = squared.sqrt().max(F::splat(f32::MIN_POSITIVE));
+        let scale = sign / length;
+        let cos_o = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * scale;
+        let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
+        // wo . h + eta wi . h is the length of h with its sign.
+        let jacobian = eta * eta * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
+        let visible = F::splat(2.0 / (self.wo[2] + self.wo_length));
+        let smith = wi[2].abs() * F::splat(self.wo_length) + wo[2] * self.length(wi);
+        let below = F::and(wi[2].lt(zero), F::and(zero.lt(cos_o), cos_i.lt(zero)));
+        let value = F::splat(2.0) * d * cos_o * jacobian / smith.max(F::splat(f32::MIN_POSITIVE));
+        Response {
+            value: F::only(below, finite(value)),
+            pdf: F::only(below, finite(d * visible * cos_o * jacobian)),
+            cosine: cos_o.max(zero).min(one),
+        }
+    }
+
+    /// A visible normal, of unit length.
+    #[inline(always)]
+    fn normal<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let [sx, sy, sz] = self.stretched;
+        let (sine, cosine) = sin_cos_whole(u[0]);
+        let z = (one - u[1]) * F::splat(1.0 + sz) - F::splat(sz);
+        let radius = (one - z * z).max(zero).sqrt();
+        let [ax, ay] = self.alpha;
+        let x = (radius * cosine + F::splat(sx)) * F::splat(ax);
+        let y = (radius * sine + F::splat(sy)) * F::splat(ay);
+        let z = (z + F::splat(sz)).max(zero);
+        let length = (x * x + y * y + z * z).sqrt().max(F::splat(f32::MIN_POSITIVE));
+        [x / length, y / length, z / length]
+    }
+
+    /// A reflected direction; below the surface if it is none.
+    #[inline(always)]
+    pub fn sample_reflection<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let h = self.normal(u);
+        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
+        let twice = F::splat(2.0) * (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]);
+        [twice * h[0] - wo[0], twice * h[1] - wo[1], twice * h[2] - wo[2]]
+    }
+
+    /// A transmitted direction; above the surface if there is none (total reflection).
+    #[inline(always)]
+    pub fn sample_transmission<F: Num>(&self, u: [F; 2], eta: f32) -> [F; 3] {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let h = self.normal(u);
+        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
+        let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
+        let inverse = F::splat(1.0 / eta);
+        let squared = one - inverse * inverse * (one - cos_o * cos_o);
+        let total = squared.le(zero);
+        let along = inverse * cos_o - squared.max(zero).sqrt();
+        let x = F::select(total, zero, along * h[0] - inverse * wo[0]);
+        let y = F::select(total, zero, along * h[1] - inverse * wo[1]);
+        [x, y, F::select(total, one, along * h[2] - inverse * wo[2])]
+    }
+}
+
+/// The number, or 0 where it is not finite.
+#[inline(always)]
+fn finite<F: Num>(x: F) -> F {
+    F::only(x.lt(F::splat(f32::MAX)), x)
+}
+
+/// Sine and cosine of `turns` of the whole circle, 0 to 1.
+#[inline(always)]
+pub fn sin_cos_whole<F: Num>(turns: F) -> (F, F) {
+    let (zero, one, two) = (F::splat(0.0), F::splat(1.0), F::splat(2.0));
+    let four = F::splat(4.0);
+    let quarters = turns * four;
+    let half = F::select(two.le(quarters), four - quarters, quarters);
+    let quarter = half.min(two - half).max(zero);
+    let (minor, major) = sin_cos_turns(quarter.min(one - quarter));
+    let swapped = F::splat(0.5).lt(quarter);
+    let (cosine, sine) = (F::select(swapped, minor, major), F::select(swapped, major, minor));
+    (sine.copysign(two - quarters), cosine.copysign(one - half))
+}

@@ -1,0 +1,64 @@
+//! Phong's lobe about the mirror direction.
+
+use super::ggx::sin_cos_whole;
+use crate::numeric::{max, min};
+use crate::simd::Num;
+use core::f32::consts::PI;
+
+/// A lobe seen from a direction, in the frame of the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Phong {
+    exponent: f32,
+    /// The mirror direction, and two directions normal to it.
+    axes: [[f32; 3]; 3],
+}
+
+impl Phong {
+    /// The lobe seen from `wo`, on the upper side.
+    pub fn new(exponent: f32, wo: [f32; 3]) -> Phong {
+        let [x, y, z] = wo;
+        let mirror = [-x, -y, z];
+        let across = super::surface::any_tangent(mirror);
+        Phong { exponent, axes: [across, super::surface::cross(mirror, across), mirror] }
+    }
+
+    /// The cosine to the mirror direction, raised to the exponent.
+    #[inline(always)]
+    pub fn power<F: Num>(&self, wi: [F; 3]) -> F {
+        let [_, _, [x, y, z]] = self.axes;
+        let cosine = (F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2]).store();
+        F::each(|lane| {
+            let cosine = cosine.as_ref().get(lane).copied().unwrap_or(0.0);
+            if cosine > 0.0 { libm::powf(min(cosine, 1.0), self.exponent) } else { 0.0 }
+        })
+    }
+
+    /// The BRDF, without its weight, for a power.
+    pub fn norm(&self) -> f32 {
+        (self.exponent + 2.0) / (2.0 * PI)
+    }
+
+    /// The density of a sample, for a power.
+    pub fn pdf_norm(&self) -> f32 {
+        (self.exponent + 1.0) / (2.0 * PI)
+    }
+
+    /// A direction in proportion to the power.
+    #[inline(always)]
+    pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let v = u[1].store();
+        let cosine = F::each(|lane| {
+            let v = v.as_ref().get(lane).copied().unwrap_or(0.5);
+            libm::powf(max(1.0 - v, f32::MIN_POSITIVE), 1.0 / (self.exponent + 1.0))
+        });
+        let sine = (F::splat(1.0) - cosine * cosine).max(F::splat(0.0)).sqrt();
+        let (sin, cos) = sin_cos_whole(u[0]);
+        let (x, y) = (sine * cos, sine * sin);
+        let [a, b, c] = self.axes;
+        [
+            F::splat(a[0]) * x + F::splat(b[0]) * y + F::splat(c[0]) * cosine,
+            F::splat(a[1]) * x + F::splat(b[1]) * y + F::splat(c[1]) * cosine,
+            F::splat(a[2]) * x + F::splat(b[2]) * y + F::splat(c[2]) * cosine,
+        ]
+    }
+}

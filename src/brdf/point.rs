@@ -1,0 +1,55 @@
+//! A shading point: where light is to be gathered, and how strongly each lobe of the material reflects there.
+
+use super::material::{MAX_LOBES, Material};
+
+/// A shading point in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Point<'a> {
+    /// The shape of its lobes.
+    pub material: &'a Material,
+    /// The shading normal, unit length.
+    pub normal: [f32; 3],
+    /// The direction of alpha along the tangent; all 0: any, if no lobe is anisotropic.
+    pub tangent: [f32; 3],
+    /// The direction to the viewer, unit length.
+    pub wo: [f32; 3],
+    /// Linear RGB factor of each lobe, finite and not negative.
+    pub weight: [[f32; 3]; MAX_LOBES],
+    /// GGX: reflectance at normal incidence, RGB in [0, 1].
+    pub f0: [[f32; 3]; MAX_LOBES],
+    /// Directions on both sides count; the cosine is |n.wi|. Implied by a lobe that transmits.
+    pub whole_sphere: bool,
+    /// The client's BRDF already contains the cosine, and so do the lobes.
+    pub cosine_included: bool,
+}
+
+impl<'a> Point<'a> {
+    /// A white Lambertian point seen along its normal.
+    pub fn new(material: &'a Material, normal: [f32; 3], wo: [f32; 3]) -> Point<'a> {
+        Point {
+            material,
+            normal,
+            tangent: [0.0; 3],
+            wo,
+            weight: [[1.0; 3]; MAX_LOBES],
+            f0: [[0.0; 3]; MAX_LOBES],
+            whole_sphere: false,
+            cosine_included: false,
+        }
+    }
+}
+
+/// What is wrong with a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The normal is not of unit length.
+    Normal,
+    /// wo is not of unit length.
+    Wo,
+    /// An anisotropic lobe needs a tangent that is not parallel to the normal; or it is not finite.
+    Tangent,
+    /// The weight of a lobe is negative or not finite.
+    Weight(usize),
+    /// The reflectance of a lobe is outside [0, 1].
+    F0(usize),
+}

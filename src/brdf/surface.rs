@@ -1,0 +1,289 @@
+//! A point with everything computed that does not depend on wi: what its lobes reflect, and directions drawn from them.
+
+use super::ggx::Ggx;
+use super::lambert;
+use super::material::{Kind, MAX_LOBES};
+use super::phong::Phong;
+use super::point::{Fault, Point};
+use crate::numeric::{LUMINANCE, ONE_MINUS_EPSILON, min, sqrt};
+use crate::simd::Num;
+use crate::sphere::{Frame, unit};
+use core::f32::consts::FRAC_1_PI;
+use glam::Vec3;
+
+/// The inner product.
+#[inline(always)]
+pub fn dot<F: Num>(a: [F; 3], b: [f32; 3]) -> F {
+    a[0] * F::splat(b[0]) + a[1] * F::splat(b[1]) + a[2] * F::splat(b[2])
+}
+
+/// The cross product.
+pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    Vec3::from_array(a).cross(Vec3::from_array(b)).to_array()
+}
+
+/// A unit vector normal to a unit vector: Frisvad's method in the branch-free form of Duff et al. 2017.
+pub fn any_tangent([x, y, z]: [f32; 3]) -> [f32; 3] {
+    let sign = if z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (sign + z);
+    [1.0 + sign * x * x * a, sign * x * y * a, -sign * x]
+}
+
+/// A lobe at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Lobe {
+    shape: LobeShape,
+    /// The luminance that does not depend on the angle to the half vector, and what Schlick's (1 - cos)^5 is multiplied by.
+    fresnel: [f32; 2],
+    /// The share of directions that are drawn from it.
+    share: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum LobeShape {
+    Lambert,
+    Ggx(Ggx),
+    Phong(Phong),
+    GgxTransmission(Ggx, f32),
+    LambertTransmission,
+}
+
+/// A point ready to evaluate, in the space of its frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Tangent, bitangent and normal; the normal on the side of wo if both sides count.
+    axes: [[f32; 3]; 3],
+    /// wo along the axes.
+    wo: [f32; 3],
+    /// Whether directions on both sides count.
+    whole: bool,
+    cosine_included: bool,
+    lobes: [Lobe; MAX_LOBES],
+    count: usize,
+}
+
+fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    let [x, y, z] = LUMINANCE;
+    min((x * f64::from(r) + y * f64::from(g) + z * f64::from(b)) as f32, f32::MAX)
+}
+
+impl Surface {
+    /// Checks a point and prepares it in map space.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Surface, Fault> {
+        let normal = frame.to_map(unit(point.normal).ok_or(Fault::Normal)?);
+        let view = frame.to_map(unit(point.wo).ok_or(Fault::Wo)?);
+        let material = point.material;
+        let whole = point.whole_sphere || material.transmits();
+        let flip = whole && view.dot(normal) < 0.0;
+        let normal = if flip { -normal } else { normal };
+        let tangent = tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Fault::Tangent)?;
+        let bitangent = normal.cross(tangent);
+        let wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
+        let mut surface = Surface {
+            axes: [tangent.to_array(), bitangent.to_array(), normal.to_array()],
+            wo,
+            whole,
+            cosine_included: point.cosine_included,
+            lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0 }; MAX_LOBES],
+            count: material.lobes().len(),
+        };
+        let visible = wo[2] > 0.0;
+        let mut total = 0.0;
+        let parameters = point.weight.iter().zip(&point.f0);
+        for (index, ((slot, shape), (weight, f0))) in
+            surface.lobes.iter_mut().zip(material.lobes()).zip(parameters).enumerate()
+        {
+            if !weight.iter().all(|w| (0.0..=f32::MAX).contains(w)) {
+                return Err(Fault::Weight(index));
+            }
+            let schlick = shape.kind.is_ggx();
+            if schlick && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
+                return Err(Fault::F0(index));
+            }
+            let all = luminance(*weight);
+            let at_normal = luminance([weight[0] * f0[0], weight[1] * f0[1], weight[2] * f0[2]]);
+            let fresnel = match shape.kind {
+                Kind::Ggx => [at_normal, all - at_normal],
+                Kind::GgxTransmission => [all - at_normal, at_normal - all],
+                _ => [all, 0.0],
+            };
+            let grazing = fifth_power(1.0 - wo[2].clamp(0.0, 1.0));
+            let share = if visible { (fresnel[0] + fresnel[1] * grazing).max(0.0) } else { 0.0 };
+            let seen = if visible { wo } else { [0.0, 0.0, 1.0] };
+            let prepared = match shape.kind {
+                Kind::Lambert => LobeShape::Lambert,
+                Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
+                Kind::Phong => LobeShape::Phong(Phong::new(shape.a, seen)),
+                Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
+                Kind::LambertTransmission => LobeShape::LambertTransmission,
+            };
+            let fresnel = if visible { fresnel } else { [0.0; 2] };
+            *slot = Lobe { shape: prepared, fresnel, share };
+            total += share;
+        }
+        if total > 0.0 && total < f32::MAX {
+            for lobe in &mut surface.lobes {
+                lobe.share /= total;
+            }
+        } else if surface.count > 0 {
+            let equal = 1.0 / surface.count as f32;
+            for lobe in surface.lobes.iter_mut().take(surface.count) {
+                lobe.share = equal;
+            }
+        }
+        Ok(surface)
+    }
+
+    /// Whether directions on both sides count.
+    pub fn is_whole(&self) -> bool {
+        self.whole
+    }
+
+    /// The normal, in map space, on the side of wo if both sides count.
+    pub fn normal(&self) -> [f32; 3] {
+        self.axes[2]
+    }
+
+    /// The direction to the viewer along tangent, bitangent and normal.
+    pub fn wo(&self) -> [f32; 3] {
+        self.wo
+    }
+
+    /// How many lobes there are.
+    pub fn lobe_count(&self) -> usize {
+        self.count
+    }
+
+    /// Directions of map space along tangent, bitangent and normal.
+    #[inline(always)]
+    pub fn to_local<F: Num>(&self, d: [F; 3]) -> [F; 3] {
+        [dot(d, self.axes[0]), dot(d, self.axes[1]), dot(d, self.axes[2])]
+    }
+
+    /// The inverse of [`Surface::to_local`].
+    #[inline(always)]
+    pub fn to_map<F: Num>(&self, w: [F; 3]) -> [F; 3] {
+        let [t, b, n] = self.axes;
+        [
+            w[0] * F::splat(t[0]) + w[1] * F::splat(b[0]) + w[2] * F::splat(n[0]),
+            w[0] * F::splat(t[1]) + w[1] * F::splat(b[1]) + w[2] * F::splat(n[1]),
+            w[0] * F::splat(t[2]) + w[1] * F::splat(b[2]) + w[2] * F::splat(n[2]),
+        ]
+    }
+
+    /// The luminance of BRDF x cosine in local directions, finite; and the density with which [`Surface::sample`] draws them.
+    /// Without lobes: the cosine, drawn with its distribution.
+    #[inline(always)]
+    pub fn eval<F: Num>(&self, wi: [F; 3]) -> (F, F) {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let cosine = wi[2];
+        let factor = if self.cosine_included { one } else { cosine.abs() };
+        if self.count == 0 {
+            let counts = if self.whole { one } else { F::only(zero.lt(cosine), one) };
+            return (factor * counts, self.default_pdf(cosine));
+        }
+        let (mut value, mut pdf) = (zero, zero);
+        for lobe in self.lobes.iter().take(self.count) {
+            let share = F::splat(lobe.share);
+            let constant = F::splat(lobe.fresnel[0]);
+            match &lobe.shape {
+                LobeShape::Lambert => {
+                    value = value + F::only(zero.lt(cosine), constant * F::splat(FRAC_1_PI));
+                    pdf = pdf + share * lambert::pdf(cosine);
+                }
+                LobeShape::LambertTransmission => {
+                    value = value + F::only(cosine.lt(zero), constant * F::splat(FRAC_1_PI));
+                    pdf = pdf + share * lambert::pdf(zero - cosine);
+                }
+                LobeShape::Ggx(ggx) => {
+                    let response = ggx.reflect(wi);
+                    value = value + response.value * lobe.schlick(response.cosine);
+                    pdf = pdf + share * response.pdf;
+                }
+                LobeShape::GgxTransmission(ggx, eta) => {
+                    let response = ggx.transmit(wi, *eta);
+                    value = value + response.value * lobe.schlick(response.cosine);
+                    pdf = pdf + share * response.pdf;
+                }
+                LobeShape::Phong(phong) => {
+                    let power = phong.power(wi);
+                    let above = zero.lt(cosine);
+                    value = value + F::only(above, constant * F::splat(phong.norm()) * power);
+                    pdf = pdf + share * F::splat(phong.pdf_norm()) * power;
+                }
+            }
+        }
+        ((value * factor).min(F::splat(f32::MAX)), pdf)
+    }
+
+    #[inline(always)]
+    fn default_pdf<F: Num>(&self, cosine: F) -> F {
+        if self.whole { F::splat(0.5) * lambert::pdf(cosine.abs()) } else { lambert::pdf(cosine) }
+    }
+
+    /// Local directions of lobes: the first number chooses the lobe, too. Directions of lobes that reach below the surface stay
+    /// there.
+    #[inline(always)]
+    pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let (zero, half) = (F::splat(0.0), F::splat(0.5));
+        if self.count == 0 {
+            let upper = u[0].lt(half);
+            let first = if self.whole { F::select(upper, u[0] + u[0], u[0] + u[0] - F::splat(1.0)) } else { u[0] };
+            let [x, y, z] = lambert::sample([first, u[1]]);
+            return [x, y, if self.whole { F::select(upper, z, zero - z) } else { z }];
+        }
+        let mut wi = [zero, zero, F::splat(1.0)];
+        let mut before = 0.0;
+        for lobe in self.lobes.iter().take(self.count).filter(|lobe| lobe.share > 0.0) {
+            let here = F::splat(before).le(u[0]);
+            let last = F::splat(ONE_MINUS_EPSILON);
+            let first = ((u[0] - F::splat(before)) * F::splat(1.0 / lobe.share)).max(zero).min(last);
+            before += lobe.share;
+            let u = [first, u[1]];
+            let [x, y, z] = match &lobe.shape {
+                LobeShape::Lambert => lambert::sample(u),
+                LobeShape::LambertTransmission => {
+                    let [x, y, z] = lambert::sample(u);
+                    [x, y, zero - z]
+                }
+                LobeShape::Ggx(ggx) => ggx.sample_reflection(u),
+                LobeShape::GgxTransmission(ggx, eta) => ggx.sample_transmission(u, *eta),
+                LobeShape::Phong(phong) => phong.sample(u),
+            };
+            wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
+        }
+        wi
+    }
+}
+
+impl Lobe {
+    /// The Fresnel factor for a cosine of wo and the half vector.
+    #[inline(always)]
+    fn schlick<F: Num>(&self, cosine: F) -> F {
+        let grazing = F::splat(1.0) - cosine;
+        let squared = grazing * grazing;
+        F::splat(self.fresnel[0]) + F::splat(self.fresnel[1]) * (squared * squared * grazing)
+    }
+}
+
+fn fifth_power(x: f32) -> f32 {
+    let squared = x * x;
+    squared * squared * x
+}
+
+/// A unit tangent in map space: the client's, made orthogonal to the normal, or any if it is not needed and all 0.
+fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame, needed: bool) -> Option<Vec3> {
+    if !given.iter().all(|t| t.is_finite()) {
+        return None;
+    }
+    let given = frame.to_map(Vec3::from_array(given));
+    let rejected = given - normal * normal.dot(given);
+    let length = sqrt(rejected.length_squared());
+    if length > 1e-3 && length < f32::MAX {
+        return Some(rejected / length);
+    }
+    if needed { None } else { Some(Vec3::from_array(any_tangent(normal.to_array()))) }
+}

@@ -1,0 +1,88 @@
+//! Candidates for rays, eight at a time: half from the light, half from the lobes, each with the library's own estimate of what
+//! it would bring.
+
+use super::joint::{Set, Turn};
+use crate::brdf::surface::Surface;
+use crate::light::tables::Light;
+use crate::simd::{LANES, Lanes, Num};
+
+/// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
+/// library's meets no huge weight.
+pub const FLOOR: f32 = 0.05;
+
+/// Candidates of a hit, component by component.
+#[derive(Debug)]
+pub struct Candidates<'a> {
+    /// Directions in map space.
+    pub x: &'a mut [f32],
+    /// Directions in map space.
+    pub y: &'a mut [f32],
+    /// Directions in map space.
+    pub z: &'a mut [f32],
+    /// Densities with counts: the sum over both sources of number times density; infinite where a direction does not count.
+    pub density: &'a mut [f32],
+    /// Target over density.
+    pub weight: &'a mut [f32],
+}
+
+/// What candidates are drawn for.
+pub struct Draw<'a> {
+    /// The light.
+    pub light: &'a Light<'a>,
+    /// The point, in map space.
+    pub surface: &'a Surface,
+    /// Its random numbers.
+    pub turn: Turn,
+}
+
+impl Draw<'_> {
+    /// Draws all candidates: the first half from the light.
+    #[inline(always)]
+    pub fn run<F: Lanes>(&self, out: &mut Candidates<'_>) {
+        let count = out.x.len();
+        let half = count / 2;
+        let (light_seed, light_first) = self.turn.set(Set::Light, half);
+        let (lobe_seed, lobe_first) = self.turn.set(Set::Lobes, half);
+        for group in (0..count).step_by(LANES) {
+            let from_light = group < half;
+            let (seed, first) = if from_light {
+                (light_seed, light_first + group as u32)
+            } else {
+                (lobe_seed, lobe_first + (group - half) as u32)
+            };
+            let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
+            for ((across, down), index) in across.iter_mut().zip(&mut down).zip(first..) {
+                [*across, *down] = Turn::point(seed, index);
+            }
+            let u = [<F as Num>::load(across), <F as Num>::load(down)];
+            if from_light {
+                let (direction, light) = self.light.candidates(u);
+                self.weigh(direction, light, half as f32, group, out);
+            } else {
+                let direction = self.surface.to_map(self.surface.sample(u));
+                self.weigh(direction, self.light.density(direction), half as f32, group, out);
+            }
+        }
+    }
+
+    /// Weighs eight directions with their densities in the light, and writes them.
+    #[inline(always)]
+    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
+        let (zero, one) = (<F as Num>::splat(0.0), <F as Num>::splat(1.0));
+        let local = self.surface.to_local(direction);
+        let (value, lobes) = self.surface.eval(local);
+        let density = <F as Num>::splat(half) * (light + lobes);
+        let counts = if self.surface.is_whole() { Num::lt(zero, one) } else { Num::lt(zero, local[2]) };
+        // A density of 0 can only come from rounding: such a direction does not count either.
+        let counts = <F as Num>::and(counts, Num::lt(zero, density));
+        let weight = <F as Num>::only(counts, value * light / density);
+        let density = <F as Num>::select(counts, density, <F as Num>::splat(f32::INFINITY));
+        let columns = [direction[0], direction[1], direction[2], density, weight];
+        let targets = [&mut *out.x, &mut *out.y, &mut *out.z, &mut *out.density, &mut *out.weight];
+        for (target, column) in targets.into_iter().zip(columns) {
+            if let Some(target) = target.get_mut(group..group + LANES) {
+                target.copy_from_slice(&Num::store(column));
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Random numbers that all hits of a pixel share: each hit has a turn, and the points of all turns are one Sobol sequence.
+//!
+//! Candidate i of a set is point `t block + i` of an Owen-scrambled Sobol sequence, `t` being the shuffled turn and `block` the
+//! power of two that holds the set: a smaller block would overlap the next turn's, and of a larger one the first points lie in
+//! the same intervals at every turn. The pick is a dimension of its own at `t`, so that the pick and the place of the set among
+//! the strata are stratified together.
+
+use crate::points::{centred, dimension_seed, permute, sobol_in_order};
+
+/// A hit among all hits of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turn {
+    /// The pixel.
+    seed: u32,
+    /// The shuffled turn.
+    order: u32,
+}
+
+/// Sets of points at a turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Set {
+    /// Candidates from the light.
+    Light,
+    /// Candidates from the lobes.
+    Lobes,
+}
+
+/// The pick's number among the sets.
+const PICK: u32 = 2;
+
+impl Turn {
+    /// Hit number `turn` of the pixel `seed` along the stream (bounce) `stream`.
+    pub fn new(seed: u32, turn: u32, stream: u32) -> Turn {
+        let seed = dimension_seed(seed, stream);
+        Turn { seed, order: permute(turn.reverse_bits(), dimension_seed(seed, 3)).reverse_bits() }
+    }
+
+    /// The seed of a set, and the index of its first point, for sets of `count` points.
+    #[inline(always)]
+    pub fn set(&self, set: Set, count: usize) -> (u32, u32) {
+        let block = count.next_power_of_two() as u32;
+        (dimension_seed(self.seed, set as u32), self.order.wrapping_mul(block))
+    }
+
+    /// Point `index` of a set with this seed.
+    #[inline(always)]
+    pub fn point(seed: u32, index: u32) -> [f32; 2] {
+        sobol_in_order(seed, index)
+    }
+
+    /// The number of the pick, in (0, 1).
+    pub fn pick(&self) -> f32 {
+        centred(permute(self.order, dimension_seed(self.seed, PICK)).reverse_bits())
+    }
+}

@@ -1,0 +1,122 @@
+//! The working memory of one thread: its CPU level, its configuration, and room for candidates.
+
+use super::candidates::Candidates;
+use super::joint::Turn;
+use super::{Ray, Request, candidate_count, candidates_per_ray};
+use crate::brdf::point::{Fault, Point};
+use crate::brdf::surface::Surface;
+use crate::light::environment::Environment;
+use crate::simd::{Level, run};
+use bytemuck::{Pod, Zeroable};
+
+/// The most rays of a call that a sampler can be made for.
+pub const MAX_RAYS: usize = 4096;
+/// The most candidates per ray.
+pub const MAX_PER_RAY: usize = 256;
+
+/// Beyond this many rays, more of them never mean fewer candidates.
+const FEW_RAYS: usize = 16;
+
+/// What a sampler is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Config {
+    /// The most rays of a call, 1 to [`MAX_RAYS`].
+    pub rays: u32,
+    /// Candidates for each ray; 0: the library's choice.
+    pub candidates_per_ray: u32,
+    /// Hits of a pixel between two calls of [`Sampler::begin_pixel`]; 0: not known.
+    pub hits_per_pixel: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+impl Config {
+    /// Candidates of a call for so many rays.
+    fn candidates(&self, rays: usize) -> usize {
+        let per_ray =
+            if self.candidates_per_ray == 0 { candidates_per_ray(rays) } else { self.candidates_per_ray as usize };
+        candidate_count(rays, per_ray)
+    }
+
+    /// The most candidates of any call: the library's own number for each ray falls as rays grow.
+    fn most_candidates(&self) -> usize {
+        let rays = self.rays as usize;
+        (1..=rays.min(FEW_RAYS)).map(|n| self.candidates(n)).fold(self.candidates(rays), usize::max)
+    }
+
+    /// Bytes of working memory.
+    pub fn bytes(&self) -> usize {
+        5 * 4 * self.most_candidates()
+    }
+}
+
+/// Where the hits of a pixel are in its random numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sequence {
+    /// The pixel.
+    pub seed: u32,
+    /// The number of the hit among all hits of the pixel and the stream, over all passes.
+    pub turn: u32,
+    /// The bounce.
+    pub stream: u32,
+}
+
+/// One thread's sampler.
+#[derive(Debug)]
+pub struct Sampler<'a> {
+    level: Level,
+    config: Config,
+    scratch: &'a mut [f32],
+}
+
+impl<'a> Sampler<'a> {
+    /// A sampler in memory of [`Config::bytes`], aligned to 4.
+    pub fn new(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
+        let memory = memory.get_mut(..config.bytes())?;
+        Some(Sampler { level, config, scratch: bytemuck::try_cast_slice_mut(memory).ok()? })
+    }
+
+    /// The instructions that it uses.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// What it was made for.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Forgets what hits of the last pixel shared.
+    pub fn begin_pixel(&mut self) {}
+
+    /// The rays to trace at a point: their number, at most `rays` and the room in `out`. A sampler that was made for fewer rays
+    /// answers those.
+    ///
+    /// # Errors
+    /// What is wrong with the point.
+    pub fn direct(
+        &mut self,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        at: Sequence,
+        rays: usize,
+        out: &mut [Ray],
+    ) -> Result<usize, Fault> {
+        let frame = environment.frame();
+        let surface = Surface::new(point, &frame)?;
+        let rays = rays.min(self.config.rays as usize).min(out.len());
+        if rays == 0 || !(environment.header().power > 0.0) {
+            return Ok(0);
+        }
+        let light = environment.light();
+        let turn = Turn::new(at.seed, at.turn, at.stream);
+        let count = self.config.candidates(rays);
+        let mut columns = self.scratch.chunks_exact_mut(count);
+        let mut column = || columns.next().unwrap_or_default();
+        let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
+        let request =
+            Request { light: &light, frame: &frame, surface: &surface, turn, rays, candidates: &mut candidates, out };
+        Ok(run(self.level, request))
+    }
+}

@@ -1,0 +1,63 @@
+//! The client's rows of pixels: an array or a callback.
+
+use super::super::{Checked, Failure};
+use super::RowFn;
+use crate::environment::pixels::{Format, Rows};
+use crate::status::{Fault, Status};
+use core::ffi::c_void;
+
+/// Where rows of pixels come from, as a configuration says it.
+pub(in crate::ffi) struct Source {
+    pub(in crate::ffi) pixels: *const c_void,
+    pub(in crate::ffi) row_stride: isize,
+    pub(in crate::ffi) row: RowFn,
+    pub(in crate::ffi) row_user: *mut c_void,
+}
+
+/// The client's rows.
+pub(in crate::ffi) struct PixelRows {
+    source: Source,
+    row_bytes: usize,
+}
+
+impl PixelRows {
+    /// Checks what a configuration, which is argument 1, says about `height` rows of `row_bytes`.
+    pub(in crate::ffi) fn new(source: Source, format: Format, row_bytes: usize, height: u32) -> Checked<PixelRows> {
+        let Source { pixels, row_stride, row, .. } = source;
+        let stride = if row_stride == 0 { row_bytes as isize } else { row_stride };
+        if stride.unsigned_abs() < row_bytes {
+            return Err(Failure::fault(Fault::range(c"row_stride"), 1));
+        }
+        if stride % format.bytes() as isize != 0 {
+            return Err(Failure::new(Status::Misaligned, 1).of(c"row_stride"));
+        }
+        if stride.checked_mul(height as isize).is_none() {
+            return Err(Failure::new(Status::Overflow, 1).of(c"row_stride"));
+        }
+        if pixels.is_null() && row.is_none() {
+            return Err(Failure::new(Status::NullPointer, 1).of(c"pixels"));
+        }
+        if pixels.addr() % format.bytes() != 0 {
+            return Err(Failure::new(Status::Misaligned, 1).of(c"pixels"));
+        }
+        Ok(PixelRows { source: Source { row_stride: stride, ..source }, row_bytes })
+    }
+}
+
+impl Rows for PixelRows {
+    fn row(&self, y: u32) -> Option<&[u8]> {
+        let Source { pixels, row_stride, row, row_user } = self.source;
+        let start: *const u8 = match row {
+            // SAFETY: row y of the array that the client describes; the offset was checked to fit an isize.
+            _ if !pixels.is_null() => unsafe { pixels.cast::<u8>().byte_offset(row_stride * y as isize) },
+            // SAFETY: the client's function with the client's argument.
+            Some(row) => unsafe { row(row_user, y).cast() },
+            None => core::ptr::null(),
+        };
+        if start.is_null() {
+            return None;
+        }
+        // SAFETY: the client gives rows of that many bytes.
+        Some(unsafe { core::slice::from_raw_parts(start, self.row_bytes) })
+    }
+}

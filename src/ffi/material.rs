@@ -1,0 +1,190 @@
+//! Materials and points in C.
+
+use super::{Checked, Diagnostic, Failure, answer, out, pointer};
+use crate::brdf::material::{Field, Kind, MAX_LOBES, Material, Shape};
+use crate::brdf::point::{Fault, Point};
+use crate::status::Status;
+use core::ffi::CStr;
+
+/// Lobes of a material.
+pub const WIS_MAX_LOBES: usize = 4;
+
+/// Diffuse reflection: `weight / pi` on the side of wo.
+pub const WIS_LOBE_LAMBERT: u32 = 1;
+/// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
+pub const WIS_LOBE_GGX: u32 = 2;
+/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+pub const WIS_LOBE_PHONG: u32 = 3;
+/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`.
+pub const WIS_LOBE_GGX_TRANSMISSION: u32 = 5;
+/// Diffuse transmission: `weight / pi` on the side opposite to wo.
+pub const WIS_LOBE_LAMBERT_TRANSMISSION: u32 = 6;
+
+/// The shape of a lobe.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LobeData {
+    /// WIS_LOBE_*.
+    pub kind: u32,
+    /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
+    pub a: f32,
+    /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
+    pub b: f32,
+    /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1.
+    /// Others: not read.
+    pub eta: f32,
+}
+
+/// The shapes of a material's lobes. Plain and copyable: fill `size`, `lobe_count` and `lobe`, then call wis_material_init once.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MaterialData {
+    /// sizeof(wis_material).
+    pub size: u32,
+    /// Lobes used, 0 to 4. Without lobes a point reflects alike in all directions.
+    pub lobe_count: u32,
+    /// The lobes, of which the first lobe_count are read.
+    pub lobe: [LobeData; WIS_MAX_LOBES],
+    /// Written by wis_material_init: tells materials apart by their content.
+    pub hash: u64,
+}
+
+/// Directions on both sides of the surface count, with |n.wi| for the cosine. Implied by a lobe that transmits.
+pub const WIS_POINT_WHOLE_SPHERE: u32 = 1;
+/// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
+pub const WIS_POINT_COSINE_INCLUDED: u32 = 2;
+
+/// A shading point in world space. Plain and copyable.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct PointData {
+    /// sizeof(wis_point).
+    pub size: u32,
+    /// WIS_POINT_*, or 0: the upper hemisphere of the normal.
+    pub flags: u32,
+    /// The material, after wis_material_init. Null: no lobes. Read during calls only.
+    pub material: *const MaterialData,
+    /// The shading normal, unit length.
+    pub normal: [f32; 3],
+    /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+    pub tangent: [f32; 3],
+    /// The direction to the viewer, unit length.
+    pub wo: [f32; 3],
+    /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here.
+    pub weight: [[f32; 3]; WIS_MAX_LOBES],
+    /// GGX: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
+    pub f0: [[f32; 3]; WIS_MAX_LOBES],
+    /// The pixel: any number, another one for each pixel.
+    pub seed: u32,
+    /// The number of this hit among all hits of the pixel and the stream, over all passes: 0, 1, 2 ...
+    pub turn: u32,
+    /// The bounce: 0 for camera hits, 1 for the next ...
+    pub stream: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+fn shape(lobe: &LobeData) -> Result<Shape, &'static CStr> {
+    let kind = Kind::from_code(lobe.kind).ok_or(c"kind")?;
+    let shape = Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta };
+    match shape.invalid() {
+        None => Ok(shape),
+        Some(Field::A) => Err(c"a"),
+        Some(Field::B) => Err(c"b"),
+        Some(Field::Eta) => Err(c"eta"),
+    }
+}
+
+/// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
+/// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_material_init(material: *mut MaterialData, diagnostic: *mut Diagnostic) -> Status {
+    answer(diagnostic, || {
+        let target = out(material, 1)?;
+        // SAFETY: not null and aligned; the caller states what it points to.
+        let data = unsafe { *super::sized(target, 1)? };
+        let (shapes, count) = shapes(&data)?;
+        let prepared = Material::new(shapes.get(..count).unwrap_or(&[])).map_err(|status| Failure::new(status, 1))?;
+        // SAFETY: as above.
+        unsafe { (*target).hash = prepared.hash() };
+        Ok(())
+    })
+}
+
+fn shapes(data: &MaterialData) -> Checked<([Shape; MAX_LOBES], usize)> {
+    let count = data.lobe_count as usize;
+    if count > MAX_LOBES {
+        return Err(Failure::new(Status::InvalidArgument, 1).of(c"lobe_count"));
+    }
+    let mut shapes = [Shape::LAMBERT; MAX_LOBES];
+    for (index, (slot, lobe)) in shapes.iter_mut().zip(&data.lobe).take(count).enumerate() {
+        *slot = shape(lobe).map_err(|field| Failure::new(Status::InvalidArgument, 1).of(field).in_row(1, index))?;
+    }
+    Ok((shapes, count))
+}
+
+/// A material that wis_material_init checked.
+///
+/// # Safety
+/// The pointer is null or points to a material.
+pub(super) unsafe fn material(data: *const MaterialData, argument: u32) -> Checked<Material> {
+    if data.is_null() {
+        return Ok(Material::NONE);
+    }
+    let at = |failure: Failure| failure.instead(argument).of(c"material");
+    // SAFETY: not null, and aligned; the caller states what it points to.
+    let data = unsafe { &*pointer(data, argument).map_err(at)? };
+    if data.hash == 0 || data.size as usize != size_of::<MaterialData>() {
+        // wis_material_init was forgotten, or failed.
+        return Err(Failure::new(Status::NotBuilt, argument).of(c"material"));
+    }
+    let (shapes, count) = shapes(data).map_err(at)?;
+    Ok(Material::checked(shapes.get(..count).unwrap_or(&[]), data.hash))
+}
+
+/// A point with its material.
+///
+/// # Safety
+/// The pointer is null or points to a point, whose material is null or a material.
+pub(super) unsafe fn point(data: *const PointData, argument: u32) -> Checked<(PointData, Material)> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let data = *super::sized(data, argument)?;
+        if data.flags & !(WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED) != 0 {
+            return Err(Failure::new(Status::InvalidArgument, argument).of(c"flags"));
+        }
+        let material = material(data.material, argument)?;
+        Ok((data, material))
+    }
+}
+
+impl PointData {
+    /// The point as the kernel has it.
+    pub(super) fn kernel<'a>(&self, material: &'a Material) -> Point<'a> {
+        Point {
+            material,
+            normal: self.normal,
+            tangent: self.tangent,
+            wo: self.wo,
+            weight: self.weight,
+            f0: self.f0,
+            whole_sphere: self.flags & WIS_POINT_WHOLE_SPHERE != 0,
+            cosine_included: self.flags & WIS_POINT_COSINE_INCLUDED != 0,
+        }
+    }
+}
+
+/// What is wrong with a point, as a failure of an argument.
+pub(super) fn failure(fault: Fault, argument: u32) -> Failure {
+    let (status, field, row) = match fault {
+        Fault::Normal => (Status::InvalidTransform, c"normal", 0),
+        Fault::Wo => (Status::InvalidTransform, c"wo", 0),
+        Fault::Tangent => (Status::InvalidTransform, c"tangent", 0),
+        Fault::Weight(lobe) => (Status::InvalidArgument, c"weight", lobe),
+        Fault::F0(lobe) => (Status::InvalidArgument, c"f0", lobe),
+    };
+    Failure::new(status, argument).of(field).in_row(argument, row)
+}

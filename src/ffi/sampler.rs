@@ -1,0 +1,203 @@
+//! Samplers in C: the working memory of a thread.
+
+use super::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized};
+use crate::direct::sampler::{Config, MAX_PER_RAY, MAX_RAYS, Sampler};
+use crate::simd::Level;
+use crate::status::Status;
+use core::ffi::c_void;
+
+/// Detect the instructions of this processor.
+pub const WIS_CPU_DETECT: u32 = 0;
+/// Instructions that every processor of the platform has.
+pub const WIS_CPU_BASELINE: u32 = 1;
+/// x86-64 with AVX2.
+pub const WIS_CPU_AVX2: u32 = 2;
+
+/// One thread's working memory: bytes in your memory without pointers to it. Nothing to free. One thread at a time may use it.
+#[allow(missing_debug_implementations)]
+pub struct SamplerObject {
+    _opaque: [u8; 0],
+}
+
+/// What a sampler is made for. Zeros are good choices.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SamplerConfig {
+    /// sizeof(wis_sampler_config).
+    pub size: u32,
+    /// WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks.
+    pub cpu_level: u32,
+    /// The most rays of one call, 1 to 4096; 0: 16.
+    pub rays: u32,
+    /// Candidates for each ray, 1 to 256; 0: the library's choice.
+    pub candidates_per_ray: u32,
+    /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known.
+    pub hits_per_pixel: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+const MAGIC: u64 = u64::from_le_bytes(*b"wissmp\x02\x00");
+const RAYS: u32 = 16;
+
+/// What stands at the beginning of a sampler.
+#[repr(C)]
+pub(super) struct Header {
+    magic: u64,
+    config: Config,
+    level: u32,
+    reserved: u32,
+    pub(super) fault: Diagnostic,
+}
+
+/// The levels in the order of their numbers, from [`WIS_CPU_BASELINE`] on.
+fn level(number: u32) -> Checked<Level> {
+    let detected = Level::detect();
+    let has_lanes = detected != Level::BASELINE;
+    match number {
+        WIS_CPU_DETECT => Ok(detected),
+        WIS_CPU_BASELINE => Ok(Level::BASELINE),
+        WIS_CPU_AVX2 if has_lanes => Ok(detected),
+        _ => Err(Failure::new(Status::InvalidArgument, 1).of(c"cpu_level")),
+    }
+}
+
+fn checked(config: &SamplerConfig) -> Checked<Config> {
+    let invalid = |field| Failure::new(Status::InvalidArgument, 1).of(field);
+    if config.rays as usize > MAX_RAYS {
+        return Err(invalid(c"rays"));
+    }
+    if config.candidates_per_ray as usize > MAX_PER_RAY {
+        return Err(invalid(c"candidates_per_ray"));
+    }
+    if config.cpu_level > WIS_CPU_AVX2 {
+        return Err(invalid(c"cpu_level"));
+    }
+    if config.reserved != 0 {
+        return Err(invalid(c"reserved"));
+    }
+    let rays = if config.rays == 0 { RAYS } else { config.rays };
+    let (candidates_per_ray, hits_per_pixel) = (config.candidates_per_ray, config.hits_per_pixel);
+    Ok(Config { rays, candidates_per_ray, hits_per_pixel, reserved: 0 })
+}
+
+fn bytes(config: &Config) -> usize {
+    (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
+}
+
+/// The bytes that a sampler needs: 1.4 kB for 16 rays.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sampler_size(
+    config: *const SamplerConfig,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's struct, whose size field is checked.
+        let config = checked(unsafe { sized(config, 1)? })?;
+        let needed = MemorySize { bytes: bytes(&config), align: WIS_ALIGNMENT, scratch_bytes: 0 };
+        // SAFETY: `out` checked the pointer, which is the caller's to write.
+        unsafe { out(size, 2)?.write(needed) };
+        Ok(())
+    })
+}
+
+/// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the memory.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sampler_init(
+    config: *const SamplerConfig,
+    memory: *mut c_void,
+    memory_bytes: usize,
+    sampler: *mut *mut SamplerObject,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's struct, whose size field is checked.
+        let (raw, config) = unsafe {
+            let raw = sized(config, 1)?;
+            (raw, checked(raw)?)
+        };
+        let level = level(raw.cpu_level)?;
+        let block = super::ExclusiveBlock::new(memory.cast(), memory_bytes, bytes(&config), 2)?;
+        let handle = out(sampler, 4)?;
+        let header = Header { magic: MAGIC, config, level: level.code(), reserved: 0, fault: Diagnostic::default() };
+        // SAFETY: the block is aligned to 16 and longer than a header; the scratch behind it becomes initialised numbers.
+        unsafe {
+            block.start().cast::<Header>().write(header);
+            block.start().add(size_of::<Header>()).write_bytes(0, config.bytes());
+            handle.write(block.start().cast());
+        }
+        Ok(())
+    })
+}
+
+/// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing.
+/// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sampler_begin_pixel(sampler: *mut SamplerObject) -> Status {
+    // SAFETY: the caller's sampler.
+    match unsafe { header(sampler) } {
+        Ok(_) => Status::Ok,
+        Err(failure) => failure.status,
+    }
+}
+
+/// Where the last call on this sampler that failed was at fault: argument, field and element. A pointer into the sampler, which
+/// stays valid as long as that does; null for a null sampler.
+///
+/// # Safety
+/// The pointer is null or a sampler.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject) -> *const Diagnostic {
+    // SAFETY: the caller's sampler, of which only the place of a field is taken.
+    match unsafe { header(sampler.cast_mut()) } {
+        Ok(header) => unsafe { &raw const (*header).fault },
+        Err(_) => core::ptr::null(),
+    }
+}
+
+/// The header of a sampler, the first argument.
+///
+/// # Safety
+/// The pointer is null or points to a sampler.
+pub(super) unsafe fn header(sampler: *mut SamplerObject) -> Checked<*mut Header> {
+    let header = out(sampler.cast::<Header>(), 1)?;
+    // SAFETY: not null and aligned; every block that a sampler was made in is longer than a header.
+    if unsafe { (*header).magic } != MAGIC {
+        return Err(Failure::new(Status::Mismatch, 1));
+    }
+    Ok(header)
+}
+
+/// Opens a sampler for a call, and notes where the call fails.
+///
+/// # Safety
+/// The pointer is null or points to a sampler that no other thread uses.
+pub(super) unsafe fn with_sampler(
+    sampler: *mut SamplerObject,
+    body: impl FnOnce(&mut Sampler<'_>) -> Checked<()>,
+) -> Status {
+    // SAFETY: the caller's contract.
+    let header = match unsafe { header(sampler) } {
+        Ok(header) => header,
+        Err(failure) => return failure.status,
+    };
+    // SAFETY: the header is initialised, its level was detected on this machine when the sampler was made, and the scratch
+    // of `config.bytes()` initialised bytes stands behind it.
+    unsafe {
+        let config = (*header).config;
+        let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
+        let scratch = core::slice::from_raw_parts_mut(header.add(1).cast::<u8>(), config.bytes());
+        let Some(mut opened) = Sampler::new(level, config, scratch) else { return Status::Mismatch };
+        answer(&raw mut (*header).fault, || body(&mut opened))
+    }
+}

@@ -1,0 +1,171 @@
+//! Sample, pdf and invert in C: one call each, for the light or a product, for one direction or many.
+
+use super::light::{EnvironmentObject, environment};
+use super::sampler::{SamplerObject, with_sampler};
+use super::{Strided, StridedMut};
+use crate::light::batch::{Density, Drawn, clamp_number, pdfs, samples};
+use crate::simd::Level;
+use crate::sphere::{Frame, unit};
+use crate::status::Status;
+
+/// So many directions are copied together: their numbers stay in the nearest cache.
+const TOGETHER: usize = 64;
+
+/// Draws `count` directions in proportion to the light.
+///
+/// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `wi`: unit length, world space. `pdf`: per
+/// steradian, above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides are the bytes
+/// from one element to the next; 0: packed. About 40 ns each in batches of 8 and more.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sample(
+    sampler: *mut SamplerObject,
+    environment_object: *const EnvironmentObject,
+    count: usize,
+    u: *const f32,
+    u_stride: usize,
+    wi: *mut f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    // SAFETY: the caller's contract, also for what stands inside.
+    unsafe {
+        with_sampler(sampler, |sampler| {
+            let environment = environment(environment_object, 2)?;
+            let u = Strided::<2>::new(u, u_stride, count, 4)?;
+            let wi = StridedMut::<3>::new(wi, wi_stride, count, 6)?;
+            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 8)?;
+            sample_all(sampler.level(), &environment.light(), &environment.frame(), count, &u, &wi, &pdf);
+            Ok(())
+        })
+    }
+}
+
+/// # Safety
+/// The arrays hold `count` elements.
+unsafe fn sample_all<D: Density>(
+    level: Level,
+    density: &D,
+    frame: &Frame,
+    count: usize,
+    u: &Strided<2>,
+    wi: &StridedMut<3>,
+    pdf: &StridedMut<1>,
+) {
+    let (mut numbers, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
+    for first in (0..count).step_by(TOGETHER) {
+        let here = (count - first).min(TOGETHER);
+        let (numbers, drawn) = (numbers.get_mut(..here).unwrap_or_default(), drawn.get_mut(..here).unwrap_or_default());
+        for (i, number) in numbers.iter_mut().enumerate() {
+            // SAFETY: the index is below the count.
+            *number = unsafe { u.read(first + i) };
+        }
+        samples(level, density, frame, numbers, drawn);
+        for (i, drawn) in drawn.iter().enumerate() {
+            // SAFETY: the index is below the count.
+            unsafe {
+                wi.write(first + i, drawn.wi);
+                pdf.write(first + i, [drawn.pdf]);
+            }
+        }
+    }
+}
+
+/// The pdf of `count` directions in the light, per steradian; 0 for those that are not of unit length within 1e-3. Strides as in
+/// wis_sample. About 15 ns each in batches of 8 and more.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_pdf(
+    sampler: *mut SamplerObject,
+    environment_object: *const EnvironmentObject,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    pdf: *mut f32,
+    pdf_stride: usize,
+) -> Status {
+    // SAFETY: the caller's contract, also for what stands inside.
+    unsafe {
+        with_sampler(sampler, |sampler| {
+            let environment = environment(environment_object, 2)?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
+            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 6)?;
+            pdf_all(sampler.level(), &environment.light(), &environment.frame(), count, &wi, &pdf);
+            Ok(())
+        })
+    }
+}
+
+/// # Safety
+/// The arrays hold `count` elements.
+unsafe fn pdf_all<D: Density>(
+    level: Level,
+    density: &D,
+    frame: &Frame,
+    count: usize,
+    wi: &Strided<3>,
+    pdf: &StridedMut<1>,
+) {
+    let (mut directions, mut densities) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+    for first in (0..count).step_by(TOGETHER) {
+        let here = (count - first).min(TOGETHER);
+        let directions = directions.get_mut(..here).unwrap_or_default();
+        for (i, direction) in directions.iter_mut().enumerate() {
+            // SAFETY: the index is below the count.
+            *direction = unsafe { wi.read(first + i) };
+        }
+        pdfs(level, density, frame, directions, &mut densities);
+        for (i, &density) in densities.iter().take(here).enumerate() {
+            // SAFETY: the index is below the count.
+            unsafe { pdf.write(first + i, [density]) };
+        }
+    }
+}
+
+/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
+/// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
+/// written. Strides as in wis_sample; statuses stand close together.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_invert(
+    sampler: *mut SamplerObject,
+    environment_object: *const EnvironmentObject,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    u: *mut f32,
+    u_stride: usize,
+    status: *mut u8,
+) -> Status {
+    // SAFETY: the caller's contract, also for what stands inside.
+    unsafe {
+        with_sampler(sampler, |_| {
+            let environment = environment(environment_object, 2)?;
+            let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
+            let u = StridedMut::<2>::new(u, u_stride, count, 6)?;
+            let statuses = super::slice_mut(status, count, 8)?;
+            let (light, frame) = (environment.light(), environment.frame());
+            for (i, status) in statuses.iter_mut().enumerate() {
+                let found = match unit(wi.read(i)) {
+                    None => Err(Status::InvalidTransform),
+                    Some(direction) => light.invert(&frame, direction).ok_or(Status::ZeroDensity),
+                };
+                *status = match found {
+                    Ok(numbers) => {
+                        u.write(i, numbers.map(clamp_number));
+                        Status::Ok as u8
+                    }
+                    Err(status) => status as u8,
+                };
+            }
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,284 @@
+//! Which field of a struct, and which element of an array, a diagnostic names.
+
+use crate::block::Block;
+use crate::call::{Call, field};
+use crate::objects::{self, function};
+use crate::scene::{Scene, numbers};
+use std::ptr::null;
+use wis::ffi::environment::*;
+use wis::ffi::light::*;
+use wis::ffi::product::*;
+use wis::ffi::strata::StrataConfig;
+use wis::ffi::table::Table;
+use wis::ffi::tree::TreeConfig;
+use wis::ffi::tree::rotated::RotatedConfig;
+use wis::query::*;
+use wis::sparse::Details;
+use wis::status::Status;
+use wis::triple::Wavelets;
+
+const INVALID: Status = Status::InvalidArgument;
+const TRANSFORM: Status = Status::InvalidTransform;
+const MISALIGNED: Status = Status::Misaligned;
+const NULL: Status = Status::NullPointer;
+static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+
+/// The field that a diagnostic names, an edit that spoils it, and the status.
+type Fault<T> = (&'static str, fn(&mut T), Status);
+
+/// Calls functions with an argument that is spoiled in one field after another.
+fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) {
+    let scene = Scene::new();
+    for function in functions.iter().map(|name| function(name)) {
+        for (name, edit, status) in faults {
+            let mut call = Call::valid(&scene, &function);
+            call.edit(argument, edit);
+            let diagnostic = call.fails(name, *status, argument);
+            assert_eq!(field(&diagnostic), Some(*name), "{}", function.name);
+        }
+    }
+}
+
+#[test]
+fn environments() {
+    let faults: &[Fault<EnvironmentConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("layout", |c| c.layout = 9, INVALID),
+        ("format", |c| c.format = 9, INVALID),
+        ("storage", |c| c.storage = 9, INVALID),
+        ("channels", |c| c.channels = 2, INVALID),
+        ("flags", |c| c.flags = 1 << 20, INVALID),
+        ("width", |c| c.width = 0, INVALID),
+        ("height", |c| c.height = 0, INVALID),
+        ("height", |c| (c.layout, c.height) = (WIS_LAYOUT_CUBE, 7), INVALID),
+        ("resolution", |c| c.resolution = 3, INVALID),
+        ("error_budget", |c| c.error_budget = -1.0, INVALID),
+        ("row_stride", |c| c.row_stride = 71, INVALID),
+        ("row_stride", |c| c.row_stride = 74, MISALIGNED),
+        ("row_stride", |c| (c.format, c.row_stride) = (WIS_FORMAT_F16, -37), MISALIGNED),
+        ("pixels", |c| c.pixels = null(), NULL),
+        ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
+        ("pixels", |c| (c.format, c.pixels) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(1)), MISALIGNED),
+    ];
+    check(&["wis_wavelet_light_size", "wis_wavelet_light_init", "wis_wavelet_light_begin"], "config", faults);
+    // Half floats need two bytes only.
+    let scene = Scene::new();
+    let init = function("wis_wavelet_light_init");
+    let mut call = Call::valid(&scene, &init);
+    call.edit("config", |c: &mut EnvironmentConfig| {
+        (c.format, c.pixels, c.flags) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(2), c.flags | 16);
+    });
+    call.succeeds("two bytes");
+}
+
+#[test]
+fn lights() {
+    let faults: &[Fault<LightConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("layout", |c| c.layout = 9, INVALID),
+        ("format", |c| c.format = 9, INVALID),
+        ("filter", |c| c.filter = 2, INVALID),
+        ("channels", |c| c.channels = 2, INVALID),
+        ("flags", |c| c.flags = 16, INVALID),
+        (
+            "flags",
+            |c| (c.layout, c.width, c.height, c.flags) = (WIS_LAYOUT_CUBE, 1, 6, WIS_ENVIRONMENT_ROWS_AT_POLES),
+            INVALID,
+        ),
+        ("width", |c| c.width = 0, INVALID),
+        ("width", |c| (c.width, c.row_stride) = (32769, 0), Status::Overflow),
+        ("height", |c| c.height = 0, INVALID),
+        ("height", |c| c.height = 32769, Status::Overflow),
+        ("height", |c| (c.layout, c.height) = (WIS_LAYOUT_CUBE, 7), INVALID),
+        ("error_budget", |c| c.error_budget = -1.0, INVALID),
+        ("row_stride", |c| c.row_stride = 71, INVALID),
+        ("row_stride", |c| c.row_stride = 74, MISALIGNED),
+        ("row_stride", |c| (c.format, c.row_stride) = (WIS_FORMAT_F16, -37), MISALIGNED),
+        ("pixels", |c| c.pixels = null(), NULL),
+        ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
+        ("pixels", |c| (c.format, c.pixels) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(1)), MISALIGNED),
+        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
+        ("world_from_map", |c| c.world_from_map = c.world_from_map.wrapping_byte_add(2), MISALIGNED),
+    ];
+    let of_maps: &[Fault<LightConfig>] = &[
+        ("layout", |c| (c.layout, c.width) = (WIS_LAYOUT_OCTAHEDRAL, c.height), INVALID),
+        ("flags", |c| c.flags = WIS_ENVIRONMENT_ROWS_AT_POLES, INVALID),
+    ];
+    for faults in [of_maps, faults] {
+        check(&["wis_strata_size", "wis_strata_lights", "wis_jitter_size", "wis_jitter_init"], "map", faults);
+    }
+    let functions = ["size", "init", "begin", "run", "finish"].map(|name| format!("wis_environment_{name}"));
+    check(&functions.each_ref().map(String::as_str), "config", faults);
+}
+
+#[test]
+fn queries() {
+    let faults: &[Fault<Query>] = &[
+        ("size", |q| q.size = 0, Status::InvalidStructSize),
+        ("flags", |q| q.flags = 8, INVALID),
+        ("lobe_count", |q| q.lobe_count = 5, INVALID),
+        ("lobe[0].kind", |q| q.lobe[0].kind = 0, INVALID),
+        ("lobe[3].kind", |q| q.lobe_count = 4, INVALID),
+        ("lobe[2].weight", |q| q.lobe[2].weight[1] = -1.0, INVALID),
+        ("lobe[1].f0", |q| q.lobe[1].f0[0] = 2.0, INVALID),
+        ("lobe[1].a", |q| q.lobe[1].a = f32::NAN, INVALID),
+        // Not an anisotropy without tangent.
+        ("lobe[1].b", |q| (q.lobe[1].b, q.tangent) = (0.0, [0.0; 3]), INVALID),
+        ("lobe[2].a", |q| q.lobe[2].a = -1.0, INVALID),
+        ("normal", |q| q.normal = [0.0; 3], TRANSFORM),
+        ("wo", |q| q.wo = [0.0; 3], TRANSFORM),
+        ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, [0.0; 3]), TRANSFORM),
+        ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, q.normal), TRANSFORM),
+    ];
+    check(
+        &["wis_wavelet_product_prepare", "wis_wavelet_products_prepare", "wis_wavelet_product_prepare_table"],
+        "query",
+        faults,
+    );
+    let faults: &[Fault<CallbackBrdf>] = &[
+        ("flags", |b| b.flags = 8, INVALID),
+        ("half_angle", |b| b.half_angle = -1.0, INVALID),
+        ("normal", |b| b.normal = [0.0; 3], TRANSFORM),
+        ("peak", |b| b.peak = [0.0; 3], TRANSFORM),
+        ("eval", |b| b.eval = None, NULL),
+    ];
+    check(&["wis_wavelet_product_prepare_callback"], "brdf", faults);
+    let faults: &[Fault<ProductConfig>] = &[
+        ("max_squares", |c| c.max_squares = u32::MAX, INVALID),
+        ("reuse_cone", |c| c.reuse_cone = 2.0, INVALID),
+        ("cpu_level", |c| c.cpu_level = 99, INVALID),
+        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
+        ("prior", |c| c.prior = SCALED.as_ptr().cast(), Status::InvalidStructSize),
+    ];
+    check(&["wis_wavelet_product_size", "wis_wavelet_product_prepare"], "config", faults);
+}
+
+#[test]
+fn tables() {
+    static NO_TREES: [usize; 2] = [0; 2];
+    let faults: &[Fault<Table>] = &[
+        ("slice_count", |t| t.slice_count = 0, INVALID),
+        ("slice", |t| t.slice = null(), NULL),
+        ("slice", |t| t.slice = NO_TREES.as_ptr().cast(), Status::NotBuilt),
+    ];
+    check(&["wis_wavelet_product_prepare_table"], "table", faults);
+}
+
+#[test]
+fn trees() {
+    let faults: &[Fault<TreeConfig>] = &[
+        ("dimensions", |c| c.dimensions = 5, INVALID),
+        ("depth", |c| c.depth = 13, INVALID),
+        ("depth", |c| (c.dimensions, c.depth) = (4, 12), Status::Overflow),
+        ("error_budget", |c| c.error_budget = f32::NAN, INVALID),
+    ];
+    check(&["wis_tree_size", "wis_tree_init"], "config", faults);
+    let faults: &[Fault<TreeConfig>] = &[
+        ("pixels", |c| c.pixels = null(), NULL),
+        ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
+        ("pixels", |c| (c.depth, c.pixels) = (0, [f32::NAN].as_ptr()), Status::InvalidTexel),
+    ];
+    check(&["wis_tree_init"], "config", faults);
+    let faults: &[Fault<RotatedConfig>] = &[
+        ("places", |c| c.places = 0, INVALID),
+        ("depth", |c| c.depth = 13, INVALID),
+        ("error_budget", |c| c.error_budget = -1.0, INVALID),
+        ("least", |c| c.least = 2e6, INVALID),
+    ];
+    check(&["wis_tree_of_environment_size", "wis_tree_of_environment"], "config", faults);
+    let faults: &[Fault<RotatedConfig>] = &[
+        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
+        ("world_from_tree", |c| c.world_from_tree = SCALED.as_ptr(), TRANSFORM),
+    ];
+    check(&["wis_tree_of_environment"], "config", faults);
+}
+
+#[test]
+fn strata() {
+    let faults: &[Fault<StrataConfig>] = &[
+        ("levels", |c| c.levels = 65, INVALID),
+        ("angle_limit", |c| c.angle_limit = -1.0, INVALID),
+        ("exponents", |c| c.exponents = [9.0f32, 0.0].as_ptr(), INVALID),
+    ];
+    check(&["wis_strata_size", "wis_strata_lights"], "config", faults);
+}
+
+/// The number of the element at fault in an array of the batch calls.
+#[test]
+fn elements() {
+    let scene = Scene::new();
+    let row = |name: &str, argument: &str, content: &[u8], status: Status| {
+        let function = function(name);
+        let mut call = Call::valid(&scene, &function);
+        call.give(argument, Block::new(content, 0));
+        let diagnostic = call.fails("an element", status, argument);
+        assert_eq!(field(&diagnostic), None);
+        (diagnostic.x, diagnostic.y)
+    };
+    let unordered =
+        numbers(&[Wavelets { level: 1, ..Wavelets::default() }, Wavelets { level: 0, ..Wavelets::default() }]);
+    let details = numbers(&[Details { level: 1, ..Details::default() }, Details { level: 0, ..Details::default() }]);
+    for (name, argument) in [
+        ("wis_triple_sublinear", "brdf"),
+        ("wis_triple_sublinear", "kept_light"),
+        ("wis_visibility_integral", "brdf"),
+        ("wis_triple_multiply", "e"),
+        ("wis_triple_multiply", "f"),
+        ("wis_tree_of_wavelets", "wavelets"),
+        ("wis_tree_of_wavelets_size", "wavelets"),
+    ] {
+        assert_eq!(row(name, argument, &unordered, INVALID), (0, 1), "{name}");
+    }
+    for (name, argument) in
+        [("wis_sparse_multiply", "e"), ("wis_sparse_multiply", "f"), ("wis_tree_of_details", "details")]
+    {
+        assert_eq!(row(name, argument, &details, INVALID), (0, 1), "{name}");
+    }
+    let lists = Block::new(&unordered, 0);
+    let blend = function("wis_triple_blend");
+    let valid = Call::valid(&scene, &blend);
+    let mut handles: Vec<usize> = valid.bytes("list").chunks_exact(8).map(address).collect();
+    handles[2] = lists.pointer() as usize;
+    assert_eq!(row("wis_triple_blend", "list", &numbers(&handles), INVALID), (1, 2));
+    assert_eq!(row("wis_triple_blend", "weight", &numbers(&[1.0, f64::NAN, 1.0]), INVALID), (0, 1));
+    assert_eq!(row("wis_tree_blend", "weight", &numbers(&[1.0, 1.0, -1.0]), INVALID), (0, 2));
+    let cube = Block::new(&objects::tree(&scene, |config| (config.dimensions, config.depth) = (3, 1)), 0);
+    let function_of_blend = function("wis_tree_blend");
+    let valid = Call::valid(&scene, &function_of_blend);
+    let mut trees: Vec<usize> = valid.bytes("trees").chunks_exact(8).map(address).collect();
+    trees[1] = cube.pointer() as usize;
+    assert_eq!(row("wis_tree_blend", "trees", &numbers(&trees), INVALID), (0, 1));
+    assert_eq!(row("wis_strata_order", "contribution", &numbers(&[1.0f32, 2.0, -1.0]), INVALID), (0, 2));
+    assert_eq!(row("wis_pool_pick", "weight", &numbers(&[1.0f32, f32::NAN, 1.0]), INVALID), (0, 1));
+    let mut labels = [0u32; 18];
+    labels[7] = 2;
+    assert_eq!(row("wis_jitter_init", "label", &numbers(&labels), INVALID), (0, 7));
+    let mut values = [1.0f64; 16];
+    values[5] = f64::INFINITY;
+    assert_eq!(row("wis_haar_forward", "values", &numbers(&values), INVALID), (0, 5));
+}
+
+fn address(bytes: &[u8]) -> usize {
+    usize::from_ne_bytes(bytes.try_into().expect("as long as an address"))
+}
+
+/// A room that is too short tells the bytes that are needed.
+#[test]
+fn rooms() {
+    let scene = Scene::new();
+    for (name, result, bytes) in [
+        ("wis_triple_multiply", "wavelets", size_of::<Wavelets>()),
+        ("wis_sparse_multiply", "product", size_of::<Details>()),
+        ("wis_triple_blend", "wavelets", size_of::<Wavelets>()),
+    ] {
+        let function = function(name);
+        let mut call = Call::valid(&scene, &function);
+        call.set("room", 1);
+        call.answer();
+        let count = call.bytes(if name == "wis_sparse_multiply" { "product_count" } else { "wavelet_count" });
+        let count = u32::from_ne_bytes(count.try_into().expect("four bytes"));
+        assert!(count > 1 && call.bytes(result).len() >= count as usize * bytes);
+        assert_eq!(call.told().bytes_needed, u64::from(count) * bytes as u64, "{name}");
+        assert_eq!(call.answer(), Status::MemoryTooSmall as usize);
+    }
+}

@@ -1,0 +1,289 @@
+//! Numbers beyond the range of a float or a double: a status, never infinity or NaN with WIS_OK. And integrals of functions
+//! that are nowhere negative are not.
+
+mod stored;
+mod support;
+
+use std::ptr::{null, null_mut};
+use stored::Random;
+use support::{Map, Memory};
+use wis::ffi::environment::{Environment, WIS_WAVELET_LIGHT_NEAREST};
+use wis::ffi::haar::*;
+use wis::ffi::tree::combine::*;
+use wis::ffi::tree::rotated::*;
+use wis::ffi::tree::sparse::*;
+use wis::ffi::tree::*;
+use wis::ffi::triple::*;
+use wis::ffi::visibility::*;
+use wis::ffi::{Diagnostic, MemorySize};
+use wis::sparse::Details;
+use wis::status::Status;
+use wis::triple::Wavelets;
+
+struct Built {
+    _memory: Memory,
+    handle: *const Tree,
+    info: TreeInfo,
+}
+
+/// A tree of two axes.
+fn tree(depth: u32, pixels: &[f32]) -> Built {
+    let size = size_of::<TreeConfig>() as u32;
+    let config = TreeConfig { size, dimensions: 2, depth, error_budget: 0.0, pixels: pixels.as_ptr() };
+    let (mut size, mut handle, mut info) = (MemorySize::default(), null(), no_info());
+    // SAFETY: the configuration describes the pixels, and the blocks are as large as was asked for.
+    unsafe {
+        assert_eq!(wis_tree_size(&config, &mut size, null_mut()), Status::Ok);
+        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+        let (place, work) = (memory.pointer(), scratch.pointer());
+        let (bytes, room) = (size.bytes, size.scratch_bytes);
+        let status = wis_tree_init(&config, place, bytes, work, room, &mut handle, &mut info, null_mut());
+        assert_eq!(status, Status::Ok);
+        Built { _memory: memory, handle, info }
+    }
+}
+
+fn no_info() -> TreeInfo {
+    TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() }
+}
+
+/// The product, which opens.
+fn multiply(e: &Built, f: &Built, g: &Built) -> Result<Built, Status> {
+    let (mut size, mut handle, mut info) = (MemorySize::default(), null(), no_info());
+    let (e, f, g) = (e.handle, f.handle, g.handle);
+    // SAFETY: the handles are trees, and the blocks are as large as was asked for.
+    unsafe {
+        assert_eq!(wis_tree_multiply_size(e, f, g, &mut size, null_mut()), Status::Ok);
+        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+        let (place, work) = (memory.pointer(), scratch.pointer());
+        let (bytes, room) = (size.bytes, size.scratch_bytes);
+        let status = wis_tree_multiply(e, f, g, place, bytes, work, room, &mut handle, &mut info, null_mut());
+        if status != Status::Ok {
+            return Err(status);
+        }
+        assert_eq!(wis_tree_open(place, bytes, &mut handle, null_mut(), null_mut()), Status::Ok);
+        assert!((0.0..=f64::MAX).contains(&info.average));
+        Ok(Built { _memory: memory, handle, info })
+    }
+}
+
+fn cube(tree: &Built) -> Result<Built, Status> {
+    multiply(tree, tree, tree)
+}
+
+/// 1.6e38 and about 5e345; 2e-39 and about 2e-348.
+#[test]
+fn trees_beyond_a_double() {
+    for pixels in [[3e38f32, 1e38, 0.0, 2e38], [1e-39, 2e-39, 0.0, 5e-39]] {
+        let third = cube(&tree(1, &pixels)).unwrap();
+        assert_eq!(cube(&third).err(), Some(Status::Overflow));
+    }
+    // 4.3e115 squared is still a double.
+    let huge = cube(&tree(1, &[3e38, 1e38, 0.0, 2e38])).unwrap();
+    let one = tree(0, &[1.0]);
+    let square = multiply(&huge, &huge, &one).unwrap();
+    assert_eq!(multiply(&square, &huge, &one).err(), Some(Status::Overflow));
+    // What is 0 everywhere is 0 at any scale.
+    let (left, right) = (tree(1, &[3e38, 0.0, 3e38, 0.0]), tree(1, &[0.0, 3e38, 0.0, 3e38]));
+    let (left, right) = (cube(&left).unwrap(), cube(&right).unwrap());
+    assert_eq!(multiply(&left, &right, &left).unwrap().info.average, 0.0);
+}
+
+#[test]
+fn blends_beyond_a_double() {
+    let (one, huge) = (tree(1, &[1.0, 2.0, 3.0, 4.0]), tree(1, &[3e38, 0.0, 0.0, 1e38]));
+    for (tree, weight, fits) in [(&one, 1e307, true), (&huge, 1e300, false), (&one, 1.7e308, false)] {
+        let (trees, mut size, mut handle) = ([tree.handle], MemorySize::default(), null());
+        // SAFETY: the handle is a tree, and the blocks are as large as was asked for.
+        let status = unsafe {
+            assert_eq!(wis_tree_blend_size(1, trees.as_ptr(), &mut size, null_mut()), Status::Ok);
+            let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+            let (place, work, room) = (memory.pointer(), scratch.pointer(), size.scratch_bytes);
+            let (trees, none) = (trees.as_ptr(), null_mut());
+            wis_tree_blend(1, trees, &weight, place, size.bytes, work, room, &mut handle, null_mut(), none)
+        };
+        assert_eq!(status, if fits { Status::Ok } else { Status::Overflow }, "{weight}");
+    }
+}
+
+/// Details of values beyond a float: of a tree, of a product of sets, of a blend.
+#[test]
+fn details_beyond_a_float() {
+    let huge = cube(&tree(1, &[3e38, 1e38, 0.0, 2e38])).unwrap();
+    let (mut list, mut details, mut count) = ([Wavelets::default(); 4], [Details::default(); 4], 0);
+    // SAFETY: there is room for four elements.
+    unsafe {
+        assert_eq!(wis_triple_select(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
+        assert_eq!(
+            wis_triple_select_squares(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()),
+            Status::Overflow
+        );
+        assert_eq!(wis_sparse_select(huge.handle, 4, details.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
+        // Nothing that is kept is too large.
+        assert_eq!(wis_triple_select(huge.handle, 0, list.as_mut_ptr(), &mut count, null_mut()), Status::Ok);
+    }
+    let wavelets = [Wavelets { detail: [3e38; 3], ..Wavelets::default() }];
+    let product = |e_average: f64, f_average: f64| {
+        let (mut out, mut count, mut average) = ([Wavelets::default(); 12], 0, 0.0);
+        let (list, room) = (wavelets.as_ptr(), out.len() as u32);
+        // SAFETY: lists and room are as long as stated.
+        unsafe {
+            wis_triple_multiply(
+                e_average,
+                1,
+                list,
+                f_average,
+                0,
+                list,
+                room,
+                out.as_mut_ptr(),
+                &mut count,
+                &mut average,
+                null_mut(),
+            )
+        }
+    };
+    assert_eq!(product(0.0, 1.0), Status::Ok);
+    assert_eq!(product(0.0, 2.0), Status::Overflow);
+    assert_eq!(product(1e300, 1e10), Status::Overflow);
+    let (lists, counts) = ([wavelets.as_ptr(); 2], [1u32; 2]);
+    for (weights, expected) in
+        [([0.5, 0.5], Status::Ok), ([1.0, 1.0], Status::Overflow), ([1e308, -1e308], { Status::Overflow })]
+    {
+        let (mut out, mut count) = ([Wavelets::default(); 2], 0);
+        // SAFETY: as above.
+        let status = unsafe {
+            wis_triple_blend(
+                2,
+                lists.as_ptr(),
+                counts.as_ptr(),
+                weights.as_ptr(),
+                2,
+                out.as_mut_ptr(),
+                &mut count,
+                null_mut(),
+            )
+        };
+        assert_eq!(status, expected, "{weights:?}");
+    }
+}
+
+/// Integrals of trees whose units multiply beyond a double.
+#[test]
+fn integrals_beyond_a_double() {
+    let huge = cube(&tree(1, &[3e38, 1e38, 0.0, 2e38])).unwrap();
+    let one = tree(0, &[1.0]);
+    let x = multiply(&huge, &huge, &one).unwrap();
+    let black = tree(1, &[0.0; 4]);
+    let triple = |trees: [&Built; 3]| {
+        let [brdf, light, visibility] = trees.map(|tree| tree.handle);
+        let mut integral = f64::NAN;
+        // SAFETY: the handles are trees.
+        (unsafe { wis_triple_integral(brdf, light, visibility, &mut integral) }, integral)
+    };
+    assert_eq!(triple([&black, &x, &x]), (Status::Ok, 0.0));
+    assert_eq!(triple([&one, &x, &x]).0, Status::Overflow);
+    let mut integral = f64::NAN;
+    // SAFETY: the handles are trees.
+    unsafe {
+        assert_eq!(wis_tree_product_integral(x.handle, x.handle, &mut integral), Status::Overflow);
+        assert_eq!(wis_tree_product_integral(black.handle, x.handle, &mut integral), Status::Ok);
+        assert_eq!(integral, 0.0);
+        let list = null();
+        let status = wis_triple_sublinear(1e200, 0, list, 0, list, x.handle, one.handle, &mut integral, null_mut());
+        assert_eq!(status, Status::Overflow);
+        let status = wis_triple_sublinear(0.0, 0, list, 0, list, x.handle, x.handle, &mut integral, null_mut());
+        assert_eq!((status, integral), (Status::Ok, 0.0));
+        let (mut size, mut seen) = (MemorySize::default(), null());
+        assert_eq!(wis_visibility_size(one.handle, &mut size, null_mut()), Status::Ok);
+        let mut memory = Memory::new(size.bytes);
+        assert_eq!(wis_visibility_init(one.handle, memory.pointer(), size.bytes, &mut seen, null_mut()), Status::Ok);
+        let status = wis_visibility_integral(1e200, 0, list, 0, list, x.handle, seen, &mut integral, null_mut());
+        assert_eq!(status, Status::Overflow);
+    }
+}
+
+/// The share of the mean that is added to the pixels of a rotated map.
+#[test]
+fn rotated_maps_stay_finite() {
+    let map = Map::latlong(8, 4, |_, _| 1e37).build(0, WIS_WAVELET_LIGHT_NEAREST);
+    let build = |least: f32| {
+        let (size, world_from_map, world_from_tree) = (size_of::<RotatedConfig>() as u32, null(), null());
+        let config =
+            RotatedConfig { size, depth: 2, places: 2, error_budget: 0.0, least, world_from_map, world_from_tree };
+        let (mut size, mut handle, mut info) = (MemorySize::default(), null(), no_info());
+        let (mut memory, mut scratch) = (Memory::new(1 << 16), Memory::new(1 << 16));
+        let (place, work, length) = (memory.pointer(), scratch.pointer(), 1 << 16);
+        let light: *const Environment = map.handle;
+        // SAFETY: the blocks are as long as stated.
+        unsafe {
+            let measured = wis_tree_of_environment_size(&config, &mut size, null_mut());
+            let none: *mut Diagnostic = null_mut();
+            let built =
+                wis_tree_of_environment(light, &config, place, length, work, length, &mut handle, &mut info, none);
+            assert_eq!(measured, built);
+            if built == Status::Ok {
+                assert_eq!(wis_tree_open(place, length, &mut handle, null_mut(), none), Status::Ok);
+            }
+            (built, info.average)
+        }
+    };
+    let (status, average) = build(1e6);
+    assert!(status == Status::Ok && (average / 1.000001e43 - 1.0).abs() < 1e-5, "{status:?} {average}");
+    for least in [1.1e6, 1e30, 3.4e38] {
+        assert_eq!(build(least).0, Status::InvalidArgument, "{least}");
+    }
+}
+
+#[test]
+fn transforms_stay_finite() {
+    for inverse in [false, true] {
+        let transform = |values: &mut [f64; 256]| {
+            let start = values.as_mut_ptr();
+            // SAFETY: 4^4 numbers.
+            unsafe {
+                if inverse {
+                    wis_haar_inverse(2, 4, 256, start, null_mut())
+                } else {
+                    wis_haar_forward(2, 4, 256, start, null_mut())
+                }
+            }
+        };
+        let mut values = [1e290; 256];
+        assert_eq!(transform(&mut values), Status::Ok);
+        assert!(values.iter().all(|value| value.is_finite()));
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
+            let mut values = [1.0; 256];
+            values[77] = wrong;
+            assert_eq!(transform(&mut values), Status::InvalidArgument);
+        }
+    }
+}
+
+/// Functions of which nowhere two are above 0: no integral is below 0, or above what rounding leaves.
+#[test]
+fn integrals_of_what_is_not_negative_are_not_negative() {
+    let mut random = Random(5);
+    for depth in 1..=6 {
+        for _ in 0..40 {
+            let mut images = [(); 3].map(|()| vec![0.0f32; 1 << (2 * depth)]);
+            let mut exact = 0.0;
+            let overlap = random.unit() < 0.5;
+            for i in 0..images[0].len() {
+                let values = [(); 3].map(|()| (8.0 * random.unit()).exp());
+                let left_out = (3.0 * random.unit()) as usize % 3;
+                let all = overlap && random.unit() < 0.01;
+                (0..3).filter(|k| all || *k != left_out).for_each(|k| images[k][i] = values[k]);
+                exact += if all { values.map(f64::from).iter().product() } else { 0.0 };
+            }
+            exact /= images[0].len() as f64;
+            let trees = images.map(|image| tree(depth, &image));
+            let mut integral = f64::NAN;
+            let [a, b, c] = [0, 1, 2].map(|k: usize| trees[k].handle);
+            // SAFETY: the handles are trees.
+            assert_eq!(unsafe { wis_triple_integral(a, b, c, &mut integral) }, Status::Ok);
+            let off = (integral - exact).abs();
+            assert!(integral >= 0.0 && off <= exact * 2.0f64.powi(-22), "{integral} for {exact}");
+        }
+    }
+}

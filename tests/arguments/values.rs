@@ -455,7 +455,8 @@ fn directions() {
         }
         // A pool finds a place for anything, a prior leaves it out, and an inversion has a status for each.
         let many = taking("const float *wi").into_iter();
-        for function in many.filter(|f| !["wis_pool_pick", "wis_prior_count", "wis_invert"].contains(&f.name.as_str())) {
+        for function in many.filter(|f| !["wis_pool_pick", "wis_prior_count", "wis_invert"].contains(&f.name.as_str()))
+        {
             let results = ["pdf", "f_cos", "weight"];
             let result = results.into_iter().find(|name| function.takes(&format!("float *{name}"))).unwrap();
             let valid = Call::valid(&scene, &function);

@@ -53,8 +53,11 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
 
-$(BUILD)/minimal-cpp: lib
-	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
+$(BUILD)/wavelets: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/wavelets.c $(LIB)/libwis.a -o $@
+
+$(BUILD)/wavelets-cpp: lib
+	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/wavelets.cpp $(LIB)/libwis.a -o $@
 
 $(BUILD)/measured: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/measured.c $(LIB)/libwis.a -lm -o $@

@@ -5,12 +5,11 @@ use super::super::{Checked, DividedBlock, Failure, WIS_ALIGNMENT, slice_mut};
 use super::request::Request;
 use super::rows::PixelRows;
 use crate::environment::pixels::{RowError, Rows};
-use crate::light::blocks::{CellBlocks, CellTables, Steps};
+use crate::light::blocks::{CellTables, Steps};
 use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{BuildError, Places, Scratch, Writer};
 use crate::light::tables::Cell;
-use crate::light::texels::row_weights;
 use crate::status::Status;
 use core::ffi::c_void;
 
@@ -103,7 +102,7 @@ impl Build {
     pub(super) unsafe fn begin(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let build = Build::new(request, scratch, bytes, argument)?;
         let [rows, cells, _] = build.items().map(|count| count as usize);
-        let Arrays { rows: at_rows, work, cell_light, .. } = build.arrays;
+        let Arrays { rows: at_rows, weights, work, cell_light, .. } = build.arrays;
         // SAFETY: nothing else uses the block yet, and the arrays do not overlap.
         unsafe {
             if let Some(header) = build.block.own::<ScratchHeader>(0, 0, 1).first_mut() {
@@ -113,11 +112,7 @@ impl Build {
             build.block.own::<RowSummary>(at_rows, 0, rows).fill(unfinished);
             build.block.own::<CellWork>(work, 0, cells).fill(CellWork { level: UNCHOSEN, ..CellWork::default() });
             build.block.own::<f64>(cell_light, 0, cells).fill(UNFINISHED);
-            let patch_rows = request.plan.chart.axes[1].patches;
-            let weights = build.block.own::<[f64; 2]>(build.arrays.weights, 0, patch_rows as usize);
-            for (y, weights) in (0..).zip(weights) {
-                *weights = row_weights(&request.plan, y);
-            }
+            kernel::weights(&request.plan, build.block.own(weights, 0, build.patch_rows()));
         }
         Ok(build)
     }
@@ -219,14 +214,12 @@ impl Build {
         unsafe {
             let totals = Totals::of(self.summaries());
             let texels = totals.texels(&self.request.plan, self.luminance(), self.weights());
-            let (mut first, _) = kernel::block_range(&self.request.plan, items.start);
             for index in items {
-                let count = CellBlocks::new(&self.request.plan, index, 0).count();
+                let (first, count) = kernel::block_range(&self.request.plan, index);
                 let steps = self.block.own::<Steps>(self.arrays.steps, first, count);
                 if let Some(work) = self.block.own::<CellWork>(self.arrays.work, index as usize, 1).first_mut() {
                     *work = kernel::choose_cell(&texels, index, steps);
                 }
-                first += count;
             }
         }
     }
@@ -241,12 +234,10 @@ impl Build {
             let texels = totals.texels(plan, self.luminance(), self.weights());
             let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
             let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
-            let (mut first, _) = kernel::block_range(plan, items.start);
             for index in items {
-                let count = CellBlocks::new(plan, index, 0).count();
+                let (first, count) = kernel::block_range(plan, index);
                 let steps = self.block.finished::<Steps>(self.arrays.steps, first, count);
                 let light = self.block.own::<f64>(self.arrays.block_light, first, count);
-                first += count;
                 let Some(own) = work.get(index as usize) else { continue };
                 let (offset, length) = (kernel::offset(work, index), own.lengths());
                 let parts = CellTables {
@@ -293,12 +284,15 @@ impl Build {
         }
     }
 
+    fn patch_rows(&self) -> usize {
+        self.request.plan.chart.axes[1].patches as usize
+    }
+
     /// # Safety
     /// The build has begun.
     unsafe fn weights<'a>(&self) -> &'a [[f64; 2]] {
-        let rows = self.request.plan.chart.axes[1].patches as usize;
-        // SAFETY: written when the build began, and only read since.
-        unsafe { self.block.finished(self.arrays.weights, 0, rows) }
+        // SAFETY: written before the first pass, and only read from then on.
+        unsafe { self.block.finished(self.arrays.weights, 0, self.patch_rows()) }
     }
 
     /// # Safety

@@ -140,7 +140,13 @@ pub fn position(layout: Layout, size: [usize; 2], d: DVec3) -> [f64; 2] {
         }
         Layout::Cube => {
             let size = d.abs();
-            let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
+            let axis = if size.x >= size.y && size.x >= size.z {
+                0
+            } else if size.y >= size.z {
+                1
+            } else {
+                2
+            };
             let negative = d[axis] < 0.0;
             let sign = if negative { -1.0 } else { 1.0 };
             let [s, t] = [[-sign * d.z, -d.y], [d.x, sign * d.z], [sign * d.x, -d.y]][axis];
@@ -182,7 +188,6 @@ fn from_face(face: usize, [s, t]: [f64; 2]) -> DVec3 {
         DVec3::new(-s, -t, -1.0),
     ][face]
 }
-
 
 #[cfg(test)]
 mod tests {

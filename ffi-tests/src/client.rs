@@ -153,12 +153,24 @@ impl<'a> Map<'a> {
         Map { layout: raw::WIS_LAYOUT_OCTAHEDRAL, ..Map::latlong(side, side, 1, texels) }
     }
 
-    /// The map as wis.h describes it.
+    /// The format, the array, the function and its argument that give the texels.
+    fn source(&self) -> (u32, *const c_void, raw::wis_row_fn, *mut c_void) {
+        match &self.texels {
+            Texels::F32(texels) => (raw::WIS_FORMAT_F32, texels.as_ptr().cast(), None, null_mut()),
+            Texels::F16(texels) => (raw::WIS_FORMAT_F16, texels.as_ptr().cast(), None, null_mut()),
+            Texels::RowsF32(rows) => {
+                (raw::WIS_FORMAT_F32, null(), Some(row_f32), std::ptr::from_ref(rows).cast_mut().cast())
+            }
+            Texels::RowsF16(rows) => {
+                (raw::WIS_FORMAT_F16, null(), Some(row_f16), std::ptr::from_ref(rows).cast_mut().cast())
+            }
+        }
+    }
+
+    /// The map as wis.h describes it, for a nearest client.
     fn environment_config(&self, world_from_map: &[f32; 9]) -> raw::wis_environment_config {
-        let (format, pixels) = match &self.texels {
-            Texels::F32(texels) => (raw::WIS_FORMAT_F32, texels.as_ptr().cast()),
-            Texels::F16(texels) => (raw::WIS_FORMAT_F16, texels.as_ptr().cast()),
-        };
+        let (format, pixels, row, row_user) = self.source();
+        let sanitise = self.flags & raw::WIS_WAVELET_LIGHT_SANITISE != 0;
         raw::wis_environment_config {
             size: size_of::<raw::wis_environment_config>() as u32,
             layout: self.layout,
@@ -166,46 +178,35 @@ impl<'a> Map<'a> {
             height: self.height,
             channels: self.channels,
             format,
+            filter: raw::WIS_FILTER_NEAREST,
+            flags: if sanitise { raw::WIS_ENVIRONMENT_SANITISE } else { 0 },
+            error_budget: 0.0,
             pixels,
+            row_stride: 0,
+            row,
+            row_user,
             world_from_map: world_from_map.as_ptr(),
-            ..Default::default()
         }
     }
 
     fn config(&self) -> raw::wis_wavelet_light_config {
-        let mut config = raw::wis_wavelet_light_config {
+        let (format, pixels, row, row_user) = self.source();
+        raw::wis_wavelet_light_config {
             size: size_of::<raw::wis_wavelet_light_config>() as u32,
             layout: self.layout,
             width: self.width,
             height: self.height,
             channels: self.channels,
-            format: raw::WIS_FORMAT_F32,
+            format,
             flags: self.flags,
             storage: self.storage,
             resolution: self.resolution,
             error_budget: self.error_budget,
-            pixels: null(),
+            pixels,
             row_stride: 0,
-            row: None,
-            row_user: null_mut(),
-        };
-        match &self.texels {
-            Texels::F32(texels) => config.pixels = texels.as_ptr().cast(),
-            Texels::F16(texels) => {
-                config.format = raw::WIS_FORMAT_F16;
-                config.pixels = texels.as_ptr().cast();
-            }
-            Texels::RowsF32(rows) => {
-                config.row = Some(row_f32);
-                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
-            }
-            Texels::RowsF16(rows) => {
-                config.format = raw::WIS_FORMAT_F16;
-                config.row = Some(row_f16);
-                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
-            }
+            row,
+            row_user,
         }
-        config
     }
 }
 

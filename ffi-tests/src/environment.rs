@@ -151,9 +151,8 @@ impl Sampler {
         check_with(unsafe { raw::wis_sampler_size(&config, &mut size, &mut diagnostic) }, diagnostic)?;
         let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
         // SAFETY: the block is as long as it says.
-        let status = unsafe {
-            raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, &mut diagnostic)
-        };
+        let status =
+            unsafe { raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, &mut diagnostic) };
         check_with(status, diagnostic)?;
         Ok(Sampler(memory))
     }
@@ -264,4 +263,3 @@ pub fn material(lobes: &[raw::wis_lobe]) -> Result<raw::wis_material> {
     check_with(unsafe { raw::wis_material_init(&mut material, &mut diagnostic) }, diagnostic)?;
     Ok(material)
 }
-

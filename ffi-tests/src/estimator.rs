@@ -77,7 +77,8 @@ pub struct Setting<'a> {
 
 impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
-        let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, has_sun, .. } = lit;
+        let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, has_sun, .. } =
+            lit;
         let sources = lit.sources.as_ref();
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
         let (candidates, cost) = (0, Cost::CHEAP);

@@ -308,7 +308,13 @@ impl Sampler {
     ///
     /// # Errors
     /// Those of the library.
-    pub fn density_mis(&mut self, density: &dyn Density, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+    pub fn density_mis(
+        &mut self,
+        density: &dyn Density,
+        setting: &Setting,
+        bsdf: &Bsdf,
+        n: usize,
+    ) -> client::Result<()> {
         let (counts, expected) = self.halves(n);
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);

@@ -79,7 +79,15 @@ impl Light {
     /// A light probe, +y up, with the world's +y in the middle, as it is in a cross.
     fn angular(name: &str, side: usize, luminance: Vec<f32>) -> Light {
         let map_from_world = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
-        Light { name: name.into(), layout: Layout::Angular, width: side, height: side, luminance, map_from_world, filter: None }
+        Light {
+            name: name.into(),
+            layout: Layout::Angular,
+            width: side,
+            height: side,
+            luminance,
+            map_from_world,
+            filter: None,
+        }
     }
 
     /// The same light, looked up bilinearly; not for light probes.

@@ -101,7 +101,8 @@ impl Density for Piecewise {
         let (column, x) = self.conditional[y].sample(u[0]);
         let d = match self.layout {
             Layout::LatLong => {
-                let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = ((row * PI).sin_cos(), (column * 2.0 * PI).sin_cos());
+                let ((sin_theta, cos_theta), (sin_phi, cos_phi)) =
+                    ((row * PI).sin_cos(), (column * 2.0 * PI).sin_cos());
                 Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
             }
             _ => {

@@ -208,8 +208,6 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
 fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
     let [columns, rows] = cell_blocks.blocks().map(|n| n.max(1) as usize);
     let (row_starts, column_starts) = starts.split_at_mut_checked(rows + 1).unwrap_or_default();
-    // There is room for the blocks before they were doubled.
-    let light = light.get_mut(..rows * columns).unwrap_or_default();
     // The light of each block row.
     let total = write_table(light.chunks(columns).map(|row| row.iter().sum()), row_starts);
     let lines = column_starts.chunks_exact_mut(columns + 1).zip(light.chunks(columns));

@@ -7,7 +7,7 @@ use super::decode::RowSummary;
 use super::plan::Plan;
 use super::search::{stored_cell, write_table};
 use super::tables::Cell;
-use super::texels::Texels;
+use super::texels::{Texels, row_weights};
 use crate::numeric::luminance_f64;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -83,6 +83,13 @@ pub fn full_lengths(plan: &Plan) -> Lengths {
 pub fn block_range(plan: &Plan, index: u32) -> (usize, usize) {
     let count = |index: u32| CellBlocks::new(plan, index, 0).count();
     ((0..index).map(count).sum(), count(index))
+}
+
+/// Before the second pass: the weights of each row of patches.
+pub fn weights(plan: &Plan, weights: &mut [[f64; 2]]) {
+    for (y, out) in (0..).zip(weights) {
+        *out = row_weights(plan, y);
+    }
 }
 
 /// The second pass, for a cell.

@@ -7,7 +7,7 @@ use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
 use super::plan::{Description, Filter, Plan};
 use super::tables::{Block, Cell, Light};
-use super::texels::{Texels, row_weights};
+use super::texels::Texels;
 use crate::environment::pixels::RowError;
 use crate::numeric::ContentHash;
 use crate::simd::{Table, WINDOW};
@@ -281,9 +281,7 @@ impl<'a> Environment<'a> {
             *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
         }
         let totals = Totals::of(scratch.rows);
-        for (y, weights) in (0..).zip(scratch.weights.iter_mut()) {
-            *weights = row_weights(plan, y);
-        }
+        build::weights(plan, scratch.weights);
         let texels = totals.texels(plan, scratch.luminance, scratch.weights);
         let mut steps: &mut [Steps] = scratch.steps;
         for (index, work) in (0..).zip(scratch.work.iter_mut()) {

@@ -10,7 +10,6 @@ use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{BuildError, Places, Scratch, Writer};
 use crate::light::tables::Cell;
-use crate::light::texels::row_weights;
 use crate::status::Status;
 use core::ffi::c_void;
 
@@ -103,7 +102,7 @@ impl Build {
     pub(super) unsafe fn begin(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let build = Build::new(request, scratch, bytes, argument)?;
         let [rows, cells, _] = build.items().map(|count| count as usize);
-        let Arrays { rows: at_rows, work, cell_light, .. } = build.arrays;
+        let Arrays { rows: at_rows, weights, work, cell_light, .. } = build.arrays;
         // SAFETY: nothing else uses the block yet, and the arrays do not overlap.
         unsafe {
             if let Some(header) = build.block.own::<ScratchHeader>(0, 0, 1).first_mut() {
@@ -113,11 +112,7 @@ impl Build {
             build.block.own::<RowSummary>(at_rows, 0, rows).fill(unfinished);
             build.block.own::<CellWork>(work, 0, cells).fill(CellWork { level: UNCHOSEN, ..CellWork::default() });
             build.block.own::<f64>(cell_light, 0, cells).fill(UNFINISHED);
-            let patch_rows = request.plan.chart.axes[1].patches;
-            let weights = build.block.own::<[f64; 2]>(build.arrays.weights, 0, patch_rows as usize);
-            for (y, weights) in (0..).zip(weights) {
-                *weights = row_weights(&request.plan, y);
-            }
+            kernel::weights(&request.plan, build.block.own(weights, 0, build.patch_rows()));
         }
         Ok(build)
     }
@@ -289,12 +284,15 @@ impl Build {
         }
     }
 
+    fn patch_rows(&self) -> usize {
+        self.request.plan.chart.axes[1].patches as usize
+    }
+
     /// # Safety
     /// The build has begun.
     unsafe fn weights<'a>(&self) -> &'a [[f64; 2]] {
-        let rows = self.request.plan.chart.axes[1].patches as usize;
-        // SAFETY: written when the build began, and only read since.
-        unsafe { self.block.finished(self.arrays.weights, 0, rows) }
+        // SAFETY: written before the first pass, and only read from then on.
+        unsafe { self.block.finished(self.arrays.weights, 0, self.patch_rows()) }
     }
 
     /// # Safety

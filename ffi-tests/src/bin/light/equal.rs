@@ -43,13 +43,23 @@ pub fn cells(
         let lit = Lit::new(light, &pyramid)?.with_sources()?;
         for material in materials {
             let setting = Setting::new(&lit, material);
-            let name = format!("light-{:016x}-{:016x}-{}-{most}.json", light.fingerprint(), scene.fingerprint(), material.name);
+            let name = format!(
+                "light-{:016x}-{:016x}-{}-{most}.json",
+                light.fingerprint(),
+                scene.fingerprint(),
+                material.name
+            );
             let reference = Reference::to(0.003, &cache.join(name), scene, &setting, most)?;
             let truth = Truth::new(&reference, scene.hits);
             let rows = rows(scene, &setting, &truth, LightOnly::all().map(Method::Light), effort)?;
             let (light, material) = (light.name.clone(), material.name.clone());
             cells.push(Cell { light, is_sun: *is_sun, material, disagreement: reference.disagreement(), rows });
-            eprintln!("{} {}: {:.4}", cells[cells.len() - 1].light, cells[cells.len() - 1].material, reference.disagreement());
+            eprintln!(
+                "{} {}: {:.4}",
+                cells[cells.len() - 1].light,
+                cells[cells.len() - 1].material,
+                reference.disagreement()
+            );
         }
     }
     Ok(cells)

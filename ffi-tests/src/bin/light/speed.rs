@@ -1,4 +1,4 @@
-//! What a sample and a pdf take, alone and in batches of 64, from cold and from warm caches.
+//! What samples and pdfs take, one by one and in batches of 64, from cold and from warm caches.
 
 use anyhow::Result;
 use std::hint::black_box;
@@ -18,8 +18,11 @@ pub const CALLS: [&str; 4] = ["sample in 64", "pdf in 64", "sample alone", "pdf 
 /// Nanoseconds for a sample or a pdf, in the order of `CALLS`.
 #[derive(Clone, Copy, Debug)]
 pub struct Speed {
+    /// Means over 64 of them after other memory was touched.
     pub cold: [f64; 4],
     pub warm: [f64; 4],
+    /// Of the last two the first call after other memory was touched.
+    pub first: [f64; 2],
 }
 
 /// What the calls are made with.
@@ -51,12 +54,17 @@ pub fn speed(densities: &[&dyn Density], rounds: usize) -> Result<Vec<Speed>> {
     let mut inputs = Inputs { u, wi, drawn: vec![[0.0; 3]; BATCH], pdf: vec![0.0; BATCH] };
     let clock = clock();
     let (mut cold, mut memory) = (vec![[const { Vec::new() }; 4]; densities.len()], Cold::default());
+    let mut first = vec![[const { Vec::new() }; 2]; densities.len()];
     for round in 0..rounds {
         for turn in 0..densities.len() {
             let number = (round + turn) % densities.len();
             for (call, times) in cold[number].iter_mut().enumerate() {
                 memory.touch();
-                times.push((inputs.call(densities[number], call, round)? - clock).max(0.0) / of(call));
+                let [one, all] = inputs.call(densities[number], call, round)?;
+                times.push((all - clock) / BATCH as f64);
+                if call >= 2 {
+                    first[number][call - 2].push((one - clock).max(0.0));
+                }
             }
         }
     }
@@ -71,33 +79,40 @@ pub fn speed(densities: &[&dyn Density], rounds: usize) -> Result<Vec<Speed>> {
             }
         }
     }
-    let speeds = cold.iter().zip(&warm).map(|(cold, warm)| Speed {
+    let speeds = cold.iter().zip(&warm).zip(&first).map(|((cold, warm), first)| Speed {
         cold: std::array::from_fn(|i| median(&cold[i])),
         warm: std::array::from_fn(|i| median(&warm[i])),
+        first: std::array::from_fn(|i| median(&first[i])),
     });
     Ok(speeds.collect())
 }
 
-/// How many samples or pdfs a call answers.
-fn of(call: usize) -> f64 {
-    if call < 2 { BATCH as f64 } else { 1.0 }
-}
-
 impl Inputs {
-    /// Nanoseconds of a call of a round.
-    fn call(&mut self, density: &dyn Density, call: usize, round: usize) -> client::Result<f64> {
+    /// Nanoseconds of the first call, and of all, for the batch of a round.
+    fn call(&mut self, density: &dyn Density, call: usize, round: usize) -> client::Result<[f64; 2]> {
         let batch = round * BATCH..(round + 1) * BATCH;
         let (u, wi) = (&self.u[batch.clone()], &self.wi[batch]);
         let start = Instant::now();
+        let mut first = None;
         match call {
             0 => density.sample_n(u, &mut self.drawn, &mut self.pdf)?,
             1 => density.pdf_n(wi, &mut self.pdf)?,
-            2 => _ = black_box(density.sample(u[0])?),
-            _ => _ = black_box(density.pdf(wi[0])?),
+            2 => {
+                for u in u {
+                    black_box(density.sample(*u)?);
+                    first.get_or_insert_with(Instant::now);
+                }
+            }
+            _ => {
+                for wi in wi {
+                    black_box(density.pdf(*wi)?);
+                    first.get_or_insert_with(Instant::now);
+                }
+            }
         }
-        let ns = start.elapsed().as_secs_f64() * 1e9;
+        let end = Instant::now();
         black_box((&self.drawn, &self.pdf));
-        Ok(ns)
+        Ok([first.unwrap_or(end), end].map(|at| at.duration_since(start).as_secs_f64() * 1e9))
     }
 
     /// Nanoseconds of a walk over many inputs, in batches or one by one.

@@ -23,7 +23,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo relight hardcases report sampler structured wavelets triple test mutants check-aarch64 clean
+.PHONY: help lib header install demo relight hardcases report light sampler structured wavelets triple test mutants check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -87,6 +87,10 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick) $(ARGS)
+
+light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
 
 sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and write docs/sampler.md
 	scripts/setup.sh test

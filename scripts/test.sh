@@ -76,6 +76,11 @@ report_quick() {
         --quick --out "$logs/report" --cache "$logs/report-cache"
 }
 
+# Few samples: fails if the light misses a goal by far.
+light_quick() {
+    scripts/instruments.sh "$installed/lib" run --bin light -- --quick "$logs/light.md" --cache "$logs/light-cache"
+}
+
 # The instruments' own tests link the shared library.
 instruments() {
     scripts/instruments.sh "$installed/lib" test
@@ -109,6 +114,7 @@ step demo demo
 step instruments instruments
 step hardcases hardcases
 step report-quick report_quick
+step light-quick light_quick
 
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

@@ -125,11 +125,11 @@ impl Light {
         Light { luminance, ..Light::latlong(name, width, width / 2, Vec::new()) }
     }
 
-    /// A clear sky without a sun.
+    /// A sky without a sun that is smooth everywhere.
     pub fn sky(width: usize) -> Light {
         Light::procedural("sky", width, |d| {
             let glow = (-(1.0 - d.dot(direction(0.9, 0.6))) * 4.0).exp();
-            0.15 + if d.z > 0.0 { 0.2 + 0.5 * (1.0 - d.z).powi(3) } else { 0.2 * (1.0 + d.z) } + glow
+            0.4 + 0.2 * d.z + 0.3 * (-8.0 * d.z * d.z).exp() + glow
         })
     }
 

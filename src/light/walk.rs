@@ -170,8 +170,9 @@ impl<const N: usize> Walk<N> {
     /// Begins in the cells that `u` (column, row) of each lane falls into.
     #[inline(always)]
     pub(super) fn begin(&mut self, light: &Light<'_>, u: &[Floats<N>; 2], count: usize) {
-        for lane in 0..count.min(N) {
-            let (cell, [w, v]) = light.cell_at([u[0][lane], u[1][lane]]);
+        let [across, down] = u;
+        for (lane, (&across, &down)) in across.iter().zip(down).take(count).enumerate() {
+            let (cell, [w, v]) = light.cell_at([across, down]);
             self.cell[lane] = cell as u32;
             self.numbers[0][lane] = w;
             self.numbers[1][lane] = v;

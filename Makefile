@@ -17,13 +17,15 @@ ROOT    := $(DESTDIR)$(PREFIX)
 LIB      := $(BUILD)/lib
 DEMO     := $(wildcard c-examples/render/*.c)
 RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,image.c light.c parallel.c progress.c sky.c stb.c)
+PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,image.c light.c sky.c stb.c)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo relight hardcases report light sampler structured wavelets triple test mutants check-aarch64 clean
+.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple test mutants \
+	check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -53,8 +55,11 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
 
-$(BUILD)/minimal-cpp: lib
-	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
+$(BUILD)/wavelets: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/wavelets.c $(LIB)/libwis.a -o $@
+
+$(BUILD)/wavelets-cpp: lib
+	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/wavelets.cpp $(LIB)/libwis.a -o $@
 
 $(BUILD)/measured: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/measured.c $(LIB)/libwis.a -lm -o $@
@@ -67,6 +72,14 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 	$(MAKE) $(BUILD)/render
 	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
 	@echo "The picture is $(BUILD)/demo.png"
+
+$(BUILD)/pathtracer: lib
+	$(CC) -std=c99 $(CFLAGS) -Iinclude $(PATHS) $(LIB)/libwis.a -lm -o $@
+
+pathtracer: ## compare MIS and direct in a path tracer: ENV=map.hdr ARGS='--spp 16 --width 160 --height 90'
+	scripts/setup.sh demo
+	$(MAKE) $(BUILD)/pathtracer
+	$(BUILD)/pathtracer $(if $(ENV),--map '$(ENV)') $(ARGS)
 
 $(BUILD)/relight: lib
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \

@@ -251,7 +251,7 @@ enum wis_status wis_environment_size(const struct wis_environment_config *config
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
 /// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 10 to 15 ms,
-/// with an error budget 0.4 s.
+/// with an error budget 0.1 s.
 enum wis_status wis_environment_init(const struct wis_environment_config *config,
                                      void *memory,
                                      size_t bytes,

@@ -46,14 +46,15 @@ install_staged() {
 
 # The C++ twin must print what the C program prints.
 minimal() {
-    make --no-print-directory "$build/minimal" "$build/minimal-cpp" BUILD="$build" &&
-        "$build/minimal" > "$logs/minimal.txt" && "$build/minimal-cpp" > "$logs/minimal-cpp.txt" &&
-        cat "$logs/minimal.txt" && diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" &&
+    make --no-print-directory "$build/minimal" "$build/wavelets" "$build/wavelets-cpp" BUILD="$build" &&
+        "$build/minimal" && "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
+        diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
         make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured"
 }
 
 minimal_valgrind() {
     valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal" &&
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/wavelets" &&
         valgrind --quiet --error-exitcode=1 --leak-check=full "$build/measured"
 }
 

@@ -179,7 +179,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
 /// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 10 to 15 ms,
-/// with an error budget 0.4 s.
+/// with an error budget 0.1 s.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.

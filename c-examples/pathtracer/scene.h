@@ -1,0 +1,144 @@
+/* Geometry: a disc, three spheres and a knot of 19,200 triangles, and what they are made of. */
+#ifndef PATHTRACER_SCENE_H
+#define PATHTRACER_SCENE_H
+
+#include <float.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "../render/vec3.h"
+#include "wis.h"
+
+#define ALONG 400
+#define AROUND 24
+#define TRIANGLES (2 * ALONG * AROUND)
+
+/* A diffuse base under a GGX layer (alpha 0: none), and the same shapes as wis knows them. */
+typedef struct Material {
+    Vec3 albedo, f0;
+    float alpha, frequency; /* of a pattern in the albedo; 0: none */
+    wis_material lobes;
+} Material;
+
+typedef struct Hit {
+    float distance;
+    Vec3 position, normal; /* the normal on the side where the ray comes from */
+    const Material *material;
+} Hit;
+
+static Material materials[] = {
+    {{0.5f, 0.5f, 0.45f}, {0, 0, 0}, 0, 9, {0}},                     /* the disc */
+    {{0.25f, 0.4f, 0.2f}, {0.05f, 0.05f, 0.05f}, 0.3f, 20, {0}},      /* the knot */
+    {{0.6f, 0.25f, 0.15f}, {0.04f, 0.04f, 0.04f}, 0.15f, 15, {0}},    /* the spheres: varnish, metal, clay */
+    {{0, 0, 0}, {0.95f, 0.75f, 0.45f}, 0.3f, 0, {0}},
+    {{0.2f, 0.4f, 0.6f}, {0, 0, 0}, 0, 0, {0}}};
+static const struct { Vec3 centre; float radius; } spheres[] = {
+    {{-1.3f, 0.5f, 0}, 0.5f}, {{1.3f, 0.5f, 0}, 0.5f}, {{0.6f, 0.25f, 1}, 0.25f}};
+
+static void check(wis_status status) {
+    if (status != WIS_OK) {
+        fprintf(stderr, "pathtracer: %s\n", wis_status_string(status));
+        exit(EXIT_FAILURE);
+    }
+}
+
+/* Triangles stand in the order of the tube, so halving them again and again gives a tree of boxes: node n has the children
+ * 2n + 1 and 2n + 2. */
+static Vec3 triangles[TRIANGLES][3], boxes[TRIANGLES][2];
+
+/* A point of a tube along a trefoil. */
+static Vec3 knot(int along, int around) {
+    float s = 4 * PI * (float)along / ALONG, t = 2 * PI * (float)around / AROUND, r = 2 + cosf(1.5f * s) + 0.45f * cosf(t);
+    Vec3 p = {r * cosf(s), r * sinf(s) + 3.45f, sinf(1.5f * s) + 0.45f * sinf(t)};
+    return vec3_scale(p, 0.16f);
+}
+
+static void scene_build(int node, int first, int count) {
+    Vec3 low = {FLT_MAX, FLT_MAX, FLT_MAX}, high = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+    for (int i = first; i < first + count; i++) {
+        int s = i / 2 / AROUND, t = i / 2 % AROUND;
+        triangles[i][0] = knot(s, t);
+        triangles[i][1] = knot(s + 1, t + i % 2);
+        triangles[i][2] = knot(s + 1 - i % 2, t + 1);
+        for (int k = 0; k < 3; k++) {
+            Vec3 p = triangles[i][k];
+            low = vec3_make(fminf(low.x, p.x), fminf(low.y, p.y), fminf(low.z, p.z));
+            high = vec3_make(fmaxf(high.x, p.x), fmaxf(high.y, p.y), fmaxf(high.z, p.z));
+        }
+    }
+    boxes[node][0] = low;
+    boxes[node][1] = high;
+    if (count > 4) {
+        scene_build(2 * node + 1, first, count / 2);
+        scene_build(2 * node + 2, first + count / 2, count - count / 2);
+    }
+}
+
+static void scene_init(void) {
+    for (size_t i = 0; i < sizeof materials / sizeof materials[0]; i++) {
+        float a = materials[i].alpha;
+        materials[i].lobes = (wis_material){sizeof(wis_material), 1, {{WIS_LOBE_LAMBERT, 0, 0, 0}, {WIS_LOBE_GGX, a, a, 0}}, 0};
+        materials[i].lobes.lobe_count += a > 0;
+        check(wis_material_init(&materials[i].lobes, NULL));
+    }
+    scene_build(0, 0, TRIANGLES);
+}
+
+/* Keeps a hit that is nearer than the one before. */
+static void offer(Hit *hit, float distance, Vec3 normal, int material) {
+    if (distance > 1e-4f && distance < hit->distance) {
+        hit->distance = distance;
+        hit->normal = normal;
+        hit->material = &materials[material];
+    }
+}
+
+/* Moeller and Trumbore 1997. */
+static void hit_triangle(const Vec3 corner[3], Vec3 o, Vec3 d, Hit *hit) {
+    Vec3 a = vec3_sub(corner[1], corner[0]), b = vec3_sub(corner[2], corner[0]);
+    Vec3 p = vec3_cross(d, b), s = vec3_sub(o, corner[0]), q = vec3_cross(s, a);
+    float inverse = 1 / vec3_dot(a, p), u = vec3_dot(s, p) * inverse, v = vec3_dot(d, q) * inverse;
+    if (u >= 0 && v >= 0 && u + v <= 1) {
+        offer(hit, vec3_dot(b, q) * inverse, vec3_cross(a, b), 1);
+    }
+}
+
+static void hit_node(int node, int first, int count, Vec3 o, Vec3 inverse, Vec3 d, Hit *hit) {
+    Vec3 a = vec3_mul(vec3_sub(boxes[node][0], o), inverse), b = vec3_mul(vec3_sub(boxes[node][1], o), inverse);
+    float enter = fmaxf(fmaxf(fminf(a.x, b.x), fminf(a.y, b.y)), fmaxf(fminf(a.z, b.z), 0));
+    float leave = fminf(fminf(fmaxf(a.x, b.x), fmaxf(a.y, b.y)), fminf(fmaxf(a.z, b.z), hit->distance));
+    if (enter > leave) {
+        return;
+    }
+    if (count > 4) {
+        hit_node(2 * node + 1, first, count / 2, o, inverse, d, hit);
+        hit_node(2 * node + 2, first + count / 2, count - count / 2, o, inverse, d, hit);
+    }
+    for (int i = first; count <= 4 && i < first + count; i++) {
+        hit_triangle(triangles[i], o, d, hit);
+    }
+}
+
+/* The nearest hit along a ray; false if there is none. */
+static bool scene_trace(Vec3 o, Vec3 d, Hit *hit) {
+    hit->distance = FLT_MAX;
+    if (hypotf(o.x - d.x * o.y / d.y, o.z - d.z * o.y / d.y) < 3) {
+        offer(hit, -o.y / d.y, vec3_make(0, 1, 0), 0);
+    }
+    for (int i = 0; i < 3; i++) {
+        Vec3 to = vec3_sub(spheres[i].centre, o);
+        float along = vec3_dot(to, d), r = spheres[i].radius, square = along * along - vec3_dot(to, to) + r * r;
+        for (int side = -1; square > 0 && side <= 1; side += 2) {
+            float distance = along + (float)side * sqrtf(square);
+            offer(hit, distance, vec3_sub(vec3_scale(d, distance), to), 2 + i);
+        }
+    }
+    hit_node(0, 0, TRIANGLES, o, vec3_make(1 / d.x, 1 / d.y, 1 / d.z), d, hit);
+    hit->position = vec3_axpy(o, hit->distance, d);
+    hit->normal = vec3_normalise(hit->normal);
+    hit->normal = vec3_dot(hit->normal, d) > 0 ? vec3_scale(hit->normal, -1) : hit->normal;
+    return hit->distance < FLT_MAX;
+}
+
+#endif

@@ -463,8 +463,8 @@ fn section(out: &mut impl Write, cell: &Cell, plot: &str) -> Result {
 fn errors(out: &mut impl Write, cell: &Cell) -> Result {
     writeln!(
         out,
-        "| method | N | us, cheap | us, expensive | absolute | relative | unshadowed | 99.9 % |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|"
+        "| method | N | us, cheap | us, expensive | us, cheap, warm | us, expensive, warm | absolute | relative | unshadowed \
+         | 99.9 % |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
     )?;
     for row in &cell.rows {
         let root = |of: fn(&Errors) -> f64| row.median(|r| of(&r.errors[0])).sqrt();
@@ -472,7 +472,7 @@ fn errors(out: &mut impl Write, cell: &Cell) -> Result {
         let tail = row.median(|r| r.errors[0].tail);
         let Row { method, count, .. } = row;
         write!(out, "| {method} | {count} ")?;
-        for time in &row.times[0] {
+        for time in row.times.iter().flatten() {
             let us = time.ns() / 1e3;
             if us > 0.0 { write!(out, "| {us:.2} ")? } else { write!(out, "| - ")? }
         }

@@ -2,7 +2,7 @@
 
 use crate::batch::{Batch, Stream};
 use crate::client::{self, Block, Density, raw};
-use crate::cost::{Cost, MODELS};
+use crate::cost::Cost;
 use crate::estimator::{Estimator, Pick, Setting};
 use crate::library::{Mode, prepare};
 use crate::light::octahedral_direction;
@@ -11,7 +11,7 @@ use crate::method::Method;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use crate::statistics::median;
-use crate::timing::{Time, time};
+use crate::timing::{CACHES, Times, time};
 use anyhow::Result;
 use glam::Vec3;
 use rustix::time::{ClockId, clock_gettime};
@@ -71,8 +71,8 @@ pub struct Costs {
 pub struct Row {
     pub method: String,
     pub count: usize,
-    /// In each cost model; 0 of limits.
-    pub times: [Time; MODELS.len()],
+    /// With each of `CACHES`; 0 of limits.
+    pub times: [Times; CACHES.len()],
     pub repeats: Vec<Repeat>,
 }
 
@@ -261,7 +261,7 @@ fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort
     let errors = |estimates: &Vec<_>| [0, 1, 2, 3].map(|region| truth.errors(estimates, region));
     let repeats: Vec<Repeat> = estimates.iter().map(|estimates| Repeat { errors: errors(estimates) }).collect();
     let rows = effort.counts.iter().zip(repeats.chunks(effort.repeats as usize));
-    let times = [Time::default(); MODELS.len()];
+    let times = [Times::default(); CACHES.len()];
     Ok(rows.map(|(&count, repeats)| Row { method: method.name(), count, times, repeats: repeats.to_vec() }).collect())
 }
 

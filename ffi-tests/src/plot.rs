@@ -37,7 +37,7 @@ fn samples(row: &Row) -> f64 {
 }
 
 fn microseconds(row: &Row) -> f64 {
-    row.times[0].ns() / 1e3
+    row.times[0][0].ns() / 1e3
 }
 
 /// Writes the plots of a cell.

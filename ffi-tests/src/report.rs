@@ -41,14 +41,24 @@ struct Scale {
     error: Metric,
     /// Of `MODELS`.
     model: usize,
+    /// Of `CACHES`.
+    caches: usize,
 }
 
 impl Scale {
-    /// Metrics and cost models with their names, over a region.
+    /// Metrics and cost models with their names, over a region, with cold caches.
     fn of(region: usize) -> impl Iterator<Item = (String, Scale)> {
         let models = MODELS.iter().enumerate();
         let all = models.flat_map(|(model, (cost, _))| METRICS.map(|(metric, error)| (metric, cost, error, model)));
-        all.map(move |(metric, cost, error, model)| (format!("{metric}, {cost}"), Scale { region, error, model }))
+        all.map(move |(metric, cost, error, model)| {
+            (format!("{metric}, {cost}"), Scale { region, error, model, caches: 0 })
+        })
+    }
+
+    /// These, and the same with warm caches.
+    fn with_warm(region: usize) -> impl Iterator<Item = (String, Scale)> {
+        let warm = Scale::of(region).map(|(name, scale)| (format!("{name}, warm"), Scale { caches: 1, ..scale }));
+        Scale::of(region).chain(warm)
     }
 }
 
@@ -57,6 +67,7 @@ impl Scale {
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut impl Write, run: &Run, cells: &[Cell], plot: impl Fn(&Cell) -> String) -> Result {
+    title(out, cells)?;
     preamble(out, run)?;
     for view in views(cells) {
         let cells: Vec<&Cell> = cells.iter().filter(|cell| cell.scene == view).collect();
@@ -78,6 +89,7 @@ pub fn write(out: &mut impl Write, run: &Run, cells: &[Cell], plot: impl Fn(&Cel
 /// # Errors
 /// Those of the writer.
 pub fn digest(out: &mut impl Write, run: &Run, cells: &[Cell], notes: &str) -> Result {
+    title(out, cells)?;
     preamble(out, run)?;
     writeln!(out, "{}\n", notes.trim())?;
     for view in views(cells) {
@@ -94,8 +106,8 @@ pub fn digest(out: &mut impl Write, run: &Run, cells: &[Cell], notes: &str) -> R
 
 /// A line for each cell.
 fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
-    const METHODS: [&str; 7] =
-        ["MIS balance", "MIS compensated", "P(4)", "wis by rule", "wis", "wis reuse", "wis tree pool"];
+    const METHODS: [&str; 8] =
+        ["MIS balance", "MIS compensated", "P(4)", "direct", "wis by rule", "wis", "wis reuse", "wis tree pool"];
     let Some(first) = cells.first() else { return Ok(()) };
     let count = counts(first).into_iter().rev().nth(1).or(counts(first).last().copied()).unwrap_or(1);
     let methods: Vec<&str> = METHODS.into_iter().filter(|name| row(first, name, count).is_some()).collect();
@@ -143,8 +155,59 @@ fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
     writeln!(out)
 }
 
-fn preamble(out: &mut impl Write, run: &Run) -> Result {
+/// The goals of the expensive cost model against the best peer of each cell: absolute and relative, for few samples and for 16
+/// and more.
+const GOALS: [[f64; 2]; 2] = [[3.5, 2.5], [2.5, 2.0]];
+
+/// What is recommended against the best peers and against what version 0.1 recommended, and whether the goals are met.
+fn title(out: &mut impl Write, cells: &[Cell]) -> Result {
     writeln!(out, "# Error against samples and time\n")?;
+    let view = views(cells).into_iter().find(|view| cells.iter().any(|c| c.scene == *view && counts(c).len() > 1));
+    let Some(view) = view else { return Ok(()) };
+    let cells: Vec<&Cell> = cells.iter().filter(|cell| cell.scene == view && ours(cell) == "direct").collect();
+    let Some(first) = cells.first() else { return Ok(()) };
+    let counts = counts(first);
+    let heads: Vec<String> = counts.iter().map(|n| format!("N = {n}")).collect();
+    writeln!(
+        out,
+        "Gain of `wis_direct` at equal time in {view}, geometric mean over {} cells; above 1 it is ahead.\n",
+        cells.len()
+    )?;
+    writeln!(out, "| against | metric, cost | {} | goal | verdict |", heads.join(" | "))?;
+    writeln!(out, "|---|---|{}---|---|", "---:|".repeat(counts.len()))?;
+    let goals = |metric: usize| counts.iter().map(move |&n| GOALS[usize::from(n >= 16)][metric]).collect::<Vec<_>>();
+    let mut row = |against: &str, scale: &str, gains: Vec<f64>, goals: Option<Vec<f64>>| {
+        write!(out, "| {against} | {scale} ")?;
+        gains.iter().try_for_each(|gain| write!(out, "| {gain:.2} "))?;
+        let Some(goals) = goals else { return writeln!(out, "| none | |") };
+        let holds = gains.iter().zip(&goals).all(|(gain, goal)| gain >= goal);
+        let mut distinct: Vec<String> = goals.iter().map(f64::to_string).collect();
+        distinct.dedup();
+        writeln!(out, "| {} | {} |", distinct.join(", then "), if holds { "met" } else { "**not met**" })
+    };
+    let list = &LISTS[0];
+    for (number, (name, scale)) in Scale::with_warm(0).enumerate() {
+        let of = |&count: &usize| {
+            let best = cells.iter().filter_map(|cell| best_peer(cell, list, count, scale));
+            geometric_mean(best.map(|(_, gain)| gain[0]))
+        };
+        let is_goal = scale.model == 1;
+        if is_goal || scale.caches == 0 {
+            let goals = is_goal.then(|| goals(number % METRICS.len()));
+            row(&format!("best peer, {} list", list.name), &name, counts.iter().map(of).collect(), goals)?;
+        }
+    }
+    for (name, scale) in Scale::of(0) {
+        let of = |&count: &usize| {
+            let gains = cells.iter().filter_map(|cell| gain(cell, "wis by rule", count, scale));
+            geometric_mean(gains.map(|gain| gain[0]))
+        };
+        row("version 0.1 by its rule", &name, counts.iter().map(of).collect(), Some(vec![1.0; counts.len()]))?;
+    }
+    writeln!(out)
+}
+
+fn preamble(out: &mut impl Write, run: &Run) -> Result {
     writeln!(out, "- Machine: {}\n- Commit: {}\n- Command: `{}`", run.machine, run.commit, run.command)?;
     writeln!(out, "- {} shading points in a scene, {} independent repeats, one thread", run.points, run.repeats)?;
     writeln!(
@@ -152,8 +215,7 @@ fn preamble(out: &mut impl Write, run: &Run) -> Result {
         "
 Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Unshadowed:
 the absolute error where nothing casts a shadow. Regions by v = reference / unshadowed reference: lit > .95, penumbra
-.05 to .95, umbra < .05. Errors are medians over repeats. Times are means over some pixels: sampling, evaluation and rays, for
-wis with the preparation. Before each timed pixel 32 MB of other memory are touched, so caches are cold as in a renderer.
+.05 to .95, umbra < .05. Errors are medians over repeats. Times are means over some pixels: sampling, evaluation and rays, for\nwis with the preparation. Before each timed pixel 32 MB of other memory are touched, so caches are cold as in a renderer; \"warm\" means that the pixel follows another.
 Two cost models stand side by side. Cheap: the harness as it is. Expensive: the client spends 150 ns more for each direction
 whose BRDF or radiance it evaluates, and 500 ns more for each ray. All materials are grey and the light
 is looked up to the nearest texel. All methods have the same points, BRDF, look-up and rays, and the renderer's side of
@@ -162,7 +224,8 @@ ships. Peers draw from the light's own texels by inverse cumulative distribution
 (variance x time of a peer) / (variance x time of wis) at the same number of samples: above 1 wis is ahead. There are two
 lists of peers: that of version 0.1, and the extended one with resampling from compensated candidates (\"comp.\"). The best
 peer of a list is chosen on the even repeats and scored, as wis, on the odd ones; intervals are bootstrap 95 % over these repeats.
-\"wis + MIS\" is compared like a peer. A method that never finds a small light looks better than it is: its rare hits
+\"direct\" is what the library recommends: `wis_direct`, whose rays are all that the client evaluates. Names that begin with \"wis\"
+are modes of version 0.1, compared like peers; \"wis by rule\" is what that version recommended. A method that never finds a small light looks better than it is: its rare hits
 are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample
 each; \"wis reuse\" prepares at the first hit with a cone of .05 radians, again where a hit's normal lies outside, four
 times at most, and falls back to compensated MIS from there on. Methods with \"+ prior\" read what 16 other pixels of the
@@ -191,13 +254,15 @@ fn views(cells: &[Cell]) -> Vec<String> {
 fn summary(out: &mut impl Write, view: &str, cells: &[&Cell]) -> Result {
     let Some(first) = cells.first() else { return Ok(()) };
     writeln!(out, "## {view}: gain of {}, geometric mean over {} cells\n", ours(first), cells.len())?;
-    let others = ["wis", "wis + MIS", "wis reuse"].into_iter().filter(|name| *name != ours(first));
+    let others = ["wis by rule", "wis", "wis + MIS", "wis reuse"].into_iter().filter(|name| *name != ours(first));
     let others = others.filter(|name| first.rows.iter().any(|row| row.method == *name));
     let methods: Vec<String> = peers(first).into_iter().chain(others.map(String::from)).collect();
     let best: Vec<String> = LISTS.iter().map(|list| format!("best of {}", list.name)).collect();
     writeln!(out, "| metric, cost | N | {} | {} |", methods.join(" | "), best.join(" | "))?;
     writeln!(out, "|---|---:|{}", "---:|".repeat(methods.len() + best.len()))?;
-    for ((name, scale), count) in Scale::of(0).flat_map(|s| counts(first).into_iter().map(move |n| (s.clone(), n))) {
+    for ((name, scale), count) in
+        Scale::with_warm(0).flat_map(|s| counts(first).into_iter().map(move |n| (s.clone(), n)))
+    {
         write!(out, "| {name} | {count} ")?;
         for method in &methods {
             let gains = cells.iter().filter_map(|cell| gain(cell, method, count, scale));
@@ -359,7 +424,7 @@ fn peer_costs(out: &mut impl Write, cells: &[Cell]) -> Result {
         // With one sample alone the lanes are mostly idle: the yardsticks are for many.
         let many = cells.iter().filter(|cell| counts(cell).len() > 1);
         let rows = many.filter_map(|cell| row(cell, &peer.name(), counts(cell).last().copied()?));
-        let costs: Vec<f64> = rows.map(|r| r.times[0].sampling / r.count as f64 / per_sample).collect();
+        let costs: Vec<f64> = rows.map(|r| r.times[0][0].sampling / r.count as f64 / per_sample).collect();
         if !costs.is_empty() {
             let ns = costs.iter().sum::<f64>() / costs.len() as f64;
             let mark = if ns > 1.5 * prototype { "above 1.5 x" } else { "" };
@@ -398,8 +463,8 @@ fn section(out: &mut impl Write, cell: &Cell, plot: &str) -> Result {
 fn errors(out: &mut impl Write, cell: &Cell) -> Result {
     writeln!(
         out,
-        "| method | N | us, cheap | us, expensive | absolute | relative | unshadowed | 99.9 % |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|"
+        "| method | N | us, cheap | us, expensive | us, cheap, warm | us, expensive, warm | absolute | relative | unshadowed \
+         | 99.9 % |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
     )?;
     for row in &cell.rows {
         let root = |of: fn(&Errors) -> f64| row.median(|r| of(&r.errors[0])).sqrt();
@@ -407,7 +472,7 @@ fn errors(out: &mut impl Write, cell: &Cell) -> Result {
         let tail = row.median(|r| r.errors[0].tail);
         let Row { method, count, .. } = row;
         write!(out, "| {method} | {count} ")?;
-        for time in &row.times {
+        for time in row.times.iter().flatten() {
             let us = time.ns() / 1e3;
             if us > 0.0 { write!(out, "| {us:.2} ")? } else { write!(out, "| - ")? }
         }
@@ -464,7 +529,8 @@ fn counts(cell: &Cell) -> Vec<usize> {
 
 /// The mode whose gains are told.
 fn ours(cell: &Cell) -> &'static str {
-    if cell.rows.iter().any(|row| row.method == "wis by rule") { "wis by rule" } else { "wis" }
+    let measured = |name: &&str| cell.rows.iter().any(|row| row.method == *name);
+    ["direct", "wis by rule"].into_iter().find(measured).unwrap_or("wis")
 }
 
 fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {
@@ -473,7 +539,7 @@ fn row<'a>(cell: &'a Cell, method: &str, count: usize) -> Option<&'a Row> {
 
 /// Variance x time of the repeats of one parity, or of all.
 fn costs(row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
-    let ns = row.times[scale.model].ns();
+    let ns = row.times[scale.caches][scale.model].ns();
     let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
     kept.map(|(_, repeat)| (scale.error)(&repeat.errors[scale.region]) * ns).collect()
 }

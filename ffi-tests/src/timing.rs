@@ -1,4 +1,5 @@
-//! What a method takes for a pixel in each cost model: with cold caches, since a renderer does other work between pixels.
+//! What a method takes for a pixel in each cost model: with cold caches, since a renderer does other work between pixels, and
+//! with warm ones, since that work may be little.
 
 use crate::client::{self, raw};
 use crate::cold::Cold;
@@ -26,12 +27,18 @@ impl Time {
     }
 }
 
+/// In each of `MODELS`.
+pub type Times = [Time; MODELS.len()];
+
+/// What is in the caches when a pixel begins, by name: other memory, or what the pixel before left.
+pub const CACHES: [&str; 2] = ["cold", "warm"];
+
 /// A pixel that took so many times the median was interrupted by another program.
 const INTERRUPTED: f64 = 10.0;
 /// The pass whose random numbers are timed.
 const PASS: u32 = 0;
 
-/// The mean over some pixels of a scene, evenly spread, in each of `MODELS`.
+/// The mean over some pixels of a scene, evenly spread, with cold and with warm caches.
 ///
 /// # Errors
 /// Those of the library.
@@ -41,23 +48,31 @@ pub fn time(
     method: Method,
     count: usize,
     pixels: usize,
-) -> client::Result<[Time; MODELS.len()]> {
+) -> client::Result<[Times; CACHES.len()]> {
     let all = scene.points.len() / scene.hits;
     let pixels: Vec<usize> = (0..pixels.min(all)).map(|i| i * all / pixels.min(all)).collect();
     let takes_prior = method.mode().is_some_and(|mode| mode.takes_prior());
     let mut stopwatch =
         Stopwatch { estimator: Estimator::new(setting, scene.hits)?, picks: Vec::new(), ends: Vec::new() };
-    let (mut cold, mut times) = (Cold::default(), [const { Vec::new() }; MODELS.len()]);
-    for pixel in pixels {
-        if takes_prior {
-            stopwatch.estimator.set_prior(&learn(setting, scene, pixel, PASS, count * scene.hits)?);
-        }
-        for ((_, cost), times) in MODELS.into_iter().zip(&mut times) {
-            cold.touch();
-            times.push(stopwatch.pixel(scene, setting, cost, (method, count), pixel)?);
+    let (mut cold, mut times) = (Cold::default(), [const { [const { Vec::new() }; MODELS.len()] }; CACHES.len()]);
+    for (caches, times) in times.iter_mut().enumerate() {
+        for (number, &pixel) in pixels.iter().enumerate() {
+            if takes_prior {
+                stopwatch.estimator.set_prior(&learn(setting, scene, pixel, PASS, count * scene.hits)?);
+            }
+            for ((_, cost), times) in MODELS.into_iter().zip(&mut *times) {
+                if caches == 0 {
+                    cold.touch();
+                } else {
+                    // A pixel far from this one, so that code and scene are near but not the pixel itself.
+                    let other = pixels[(number + pixels.len() / 2) % pixels.len()];
+                    stopwatch.pixel(scene, setting, cost, (method, count), other)?;
+                }
+                times.push(stopwatch.pixel(scene, setting, cost, (method, count), pixel)?);
+            }
         }
     }
-    Ok(times.map(|times| mean(&times, scene.hits)))
+    Ok(times.map(|times| times.map(|times| mean(&times, scene.hits))))
 }
 
 /// What a timed pixel needs.
@@ -149,7 +164,7 @@ mod tests {
                 traced += picks.iter().filter(|pick| point.normal.dot(pick.wi) > 0.0).count();
             }
             let rays = traced as f64 / scene.points.len() as f64;
-            let [cheap, expensive] = time(&scene, &setting, method, count, 64).unwrap();
+            let [_, [cheap, expensive]] = time(&scene, &setting, method, count, 64).unwrap();
             let (sampling, tracing) = (expensive.sampling - cheap.sampling, expensive.rays - cheap.rays);
             println!("{count}: {cheap:?} {expensive:?}, {rays} rays");
             let asked = [150.0 * count as f64, 500.0 * rays];

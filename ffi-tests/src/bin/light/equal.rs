@@ -13,6 +13,7 @@ use wis_ffi_tests::method::Method;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::Scene;
 use wis_ffi_tests::statistics::{quantile, splitmix};
+use wis_ffi_tests::timing::CACHES;
 
 /// What was measured under a light on a material.
 pub struct Cell {
@@ -84,6 +85,8 @@ pub struct Gain {
     pub metric: fn(&Errors) -> f64,
     /// Of `MODELS`.
     pub model: usize,
+    /// Of `CACHES`.
+    pub caches: usize,
 }
 
 impl Gain {
@@ -107,7 +110,8 @@ impl Gain {
         };
         let mut mean = |resampled: bool| {
             let logs = pairs.iter().map(|pair| {
-                let [other, own] = pair.map(|row| row.times[self.model].ns() * resample(&row.repeats, resampled));
+                let [other, own] =
+                    pair.map(|row| row.times[self.caches][self.model].ns() * resample(&row.repeats, resampled));
                 (other / own).ln()
             });
             (logs.sum::<f64>() / pairs.len() as f64).exp()
@@ -117,8 +121,13 @@ impl Gain {
     }
 }
 
-/// Metrics and cost models with their names.
-pub fn scales() -> impl Iterator<Item = (String, fn(&Errors) -> f64, usize)> {
-    let models = MODELS.iter().enumerate();
-    models.flat_map(|(model, (cost, _))| METRICS.map(|(name, metric)| (format!("{name}, {cost}"), metric, model)))
+/// What a gain is counted in: a metric, a cost model and what is in the caches, of their lists.
+pub type Scale = (String, fn(&Errors) -> f64, usize, usize);
+
+/// All of them with their names.
+pub fn scales() -> impl Iterator<Item = Scale> {
+    let states = CACHES.iter().enumerate().flat_map(|state| MODELS.iter().enumerate().map(move |model| (state, model)));
+    states.flat_map(|((caches, state), (model, (cost, _)))| {
+        METRICS.map(|(name, metric)| (format!("{name}, {cost}, {state}"), metric, model, caches))
+    })
 }

@@ -66,7 +66,7 @@ fn main() -> Result<()> {
     if options.times {
         return times();
     }
-    let (lights, points) = if quick { (quick_lights(), 1 << 17) } else { (lights()?, 1 << 22) };
+    let (lights, points) = if quick { (quick_lights(), 1 << 17) } else { (lights()?, 1 << 21) };
     let fits = fits(&lights, points)?;
     let timed = if quick { Light::room(512) } else { data::light("venice_sunset_1k.hdr")? };
     let rounds = if quick { 24 } else { 200 };
@@ -161,6 +161,7 @@ fn fits(lights: &[Light], points: usize) -> Result<Vec<Fits>> {
     for light in lights {
         for light in [light.clone().bilinear(), light.clone()] {
             let bilinear = light.is_bilinear();
+            eprintln!("{}, {}", light.name, if bilinear { "bilinear" } else { "nearest" });
             let each = with_densities(&light, |densities| fit::fit(&light, densities, points))?;
             fits.push(Fits { light: light.name.clone(), bilinear, each });
         }

@@ -86,6 +86,8 @@ typedef enum wis_status {
   WIS_CALLBACK_FAILED = 12,
   /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
   WIS_NOT_BUILT = 13,
+  /// The density of that direction is above 0, but its share of u is smaller than what numbers of 24 bits tell apart.
+  WIS_UNREACHABLE = 14,
 } wis_status;
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
@@ -571,7 +573,8 @@ enum wis_status wis_pdf(struct wis_sampler *sampler,
                         float *pdf,
                         size_t pdf_stride);
 
-/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
+/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there,
+/// WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there, or
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
 /// written. Strides as in wis_sample; statuses stand close together.
 enum wis_status wis_invert(struct wis_sampler *sampler,

@@ -38,6 +38,8 @@ pub enum Status {
     CallbackFailed = 12,
     /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
     NotBuilt = 13,
+    /// The density of that direction is above 0, but its share of u is smaller than what numbers of 24 bits tell apart.
+    Unreachable = 14,
 }
 
 impl Status {
@@ -60,6 +62,7 @@ impl Status {
             Status::ZeroDensity => c"the density of the direction is zero",
             Status::CallbackFailed => c"a callback failed or returned an invalid value",
             Status::NotBuilt => c"the object was not built, or built without what the call needs",
+            Status::Unreachable => c"no u of 24 bits leads to the direction",
         }
     }
 }
@@ -67,7 +70,7 @@ impl Status {
 impl Status {
     /// The status with this number.
     pub fn from_code(code: u32) -> Option<Status> {
-        const ALL: [Status; 14] = [
+        const ALL: [Status; 15] = [
             Status::Ok,
             Status::NullPointer,
             Status::InvalidArgument,
@@ -82,6 +85,7 @@ impl Status {
             Status::ZeroDensity,
             Status::CallbackFailed,
             Status::NotBuilt,
+            Status::Unreachable,
         ];
         ALL.get(code as usize).copied()
     }

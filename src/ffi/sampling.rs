@@ -4,6 +4,7 @@ use super::light::{EnvironmentObject, environment as view};
 use super::sampler::{SamplerObject, with_sampler};
 use super::{Strided, StridedMut};
 use crate::light::batch::{Density, Drawn, clamp_number, pdfs, samples};
+use crate::light::density::Inverted;
 use crate::simd::Level;
 use crate::sphere::{Frame, unit};
 use crate::status::Status;
@@ -127,7 +128,8 @@ unsafe fn pdf_all<D: Density>(
     }
 }
 
-/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
+/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there,
+/// WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there, or
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
 /// written. Strides as in wis_sample; statuses stand close together.
 ///
@@ -155,7 +157,11 @@ pub unsafe extern "C" fn wis_invert(
             for (i, status) in statuses.iter_mut().enumerate() {
                 let found = match unit(wi.read(i)) {
                     None => Err(Status::InvalidTransform),
-                    Some(direction) => light.invert(&frame, direction).ok_or(Status::ZeroDensity),
+                    Some(direction) => match light.invert(&frame, direction) {
+                        Inverted::To(u) => Ok(u),
+                        Inverted::Unreachable => Err(Status::Unreachable),
+                        Inverted::Zero => Err(Status::ZeroDensity),
+                    },
                 };
                 *status = match found {
                     Ok(numbers) => {

@@ -104,9 +104,13 @@ impl CellBlocks {
     }
 }
 
+/// The starts of a cell of a single block, which all such cells share: they are the first.
+pub const SINGLE: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
+
 /// Of each table what a cell with so many columns and rows of blocks takes besides its blocks.
 fn cell_lengths([columns, rows]: [usize; 2]) -> Lengths {
-    Lengths { starts: rows + 1 + rows * (columns + 1), blocks: rows * columns, ..Lengths::default() }
+    let starts = if rows * columns == 1 { 0 } else { rows + 1 + rows * (columns + 1) };
+    Lengths { starts, blocks: rows * columns, ..Lengths::default() }
 }
 
 fn block_words(plan: &Plan, tile: &Tile) -> Lengths {
@@ -197,7 +201,7 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         side: cell.side.map(|n| n as u8),
         face: cell.face as u8,
         reserved: 0,
-        starts: offset.starts as u32,
+        starts: if cell.count() == 1 { 0 } else { offset.starts as u32 },
         first: offset.blocks as u32,
         probability: 0.0,
         padding: 0,
@@ -207,6 +211,10 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
 
 fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [f32], blocks: &mut [Block]) -> f64 {
     let [columns, rows] = cell_blocks.blocks().map(|n| n.max(1) as usize);
+    if let ([block], Some(&light), true) = (&mut *blocks, light.first(), rows * columns == 1) {
+        block.share = 1.0;
+        return light;
+    }
     let (row_starts, column_starts) = starts.split_at_mut_checked(rows + 1).unwrap_or_default();
     // The light of each block row.
     let total = write_table(light.chunks(columns).map(|row| row.iter().sum()), row_starts);

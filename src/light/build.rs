@@ -1,7 +1,7 @@
 //! The passes of a build: rows of texels, then the choice of grids, then the tables of cells. Rows and cells may be shared by
 //! threads in any portions; what they write does not depend on that.
 
-use super::blocks::{CellBlocks, CellTables, Lengths, Steps, write_cell};
+use super::blocks::{CellBlocks, CellTables, Lengths, SINGLE, Steps, write_cell};
 use super::budget::{Choice, choose};
 use super::decode::RowSummary;
 use super::plan::Plan;
@@ -74,9 +74,14 @@ impl CellWork {
     }
 }
 
+/// What stands before the tables of the cells.
+fn shared() -> Lengths {
+    Lengths { starts: SINGLE.len(), ..Lengths::default() }
+}
+
 /// The tables of all cells of a plan without a budget: the most that any build of it takes.
 pub fn full_lengths(plan: &Plan) -> Lengths {
-    (0..plan.cells()).fold(Lengths::default(), |sum, index| sum.plus(CellBlocks::new(plan, index, 0).full(plan)))
+    (0..plan.cells()).fold(shared(), |sum, index| sum.plus(CellBlocks::new(plan, index, 0).full(plan)))
 }
 
 /// The blocks of cell `index` before they are doubled, and those of all cells before it.
@@ -101,7 +106,7 @@ pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Cell
 
 /// Where the tables of each cell begin: those of the cells before it.
 pub fn offset(work: &[CellWork], index: u32) -> Lengths {
-    work.iter().take(index as usize).fold(Lengths::default(), |sum, cell| sum.plus(cell.lengths()))
+    work.iter().take(index as usize).fold(shared(), |sum, cell| sum.plus(cell.lengths()))
 }
 
 /// The third pass, for a cell.

@@ -19,7 +19,8 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
         let of = light.cell_of[k];
         (0..plan.small_blocks(k)).all(|small| of.get(small as usize) == Some(&(plan.cell_of(k, small) as u8)))
     });
-    tops && maps && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
+    let colours = environment.colours().iter().flatten().all(|c| c.is_finite());
+    tops && maps && colours && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
 }
 
 /// Whether the table of rows, and of the columns of each row, ascend from 0 to 1.

@@ -243,16 +243,32 @@ impl Light<'_> {
         F::load(probability) * located.density
     }
 
-    /// The `u` that leads to a world direction of unit length, and whether it does: `None` if its density is 0.
-    pub fn invert(&self, frame: &Frame, wi: Vec3) -> Option<[f32; 2]> {
+    /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the
+    /// patch's share of `u`, along each axis.
+    pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
         let (map, _) = self.valid(frame, wi.to_array());
         let located = self.locate::<f32>(map, true);
         if !(self.alone(&located) > 0.0) {
-            return None;
+            return Inverted::Zero;
         }
-        let numbers = located.numbers(self);
         let [cell] = located.patch.cell;
         let range = self.cell_range(cell as usize);
-        Some([0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON)))
+        let outer =
+            |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
+        // Where the patch is narrow, the exact number may round into the next one; its middle does not, or nothing leads there.
+        let candidates = [located.numbers(self), located.middle()].map(outer);
+        let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(*u));
+        candidates.into_iter().find(leads).map_or(Inverted::Unreachable, Inverted::To)
     }
+}
+
+/// What leads to a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Inverted {
+    /// This `u`.
+    To([f32; 2]),
+    /// The density is above 0, but no `u` of 24 bits leads into the direction's patch: its share of `u` is too small.
+    Unreachable,
+    /// Nothing: the density is 0.
+    Zero,
 }

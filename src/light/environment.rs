@@ -1,7 +1,7 @@
 //! The environment: a light as one block of bytes without pointers, in the caller's memory. Built once, shared by all threads,
 //! copied, saved and mapped as it is.
 
-use super::blocks::{CellTables, Lengths, Steps};
+use super::blocks::{CellTables, Lengths, SINGLE, Steps};
 use super::build::{self, CellWork, Totals};
 use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
@@ -554,6 +554,7 @@ impl<'a> Writer<'a> {
         ] {
             bytes.get_mut(start as usize + length..end as usize).unwrap_or(&mut []).fill(0);
         }
+        part_mut(bytes, sections.starts as usize, SINGLE.len()).copy_from_slice(&SINGLE);
         for k in [0, 1] {
             let of = part_mut::<u8>(bytes, sections.cell_of[k] as usize, plan.small_blocks(k) as usize);
             for (small, out) in (0..).zip(of) {

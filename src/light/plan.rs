@@ -83,7 +83,7 @@ impl Plan {
             return Err(Status::Overflow);
         }
         // Rows at the poles are half rows: a row fewer.
-        let at_poles = of.rows_at_poles && of.filter == Filter::Bilinear && texels[1] > 1;
+        let at_poles = of.rows_at_poles && texels[1] > 1;
         let spans = [texels[0], texels[1] - u32::from(at_poles)];
         let mut refined = 1;
         while spans[0] * refined < FEWEST[0] || spans[1] * refined < FEWEST[1] {
@@ -92,7 +92,9 @@ impl Plan {
         let latlong = of.layout == Layout::LatLong;
         let bilinear = of.filter == Filter::Bilinear;
         let axis = |k: usize| {
-            let between = bilinear && refined == 1 && !(latlong && (k == 0 || at_poles));
+            // Whether the first and the last patch are half as wide as the others.
+            let halves = if bilinear { !(latlong && (k == 0 || at_poles)) } else { at_poles && k == 1 };
+            let between = halves && refined == 1;
             let length = spans[k] * refined;
             Axis { patches: length + u32::from(between), length: length as f32, shift: if between { 0.5 } else { 0.0 } }
         };

@@ -87,17 +87,20 @@ pub fn write_table(masses: impl Iterator<Item = f64> + Clone, table: &mut [f32])
 }
 
 /// Writes the starts of a table of `scale` units for the masses of its cells, and answers their sum. A cell with mass has at
-/// least one unit; its probability is at most two units above its share, and below it by the table's length in units of
-/// itself at most.
+/// least one unit and nowhere less than its share, but for the table's length in `scale`.
 pub fn write_starts(masses: impl Iterator<Item = f64> + Clone, scale: u32, write: &mut dyn FnMut(usize, u32)) -> f64 {
     let total: f64 = masses.clone().sum();
     let lit = masses.clone().filter(|&m| m > 0.0).count() as u32;
     let share = if total > 0.0 { f64::from(scale - lit.min(scale)) / total } else { 0.0 };
+    // Each share is rounded up; what that leaves is divided in proportion.
+    let units = |mass: f64| if mass > 0.0 { (mass * share) as u32 + 1 } else { 0 };
+    let used: u32 = masses.clone().map(units).sum();
+    let left = if total > 0.0 { f64::from(scale.saturating_sub(used)) / total } else { 0.0 };
     let (mut sum, mut before) = (0.0, 0);
     for (index, mass) in masses.enumerate() {
-        write(index, (sum * share) as u32 + before);
+        write(index, (sum * left) as u32 + before);
         sum += mass;
-        before += u32::from(mass > 0.0);
+        before += units(mass);
     }
     total
 }

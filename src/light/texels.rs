@@ -166,20 +166,24 @@ impl Texels<'_> {
 
     /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density.
     fn spread(&self, tile: &Tile, corners: &mut Corners) {
-        /// The share of the brightest of the eight texels about a black corner.
-        const SHARE: f32 = 1.0 / 8192.0;
         for (j, row) in (0..=tile.grid[1]).zip(corners.chunks_exact_mut(BLOCK + 1)) {
             for (i, corner) in (0..=tile.grid[0]).zip(row.iter_mut()).filter(|(_, corner)| !(**corner > 0.0)) {
                 let [(x, _), (y, _)] = [self.texel_at(0, tile.edge(0, i)), self.texel_at(1, tile.edge(1, j))];
-                let mut brightest = 0.0f32;
-                for dy in -1..=2 {
-                    for dx in -1..=2 {
-                        brightest = brightest.max(self.texel_near(tile.face, x + dx, y + dy));
-                    }
-                }
-                *corner = SHARE * brightest;
+                *corner = self.spread_from(tile.face, [x, y], -1..=2);
             }
         }
+    }
+
+    /// What black keeps of the brightest texel beside it.
+    fn spread_from(&self, face: u32, [x, y]: [i64; 2], beside: core::ops::RangeInclusive<i64>) -> f32 {
+        const SHARE: f32 = 1.0 / 8192.0;
+        let mut brightest = 0.0f32;
+        for dy in beside.clone() {
+            for dx in beside.clone() {
+                brightest = brightest.max(self.texel_near(face, x + dx, y + dy));
+            }
+        }
+        SHARE * brightest
     }
 
     /// As [`Texels::texel`], for places up to two beyond the border.
@@ -224,8 +228,18 @@ impl Texels<'_> {
 
     /// The light of a patch for a nearest client.
     fn patch(&self, face: u32, x: u32, y: u32) -> f32 {
-        let texel = |k: u32, axis: usize| (k / self.plan.refined).min(self.plan.texels[axis] - 1);
-        self.inner(face, texel(x, 0), texel(y, 1))
+        let Plan { of, refined, texels, .. } = self.plan;
+        let last = [texels[0] - 1, texels[1] - 1];
+        let at_poles = of.rows_at_poles && last[1] > 0;
+        let row = match (at_poles, *refined) {
+            (false, refined) => y / refined,
+            (true, 1) => y,
+            // The texel whose centre is nearest to the patch's.
+            (true, refined) => (2 * y + 1 + refined) / (2 * refined),
+        };
+        let [x, y] = [(x / refined).min(last[0]), row.min(last[1])];
+        let light = self.inner(face, x, y);
+        if of.exact_zero && !(light > 0.0) { self.spread_from(face, [x.into(), y.into()], -1..=1) } else { light }
     }
 
     /// The light of each patch of a tile whose step is 0, for a nearest client: row by row, [`BLOCK`] + 1 in each.

@@ -103,11 +103,19 @@ impl<F: Num> Located<F> {
         let v = (start[1] + u[1] * width[1]).max(first).min(last);
         [w, v]
     }
+}
 
-    /// The shares of the cell's numbers that lead to the patch, along columns and rows.
-    #[inline(always)]
-    pub fn widths(&self) -> [F; 2] {
-        self.patch.width
+impl Located<f32> {
+    /// The numbers of the middle of the patch, in its cell.
+    pub(super) fn middle(&self) -> [f32; 2] {
+        let Patches { start, width, .. } = self.patch;
+        [start[0] + 0.5 * width[0], start[1] + 0.5 * width[1]]
+    }
+
+    /// Whether a place was drawn in the patch.
+    pub(super) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
+        let (a, b) = (&self.patch, &drawn.patch);
+        a.cell == b.cell && a.first == b.first
     }
 }
 

@@ -1,0 +1,130 @@
+//! Lights in memory of their own.
+
+use super::lookup::Map;
+use wis::environment::Format;
+use wis::light::decode::Pixels;
+use wis::light::environment::{BuildError, Environment};
+use wis::light::plan::{Description, Plan};
+use wis::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use wis::sphere::Frame;
+
+pub struct Built {
+    words: Vec<u128>,
+    bytes: usize,
+}
+
+impl Built {
+    pub fn new(map: &Map, of: &Description) -> Built {
+        Built::over(map, of, false, 0xa5).expect("the map is valid")
+    }
+
+    /// In memory that held other bytes.
+    pub fn over(map: &Map, of: &Description, sanitise: bool, filling: u8) -> Result<Built, BuildError> {
+        let row = |y: u32| {
+            let start = (y * map.width) as usize;
+            Some(bytemuck::cast_slice(&map.texels[start..start + map.width as usize]))
+        };
+        Built::of_rows(of, sanitise, filling, row)
+    }
+
+    pub fn of_rows<'a>(
+        of: &Description,
+        sanitise: bool,
+        filling: u8,
+        row: impl Fn(u32) -> Option<&'a [u8]>,
+    ) -> Result<Built, BuildError> {
+        let plan = Plan::new(of)?;
+        let size = plan.size()?;
+        let filled = |bytes: usize| vec![u128::from_ne_bytes([filling; 16]); bytes.div_ceil(16)];
+        let (mut words, mut scratch) = (filled(size.bytes), filled(size.scratch));
+        let pixels = Pixels { channels: 1, format: Format::F32, sanitise };
+        let (memory, scratch) = (bytemuck::cast_slice_mut(&mut words), bytemuck::cast_slice_mut(&mut scratch));
+        let bytes = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, row, memory, scratch)?.as_bytes().len();
+        Ok(Built { words, bytes })
+    }
+
+    pub fn bytes(&self) -> &[u8] {
+        &bytemuck::cast_slice(&self.words)[..self.bytes]
+    }
+
+    pub fn environment(&self) -> Environment<'_> {
+        Environment::view(self.bytes()).expect("it was built")
+    }
+
+    /// No texel is darker for the light.
+    pub fn least(&self) -> f64 {
+        let of = self.environment().description();
+        if of.exact_zero { 0.0 } else { self.environment().header().mean / 65536.0 }
+    }
+
+    /// Samples one by one.
+    pub fn sample(&self, frame: &Frame, u: [f32; 2]) -> ([f32; 3], f32) {
+        self.environment().light().sample::<f32>(frame, u)
+    }
+
+    /// The pdf of one direction.
+    pub fn pdf(&self, wi: [f32; 3]) -> f32 {
+        self.environment().light().pdf::<f32>(&Frame::IDENTITY, wi)
+    }
+}
+
+/// Samples and their pdfs in lanes, and what pdf answers for the directions.
+pub fn in_lanes(level: Level, built: &Built, frame: &Frame, u: &[[f32; 2]; LANES]) -> [([f32; 3], f32, f32); LANES] {
+    struct Both<'a>(&'a Built, &'a Frame, &'a [[f32; 2]; LANES]);
+    impl Kernel for Both<'_> {
+        type Output = [([f32; 3], f32, f32); LANES];
+
+        fn run<F: Lanes>(self) -> Self::Output {
+            let Both(built, frame, u) = self;
+            let environment = built.environment();
+            let light = environment.light();
+            let numbers = [0, 1].map(|k: usize| <F as Num>::load(u.map(|u| u[k])));
+            let (wi, pdf) = light.sample::<F>(frame, numbers);
+            let (again, pdf) = (Num::store(light.pdf::<F>(frame, wi)), Num::store(pdf));
+            let wi = wi.map(|axis| Num::store(axis));
+            std::array::from_fn(|i| (wi.map(|axis| axis[i]), pdf[i], again[i]))
+        }
+    }
+    run(level, Both(built, frame, u))
+}
+
+/// A fast generator of uniform numbers (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In [0, 1), a multiple of 2^-24.
+    pub fn f32(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / 16_777_216.0
+    }
+
+    pub fn f64(&mut self) -> f64 {
+        ((self.bits() >> 11) as f64 + 0.5) / 9_007_199_254_740_992.0
+    }
+
+    pub fn direction(&mut self) -> [f64; 3] {
+        let z = 2.0 * self.f64() - 1.0;
+        let phi = std::f64::consts::TAU * self.f64();
+        let r = (1.0 - z * z).sqrt();
+        [r * phi.cos(), r * phi.sin(), z]
+    }
+
+    /// A rotation, or one with a reflection.
+    pub fn frame(&mut self) -> Frame {
+        let a = self.direction();
+        let b = self.direction();
+        let along = (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        let b = super::lookup::unit([0, 1, 2].map(|k| b[k] - along * a[k]));
+        let sign = if self.bits() & 1 == 0 { 1.0 } else { -1.0 };
+        let c = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]].map(|x| sign * x);
+        let rows = [a, b, c].concat();
+        Frame::new(&std::array::from_fn(|k| rows[k] as f32)).expect("a rotation or a reflection")
+    }
+}

@@ -1,0 +1,131 @@
+//! Bytes: the same for any memory, and opened without harm whatever they hold.
+
+use super::built::{Built, Random, in_lanes};
+use super::lookup::{Map, single};
+use super::maps::{descriptions, layouts, rough, suns};
+use wis::light::environment::Environment;
+use wis::light::plan::{Description, Filter};
+use wis::numeric::ContentHash;
+use wis::simd::Level;
+use wis::sphere::Frame;
+
+#[test]
+fn memory_of_any_content_gives_the_same_bytes() {
+    for (layout, width, height) in layouts(48) {
+        let map = Map::of_directions(layout, width, height, rough);
+        for of in descriptions(&map) {
+            for budget in [0.0, 0.05] {
+                let of = Description { budget, ..of };
+                let [a, b, c] = [0, 0xa5, 0xff].map(|filling| Built::over(&map, &of, false, filling).unwrap());
+                assert!(a.bytes() == b.bytes() && b.bytes() == c.bytes(), "{of:?}");
+                assert!(Environment::open(a.bytes()).is_ok());
+            }
+        }
+    }
+}
+
+/// Where the parts of the header stand that the hashes cover.
+const CONTENT_ID: usize = 16;
+const TABLES_HASH: usize = 24;
+const POWER: usize = 32;
+const FRAME: usize = 248;
+const HEADER: usize = 288;
+
+/// Writes the hashes that bytes would have if they had been built so.
+fn sign(bytes: &mut [u8]) {
+    let mut hash = ContentHash::new();
+    for part in [POWER..FRAME, HEADER..bytes.len()] {
+        for word in bytes[part].chunks(8) {
+            let mut eight = [0; 8];
+            eight[..word.len()].copy_from_slice(word);
+            hash.add(u64::from_le_bytes(eight));
+        }
+    }
+    let tables = hash.finish();
+    let mut hash = ContentHash::new();
+    hash.add(tables);
+    hash.add_floats(bytemuck::cast_slice(&bytes[FRAME..FRAME + 36]));
+    bytes[TABLES_HASH..TABLES_HASH + 8].copy_from_slice(&tables.to_le_bytes());
+    bytes[CONTENT_ID..CONTENT_ID + 8].copy_from_slice(&hash.finish().to_le_bytes());
+}
+
+/// Uses everything; all numbers are finite.
+fn exercise(environment: &Environment<'_>, random: &mut Random) {
+    let light = environment.light();
+    let frame = environment.frame();
+    for _ in 0..40 {
+        let (wi, pdf) = light.sample::<f32>(&frame, [random.f32(), random.f32()]);
+        assert!(wi.iter().all(|x| x.is_finite()) && pdf.is_finite() && pdf >= 0.0, "{wi:?} {pdf}");
+        assert_eq!(pdf.to_bits(), light.pdf::<f32>(&frame, wi).to_bits());
+        let wi = single(random.direction());
+        let pdf = light.pdf::<f32>(&frame, wi);
+        assert!(pdf.is_finite() && pdf >= 0.0, "{wi:?} {pdf}");
+        light.invert(&frame, wis::sphere::unit(wi).unwrap());
+    }
+    assert!(environment.colours().iter().flatten().all(|c| c.is_finite()));
+}
+
+#[test]
+fn changed_bytes_with_the_right_hash_do_no_harm() {
+    let mut random = Random(61);
+    let mut accepted = 0;
+    let mut lights: Vec<Built> = Vec::new();
+    for (layout, width, height) in layouts(32) {
+        let map = Map::of_directions(layout, width, height, rough);
+        for filter in [Filter::Nearest, Filter::Bilinear] {
+            for budget in [0.0, 0.1] {
+                lights.push(Built::new(&map, &Description { budget, ..map.description(filter) }));
+            }
+        }
+    }
+    for built in &lights {
+        let bytes = built.bytes();
+        let mut words = vec![0u128; bytes.len().div_ceil(16)];
+        for round in 0..1500 {
+            let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..bytes.len()];
+            copy.copy_from_slice(bytes);
+            for _ in 0..1 + random.bits() % 3 {
+                // The small tables in front as often as the large ones behind.
+                let end = if round % 2 == 0 { bytes.len() } else { 16384.min(bytes.len()) };
+                let at = (random.bits() % end as u64) as usize;
+                copy[at] = if round % 3 == 0 { copy[at] ^ (1 << (random.bits() % 8)) } else { random.bits() as u8 };
+            }
+            sign(copy);
+            if let Ok(environment) = Environment::open(copy) {
+                accepted += 1;
+                exercise(&environment, &mut random);
+            }
+        }
+    }
+    // Corners and colours of any value are a light.
+    assert!(accepted > 100, "{accepted}");
+}
+
+#[test]
+fn signing_is_what_a_build_does() {
+    let (_, map) = suns(64, 32).swap_remove(0);
+    let built = Built::new(&map, &map.description(Filter::Bilinear));
+    let mut words = vec![0u128; built.bytes().len().div_ceil(16)];
+    let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..built.bytes().len()];
+    copy.copy_from_slice(built.bytes());
+    sign(copy);
+    assert!(copy == built.bytes());
+    copy[HEADER + 5] ^= 1;
+    assert!(Environment::open(copy).is_err());
+}
+
+#[test]
+fn bytes_that_end_early_are_no_environment() {
+    let map = Map::latlong(64, 32, |x, y| (x + y) as f32);
+    let built = Built::new(&map, &map.description(Filter::Bilinear));
+    let words: Vec<u128> = bytemuck::pod_collect_to_vec(built.bytes());
+    let bytes: &[u8] = bytemuck::cast_slice(&words);
+    for length in [0, 1, 31, 287, 288, 4000, built.bytes().len() - 1] {
+        assert!(Environment::open(&bytes[..length]).is_err(), "{length}");
+    }
+    // Lanes of an opened light are those of the built one.
+    let opened = Environment::open(bytes).unwrap();
+    let u = [[0.3, 0.7]; 8];
+    let (wi, pdf, _) = in_lanes(Level::BASELINE, &built, &Frame::IDENTITY, &u)[0];
+    assert_eq!(opened.light().pdf::<f32>(&Frame::IDENTITY, wi), pdf);
+}

@@ -1,0 +1,89 @@
+//! Wherever the client's filter finds light, the density is above 0: at every corner, edge and half-texel shift of lit texels.
+
+use super::built::{Built, Random};
+use super::lookup::{Map, double, faces, single};
+use super::maps::{descriptions, layouts};
+use wis::light::chart::Layout;
+use wis::light::plan::Description;
+
+/// One texel in black: in the middle, at edges and at corners of a face; every other texel; two rows at the horizon.
+fn maps(layout: Layout, width: u32, height: u32) -> Vec<Map> {
+    let side = height / faces(layout);
+    let face = faces(layout) / 2;
+    let lit =
+        [(side / 2, side / 3), (0, side / 2), (width - 1, 1), (3, 0), (5, side - 1), (0, 0), (width - 1, side - 1)];
+    let mut all: Vec<Map> = lit
+        .iter()
+        .map(|&at| Map::new(layout, width, height, |x, y| if (x, y) == (at.0, face * side + at.1) { 7.0 } else { 0.0 }))
+        .collect();
+    all.push(Map::new(layout, width, height, |x, y| if (x + y) % 2 == 0 { 1.0 } else { 0.0 }));
+    all.push(Map::new(layout, width, height, |x, y| {
+        if (y % side == side / 2 || y % side == side / 2 - 1) && x % 4 != 3 { 1.0 + x as f32 } else { 0.0 }
+    }));
+    all
+}
+
+fn test(map: &Map, of: &Description) {
+    let built = Built::new(map, of);
+    let side = map.height / faces(map.layout);
+    let mut random = Random(31);
+    let lit = (0..map.height).flat_map(|y| (0..map.width).map(move |x| (x, y)));
+    for (x, y) in lit.filter(|&(x, y)| map.texels[(y * map.width + x) as usize] > 0.0) {
+        for at in map.around(y / side, x, y % side) {
+            // The direction itself, and what rounding may make of it.
+            for shift in [0.0, 1e-7, 1e-6] {
+                let offset = random.direction();
+                let wi = single(super::maps::near(at, offset, shift));
+                let (radiance, pdf) = (map.radiance(of, 0.0, double(wi)), built.pdf(wi));
+                assert!(pdf.is_finite());
+                let name = format!("{of:?} texel {x} {y}, {wi:?}, radiance {radiance}");
+                assert!(pdf > 0.0 || radiance == 0.0, "{name}");
+                assert!(of.exact_zero || pdf > 0.0, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn everything_lit_has_a_density() {
+    for (layout, width, height) in layouts(32) {
+        for map in maps(layout, width, height) {
+            for of in descriptions(&map) {
+                for exact_zero in [false, true] {
+                    for budget in [0.0, 0.05] {
+                        test(&map, &Description { exact_zero, budget, ..of });
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn everything_lit_in_small_maps_has_a_density() {
+    for (layout, width, height) in
+        [(Layout::LatLong, 5, 3), (Layout::LatLong, 1, 2), (Layout::Cube, 3, 18), (Layout::Octahedral, 5, 5)]
+    {
+        for y in 0..height {
+            for x in 0..width {
+                let map = Map::new(layout, width, height, |i, j| if (i, j) == (x, y) { 1.0 } else { 0.0 });
+                for of in descriptions(&map) {
+                    test(&map, &Description { exact_zero: true, ..of });
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn exact_zero_keeps_black_black() {
+    for (layout, width, height) in layouts(32) {
+        let map = maps(layout, width, height).swap_remove(0);
+        for of in descriptions(&map) {
+            let built = Built::new(&map, &Description { exact_zero: true, ..of });
+            let mut random = Random(33);
+            let black = (0..1000).filter(|_| built.pdf(single(random.direction())) == 0.0).count();
+            assert!(black > 900, "{of:?}: {black}");
+        }
+    }
+}

@@ -24,7 +24,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer relight hardcases report sampler structured wavelets triple test mutants check-aarch64 clean
+.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple test mutants check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -38,12 +38,12 @@ lib: ## build the static and the shared library into build/lib
 	ln -s libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
 	ln -s libwis.so.$(ABI) $(LIB)/libwis.so
 
-header: ## write include/wis.h from the Rust sources
+header: ## write the C headers in include/ from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header
 
 install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
 	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
-	install -m 644 include/wis.h include/wis.hpp $(ROOT)/include
+	install -m 644 include/wis.h include/wis_lights.h include/wis_wavelets.h include/wis.hpp $(ROOT)/include
 	cp -P $(LIB)/libwis.* $(ROOT)/lib
 	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
 	cp -R packaging/licences/* $(ROOT)/share/licenses/wis
@@ -54,8 +54,11 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
 
-$(BUILD)/minimal-cpp: lib
-	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
+$(BUILD)/wavelets: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/wavelets.c $(LIB)/libwis.a -o $@
+
+$(BUILD)/wavelets-cpp: lib
+	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/wavelets.cpp $(LIB)/libwis.a -o $@
 
 $(BUILD)/measured: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/measured.c $(LIB)/libwis.a -lm -o $@
@@ -93,6 +96,10 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick) $(ARGS)
+
+light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
 
 sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and write docs/sampler.md
 	scripts/setup.sh test

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "wis.h"
+#include "wis_wavelets.h"
 
 #define WIDTH 128u
 #define HEIGHT 64u

@@ -1,13 +1,13 @@
-/* The smallest complete use of wis: light, product, samples, estimate. */
+/* Direct light at one point: the light, a sampler, a material, and the rays to trace. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "wis.h"
 
 #define WIDTH 64u
 #define HEIGHT 32u
-#define SAMPLES 8u
+#define RAYS 4u
+#define HITS 4096u
 
 static void check(wis_status status) {
     if (status != WIS_OK) {
@@ -25,74 +25,91 @@ static void *allocate(size_t bytes) {
     return memory;
 }
 
-int main(void) {
-    /* 1. A light: a lat-long map of luminance, +z up. Here a dim sky with one bright texel. */
-    static float map[HEIGHT][WIDTH];
+/* The renderer's own side: its map, its BSDF and its shadow rays. */
+static float map[HEIGHT][WIDTH];
+
+static void make_map(void) {
     for (uint32_t y = 0; y < HEIGHT; y++) {
         for (uint32_t x = 0; x < WIDTH; x++) {
-            map[y][x] = y < HEIGHT / 2 ? 0.5f : 0.1f;
+            map[y][x] = 1.0f;
         }
     }
-    map[8][12] = 500.0f;
+}
 
-    /* 2. Its environment, built once in your memory and then shared by all threads. */
-    wis_wavelet_light_config config = {0};
-    config.size = sizeof config;
-    config.layout = WIS_LAYOUT_LATLONG;
-    config.width = WIDTH;
-    config.height = HEIGHT;
-    config.channels = 1;
-    config.format = WIS_FORMAT_F32;
-    config.storage = WIS_STORAGE_PYRAMID;
-    config.pixels = map;
+static float radiance(const float wi[3]) {
+    (void)wi;
+    return 1.0f; /* what make_map put into every texel */
+}
+
+static float bsdf_times_cosine(const float normal[3], const float wi[3]) {
+    const float cosine = normal[0] * wi[0] + normal[1] * wi[1] + normal[2] * wi[2];
+    return cosine > 0.0f ? 0.8f / 3.14159265f * cosine : 0.0f;
+}
+
+/* A wall hides the half of the sky with x < 0. */
+static int occluded(const float wi[3]) { return wi[0] < 0.0f; }
+
+int main(void) {
+    /* 1. The light, once: built in your memory from your map, then shared by all threads. */
+    make_map();
+    wis_environment_config light = {0};
+    light.size = sizeof light;
+    light.layout = WIS_LAYOUT_LATLONG;
+    light.width = WIDTH;
+    light.height = HEIGHT;
+    light.channels = 1;
+    light.format = WIS_FORMAT_F32;
+    light.filter = WIS_FILTER_BILINEAR;
+    light.pixels = map;
     wis_memory_size size;
-    check(wis_wavelet_light_size(&config, &size, NULL));
+    check(wis_environment_size(&light, &size, NULL));
     void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
-    const wis_wavelet_light *environment;
-    check(wis_wavelet_light_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL, NULL));
+    const wis_environment *environment;
+    check(wis_environment_init(&light, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
     free(scratch);
 
-    /* 3. A shading point in world space: normal, direction to the eye, BRDF. */
-    wis_wavelet_query query = {0};
-    query.size = sizeof query;
-    query.lobe_count = 1;
-    query.normal[2] = 1.0f;
-    query.tangent[0] = 1.0f;
-    query.wo[0] = -0.6f;
-    query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_WAVELET_LOBE_GGX;
-    query.lobe[0].a = query.lobe[0].b = 0.3f;
-    for (int c = 0; c < 3; c++) {
-        query.lobe[0].weight[c] = 1.0f;
-        query.lobe[0].f0[c] = 0.9f;
+    /* 2. A sampler for each thread. */
+    wis_sampler_config config = {0};
+    config.size = sizeof config;
+    check(wis_sampler_size(&config, &size, NULL));
+    void *sampler_memory = allocate(size.bytes);
+    wis_sampler *sampler;
+    check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, NULL));
+
+    /* 3. A material: the shapes of its lobes. */
+    wis_material material = {0};
+    material.size = sizeof material;
+    material.lobe_count = 1;
+    material.lobe[0].kind = WIS_LOBE_LAMBERT;
+    check(wis_material_init(&material, NULL));
+
+    /* 4. A hit: normal, view, and how strongly each lobe reflects there. */
+    wis_point point = {0};
+    point.size = sizeof point;
+    point.material = &material;
+    point.normal[2] = 1.0f;
+    point.wo[0] = 0.6f;
+    point.wo[2] = 0.8f;
+    point.weight[0][0] = point.weight[0][1] = point.weight[0][2] = 0.8f;
+
+    /* 5. The rays to trace, each with its weight. Here as for many hits of one pixel. */
+    double sum = 0.0;
+    point.seed = 7; /* the pixel */
+    check(wis_sampler_begin_pixel(sampler));
+    for (uint32_t hit = 0; hit < HITS; hit++) {
+        wis_ray ray[RAYS];
+        uint32_t count;
+        point.turn = hit;
+        check(wis_direct(sampler, environment, &point, RAYS, NULL, ray, &count));
+        for (uint32_t i = 0; i < count; i++) {
+            if (!occluded(ray[i].wi)) {
+                sum += bsdf_times_cosine(point.normal, ray[i].wi) * radiance(ray[i].wi) * ray[i].weight;
+            }
+        }
     }
+    printf("reflected light: %.3f (exactly 0.400)\n", sum / HITS);
 
-    /* 4. The product of light, BRDF and cosine at that point, in memory of this thread. */
-    wis_wavelet_product_config product_config = {0};
-    product_config.size = sizeof product_config;
-    check(wis_wavelet_product_size(&product_config, &size, NULL));
-    void *product_memory = allocate(size.bytes);
-    const wis_wavelet_product *product;
-    check(wis_wavelet_product_prepare(environment, &query, &product_config, product_memory, size.bytes, &product, NULL));
-
-    /* 5. Samples: directions in world space and their densities per solid angle. */
-    float u[SAMPLES][2];
-    check(wis_points_sobol(wis_pixel_seed(0, 0, 0), 0, SAMPLES, u[0], sizeof u[0]));
-    for (uint32_t i = 0; i < SAMPLES; i++) {
-        wis_drawn sample;
-        float pdf;
-        check(wis_wavelet_product_sample(environment, product, u[i], &sample));
-        check(wis_wavelet_product_pdf(environment, product, sample.wi, &pdf));
-        printf("wi (% .4f, % .4f, % .4f)  pdf %9.4f  pdf(wi) %s\n", sample.wi[0], sample.wi[1], sample.wi[2],
-               sample.pdf, memcmp(&pdf, &sample.pdf, sizeof pdf) == 0 ? "the same bits" : "differs");
-    }
-
-    /* 6. The light that the point would reflect if nothing cast a shadow. */
-    double luminance;
-    check(wis_wavelet_product_estimate(environment, product, &luminance));
-    printf("estimate of the reflected luminance: %.4f\n", luminance);
-
-    free(product_memory);
+    free(sampler_memory);
     free(memory);
     return EXIT_SUCCESS;
 }

@@ -1,4 +1,4 @@
-//! Generates the bindings from the header that clients read, and links the library that they link.
+//! Generates the bindings from the headers that clients read, and links the library that they link.
 //!
 //! The shared library comes from WIS_LIB_DIR, or from the `build/lib` that `make lib` fills; programs find it there
 //! again at run time.
@@ -9,22 +9,24 @@ use std::path::{Path, PathBuf};
 fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     println!("cargo::rerun-if-changed=build.rs");
-    bindings(&root.join("include/wis.h"));
+    bindings(&["wis.h", "wis_lights.h", "wis_wavelets.h"].map(|file| root.join("include").join(file)));
     link(&root.join("build/lib"));
     // embree3-sys leaves the library out where the variable CI is set.
     println!("cargo::rustc-link-lib=dylib=embree3");
 }
 
-fn bindings(header: &Path) {
-    println!("cargo::rerun-if-changed={}", header.display());
+fn bindings(headers: &[PathBuf]) {
+    for header in headers {
+        println!("cargo::rerun-if-changed={}", header.display());
+    }
     let target = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("wis.rs");
     bindgen::builder()
-        .header(header.display().to_string())
+        .headers(headers.iter().map(|header| header.display().to_string()))
         .allowlist_item("(wis|WIS)_.*")
         .prepend_enum_name(false)
         .derive_default(true)
         .generate()
-        .expect("bindings of include/wis.h")
+        .expect("bindings of the headers")
         .write_to_file(target)
         .expect("a writable OUT_DIR");
 }

@@ -1,14 +1,15 @@
-// wis for C++11: wis.h with classes that own the memory of environments, products, trees, maps of visibility, pools and
+// wis for C++11: the C headers with classes that own the memory of environments, products, trees, maps of visibility, pools and
 // lists of lights. A prior is a plain struct that needs none.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
-// Every call passes the status of the C call through; wis.h documents them, and get() gives its handles for the calls
+// Every call passes the status of the C call through, which its header documents, and get() gives its handles for the calls
 // that have no member here. Nothing throws, unless WIS_HPP_THROW is defined before this file is included: then a
 // status other than WIS_OK is thrown as wis::error.
 #ifndef WIS_HPP
 #define WIS_HPP
 
-#include "wis.h"
+#include "wis_lights.h"
+#include "wis_wavelets.h"
 
 #include <cstdint>
 #include <cstdlib>
@@ -355,7 +356,7 @@ private:
 class lights {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_wavelet_light_config &map, const wis_strata_config &config,
+    status init(const wis_environment_config &map, const wis_strata_config &config,
                 wis_diagnostic *diagnostic = nullptr) {
         count_ = 0;
         wis_memory_size need;

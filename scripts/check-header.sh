@@ -14,14 +14,18 @@ compile() {
 
 for compiler in gcc clang; do
     for standard in c99 c11; do
-        compile $compiler -std=$standard -x c ../../include/wis.h
+        for header in wis wis_lights wis_wavelets; do
+            compile $compiler -std=$standard -x c ../../include/$header.h
+        done
         compile $compiler -std=$standard twice.c
     done
 done
 
 for compiler in g++ clang++; do
     for standard in c++11 c++17; do
-        compile $compiler -std=$standard -x c++ ../../include/wis.h
+        for header in wis wis_lights wis_wavelets; do
+            compile $compiler -std=$standard -x c++ ../../include/$header.h
+        done
         compile $compiler -std=$standard twice.cpp
         compile $compiler -std=$standard wrapper.cpp
         compile $compiler -std=$standard -DWIS_HPP_THROW wrapper.cpp

@@ -25,9 +25,9 @@ sections() { readelf --section-headers --wide "$1" 2> /dev/null | grep -oE '\.(d
 [ -z "$(sections "$lib/libwis.so")" ] || fail "the shared library is not stripped" "$(sections "$lib/libwis.so")"
 [ "$(sections "$lib/libwis.a")" = .symtab ] || fail "the archive has more than its symbols" "$(sections "$lib/libwis.a")"
 
-# What the shared library exports is what the header declares, no more and no less.
+# What the shared library exports is what the headers declare, no more and no less.
 exported=$(nm --dynamic --defined-only "$lib/libwis.so" | awk '{ print $NF }' | LC_ALL=C sort)
-declared=$(grep -v '^ *[/*]' include/wis.h | grep -o '\bwis_[a-z0-9_]*(' | tr -d '(' | LC_ALL=C sort)
+declared=$(cat include/wis.h include/wis_*.h | grep -v '^ *[/*]' | grep -o '\bwis_[a-z0-9_]*(' | tr -d '(' | LC_ALL=C sort)
 [ "$exported" = "$declared" ] || fail "exported symbols and declared functions differ" "exported:
 $exported
 declared:

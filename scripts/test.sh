@@ -46,14 +46,15 @@ install_staged() {
 
 # The C++ twin must print what the C program prints.
 minimal() {
-    make --no-print-directory "$build/minimal" "$build/minimal-cpp" BUILD="$build" &&
-        "$build/minimal" > "$logs/minimal.txt" && "$build/minimal-cpp" > "$logs/minimal-cpp.txt" &&
-        cat "$logs/minimal.txt" && diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" &&
+    make --no-print-directory "$build/minimal" "$build/wavelets" "$build/wavelets-cpp" BUILD="$build" &&
+        "$build/minimal" && "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
+        diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
         make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured"
 }
 
 minimal_valgrind() {
     valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal" &&
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/wavelets" &&
         valgrind --quiet --error-exitcode=1 --leak-check=full "$build/measured"
 }
 
@@ -73,6 +74,11 @@ hardcases() {
 report_quick() {
     scripts/instruments.sh "$installed/lib" run --bin report -- \
         --quick --out "$logs/report" --cache "$logs/report-cache"
+}
+
+# Few samples: fails if the light misses a goal by far.
+light_quick() {
+    scripts/instruments.sh "$installed/lib" run --bin light -- --quick "$logs/light.md" --cache "$logs/light-cache"
 }
 
 # The instruments' own tests link the shared library.
@@ -108,6 +114,7 @@ step demo demo
 step instruments instruments
 step hardcases hardcases
 step report-quick report_quick
+step light-quick light_quick
 
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

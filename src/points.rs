@@ -53,6 +53,24 @@ fn pascal(index: u32) -> u32 {
         .fold(index, |digits, (shift, without_bit)| digits ^ ((digits >> shift) & without_bit))
 }
 
+/// The third Sobol coordinate of an index, its digits least significant first: the sequence of the primitive polynomial
+/// x^2 + x + 1 with the initial numbers 1 and 3 (Joe and Kuo 2008, "Constructing Sobol sequences with better two-dimensional
+/// projections").
+pub(crate) fn third_sobol(index: u32) -> u32 {
+    const DIRECTIONS: [u32; 32] = {
+        let mut v = [0; 32];
+        (v[0], v[1]) = (1 << 31, 3 << 30);
+        let mut k = 2;
+        while k < 32 {
+            v[k] = v[k - 1] ^ v[k - 2] ^ (v[k - 2] >> 2);
+            k += 1;
+        }
+        v
+    };
+    let set = DIRECTIONS.iter().enumerate().filter(|(k, _)| index >> k & 1 == 1);
+    set.fold(0, |digits, (_, direction)| digits ^ direction).reverse_bits()
+}
+
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
 #[inline(always)]
 pub(crate) fn permute(x: u32, seed: u32) -> u32 {

@@ -8,13 +8,12 @@ use stored::{cases, doubles, floats, integer, number};
 use support::{Map, Memory};
 use wis::descent::Sample;
 use wis::ffi::MemorySize;
-use wis::ffi::environment::{
-    EnvironmentConfig, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_SANITISE,
-};
+use wis::ffi::environment::WIS_WAVELET_LIGHT_NEAREST;
 use wis::ffi::jitter::{
     Jitter, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample, wis_jitter_size,
     wis_strata_order,
 };
+use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
 use wis::ffi::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
 use wis::status::Status;
 use wis::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
@@ -179,7 +178,7 @@ fn hard_maps_have_defined_results() {
 }
 
 /// Lights and labels of a map through the C boundary, with its config.
-fn lights(map: &EnvironmentConfig, config: &StrataConfig) -> Result<(Vec<Light>, Vec<u32>), Status> {
+fn lights(map: &LightConfig, config: &StrataConfig) -> Result<(Vec<Light>, Vec<u32>), Status> {
     let mut size = MemorySize::default();
     let mut label = vec![u32::MAX; (map.width * map.height) as usize];
     // SAFETY: all pointers are to live values of the lengths that the header asks for.
@@ -207,14 +206,7 @@ fn lights(map: &EnvironmentConfig, config: &StrataConfig) -> Result<(Vec<Light>,
 }
 
 fn strata_config(count: u32) -> StrataConfig {
-    StrataConfig {
-        size: size_of::<StrataConfig>() as u32,
-        count,
-        levels: 0,
-        angle_limit: 0.0,
-        world_from_map: null(),
-        exponents: null(),
-    }
+    StrataConfig { size: size_of::<StrataConfig>() as u32, count, levels: 0, angle_limit: 0.0, exponents: null() }
 }
 
 #[test]
@@ -223,14 +215,14 @@ fn lights_carry_the_energy_of_their_strata() {
     let power = map.build(0, WIS_WAVELET_LIGHT_NEAREST).power(0);
     let matrix = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6f32];
     let still = strata_config(80);
-    let turned = StrataConfig { world_from_map: matrix.as_ptr(), ..still };
-    let (lights_of_map, label) = lights(&map.config(0, 0), &still).unwrap();
+    let turned = LightConfig { world_from_map: matrix.as_ptr(), ..map.light_config(0) };
+    let (lights_of_map, label) = lights(&map.light_config(0), &still).unwrap();
     let total: f64 = lights_of_map.iter().map(|l| f64::from(l.luminance)).sum();
     assert!((total / power - 1.0).abs() < 1e-5, "{total} of {power}");
     let angle: f64 = lights_of_map.iter().map(|l| f64::from(l.solid_angle)).sum();
     assert!((angle / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-5);
     assert!(label.iter().all(|&l| (l as usize) < lights_of_map.len()));
-    let (lights_of_world, same) = lights(&map.config(0, 0), &turned).unwrap();
+    let (lights_of_world, same) = lights(&turned, &still).unwrap();
     assert_eq!(same, label);
     for (a, b) in lights_of_map.iter().zip(&lights_of_world) {
         let d = a.direction;
@@ -251,7 +243,7 @@ struct Places {
 }
 
 impl Places {
-    fn new(map: &EnvironmentConfig, matrix: *const [f32; 9], count: u32, label: &[u32], distribution: u32) -> Places {
+    fn new(map: &LightConfig, count: u32, label: &[u32], distribution: u32) -> Places {
         let (mut size, mut handle) = (MemorySize::default(), null());
         // SAFETY: all pointers are valid.
         unsafe {
@@ -261,7 +253,6 @@ impl Places {
             let (place, work, labels) = (memory.pointer(), scratch.pointer(), label.as_ptr());
             let status = wis_jitter_init(
                 map,
-                matrix,
                 count,
                 labels,
                 distribution,
@@ -300,10 +291,10 @@ const TURNED: [f32; 9] = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6];
 fn places_are_distributions_over_their_strata() {
     let (width, height) = (48, 24);
     let map = Map { pixels: room(width, height), ..Map::latlong(width, height, |_, _| 0.0) };
-    let config = StrataConfig { world_from_map: TURNED.as_ptr(), ..strata_config(30) };
-    let (lights, label) = lights(&map.config(0, 0), &config).unwrap();
+    let turned = LightConfig { world_from_map: TURNED.as_ptr(), ..map.light_config(0) };
+    let (lights, label) = lights(&turned, &strata_config(30)).unwrap();
     for distribution in [WIS_JITTER_UNIFORM, WIS_JITTER_ENERGY] {
-        let places = Places::new(&map.config(0, 0), &TURNED, lights.len() as u32, &label, distribution);
+        let places = Places::new(&turned, lights.len() as u32, &label, distribution);
         let corners = [0.0, 1e-7, 0.3, 0.5, 0.999_999, 1.0 - 1.0 / 16_777_216.0, f32::NAN];
         for light in 0..lights.len() as u32 {
             for (u, v) in corners.iter().flat_map(|&u| corners.map(|v| (u, v))) {
@@ -331,7 +322,7 @@ fn places_are_distributions_over_their_strata() {
 fn energy_proportional_places_are_unbiased_in_shadow() {
     let (width, height) = (48, 24);
     let map = Map { pixels: room(width, height), ..Map::latlong(width, height, |_, _| 0.0) };
-    let (lights, label) = lights(&map.config(0, 0), &strata_config(12)).unwrap();
+    let (lights, label) = lights(&map.light_config(0), &strata_config(12)).unwrap();
     let visible = |wi: [f64; 3]| 0.7 * wi[0] - 0.5 * wi[1] + 0.3 * wi[2] > 0.07;
     let sizes = Config::new(width, height, 1);
     // The occluder's edge runs through texels: their visible share by 24 x 24 places.
@@ -345,7 +336,7 @@ fn energy_proportional_places_are_unbiased_in_shadow() {
     }
     let total: f64 = lights.iter().map(|l| f64::from(l.luminance)).sum();
     let estimate = |distribution: u32| {
-        let places = Places::new(&map.config(0, 0), null(), lights.len() as u32, &label, distribution);
+        let places = Places::new(&map.light_config(0), lights.len() as u32, &label, distribution);
         let (mut sum, mut square) = (0.0, 0.0);
         const COUNT: u32 = 60_000;
         let mut random = support::Random(77);
@@ -425,7 +416,7 @@ fn lights_of_extreme_maps() {
     let config = StrataConfig { exponents: exponents.as_ptr(), ..strata_config(20) };
     let at = |scale: f32| {
         let map = Map::latlong(32, 16, |x, y| scale * (1 + x % 5 + y % 3) as f32);
-        lights(&map.config(0, 0), &config).map(|(lights, label)| (lights.len(), label))
+        lights(&map.light_config(0), &config).map(|(lights, label)| (lights.len(), label))
     };
     let expected = at(1.0).unwrap();
     assert!(expected.0 >= 20);
@@ -433,7 +424,7 @@ fn lights_of_extreme_maps() {
         assert_eq!(at(scale).as_ref(), Ok(&expected));
     }
     let map = Map::latlong(32, 16, |_, _| f32::MAX);
-    assert_eq!(lights(&map.config(0, 0), &strata_config(1)).unwrap_err(), Status::Overflow);
+    assert_eq!(lights(&map.light_config(0), &strata_config(1)).unwrap_err(), Status::Overflow);
 }
 
 /// The kernel's own defaults are those of the C boundary, which are the paper's.
@@ -443,7 +434,7 @@ fn kernel_and_boundary_have_the_same_defaults() {
     let (width, height) = (256, 128);
     let map = Map::latlong(width, height, |x, y| if x / 2 % 50 == 9 && y / 2 == 30 { 300.0 } else { 1.0 });
     for count in [60, 100] {
-        let (lights, label) = lights(&map.config(0, 0), &strata_config(count)).unwrap();
+        let (lights, label) = lights(&map.light_config(0), &strata_config(count)).unwrap();
         let strata = run(&Config::new(width, height, count), &map.pixels);
         assert_eq!((strata.centres.len(), strata.label), (lights.len(), label), "{count} lights");
     }
@@ -460,7 +451,7 @@ fn small_bright_regions_get_fewer_lights_by_the_metric_than_by_light_alone() {
     });
     let in_the_middle = |exponents: [f32; 2], angle_limit: f32| {
         let config = StrataConfig { angle_limit, exponents: exponents.as_ptr(), ..strata_config(200) };
-        let (lights, _) = lights(&map.config(0, 0), &config).unwrap();
+        let (lights, _) = lights(&map.light_config(0), &config).unwrap();
         let azimuth = |l: &Light| l.direction[1].atan2(l.direction[0]).abs();
         let within = |l: &&Light| std::f32::consts::PI - azimuth(l) < 0.15 && l.direction[2].abs() < 0.15;
         lights.iter().filter(within).count()
@@ -471,7 +462,7 @@ fn small_bright_regions_get_fewer_lights_by_the_metric_than_by_light_alone() {
     assert!(area <= 3 && light > 100, "{area} {light}");
     let config = strata_config(200);
     let written_out = StrataConfig { exponents: PAPERS.as_ptr(), angle_limit: 0.01, levels: 6, ..config };
-    assert_eq!(lights(&map.config(0, 0), &written_out).unwrap(), lights(&map.config(0, 0), &config).unwrap());
+    assert_eq!(lights(&map.light_config(0), &written_out).unwrap(), lights(&map.light_config(0), &config).unwrap());
 }
 
 static PAPERS: [f32; 2] = [1.0, 0.25];
@@ -489,21 +480,23 @@ fn bad_maps_and_configs_are_refused() {
         StrataConfig { exponents: NEGATIVE.as_ptr(), ..good },
         StrataConfig { exponents: NOT_A_NUMBER.as_ptr(), ..good },
     ] {
-        assert_eq!(lights(&map.config(0, 0), &bad).err(), Some(Status::InvalidArgument));
+        assert_eq!(lights(&map.light_config(0), &bad).err(), Some(Status::InvalidArgument));
     }
     let octahedral = Map::latlong(8, 8, |_, _| 1.0);
-    let config = EnvironmentConfig { layout: WIS_LAYOUT_OCTAHEDRAL, ..octahedral.config(0, 0) };
+    let at_poles = map.light_config(WIS_ENVIRONMENT_ROWS_AT_POLES);
+    assert_eq!(lights(&at_poles, &good).err(), Some(Status::InvalidArgument));
+    let config = LightConfig { layout: WIS_LAYOUT_OCTAHEDRAL, ..octahedral.light_config(0) };
     assert_eq!(lights(&config, &good).err(), Some(Status::InvalidArgument));
     let mut invalid = map.clone();
     invalid.pixels[9] = f32::NAN;
-    assert_eq!(lights(&invalid.config(0, 0), &good).err(), Some(Status::InvalidTexel));
+    assert_eq!(lights(&invalid.light_config(0), &good).err(), Some(Status::InvalidTexel));
     invalid.pixels[30] = f32::INFINITY;
-    let (sound, _) = lights(&invalid.config(0, WIS_WAVELET_LIGHT_SANITISE), &good).unwrap();
+    let (sound, _) = lights(&invalid.light_config(WIS_ENVIRONMENT_SANITISE), &good).unwrap();
     assert!(!sound.is_empty() && sound.iter().all(|l| l.luminance.is_finite()));
     let black = Map::latlong(16, 8, |_, _| 0.0);
-    assert_eq!(lights(&black.config(0, 0), &good).unwrap(), (vec![], vec![0; 128]));
+    assert_eq!(lights(&black.light_config(0), &good).unwrap(), (vec![], vec![0; 128]));
     let nothing = Map::latlong(16, 8, |_, _| f32::NAN);
-    assert_eq!(lights(&nothing.config(0, 0), &good).err(), Some(Status::InvalidTexel));
-    assert_eq!(lights(&nothing.config(0, WIS_WAVELET_LIGHT_SANITISE), &good).unwrap(), (vec![], vec![0; 128]));
-    assert_eq!(lights(&map.config(0, 0), &strata_config(0)).unwrap().0, vec![]);
+    assert_eq!(lights(&nothing.light_config(0), &good).err(), Some(Status::InvalidTexel));
+    assert_eq!(lights(&nothing.light_config(WIS_ENVIRONMENT_SANITISE), &good).unwrap(), (vec![], vec![0; 128]));
+    assert_eq!(lights(&map.light_config(0), &strata_config(0)).unwrap().0, vec![]);
 }

@@ -1,5 +1,5 @@
 /* A consumer in C99: builds an environment and a product on the heap and compares the pdf of each sample with pdf(wi). */
-#include <wis.h>
+#include <wis_wavelets.h>
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -23,11 +23,19 @@ bool densities_agree(const wis::environment &environment, const wis::product &pr
 }
 
 bool lights_carry_the_power(const std::vector<float> &pixels, const wis::environment &environment) {
+    const wis_wavelet_light_config same = map_config(pixels);
+    auto map = wis::sized<wis_environment_config>();
+    map.layout = same.layout;
+    map.width = same.width;
+    map.height = same.height;
+    map.channels = same.channels;
+    map.format = same.format;
+    map.pixels = same.pixels;
     auto config = wis::sized<wis_strata_config>();
     config.count = 20;
     wis::lights lights;
     double power = 0.0, sum = 0.0;
-    if (lights.init(map_config(pixels), config) != WIS_OK) return false;
+    if (lights.init(map, config) != WIS_OK) return false;
     if (wis_wavelet_light_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
     for (const wis_light &light : lights) sum += light.luminance;
     return lights.size() > 0 && sum > 0.999 * power && sum < 1.001 * power;

@@ -1,7 +1,7 @@
 /* What the consumers in C sample: a dim sky with one bright texel above a Lambert surface. Needs no C library. */
 #ifndef SCENE_H
 #define SCENE_H
-#include <wis.h>
+#include <wis_wavelets.h>
 
 enum { SCENE_WIDTH = 16, SCENE_HEIGHT = 8, SCENE_FLOATS = 3 * SCENE_WIDTH * SCENE_HEIGHT, SCENE_SAMPLES = 64 };
 

@@ -1,5 +1,5 @@
 /* The library without a C library or a heap: builds, prepares and samples in static arrays; answers the exit code. */
-#include <wis.h>
+#include <wis_wavelets.h>
 
 #include "../consumers/scene.h"
 

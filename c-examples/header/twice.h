@@ -1,6 +1,10 @@
-/* The header stands alone, may be included twice, and keeps its promise on the size of a query. */
+/* Headers may be included in any order and twice, and keep their promise on the size of a query. */
+#include <wis_wavelets.h>
 #include <wis.h>
 #include <wis.h>
+#include <wis_lights.h>
+#include <wis_lights.h>
+#include <wis_wavelets.h>
 
 typedef char query_is_192_bytes[sizeof(wis_wavelet_query) == 192 ? 1 : -1];
 

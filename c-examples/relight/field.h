@@ -9,7 +9,7 @@
 #include "../render/light.h"
 #include "../render/parallel.h"
 #include "tracer.h"
-#include "wis.h"
+#include "wis_wavelets.h"
 
 /* Lobes about the directions of a grid. */
 typedef struct Grid {

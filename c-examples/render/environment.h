@@ -3,7 +3,7 @@
 #define RENDER_ENVIRONMENT_H
 
 #include "light.h"
-#include "wis.h"
+#include "wis_wavelets.h"
 
 typedef struct Environment {
     void *memory; /* what the handle points into, from malloc */

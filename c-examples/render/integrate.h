@@ -9,7 +9,7 @@
 #include "light.h"
 #include "scene.h"
 #include "vec3.h"
-#include "wis.h"
+#include "wis_wavelets.h"
 
 typedef enum Method {
     METHOD_ENVIRONMENT,     /* the light's density alone */

@@ -3,7 +3,7 @@
 #define RENDER_MATERIAL_H
 
 #include "vec3.h"
-#include "wis.h"
+#include "wis_wavelets.h"
 
 #define MATERIAL_LOBES 2
 

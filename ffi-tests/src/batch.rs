@@ -105,7 +105,7 @@ impl Batch {
     }
 
     /// Adds samples of a density of the library, with its pdfs.
-    pub fn from_density(&mut self, density: &impl Density, count: usize) -> client::Result<()> {
+    pub fn from_density(&mut self, density: &dyn Density, count: usize) -> client::Result<()> {
         self.points(Stream::Light, count);
         let first = self.grow(count);
         self.drawn.resize(count, [0.0; 3]);
@@ -157,7 +157,7 @@ impl Batch {
     }
 
     /// Asks the library for the pdfs of those samples that have none of it.
-    pub fn ask(&mut self, density: &impl Density) -> client::Result<()> {
+    pub fn ask(&mut self, density: &dyn Density) -> client::Result<()> {
         let first = self.pdf_drawn.len();
         self.drawn.clear();
         self.drawn.extend((first..self.count).map(|i| self.wi.get(i).to_array()));

@@ -58,11 +58,13 @@ impl fmt::Debug for Failure {
 
 impl std::error::Error for Failure {}
 
-fn check(status: raw::wis_status) -> Result<()> {
+/// The status of a call as a result.
+pub fn check(status: raw::wis_status) -> Result<()> {
     check_with(status, raw::wis_diagnostic::default())
 }
 
-fn check_with(status: raw::wis_status, diagnostic: raw::wis_diagnostic) -> Result<()> {
+/// The same with what the library said of it.
+pub fn check_with(status: raw::wis_status, diagnostic: raw::wis_diagnostic) -> Result<()> {
     if status == raw::WIS_OK { Ok(()) } else { Err(Failure { status, diagnostic }) }
 }
 
@@ -86,16 +88,18 @@ impl Block {
     }
 
     /// Gives back what lies behind the first `bytes`.
-    fn shorten(&mut self, bytes: usize) {
+    pub fn shorten(&mut self, bytes: usize) {
         self.0.truncate(bytes.div_ceil(size_of::<Unit>()));
         self.0.shrink_to_fit();
     }
 
-    fn start(&self) -> *const c_void {
+    /// Where it begins.
+    pub fn start(&self) -> *const c_void {
         self.0.as_ptr().cast()
     }
 
-    fn start_mut(&mut self) -> *mut c_void {
+    /// Where it begins, to write.
+    pub fn start_mut(&mut self) -> *mut c_void {
         self.0.as_mut_ptr().cast()
     }
 }
@@ -149,50 +153,78 @@ impl<'a> Map<'a> {
         Map { layout: raw::WIS_LAYOUT_OCTAHEDRAL, ..Map::latlong(side, side, 1, texels) }
     }
 
+    /// The format, the array, the function and its argument that give the texels.
+    fn source(&self) -> (u32, *const c_void, raw::wis_row_fn, *mut c_void) {
+        match &self.texels {
+            Texels::F32(texels) => (raw::WIS_FORMAT_F32, texels.as_ptr().cast(), None, null_mut()),
+            Texels::F16(texels) => (raw::WIS_FORMAT_F16, texels.as_ptr().cast(), None, null_mut()),
+            Texels::RowsF32(rows) => {
+                (raw::WIS_FORMAT_F32, null(), Some(row_f32), std::ptr::from_ref(rows).cast_mut().cast())
+            }
+            Texels::RowsF16(rows) => {
+                (raw::WIS_FORMAT_F16, null(), Some(row_f16), std::ptr::from_ref(rows).cast_mut().cast())
+            }
+        }
+    }
+
+    /// The map as wis.h describes it, for a nearest client.
+    fn environment_config(&self, world_from_map: &[f32; 9]) -> raw::wis_environment_config {
+        let (format, pixels, row, row_user) = self.source();
+        let sanitise = self.flags & raw::WIS_WAVELET_LIGHT_SANITISE != 0;
+        raw::wis_environment_config {
+            size: size_of::<raw::wis_environment_config>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format,
+            filter: raw::WIS_FILTER_NEAREST,
+            flags: if sanitise { raw::WIS_ENVIRONMENT_SANITISE } else { 0 },
+            error_budget: 0.0,
+            pixels,
+            row_stride: 0,
+            row,
+            row_user,
+            world_from_map: world_from_map.as_ptr(),
+        }
+    }
+
     fn config(&self) -> raw::wis_wavelet_light_config {
-        let mut config = raw::wis_wavelet_light_config {
+        let (format, pixels, row, row_user) = self.source();
+        raw::wis_wavelet_light_config {
             size: size_of::<raw::wis_wavelet_light_config>() as u32,
             layout: self.layout,
             width: self.width,
             height: self.height,
             channels: self.channels,
-            format: raw::WIS_FORMAT_F32,
+            format,
             flags: self.flags,
             storage: self.storage,
             resolution: self.resolution,
             error_budget: self.error_budget,
-            pixels: null(),
+            pixels,
             row_stride: 0,
-            row: None,
-            row_user: null_mut(),
-        };
-        match &self.texels {
-            Texels::F32(texels) => config.pixels = texels.as_ptr().cast(),
-            Texels::F16(texels) => {
-                config.format = raw::WIS_FORMAT_F16;
-                config.pixels = texels.as_ptr().cast();
-            }
-            Texels::RowsF32(rows) => {
-                config.row = Some(row_f32);
-                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
-            }
-            Texels::RowsF16(rows) => {
-                config.format = raw::WIS_FORMAT_F16;
-                config.row = Some(row_f16);
-                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
-            }
+            row,
+            row_user,
         }
-        config
     }
 }
 
-unsafe extern "C" fn row_f32(user: *mut c_void, y: u32) -> *const c_void {
-    // SAFETY: `Map::config` gave this pointer, and the map outlives the build.
+/// A row callback whose user pointer leads to a function of rows.
+///
+/// # Safety
+/// `user` points to a reference to such a function, which is alive.
+pub unsafe extern "C" fn row_f32(user: *mut c_void, y: u32) -> *const c_void {
+    // SAFETY: the configuration gave this pointer, and the map outlives the build.
     let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const f32 + Sync)>() };
     rows(y).cast()
 }
 
-unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
+/// A row callback of 16-bit floats.
+///
+/// # Safety
+/// As for [`row_f32`].
+pub unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
     // SAFETY: as in `row_f32`.
     let rows = unsafe { &*user.cast::<&(dyn Fn(u32) -> *const u16 + Sync)>() };
     rows(y).cast()
@@ -1161,16 +1193,13 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// Cuts a map; the config's matrix is `world_from_map`, and its size is filled in.
+    /// Cuts a map; the size of the config is filled in.
     pub fn new(map: &Map, world_from_map: &[f32; 9], config: &raw::wis_strata_config) -> Result<Strata> {
-        let config = raw::wis_strata_config {
-            size: size_of::<raw::wis_strata_config>() as u32,
-            world_from_map: world_from_map.as_ptr(),
-            ..*config
-        };
+        let config = raw::wis_strata_config { size: size_of::<raw::wis_strata_config>() as u32, ..*config };
+        let map_config = map.environment_config(world_from_map);
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_strata_size(&map.config(), &config, &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_strata_size(&map_config, &config, &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         let mut lights = vec![raw::wis_light::default(); size.bytes / size_of::<raw::wis_light>()];
         let mut label = vec![0; map.width as usize * map.height as usize];
@@ -1178,7 +1207,7 @@ impl Strata {
         // SAFETY: the lights and the scratch memory are as large as was asked for, the labels as the map.
         let status = unsafe {
             raw::wis_strata_lights(
-                &map.config(),
+                &map_config,
                 &config,
                 scratch.start_mut(),
                 scratch.bytes(),
@@ -1197,16 +1226,16 @@ impl Strata {
     pub fn jitter(&self, map: &Map, world_from_map: &[f32; 9], distribution: u32) -> Result<Jitter> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
         let count = self.lights.len() as u32;
+        let map_config = map.environment_config(world_from_map);
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_jitter_size(&map.config(), count, &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_jitter_size(&map_config, count, &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
         let mut handle = null();
         // SAFETY: the blocks are as large as was asked for, the labels as the map.
         let status = unsafe {
             raw::wis_jitter_init(
-                &map.config(),
-                world_from_map.as_ptr(),
+                &map_config,
                 count,
                 self.label.as_ptr(),
                 distribution,

@@ -5,9 +5,11 @@ use crate::batch::{Batch, Stream};
 use crate::client::{self, Environment, Preparation, raw};
 use crate::cost::Cost;
 use crate::dense::{Dense, Grid};
+use crate::environment;
 use crate::lanes::F8;
 use crate::library::Library;
 use crate::light::Light;
+use crate::lightonly::Sources;
 use crate::material::{Bsdf, Material};
 use crate::method::{Limit, Method};
 use crate::pool::Curve;
@@ -19,7 +21,11 @@ use glam::Vec3;
 /// A light as the estimators need it.
 pub struct Lit<'a> {
     pub light: &'a Light,
+    /// The light of version 0.1.
     pub environment: &'a Environment,
+    /// The light in small tables.
+    pub tables: environment::Environment,
+    pub sources: Option<Sources>,
     pub plain: Texels,
     pub compensated: Texels,
     pub strata: Stratified,
@@ -35,7 +41,17 @@ impl<'a> Lit<'a> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
         let strata = Stratified::new(light)?;
         let has_sun = plain.largest() > 0.1;
-        Ok(Lit { light, environment, plain, compensated, strata, grid: Grid::new(light), has_sun })
+        let tables = light.tables(0, 0.0)?;
+        let (grid, sources) = (Grid::new(light), None);
+        Ok(Lit { light, environment, tables, sources, plain, compensated, strata, grid, has_sun })
+    }
+
+    /// With what is needed to sample the light alone in other ways.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn with_sources(self) -> client::Result<Lit<'a>> {
+        Ok(Lit { sources: Some(Sources::new(self.light)?), ..self })
     }
 }
 
@@ -44,6 +60,8 @@ impl<'a> Lit<'a> {
 pub struct Setting<'a> {
     pub light: &'a Light,
     pub environment: &'a Environment,
+    pub tables: &'a environment::Environment,
+    pub sources: Option<&'a Sources>,
     pub material: &'a Material,
     pub plain: &'a Texels,
     pub compensated: &'a Texels,
@@ -51,16 +69,34 @@ pub struct Setting<'a> {
     grid: &'a Grid,
     pub has_sun: bool,
     pub preparation: Preparation,
+    /// Candidates for each ray of wis_direct; 0: the library's choice.
+    pub candidates: usize,
     /// What the client spends besides.
     pub cost: Cost,
 }
 
 impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
-        let &Lit { light, environment, ref plain, ref compensated, ref strata, ref grid, has_sun } = lit;
+        let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, has_sun, .. } =
+            lit;
+        let sources = lit.sources.as_ref();
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-        let cost = Cost::CHEAP;
-        Setting { light, environment, material, plain, compensated, strata, grid, has_sun, preparation, cost }
+        let (candidates, cost) = (0, Cost::CHEAP);
+        Setting {
+            light,
+            environment,
+            tables,
+            sources,
+            material,
+            plain,
+            compensated,
+            strata,
+            grid,
+            has_sun,
+            preparation,
+            candidates,
+            cost,
+        }
     }
 
     /// The same at another cost.
@@ -125,6 +161,7 @@ impl Estimator {
         match method.into() {
             Method::Peer(peer) => sampler.peer(peer, setting, &bsdf, n)?,
             Method::Library(mode) => library.estimate(mode, sampler, (setting, point, &bsdf), pass, n)?,
+            Method::Light(light) => sampler.light_only(light, library.sampler(), (setting, &bsdf), n)?,
             Method::Limit(limit) => {
                 if *dense_for != Some((point.pixel, point.hit)) {
                     dense.prepare(setting.grid, &bsdf);

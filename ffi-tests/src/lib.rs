@@ -1,6 +1,7 @@
 //! Instruments that use the release library as a client does: through its C header only.
 
 pub mod batch;
+pub mod bilinear;
 pub mod client;
 pub mod cold;
 pub mod cornell;
@@ -9,6 +10,7 @@ pub mod data;
 pub mod dense;
 pub mod directions;
 pub mod embree;
+pub mod environment;
 pub mod estimator;
 pub mod grid;
 pub mod hardcases;
@@ -17,6 +19,7 @@ pub mod lanes;
 pub mod layout;
 pub mod library;
 pub mod light;
+pub mod lightonly;
 pub mod material;
 pub mod measure;
 pub mod measured;
@@ -24,6 +27,7 @@ pub mod merl;
 pub mod mesh;
 pub mod method;
 pub mod peers;
+pub mod piecewise;
 pub mod plot;
 pub mod points;
 pub mod pool;

@@ -3,12 +3,14 @@
 
 use crate::batch::{Batch, Stream};
 use crate::client::{self, Block, Density, Preparation, Product, raw};
+use crate::environment;
 use crate::estimator::{Pick, Sampler, Setting};
 use crate::lanes::F8;
 use crate::material::{Bsdf, Material};
 use crate::peers::balance;
 use crate::scene::ShadingPoint;
 use glam::Vec3;
+use std::cell::RefCell;
 
 /// A mode of the library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,11 +39,14 @@ pub enum Mode {
     PoolPrior(usize),
     /// The pool with candidates of the product instead of the light.
     TreePool(usize),
+    /// The rays that wis_direct answers.
+    Direct,
 }
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 11] = [
+    pub const ALL: [Mode; 12] = [
+        Mode::Direct,
         Mode::Rule,
         Mode::Product,
         Mode::ProductMis,
@@ -57,6 +62,7 @@ impl Mode {
 
     pub fn name(self) -> &'static str {
         match self {
+            Mode::Direct => "direct",
             Mode::Rule => "wis by rule",
             Mode::Product => "wis",
             Mode::ProductMis => "wis + MIS",
@@ -148,7 +154,18 @@ pub struct Library {
     /// What other pixels saw, for the modes that take it.
     pub prior: raw::wis_prior,
     pool: Pool,
+    sampler: RefCell<environment::Sampler>,
+    direct: Direct,
 }
+
+/// The material of the setting and the rays of a call.
+struct Direct {
+    material: raw::wis_material,
+    rays: Vec<raw::wis_ray>,
+}
+
+/// Rays of a call to wis_direct at most.
+const RAYS: usize = 64;
 
 /// What the library's pool chose, its memory, and the factors of a prior.
 #[derive(Default)]
@@ -163,7 +180,14 @@ impl Library {
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
         let (product, shared, pool) = (setting.preparation.memory()?, Shared::default(), Pool::default());
-        Ok(Library { product, hits, shared, prior: client::prior(), pool })
+        let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, hits)?);
+        let direct = Direct { material: environment::material(&setting.material.lobes())?, rays: Vec::new() };
+        Ok(Library { product, hits, shared, prior: client::prior(), pool, sampler, direct })
+    }
+
+    /// What calls on the new light take.
+    pub fn sampler(&self) -> &RefCell<environment::Sampler> {
+        &self.sampler
     }
 
     /// Estimates by a mode. The sampler has begun the point's sequences.
@@ -179,7 +203,7 @@ impl Library {
         n: usize,
     ) -> client::Result<()> {
         let mode = if mode == Mode::Rule { by_rule(setting, n, self.hits) } else { mode };
-        let Library { product, hits, shared, prior, pool } = self;
+        let Library { product, hits, shared, prior, pool, sampler: own, direct } = self;
         match mode {
             Mode::Product | Mode::Rule => sampler.density(&prepare(setting, point, product)?, setting, bsdf, n),
             Mode::ProductMis => sampler.density_mis(&prepare(setting, point, product)?, setting, bsdf, n),
@@ -201,6 +225,13 @@ impl Library {
             Mode::Prior => {
                 let preparation = Preparation { prior: Some(*prior), ..setting.preparation };
                 sampler.density(&prepare_by(setting, point, &preparation, product)?, setting, bsdf, n)
+            }
+            Mode::Direct => {
+                let own = own.get_mut();
+                if point.hit == 0 {
+                    own.begin_pixel()?;
+                }
+                direct.estimate(own, sampler, (setting, point, bsdf), pass, n)
             }
             Mode::Pool(k) => pool.of_light(sampler, setting, bsdf, (n, k), None),
             Mode::PoolPrior(k) => pool.of_light(sampler, setting, bsdf, (n, k), Some(prior)),
@@ -261,7 +292,11 @@ fn share(batch: &mut Batch, product: &Product, count: usize, samples: &mut Vec<(
 }
 
 impl Sampler {
-    fn density(&mut self, density: &impl Density, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+    /// Samples of a density alone.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn density(&mut self, density: &dyn Density, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         self.batch.from_density(density, n)?;
         self.evaluate(setting, bsdf);
         self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(n as f32));
@@ -269,7 +304,17 @@ impl Sampler {
         Ok(())
     }
 
-    fn density_mis(&mut self, density: &impl Density, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
+    /// Half of a density and half of the BRDF, by the balance heuristic; a single sample tosses a coin.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn density_mis(
+        &mut self,
+        density: &dyn Density,
+        setting: &Setting,
+        bsdf: &Bsdf,
+        n: usize,
+    ) -> client::Result<()> {
         let (counts, expected) = self.halves(n);
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);
@@ -292,6 +337,31 @@ impl Sampler {
     }
 }
 
+impl Direct {
+    /// The client's loop: BRDF and radiance are evaluated for the rays alone.
+    fn estimate(
+        &mut self,
+        own: &mut environment::Sampler,
+        sampler: &mut Sampler,
+        (setting, point, bsdf): (&Setting, &ShadingPoint, &Bsdf),
+        pass: u32,
+        n: usize,
+    ) -> client::Result<()> {
+        let mut at = setting.material.point(point, &self.material);
+        // A repeat has another seed, as another pixel has.
+        (at.seed, at.turn) = (client::pixel_seed(point.pixel, pass), point.hit);
+        self.rays.resize(n, Default::default());
+        let count = own.direct(setting.tables, &at, &mut self.rays)?;
+        for ray in &self.rays[..count] {
+            sampler.batch.push_drawn(ray.wi, 1.0 / ray.weight);
+        }
+        sampler.evaluate(setting, bsdf);
+        sampler.batch.weigh_by_drawn(|density, _| density);
+        sampler.take_all();
+        Ok(())
+    }
+}
+
 impl Pool {
     fn of_light(
         &mut self,
@@ -309,7 +379,7 @@ impl Pool {
     /// rest.
     fn of_density(
         &mut self,
-        density: &impl Density,
+        density: &dyn Density,
         sampler: &mut Sampler,
         setting: &Setting,
         bsdf: &Bsdf,

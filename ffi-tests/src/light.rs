@@ -1,13 +1,15 @@
-//! Environment maps as the renderer knows them: read from files or made here, looked up to the nearest texel, and
-//! built into the library's environment.
+//! Environment maps as the renderer knows them: read from files or made here, looked up to the nearest texel or
+//! bilinearly, and built into the library's environment.
 //!
 //! The world's z axis points up. A lat-long map is mirrored on the way, since images show the sphere from inside.
 
-use crate::client::{Environment, Light as Distribution, Map, raw};
+use crate::bilinear::{self, Bilinear};
+use crate::client::{Environment, Light as Distribution, Map, Texels, raw};
+use crate::environment;
 use crate::lanes::{F8, LANES, V8};
 use crate::layout::{Layout, Position};
 use anyhow::{Context, Result, bail};
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -24,6 +26,8 @@ pub struct Light {
     height: usize,
     luminance: Vec<f32>,
     map_from_world: Mat3,
+    /// For a client that interpolates.
+    filter: Option<Bilinear>,
 }
 
 impl From<panorama::Panorama> for Light {
@@ -62,20 +66,71 @@ impl Light {
     /// A lat-long map with its first row up.
     pub fn latlong(name: &str, width: usize, height: usize, luminance: Vec<f32>) -> Light {
         let map_from_world = Mat3::from_diagonal(Vec3::new(1.0, -1.0, 1.0));
-        Light { name: name.into(), layout: Layout::LatLong, width, height, luminance, map_from_world }
+        Light { name: name.into(), layout: Layout::LatLong, width, height, luminance, map_from_world, filter: None }
     }
 
     /// Six faces in the order of WIS_LAYOUT_CUBE, +y up.
     fn cube(name: &str, side: usize, luminance: Vec<f32>) -> Light {
         let map_from_world = Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y);
         let (width, height) = (side, 6 * side);
-        Light { name: name.into(), layout: Layout::Cube, width, height, luminance, map_from_world }
+        Light { name: name.into(), layout: Layout::Cube, width, height, luminance, map_from_world, filter: None }
     }
 
     /// A light probe, +y up, with the world's +y in the middle, as it is in a cross.
     fn angular(name: &str, side: usize, luminance: Vec<f32>) -> Light {
         let map_from_world = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
-        Light { name: name.into(), layout: Layout::Angular, width: side, height: side, luminance, map_from_world }
+        Light {
+            name: name.into(),
+            layout: Layout::Angular,
+            width: side,
+            height: side,
+            luminance,
+            map_from_world,
+            filter: None,
+        }
+    }
+
+    /// The same light, looked up bilinearly; not for light probes.
+    pub fn bilinear(self) -> Light {
+        let filter = Some(Bilinear::new(self.layout, self.size(), &self.luminance));
+        Light { filter, ..self }
+    }
+
+    /// Whether it is looked up bilinearly.
+    pub fn is_bilinear(&self) -> bool {
+        self.filter.is_some()
+    }
+
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    pub fn map_from_world(&self) -> Mat3 {
+        self.map_from_world
+    }
+
+    /// A direction of the map's frame in the world's.
+    pub fn to_world(&self, d: DVec3) -> DVec3 {
+        self.map_from_world.transpose().as_dmat3() * d
+    }
+
+    /// A smooth sky with a sun of `side` x `side` texels, 10^5 times as bright, whose first texel stands at a column and a
+    /// row.
+    pub fn unclipped(name: &str, width: usize, side: usize, [column, row]: [usize; 2]) -> Light {
+        let sky = Light::procedural(name, width, |d| if d.z > 0.0 { 0.4 + 0.6 * (1.0 - d.z).powi(3) } else { 0.12 });
+        let mut luminance = sky.luminance;
+        for (i, j) in (0..side).flat_map(|j| (0..side).map(move |i| (i, j))) {
+            luminance[(row + j) * width + (column + i) % width] = 1e5;
+        }
+        Light { luminance, ..Light::latlong(name, width, width / 2, Vec::new()) }
+    }
+
+    /// A sky without a sun that is smooth everywhere.
+    pub fn sky(width: usize) -> Light {
+        Light::procedural("sky", width, |d| {
+            let glow = (-(1.0 - d.dot(direction(0.9, 0.6))) * 4.0).exp();
+            0.4 + 0.2 * d.z + 0.3 * (-8.0 * d.z * d.z).exp() + glow
+        })
     }
 
     /// A clear sky with a sun of half a degree.
@@ -140,7 +195,40 @@ impl Light {
 
     /// Luminance from a world direction.
     pub fn radiance(&self, wi: Vec3) -> f32 {
-        self.luminance[self.texels(V8::splat(wi)).0[0]]
+        match &self.filter {
+            Some(_) => self.interpolated(V8::splat(wi)).map_or(0.0, |l| l.as_array_ref()[0]),
+            None => self.luminance[self.texels(V8::splat(wi)).0[0]],
+        }
+    }
+
+    /// Luminance from world directions, of a light that is looked up bilinearly.
+    #[inline]
+    pub fn interpolated(&self, wi: V8) -> Option<F8> {
+        let filter = self.filter.as_ref()?;
+        Some(filter.at(self.layout.position(self.size(), turned(&self.map_from_world, wi))))
+    }
+
+    /// Luminance from a world direction, found in double precision; not of light probes.
+    pub fn exact(&self, wi: Vec3) -> f64 {
+        let d = self.map_from_world.as_dmat3() * wi.as_dvec3();
+        if let Some(filter) = &self.filter {
+            return filter.exact(d);
+        }
+        let [x, y] = bilinear::position(self.layout, self.size(), d).map(|c| c as usize);
+        f64::from(self.luminance[y.min(self.height - 1) * self.width + x.min(self.width - 1)])
+    }
+
+    /// The mean luminance over the sphere; not of light probes.
+    pub fn mean(&self) -> f64 {
+        let angles = self.solid_angles();
+        let texels = self.means();
+        let sum: f64 = texels.iter().zip(&angles).map(|(&l, a)| f64::from(l) * a).sum();
+        sum / angles.iter().sum::<f64>()
+    }
+
+    /// The mean of the look-up over each texel.
+    pub fn means(&self) -> Vec<f32> {
+        self.filter.as_ref().map_or_else(|| self.luminance.clone(), Bilinear::means)
     }
 
     /// The texels that world directions look up, and how many of them there are in a unit of solid angle.
@@ -203,17 +291,18 @@ impl Light {
     /// Tells lights apart by their texels.
     pub fn fingerprint(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        (self.width, self.height).hash(&mut hasher);
+        (self.width, self.height, self.is_bilinear()).hash(&mut hasher);
         self.luminance.iter().for_each(|texel| texel.to_bits().hash(&mut hasher));
         hasher.finish()
     }
 
-    /// Builds the environment with both distributions, for nearest look-up.
+    /// Builds version 0.1's environment with both distributions, for the client's look-up.
     ///
     /// # Errors
     /// Those of the library.
     pub fn environment(&self) -> crate::client::Result<Environment> {
-        let flags = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_COMPENSATED;
+        let nearest = if self.is_bilinear() { 0 } else { raw::WIS_WAVELET_LIGHT_NEAREST };
+        let flags = nearest | raw::WIS_WAVELET_LIGHT_COMPENSATED;
         let map = Map::latlong(self.width as u32, self.height as u32, 1, &self.luminance);
         match self.layout {
             Layout::LatLong => Environment::new(&Map { flags, ..map }),
@@ -224,6 +313,33 @@ impl Light {
                 Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_COMPENSATED, ..Map::octahedral(side, &texels) })
             }
         }
+    }
+
+    /// Builds the light in small tables, with `WIS_ENVIRONMENT_*` and an error budget, for the client's look-up.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn tables(&self, flags: u32, error_budget: f32) -> crate::client::Result<environment::Environment> {
+        let filter = if self.is_bilinear() { raw::WIS_FILTER_BILINEAR } else { raw::WIS_FILTER_NEAREST };
+        let world_from_map = Some(self.world_from_map());
+        let map = environment::Map { filter, flags, error_budget, world_from_map, ..self.map() };
+        match self.layout {
+            Layout::LatLong => environment::Environment::new(&map),
+            Layout::Cube => environment::Environment::new(&environment::Map { layout: raw::WIS_LAYOUT_CUBE, ..map }),
+            Layout::Angular => {
+                let side = self.width.max(self.height).next_power_of_two() as u32;
+                let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
+                let (layout, texels) = (raw::WIS_LAYOUT_OCTAHEDRAL, Texels::F32(&texels));
+                // Its cells are means of texels: between them is the better guess.
+                let filter = raw::WIS_FILTER_BILINEAR;
+                let map = environment::Map { layout, filter, width: side, height: side, texels, ..map };
+                environment::Environment::new(&map)
+            }
+        }
+    }
+
+    fn map(&self) -> environment::Map<'_> {
+        environment::Map::latlong(self.width as u32, self.height as u32, 1, Texels::F32(&self.luminance))
     }
 
     /// The light on an octahedral square whose frame `world` turns: means of `k` by `k` look-ups in each cell.

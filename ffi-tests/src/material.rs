@@ -142,6 +142,35 @@ impl Material {
         Product::prepare_callback(environment, &shape, &mut eval, preparation, memory)
     }
 
+    /// The shapes of the lobes that stand in for the BRDF in wis_direct; a measured one is taken for a diffuse and a glossy
+    /// lobe.
+    pub fn lobes(&self) -> Vec<raw::wis_lobe> {
+        let lobe = |kind, a| raw::wis_lobe { kind, a, b: a, eta: 0.0 };
+        let (alpha, diffuse, specular) = match self.measured {
+            Some(measured) => (measured.roughness() as f32, 0.5, 0.5),
+            None => (self.alpha, self.diffuse, self.specular),
+        };
+        let all = [(raw::WIS_LOBE_LAMBERT, diffuse, 0.0), (raw::WIS_LOBE_GGX, specular, alpha)];
+        all.into_iter().filter(|lobe| lobe.1 > 0.0).map(|(kind, _, a)| lobe(kind, a)).collect()
+    }
+
+    /// A shading point for wis_direct, with the material of `lobes`.
+    pub fn point(&self, point: &ShadingPoint, material: &raw::wis_material) -> raw::wis_point {
+        let (diffuse, specular) = if self.measured.is_some() { (0.5, 0.5) } else { (self.diffuse, self.specular) };
+        let mut weights = [diffuse, specular].into_iter().filter(|weight| *weight > 0.0);
+        let mut at = raw::wis_point {
+            size: size_of::<raw::wis_point>() as u32,
+            material,
+            normal: point.normal.to_array(),
+            wo: point.wo.to_array(),
+            ..Default::default()
+        };
+        for (weight, f0) in at.weight.iter_mut().zip(&mut at.f0) {
+            (*weight, *f0) = ([weights.next().unwrap_or(0.0); 3], [F0; 3]);
+        }
+        at
+    }
+
     /// The same BRDF as the library is told of it.
     pub fn query(&self, point: &ShadingPoint) -> raw::wis_wavelet_query {
         let grey = |w| [w; 3];

@@ -108,19 +108,8 @@ impl Row {
 /// Those of the library.
 pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: &Effort) -> Result<Cell> {
     let truth = Truth::new(reference, scene.hits);
-    let mut rows = Vec::new();
-    for method in Method::all().filter(|m| effort.methods.contains(&m.name())) {
-        if method.is_limit() {
-            rows.extend(limit(scene, setting, &truth, method, effort)?);
-            continue;
-        }
-        for &count in &effort.counts {
-            let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, &truth, method, pass, count));
-            let repeats = repeats.collect::<client::Result<_>>()?;
-            let times = time(scene, setting, method, count, effort.timed)?;
-            rows.push(Row { method: method.name(), count, times, repeats });
-        }
-    }
+    let methods = Method::all().filter(|m| effort.methods.contains(&m.name()));
+    let rows = rows(scene, setting, &truth, methods, effort)?;
     Ok(Cell {
         scene: scene.name.clone(),
         light: setting.light.name.clone(),
@@ -132,8 +121,35 @@ pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: 
     })
 }
 
+/// Errors and times of methods.
+///
+/// # Errors
+/// Those of the library.
+pub fn rows(
+    scene: &Scene,
+    setting: &Setting,
+    truth: &Truth,
+    methods: impl Iterator<Item = Method>,
+    effort: &Effort,
+) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for method in methods {
+        if method.is_limit() {
+            rows.extend(limit(scene, setting, truth, method, effort)?);
+            continue;
+        }
+        for &count in &effort.counts {
+            let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, truth, method, pass, count));
+            let repeats = repeats.collect::<client::Result<_>>()?;
+            let times = time(scene, setting, method, count, effort.timed)?;
+            rows.push(Row { method: method.name(), count, times, repeats });
+        }
+    }
+    Ok(rows)
+}
+
 /// The reference, its mean and the region of each point.
-struct Truth {
+pub struct Truth {
     hits: usize,
     values: Vec<[f64; 2]>,
     regions: Vec<usize>,
@@ -141,7 +157,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(reference: &Reference, hits: usize) -> Truth {
+    pub fn new(reference: &Reference, hits: usize) -> Truth {
         let values = pixels(&reference.values(), hits);
         let region = |[shadowed, unshadowed]: &[f64; 2]| match shadowed / unshadowed {
             v if v > 0.95 => 1,

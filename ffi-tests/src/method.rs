@@ -1,6 +1,7 @@
 //! The methods under comparison, and the lists of peers that the library is judged against.
 
 use crate::library::Mode;
+use crate::lightonly::LightOnly;
 use crate::peers::{Candidates, Peer};
 
 /// How to estimate the light that a point reflects.
@@ -10,6 +11,8 @@ pub enum Method {
     Peer(Peer),
     /// A mode of the library.
     Library(Mode),
+    /// A technique that knows nothing but the light, and MIS with the BRDF.
+    Light(LightOnly),
     /// A yardstick that no renderer could pay for.
     Limit(Limit),
 }
@@ -82,6 +85,7 @@ impl Method {
         match self {
             Method::Peer(peer) => peer.name(),
             Method::Library(mode) => mode.name().into(),
+            Method::Light(light) => light.name(),
             Method::Limit(Limit::Sampled) => "limit".into(),
             Method::Limit(Limit::Pooled) => "limit, pooled".into(),
         }
@@ -90,7 +94,7 @@ impl Method {
     /// Whether its mean is the integral.
     pub fn is_unbiased(self) -> bool {
         match self {
-            Method::Peer(_) => true,
+            Method::Peer(_) | Method::Light(_) => true,
             Method::Library(mode) => mode.is_unbiased(),
             // It leaves out what lies in cells whose centre is dark.
             Method::Limit(_) => false,

@@ -83,7 +83,7 @@ pub fn bootstrap_ratio(numerator: &[f64], denominator: &[f64]) -> [f64; 3] {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut resampled = |values: &[f64]| {
-        let picks = values.iter().map(|_| values[(next(&mut state) % values.len() as u64) as usize]);
+        let picks = values.iter().map(|_| values[(splitmix(&mut state) % values.len() as u64) as usize]);
         picks.sum::<f64>() / values.len() as f64
     };
     let ratios: Vec<f64> = (0..1000).map(|_| resampled(numerator) / resampled(denominator)).collect();
@@ -91,7 +91,7 @@ pub fn bootstrap_ratio(numerator: &[f64], denominator: &[f64]) -> [f64; 3] {
 }
 
 /// SplitMix64 (Steele et al. 2014).
-fn next(state: &mut u64) -> u64 {
+pub fn splitmix(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -28,10 +28,11 @@ impl Texels {
     fn new(light: &Light, weight: impl Fn(f64, f64) -> f64) -> Texels {
         let [width, height] = light.size();
         let solid_angle = light.solid_angles();
-        let radiance = light.luminance();
-        let total: f64 = radiance.iter().zip(&solid_angle).map(|(&l, a)| f64::from(l) * a).sum();
+        // What is interpolated reaches into neighbouring texels.
+        let (radiance, means) = (light.luminance(), light.means());
+        let total: f64 = means.iter().zip(&solid_angle).map(|(&l, a)| f64::from(l) * a).sum();
         let mean = total / solid_angle.iter().sum::<f64>();
-        let weighted = |i: usize| weight(f64::from(radiance[i]), mean) * solid_angle[i];
+        let weighted = |i: usize| weight(f64::from(means[i]), mean) * solid_angle[i];
         let mut weights: Vec<f64> = (0..width * height).map(weighted).collect();
         if weights.iter().all(|&w| w == 0.0) {
             weights.copy_from_slice(&solid_angle);
@@ -75,7 +76,7 @@ impl Texels {
         for i in 0..used.min(LANES) {
             [radiance[i], probability[i]] = self.looked_up[texels[i]];
         }
-        (F8::new(radiance), F8::new(probability) * density)
+        (light.interpolated(wi).unwrap_or(F8::new(radiance)), F8::new(probability) * density)
     }
 }
 

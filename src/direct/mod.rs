@@ -61,7 +61,8 @@ impl Kernel for Request<'_, '_> {
         let Request { light, frame, surface, turn, rays, candidates, out } = self;
         let draw = Draw { light, surface, turn };
         draw.run::<F>(candidates);
-        pick::pick(candidates, rays, turn.pick(), |ray, direction, weight| {
+        let half = candidates.x.len() / 2;
+        pick::pick(candidates, rays, turn.pick(half), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
                 let [x, y, z] = crate::light::density::to_world(frame, direction);
                 *out = Ray { wi: [x, y, z], weight };

@@ -1,9 +1,9 @@
 //! Direct light in C: the rays to trace at a hit.
 
-use super::light::{EnvironmentObject, environment};
-use super::material::{PointData, failure, point};
+use super::light::{EnvironmentObject, environment as view};
+use super::material::{PointData, failure, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
-use super::{Failure, out, slice_mut};
+use super::{Failure, out, pointer, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
 use crate::status::Status;
@@ -12,34 +12,35 @@ use crate::status::Status;
 /// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
-/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null. It takes about 30 ns for each candidate, of which a single ray has 16.
+/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
+/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a sequence of your own; they are read where hits share
+/// a product only. It takes about 30 ns for each candidate, of which a single ray has 16.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `ray` to `rays` elements.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_direct(
     sampler: *mut SamplerObject,
-    environment_object: *const EnvironmentObject,
-    shading_point: *const PointData,
+    environment: *const EnvironmentObject,
+    point: *const PointData,
     rays: u32,
     u: *const f32,
     ray: *mut Ray,
-    count: *mut u32,
+    ray_count: *mut u32,
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |sampler| {
-            let environment = environment(environment_object, 2)?;
-            let (data, material) = point(shading_point, 3)?;
+            let environment = view(environment, 2)?;
+            let (data, material) = read_point(point, 3)?;
             if rays > sampler.config().rays {
                 return Err(Failure::new(Status::InvalidArgument, 4));
             }
             if !u.is_null() {
-                return Err(Failure::new(Status::InvalidArgument, 5));
+                pointer(u, 5)?;
             }
             let room = slice_mut(ray, rays as usize, 6)?;
-            let counted = out(count, 7)?;
+            let counted = out(ray_count, 7)?;
             let at = Sequence { seed: data.seed, turn: data.turn, stream: data.stream };
             let got = sampler
                 .direct(&environment, &data.kernel(&material), at, rays as usize, room)

@@ -126,6 +126,16 @@ pub struct EnvironmentInfo {
     pub error: f64,
 }
 
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_wavelet_product_config)
+/// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
+/// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
+/// process, not in a file: another machine may lack the instructions, which wis_wavelet_product_size finds and later calls do not.
+/// Takes about 20 us in a virtual machine: call it once.
+#[unsafe(no_mangle)]
+pub extern "C" fn wis_cpu_detect() -> u32 {
+    crate::simd::detect()
+}
+
 /// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
 /// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_wavelet_light_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
 /// wis_wavelet_light_finish may then be called again).

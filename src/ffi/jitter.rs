@@ -1,10 +1,10 @@
 //! Places inside strata in C.
 
-use super::environment::EnvironmentConfig;
+use super::light::LightConfig;
 use super::strata::{decode_luminance, read_map};
 use super::{
-    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, frame, out,
-    slice, slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, out, slice,
+    slice_mut,
 };
 use crate::descent::Sample;
 use crate::jitter::{self, Jitter as Table, Parts};
@@ -106,7 +106,7 @@ impl Header {
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_jitter_size(
-    map: *const EnvironmentConfig,
+    map: *const LightConfig,
     light_count: u32,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -126,14 +126,13 @@ pub unsafe extern "C" fn wis_jitter_size(
 
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
 /// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
-/// WIS_JITTER_*. `world_from_map` as in wis_strata_config; null is the identity.
+/// WIS_JITTER_*. `map` as in wis_strata_size.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_jitter_init(
-    map: *const EnvironmentConfig,
-    world_from_map: *const [f32; 9],
+    map: *const LightConfig,
     light_count: u32,
     label: *const u32,
     distribution: u32,
@@ -148,17 +147,16 @@ pub unsafe extern "C" fn wis_jitter_init(
         // SAFETY: the caller's contract; the parts of the blocks do not overlap.
         unsafe {
             let (map, rows) = read_map(map)?;
-            let frame = frame(world_from_map, 2)?;
             let size = [map.pixels.width, map.pixels.height];
             let layout = Layout::new(size, light_count).ok_or(Failure::new(Status::Overflow, 1))?;
-            let labels: &[u32] = slice(label, layout.texels, 4)?;
+            let labels: &[u32] = slice(label, layout.texels, 3)?;
             if distribution > WIS_JITTER_ENERGY {
-                return Err(Failure::new(Status::InvalidArgument, 5));
+                return Err(Failure::new(Status::InvalidArgument, 4));
             }
-            let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, 6)?;
+            let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, 5)?;
             let needed = (layout.texels * size_of::<f64>()).next_multiple_of(WIS_ALIGNMENT);
-            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, needed, 8)?;
-            let target = out(jitter, 10)?;
+            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, needed, 7)?;
+            let target = out(jitter, 9)?;
             let luminance = scratch.slice::<f64>(0, 0, layout.texels);
             decode_luminance(&map, &rows, luminance)?;
             let solid_angle = |texel: usize| {
@@ -172,9 +170,14 @@ pub unsafe extern "C" fn wis_jitter_init(
                 _ => jitter::build(labels, energy, solid_angle, &mut parts),
             };
             let wrong = || labels.iter().position(|&label| label >= light_count).unwrap_or(0);
-            built.map_err(|status| Failure::new(status, 4).in_row(4, wrong()))?;
-            let header =
-                Header { magic: MAGIC, bytes: layout.bytes as u64, size, lights: light_count, frame: frame.to_array() };
+            built.map_err(|status| Failure::new(status, 3).in_row(3, wrong()))?;
+            let header = Header {
+                magic: MAGIC,
+                bytes: layout.bytes as u64,
+                size,
+                lights: light_count,
+                frame: map.frame.to_array(),
+            };
             if let Some(slot) = block.slice::<Header>(0, 0, 1).first_mut() {
                 *slot = header;
             }

@@ -50,7 +50,7 @@ pub const WIS_VERSION: u32 = 0x000200;
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 pub const WIS_ALIGNMENT: usize = 16;
 
-/// How much memory an object needs. Both blocks are the caller's.
+/// How much memory an object needs. Both blocks are yours: allocate them as you like.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MemorySize {
@@ -58,20 +58,19 @@ pub struct MemorySize {
     pub bytes: usize,
     /// Alignment of both blocks, in bytes.
     pub align: usize,
-    /// Bytes that only the build needs; may be freed afterwards.
+    /// Bytes that only the build needs; may be freed afterwards. 0: none.
     pub scratch_bytes: usize,
 }
 
-/// Where the fault is. Written only on failure, and only if the caller gives one.
+/// Where the fault is. Written only if a call fails, and only if you give one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Diagnostic {
     /// The position of the argument at fault, 1 = first; 0: none in particular.
     pub argument: u32,
-    /// WIS_INVALID_TEXEL: the column of the texel. wis_triple_blend: the number of the wavelet in its list, 0 = first.
+    /// WIS_INVALID_TEXEL: the column of the texel, 0 = first. Array of arrays: the number of the element in the inner one.
     pub x: u32,
-    /// The number of the element at fault in an array, 0 = first: the row of a texel, the query of wis_wavelet_products_prepare, a
-    /// tree, a list, a wavelet, a weight, a label. 0 where the argument is no array.
+    /// The row of the texel, or the number of the element at fault in an array, 0 = first. 0 where the argument is neither.
     pub y: u32,
     /// Always 0.
     pub reserved: u32,
@@ -93,16 +92,6 @@ impl Default for Diagnostic {
 pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
     let text: &CStr = Status::from_code(status).map_or(c"unknown status", Status::message);
     text.as_ptr()
-}
-
-/// The best instructions that this processor and the library have: a number to hand to preparations (wis_wavelet_product_config)
-/// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
-/// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
-/// process, not in a file: another machine may lack the instructions, which wis_wavelet_product_size finds and later calls do not.
-/// Takes about 20 us in a virtual machine: call it once.
-#[unsafe(no_mangle)]
-pub extern "C" fn wis_cpu_detect() -> u32 {
-    crate::simd::detect()
 }
 
 /// WIS_VERSION of the library that is linked.

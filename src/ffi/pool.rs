@@ -27,28 +27,19 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
     })
 }
 
-/// Picks directions to trace from `count` candidates, in proportion to the client's weights: the sampler to use where
-/// nothing is prepared, or where lobes are too narrow for a product.
+/// Picks directions to trace from `count` candidates of your own, in proportion to weights of your own (resampled importance
+/// sampling). wis_direct does the same with the library's candidates and lobes.
 ///
-/// Draw k N candidates, half of them (a quarter for lobes below 0.02) from wis_wavelet_light_sample_lanes with
-/// WIS_DISTRIBUTION_COMPENSATED, or from wis_wavelet_product_sample_lanes where a product is prepared, and the others from the
-/// BRDF. Good choices are k = 16 for a single pick (up to eight samples in a call cost little more than two), 8 for up to
-/// four picks and 4 for more. Where the BRDF is dear, 8 and 4, and 4 for Lambert's lobes alone from two picks on; of both,
-/// more than four picks under a sun need no pool: trace all N candidates (k = 1) and add up what they are weighed with
-/// below, times visibility (MIS, balance heuristic).
-/// With g = luminance of radiance x BRDF x cosine, by the client's own evaluation, the weight of candidate x is
-/// g(x) / (n_e p_e(x) + n_b p_b(x)), for n_e and n_b candidates from densities p_e and p_b. Then `picks` = N rays,
-/// fewer where a candidate is picked more than once, give the estimate
-/// sum of radiance x BRDF x cosine x visibility x multiplicity x weight_sum / (N g), without bias.
+/// `wi`: directions in world space. `weight`: of each, finite and not negative, else WIS_INVALID_ARGUMENT. An unbiased estimate
+/// needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and any g that is
+/// above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. `picks`: how many. `u`: one more
+/// random number for all. `scratch`: of wis_pool_size. Strides in bytes, 0: packed.
 ///
-/// Picks are systematic along a curve over the sphere, so that well-spread candidates give well-spread picks; a single
-/// pick goes through the candidates in their own order. A candidate is picked N weight / weight_sum times in
-/// expectation. Weights that are 0 are never picked; if all are 0, there are no picks and the estimate is 0.
-/// WIS_INVALID_ARGUMENT for a weight that is negative, NaN or infinite.
-///
-/// `u` in [0, 1) (clamped, NaN counts as 1/2) is one more random number for the whole pool. `scratch` is aligned to
-/// WIS_ALIGNMENT, of wis_pool_size. `pick` holds up to `picks` elements, of which `pick_count` are written. Strides are
-/// in bytes; 0: packed.
+/// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x
+/// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
+/// picks x weight / weight_sum times, and never if its weight is 0. Two picks and more are systematic along a curve over the
+/// sphere, so that well-spread candidates give well-spread picks. If all weights are 0, there are no picks. Time grows with
+/// the number of candidates.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the scratch memory.

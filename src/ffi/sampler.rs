@@ -81,7 +81,7 @@ fn checked(config: &SamplerConfig) -> Checked<Config> {
     Ok(Config { rays, candidates_per_ray, hits_per_pixel, reserved: 0 })
 }
 
-fn bytes(config: &Config) -> usize {
+fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
@@ -98,7 +98,7 @@ pub unsafe extern "C" fn wis_sampler_size(
     answer(diagnostic, || {
         // SAFETY: the caller's struct, whose size field is checked.
         let config = checked(unsafe { sized(config, 1)? })?;
-        let needed = MemorySize { bytes: bytes(&config), align: WIS_ALIGNMENT, scratch_bytes: 0 };
+        let needed = MemorySize { bytes: needed(&config), align: WIS_ALIGNMENT, scratch_bytes: 0 };
         // SAFETY: `out` checked the pointer, which is the caller's to write.
         unsafe { out(size, 2)?.write(needed) };
         Ok(())
@@ -113,7 +113,7 @@ pub unsafe extern "C" fn wis_sampler_size(
 pub unsafe extern "C" fn wis_sampler_init(
     config: *const SamplerConfig,
     memory: *mut c_void,
-    memory_bytes: usize,
+    bytes: usize,
     sampler: *mut *mut SamplerObject,
     diagnostic: *mut Diagnostic,
 ) -> Status {
@@ -124,7 +124,7 @@ pub unsafe extern "C" fn wis_sampler_init(
             (raw, checked(raw)?)
         };
         let level = level(raw.cpu_level)?;
-        let block = super::ExclusiveBlock::new(memory.cast(), memory_bytes, bytes(&config), 2)?;
+        let block = super::ExclusiveBlock::new(memory.cast(), bytes, needed(&config), 2)?;
         let handle = out(sampler, 4)?;
         let header = Header { magic: MAGIC, config, level: level.code(), reserved: 0, fault: Diagnostic::default() };
         // SAFETY: the block is aligned to 16 and longer than a header; the scratch behind it becomes initialised numbers.
@@ -151,18 +151,20 @@ pub unsafe extern "C" fn wis_sampler_begin_pixel(sampler: *mut SamplerObject) ->
     }
 }
 
-/// Where the last call on this sampler that failed was at fault: argument, field and element. A pointer into the sampler, which
-/// stays valid as long as that does; null for a null sampler.
+/// Where the last call on this sampler that failed was at fault: argument, field and element.
 ///
 /// # Safety
-/// The pointer is null or a sampler.
+/// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject) -> *const Diagnostic {
-    // SAFETY: the caller's sampler, of which only the place of a field is taken.
-    match unsafe { header(sampler.cast_mut()) } {
-        Ok(header) => unsafe { &raw const (*header).fault },
-        Err(_) => core::ptr::null(),
-    }
+pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject, fault: *mut Diagnostic) -> Status {
+    // SAFETY: the caller's sampler, which is only read, and the caller's diagnostic.
+    let copied = unsafe {
+        header(sampler.cast_mut()).and_then(|header| {
+            out(fault, 2)?.write((*header).fault);
+            Ok(())
+        })
+    };
+    copied.map_or_else(|failure| failure.status, |()| Status::Ok)
 }
 
 /// The header of a sampler, the first argument.
@@ -171,6 +173,9 @@ pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject) -> *co
 /// The pointer is null or points to a sampler.
 pub(super) unsafe fn header(sampler: *mut SamplerObject) -> Checked<*mut Header> {
     let header = out(sampler.cast::<Header>(), 1)?;
+    if header.addr() % WIS_ALIGNMENT != 0 {
+        return Err(Failure::new(Status::Misaligned, 1));
+    }
     // SAFETY: not null and aligned; every block that a sampler was made in is longer than a header.
     if unsafe { (*header).magic } != MAGIC {
         return Err(Failure::new(Status::Mismatch, 1));

@@ -1,6 +1,6 @@
 //! Sample, pdf and invert in C: one call each, for the light or a product, for one direction or many.
 
-use super::light::{EnvironmentObject, environment};
+use super::light::{EnvironmentObject, environment as view};
 use super::sampler::{SamplerObject, with_sampler};
 use super::{Strided, StridedMut};
 use crate::light::batch::{Density, Drawn, clamp_number, pdfs, samples};
@@ -22,7 +22,7 @@ const TOGETHER: usize = 64;
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_sample(
     sampler: *mut SamplerObject,
-    environment_object: *const EnvironmentObject,
+    environment: *const EnvironmentObject,
     count: usize,
     u: *const f32,
     u_stride: usize,
@@ -34,7 +34,7 @@ pub unsafe extern "C" fn wis_sample(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |sampler| {
-            let environment = environment(environment_object, 2)?;
+            let environment = view(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 4)?;
             let wi = StridedMut::<3>::new(wi, wi_stride, count, 6)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 8)?;
@@ -82,7 +82,7 @@ unsafe fn sample_all<D: Density>(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_pdf(
     sampler: *mut SamplerObject,
-    environment_object: *const EnvironmentObject,
+    environment: *const EnvironmentObject,
     count: usize,
     wi: *const f32,
     wi_stride: usize,
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn wis_pdf(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |sampler| {
-            let environment = environment(environment_object, 2)?;
+            let environment = view(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 6)?;
             pdf_all(sampler.level(), &environment.light(), &environment.frame(), count, &wi, &pdf);
@@ -136,7 +136,7 @@ unsafe fn pdf_all<D: Density>(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_invert(
     sampler: *mut SamplerObject,
-    environment_object: *const EnvironmentObject,
+    environment: *const EnvironmentObject,
     count: usize,
     wi: *const f32,
     wi_stride: usize,
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn wis_invert(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |_| {
-            let environment = environment(environment_object, 2)?;
+            let environment = view(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 4)?;
             let u = StridedMut::<2>::new(u, u_stride, count, 6)?;
             let statuses = super::slice_mut(status, count, 8)?;

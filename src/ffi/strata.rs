@@ -1,13 +1,14 @@
 //! Structured importance sampling in C: a map as directional lights.
 
-use super::environment::EnvironmentConfig;
-use super::environment::request::read_config;
+use super::light::LightConfig;
+use super::light::request::read_config;
 use super::light::rows::PixelRows;
 use super::{
-    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized, slice,
-    slice_mut,
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized, slice, slice_mut,
 };
-use crate::environment::{self as kernel, Layout, RowError};
+use crate::environment::pixels::decode_row;
+use crate::environment::{Layout, Pixels, RowError, RowSummary, Rows};
+use crate::light::chart::Layout as Chart;
 use crate::sphere::Frame;
 use crate::status::{Fault, Status};
 use crate::strata::{self, Ball, Config, GROUP, Gathered, Light, Scratch};
@@ -26,21 +27,19 @@ pub struct StrataConfig {
     pub levels: u32,
     /// The solid angle in sr from which on the size of a region does not count; 0: 0.01.
     pub angle_limit: f32,
-    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity.
-    pub world_from_map: *const f32,
     /// Two exponents, at least 0 and at most 8, of radiance and of solid angle: how much a region counts. (1, 0) is
     /// importance sampling of the light, (0, 1) with an `angle_limit` of 4 pi stratifies the sphere; null: 1 and 1/4.
     pub exponents: *const f32,
 }
 
-/// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. The map is lat-long; its
-/// storage, resolution and error budget do not matter.
+/// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. `map`: lat-long, without
+/// WIS_ENVIRONMENT_ROWS_AT_POLES; of its flags only WIS_ENVIRONMENT_SANITISE counts; filter and error budget do not matter.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_strata_size(
-    map: *const EnvironmentConfig,
+    map: *const LightConfig,
     config: *const StrataConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
@@ -70,7 +69,7 @@ pub unsafe extern "C" fn wis_strata_size(
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_strata_lights(
-    map: *const EnvironmentConfig,
+    map: *const LightConfig,
     config: *const StrataConfig,
     scratch: *mut c_void,
     scratch_bytes: usize,
@@ -130,7 +129,7 @@ unsafe fn run(
     let centres = centres.get(..count).unwrap_or(&[]);
     let (gathered, written) =
         (gathered.get_mut(..count).unwrap_or(&mut []), lights.get_mut(..count).unwrap_or(&mut []));
-    let to_world = |d: [f64; 3]| request.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
+    let to_world = |d: [f64; 3]| request.map.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
     let written = strata::gather(config, (luminance, rgb), &scratch, centres, gathered, to_world, written);
     written.map_err(|status| Failure::new(status, 1))?;
     for (slot, number) in label.iter_mut().zip(scratch.component.iter()) {
@@ -141,11 +140,11 @@ unsafe fn run(
 
 /// Reads all texels; +Inf becomes the largest finite luminance, in grey.
 fn decode(request: &Request, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Checked<()> {
-    let width = request.config.width.max(1) as usize;
+    let Request { map, rows, .. } = request;
+    let width = map.pixels.width.max(1) as usize;
     let mut largest = 0.0;
     for ((y, values), colours) in (0..).zip(luminance.chunks_exact_mut(width)).zip(rgb.chunks_exact_mut(width)) {
-        let summary = kernel::decode(&request.map, &request.rows, y, values, colours);
-        let summary = summary.map_err(|error| refused(&error, y))?;
+        let summary = map.decode(rows, y, values, colours)?;
         largest = if summary.largest > largest { summary.largest } else { largest };
     }
     for (value, colour) in luminance.iter_mut().zip(rgb) {
@@ -157,12 +156,11 @@ fn decode(request: &Request, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Che
 }
 
 /// Decodes the luminance of all texels as [`decode`] does.
-pub(super) fn decode_luminance(map: &kernel::Config, rows: &PixelRows, luminance: &mut [f64]) -> Checked<()> {
+pub(super) fn decode_luminance(map: &Map, rows: &PixelRows, luminance: &mut [f64]) -> Checked<()> {
     let width = map.pixels.width.max(1) as usize;
-    let plain = kernel::Config { rgb: false, ..*map };
     let mut largest = 0.0;
     for (y, values) in (0..).zip(luminance.chunks_exact_mut(width)) {
-        let summary = kernel::decode(&plain, rows, y, values, &mut []).map_err(|error| refused(&error, y))?;
+        let summary = map.decode(rows, y, values, &mut [])?;
         largest = if summary.largest > largest { summary.largest } else { largest };
     }
     for value in luminance.iter_mut().filter(|value| !(**value < f64::INFINITY)) {
@@ -171,17 +169,44 @@ pub(super) fn decode_luminance(map: &kernel::Config, rows: &PixelRows, luminance
     Ok(())
 }
 
+/// A lat-long map.
+#[derive(Clone, Copy)]
+pub(super) struct Map {
+    pub(super) pixels: Pixels,
+    pub(super) frame: Frame,
+    sanitise: bool,
+}
+
+impl Map {
+    /// Decodes a row; `rgb` may be empty.
+    fn decode(&self, rows: &PixelRows, y: u32, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Checked<RowSummary> {
+        let decoded = rows.row(y).ok_or(RowError::Missing);
+        let decoded = decoded.and_then(|bytes| decode_row(&self.pixels, bytes, y, self.sanitise, luminance, rgb));
+        decoded.map_err(|error| refused(&error, y))
+    }
+}
+
 /// Checks the configuration of a lat-long map, the first argument.
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-pub(super) unsafe fn read_map(map: *const EnvironmentConfig) -> Checked<(kernel::Config, PixelRows)> {
+pub(super) unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRows)> {
     // SAFETY: the caller's contract.
     let (request, rows) = unsafe { read_config(map)? };
-    match request.config.pixels.layout {
-        Layout::LatLong => Ok((request.config, rows)),
-        _ => Err(Failure::fault(Fault::range(c"layout"), 1)),
+    let of = &request.plan.of;
+    for (holds, field) in [(of.layout == Chart::LatLong, c"layout"), (!of.rows_at_poles, c"flags")] {
+        if !holds {
+            return Err(Failure::fault(Fault::range(field), 1));
+        }
     }
+    let pixels = Pixels {
+        layout: Layout::LatLong,
+        width: of.width,
+        height: of.height,
+        channels: request.pixels.channels,
+        format: request.pixels.format,
+    };
+    Ok((Map { pixels, frame: request.frame, sanitise: request.pixels.sanitise }, rows))
 }
 
 /// A row that was refused.
@@ -194,16 +219,15 @@ fn refused(error: &RowError, y: u32) -> Failure {
 
 /// A map and a config that were checked.
 struct Request {
-    map: kernel::Config,
+    map: Map,
     rows: PixelRows,
     config: Config,
-    frame: Frame,
 }
 
 impl Request {
     /// # Safety
     /// The pointers are null or point to what the header says.
-    unsafe fn read(map: *const EnvironmentConfig, config: *const StrataConfig) -> Checked<Request> {
+    unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<Request> {
         // SAFETY: the caller's contract.
         let (map, rows, given, exponents) = unsafe {
             let (map, rows) = read_map(map)?;
@@ -238,9 +262,7 @@ impl Request {
         if config.texels() >= u32::MAX as usize {
             return Err(Failure::new(Status::Overflow, 1).of(c"height"));
         }
-        // SAFETY: the caller's contract.
-        let frame = unsafe { frame(given.world_from_map.cast(), 2) }.map_err(|at| at.of(c"world_from_map"))?;
-        Ok(Request { map, rows, config, frame })
+        Ok(Request { map, rows, config })
     }
 }
 

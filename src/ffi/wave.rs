@@ -1,6 +1,6 @@
 //! Direct light for many points in one call, in the caller's own layout of arrays.
 
-use super::light::{EnvironmentObject, environment};
+use super::light::{EnvironmentObject, environment as view};
 use super::material::{
     MaterialData, WIS_MAX_LOBES, WIS_POINT_COSINE_INCLUDED, WIS_POINT_WHOLE_SPHERE, failure, material,
 };
@@ -233,14 +233,14 @@ pub const WIS_WAVE_RAYS: usize = 64;
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_direct_wave(
     sampler: *mut SamplerObject,
-    environment_object: *const EnvironmentObject,
+    environment: *const EnvironmentObject,
     count: usize,
     wave: *const DirectWave,
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |sampler| {
-            let environment = environment(environment_object, 2)?;
+            let environment = view(environment, 2)?;
             let wave = sized(wave, 4)?;
             if count == 0 {
                 return Ok(());

@@ -1,6 +1,6 @@
 //! Blocks of patches: which grid the error budget allows, and the 16-bit tables of a block.
 
-use super::plan::{BLOCK_SIDE, Filter, Plan};
+use super::plan::{Filter, Plan};
 use super::search::{UNITS, stored_cell, write_starts, write_table};
 use super::tables::{BLOCK, Block, Cell, decode, encode, line_words};
 use super::texels::{Corners, PatchValues, Texels, Tile};
@@ -33,7 +33,7 @@ impl Lengths {
     }
 
     /// Bytes of all.
-    fn bytes(self) -> usize {
+    pub fn bytes(self) -> usize {
         4 * self.starts + size_of::<Block>() * self.blocks + 2 * (self.rows + self.lines)
     }
 }
@@ -94,6 +94,14 @@ impl CellBlocks {
         let blocks = Lengths { rows: columns * self.patches[1] as usize, lines: lines * words, ..Lengths::default() };
         cell_lengths([columns, rows]).plus(blocks)
     }
+
+    /// What the blocks take with these steps.
+    pub fn lengths(&self, plan: &Plan, steps: impl Fn(usize) -> Steps) -> Lengths {
+        let [columns, rows] = self.blocks().map(|n| n as usize);
+        (0..self.count()).fold(cell_lengths([columns, rows]), |sum, number| {
+            sum.plus(block_words(plan, &self.tile(number, steps(number))))
+        })
+    }
 }
 
 /// Of each table what a cell with so many columns and rows of blocks takes besides its blocks.
@@ -110,7 +118,7 @@ fn block_words(plan: &Plan, tile: &Tile) -> Lengths {
 }
 
 /// Tiles of at most 16 x 16 single patches that cover a tile.
-fn parts(tile: &Tile) -> impl Iterator<Item = Tile> + use<> {
+pub(super) fn parts(tile: &Tile) -> impl Iterator<Item = Tile> + use<> {
     let tile = *tile;
     let counts = [0, 1].map(|k: usize| (tile.end[k] - tile.origin[k]).div_ceil(BLOCK as u32));
     (0..counts[1]).flat_map(move |j| {
@@ -122,30 +130,8 @@ fn parts(tile: &Tile) -> impl Iterator<Item = Tile> + use<> {
     })
 }
 
-/// Calls `each` with the cell of the grid, the position in it (0 to 1), the light and the solid angle of each patch of a tile.
-fn for_patches(texels: &Texels<'_>, tile: &Tile, mut each: impl FnMut(usize, [f32; 2], f64, f64)) {
-    let (mut mass, mut angle): (PatchValues, PatchValues) = ([0.0; BLOCK * BLOCK], [0.0; BLOCK * BLOCK]);
-    for part in parts(tile) {
-        texels.masses(&part, &mut mass, &mut angle);
-        for j in 0..part.grid[1] {
-            for i in 0..part.grid[0] {
-                let inside = [part.origin[0] + i - tile.origin[0], part.origin[1] + j - tile.origin[1]];
-                let at = [0, 1].map(|k: usize| inside[k] >> tile.step[k]);
-                let position = [0, 1].map(|k: usize| {
-                    let width = tile.edge(k, at[k] + 1) - tile.edge(k, at[k]);
-                    let first = at[k] << tile.step[k];
-                    ((inside[k] - first) as f32 + 0.5) / width as f32
-                });
-                let patch = j as usize * BLOCK + i as usize;
-                let (Some(&mass), Some(&angle)) = (mass.get(patch), angle.get(patch)) else { continue };
-                each(at[1] as usize * BLOCK + at[0] as usize, position, mass, angle);
-            }
-        }
-    }
-}
-
 /// The corners of a grid as they are stored, in [0, 1] of the brightest.
-fn stored_corners(texels: &Texels<'_>, tile: &Tile, corners: &mut Corners) {
+pub(super) fn stored_corners(texels: &Texels<'_>, tile: &Tile, corners: &mut Corners) {
     texels.corners(tile, corners);
     let rows = tile.grid[1] as usize + 1;
     let used = |row: &[f32]| row.iter().take(tile.grid[0] as usize + 1).fold(0.0f32, |a, &b| a.max(b));
@@ -156,109 +142,6 @@ fn stored_corners(texels: &Texels<'_>, tile: &Tile, corners: &mut Corners) {
         let value = (f64::from(*corner) * scale) as f32;
         *corner = if coarse { value.max(DARKEST_COARSE) } else { value };
     }
-}
-
-/// The value of the corners of cell `at` of a grid at a position inside it.
-fn interpolate(corners: &Corners, at: usize, [s, t]: [f32; 2]) -> f64 {
-    let first = at / BLOCK * (BLOCK + 1) + at % BLOCK;
-    let of = |k: usize| f64::from(corners.get(k).copied().unwrap_or(0.0));
-    let (s, t) = (f64::from(s), f64::from(t));
-    let upper = of(first) * (1.0 - s) + of(first + 1) * s;
-    let lower = of(first + BLOCK + 1) * (1.0 - s) + of(first + BLOCK + 2) * s;
-    upper * (1.0 - t) + lower * t
-}
-
-/// The light of a tile and the relative variance of L / pdf inside it if a grid of its steps stands for it.
-fn error(texels: &Texels<'_>, tile: &Tile) -> (f64, f64) {
-    let bilinear = texels.plan.of.filter == Filter::Bilinear;
-    let mut corners: Corners = [1.0; (BLOCK + 1) * (BLOCK + 1)];
-    if bilinear {
-        stored_corners(texels, tile, &mut corners);
-    }
-    let (mut light, mut shape): (PatchValues, PatchValues) = ([0.0; BLOCK * BLOCK], [0.0; BLOCK * BLOCK]);
-    for_patches(texels, tile, |at, position, mass, angle| {
-        if let (Some(light), Some(shape)) = (light.get_mut(at), shape.get_mut(at)) {
-            *light += mass;
-            *shape += interpolate(&corners, at, position) * angle;
-        }
-    });
-    let total: f64 = light.iter().sum();
-    let mut square = 0.0;
-    for_patches(texels, tile, |at, position, mass, angle| {
-        if mass > 0.0 {
-            let (light, shape) = (light.get(at).copied().unwrap_or(0.0), shape.get(at).copied().unwrap_or(0.0));
-            square += mass * mass * shape / (light * interpolate(&corners, at, position) * angle);
-        }
-    });
-    (total, if total > 0.0 { square / total - 1.0 } else { 0.0 })
-}
-
-/// The coarsest grid of a block that the budget allows, with the light of the block and its relative variance: the fewest
-/// words first. `None` if none with at most 16 x 16 cells does.
-fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize) -> Option<(Steps, f64, f64)> {
-    let allowed = f64::from(texels.plan.of.budget) * f64::from(texels.plan.of.budget);
-    let least = cell.side.map(|side| side.saturating_sub(BLOCK_SIDE));
-    // Sums of both steps from the most on; of equal sums the most balanced first.
-    let most = cell.side[0] + cell.side[1];
-    for sum in (least[0] + least[1]..=most).rev() {
-        for across in least[0].max(sum.saturating_sub(cell.side[1]))..=cell.side[0].min(sum) {
-            let down = sum - across;
-            if down < least[1] {
-                continue;
-            }
-            let steps = [across as u8, down as u8];
-            let exact = steps == [0, 0];
-            let (light, variance) = error(texels, &cell.tile(number, steps));
-            if variance <= allowed || exact {
-                return Some((steps, light, if exact { 0.0 } else { variance.max(0.0) }));
-            }
-        }
-    }
-    None
-}
-
-/// What the budget makes of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Choice {
-    /// How often its blocks are doubled.
-    pub level: u32,
-    /// What it takes.
-    pub lengths: Lengths,
-    /// Its light.
-    pub light: f64,
-    /// The variance that coarser grids add, times the light.
-    pub variance: f64,
-}
-
-/// Chooses the level and the grids of a cell; `steps` has room for those of its blocks at level 0.
-pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
-    let plan = texels.plan;
-    let exact = CellBlocks::new(plan, index, 0);
-    if !(plan.of.budget > 0.0) {
-        steps.fill([0, 0]);
-        return Choice { lengths: exact.full(plan), ..Choice::default() };
-    }
-    // At level 0 the exact grid is always allowed, so there is a choice.
-    let choices = (0..=plan.levels(exact.patches)).filter_map(|level| choose_at(texels, index, level));
-    let best = choices.min_by_key(|choice| choice.lengths.bytes()).unwrap_or_default();
-    let cell = CellBlocks::new(plan, index, best.level);
-    for (number, out) in (0..cell.count()).zip(steps) {
-        *out = coarsest(texels, &cell, number).map_or([0, 0], |(steps, ..)| steps);
-    }
-    best
-}
-
-fn choose_at(texels: &Texels<'_>, index: u32, level: u32) -> Option<Choice> {
-    let cell = CellBlocks::new(texels.plan, index, level);
-    let [columns, rows] = cell.blocks().map(|n| n as usize);
-    let mut choice = Choice { level, lengths: cell_lengths([columns, rows]), light: 0.0, variance: 0.0 };
-    for number in 0..cell.count() {
-        let (steps, light, variance) = coarsest(texels, &cell, number)?;
-        choice.lengths = choice.lengths.plus(block_words(texels.plan, &cell.tile(number, steps)));
-        choice.light += light;
-        choice.variance += variance * light;
-    }
-    Some(choice)
 }
 
 /// Where a cell's tables go: its parts of all tables, and where those begin.
@@ -345,14 +228,9 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
     let mut mass: PatchValues = [0.0; BLOCK * BLOCK];
     if tile.step == [0, 0] {
-        let mut angle: PatchValues = [0.0; BLOCK * BLOCK];
-        texels.masses(tile, &mut mass, &mut angle);
+        texels.masses(tile, &mut mass);
     } else {
-        for_patches(texels, tile, |at, _, light, _| {
-            if let Some(out) = mass.get_mut(at) {
-                *out += light;
-            }
-        });
+        coarse_masses(texels, tile, &mut mass);
     }
     let mut row_mass = [0.0; BLOCK];
     for (out, row) in row_mass.iter_mut().zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
@@ -375,6 +253,22 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
         }
     }
     used.iter().sum()
+}
+
+/// The light of each cell of a tile's grid.
+fn coarse_masses(texels: &Texels<'_>, tile: &Tile, mass: &mut PatchValues) {
+    let mut fine: PatchValues = [0.0; BLOCK * BLOCK];
+    for part in parts(tile) {
+        texels.masses(&part, &mut fine);
+        for (y, row) in (part.origin[1]..part.end[1]).zip(fine.chunks_exact(BLOCK)) {
+            for (x, light) in (part.origin[0]..part.end[0]).zip(row) {
+                let at = [(x - tile.origin[0]) >> tile.step[0], (y - tile.origin[1]) >> tile.step[1]];
+                if let Some(out) = mass.get_mut(at[1] as usize * BLOCK + at[0] as usize) {
+                    *out += light;
+                }
+            }
+        }
+    }
 }
 
 /// Writes a start of a 16-bit table; the first, 0, is not stored.

@@ -1,12 +1,13 @@
 //! The passes of a build: rows of texels, then the choice of grids, then the tables of cells. Rows and cells may be shared by
 //! threads in any portions; what they write does not depend on that.
 
-use super::blocks::{CellBlocks, CellTables, Choice, Lengths, Steps, choose, write_cell};
+use super::blocks::{CellBlocks, CellTables, Lengths, Steps, write_cell};
+use super::budget::{Choice, choose};
 use super::decode::RowSummary;
 use super::plan::Plan;
 use super::search::{stored_cell, write_table};
 use super::tables::Cell;
-use super::texels::Texels;
+use super::texels::{Texels, row_weights};
 use crate::numeric::luminance_f64;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -45,9 +46,9 @@ impl Totals {
     }
 
     /// The luminances as light.
-    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32]) -> Texels<'a> {
+    pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32], rows: &'a [[f64; 2]]) -> Texels<'a> {
         let least = if plan.of.exact_zero { 0.0 } else { (self.mean * FLOOR) as f32 };
-        Texels { plan, luminance, largest: self.largest as f32, least, mean: self.mean as f32 }
+        Texels { plan, luminance, rows, largest: self.largest as f32, least, mean: self.mean as f32 }
     }
 }
 
@@ -84,11 +85,18 @@ pub fn block_range(plan: &Plan, index: u32) -> (usize, usize) {
     ((0..index).map(count).sum(), count(index))
 }
 
+/// Before the second pass: the weights of each row of patches.
+pub fn weights(plan: &Plan, weights: &mut [[f64; 2]]) {
+    for (y, out) in (0..).zip(weights) {
+        *out = row_weights(plan, y);
+    }
+}
+
 /// The second pass, for a cell.
 pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> CellWork {
-    let Choice { level, lengths, light, variance } = choose(texels, index, steps);
+    let Choice { level, lengths, variance } = choose(texels, index, steps);
     let lengths = [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64);
-    CellWork { level: level.into(), lengths, light, variance }
+    CellWork { level: level.into(), lengths, light: 0.0, variance }
 }
 
 /// Where the tables of each cell begin: those of the cells before it.

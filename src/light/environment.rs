@@ -184,6 +184,8 @@ pub struct Scratch<'a> {
     pub rows: &'a mut [RowSummary],
     /// The colour of each row in each column of cells.
     pub rgb: &'a mut [[f64; 3]],
+    /// The weights of each row of patches.
+    pub weights: &'a mut [[f64; 2]],
     /// What each cell becomes.
     pub work: &'a mut [CellWork],
     /// The light of each block.
@@ -196,11 +198,12 @@ pub struct Scratch<'a> {
 
 impl<'a> Scratch<'a> {
     /// Lengths and sizes of elements of the parts, in the order of the fields, with so many blocks at most.
-    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 6]> {
+    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 7]> {
         let rows = plan.rows() as usize;
         Some([
             (rows, size_of::<RowSummary>()),
             (rows.checked_mul(plan.grid[0] as usize)?, 24),
+            (plan.chart.axes[1].patches as usize, 16),
             (plan.cells() as usize, size_of::<CellWork>()),
             (blocks, 8),
             (rows.checked_mul(plan.of.width as usize)?, 4),
@@ -223,12 +226,13 @@ impl<'a> Scratch<'a> {
             return Err(Status::MemoryTooSmall);
         }
         let blocks = build::full_lengths(plan).blocks;
-        let [rows, rgb, work, light, luminance, steps] =
+        let [rows, rgb, weights, work, light, luminance, steps] =
             Self::counts(plan, blocks).ok_or(Status::Overflow)?.map(|(n, _)| n);
         let misaligned = Status::Misaligned;
         Ok(Scratch {
             rows: take(&mut memory, rows).ok_or(misaligned)?,
             rgb: take(&mut memory, rgb).ok_or(misaligned)?,
+            weights: take(&mut memory, weights).ok_or(misaligned)?,
             work: take(&mut memory, work).ok_or(misaligned)?,
             block_light: take(&mut memory, light).ok_or(misaligned)?,
             luminance: take(&mut memory, luminance).ok_or(misaligned)?,
@@ -277,7 +281,8 @@ impl<'a> Environment<'a> {
             *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
         }
         let totals = Totals::of(scratch.rows);
-        let texels = totals.texels(plan, scratch.luminance);
+        build::weights(plan, scratch.weights);
+        let texels = totals.texels(plan, scratch.luminance, scratch.weights);
         let mut steps: &mut [Steps] = scratch.steps;
         for (index, work) in (0..).zip(scratch.work.iter_mut()) {
             let (_, count) = build::block_range(plan, index);

@@ -2,6 +2,7 @@
 
 pub mod batch;
 pub mod blocks;
+mod budget;
 pub mod build;
 pub mod chart;
 mod check;

@@ -13,6 +13,8 @@ pub struct Texels<'a> {
     pub plan: &'a Plan,
     /// Luminance, row by row, face by face.
     pub luminance: &'a [f32],
+    /// [`row_weights`] of each row of patches.
+    pub rows: &'a [[f64; 2]],
     /// What the luminance of an infinite texel is.
     pub largest: f32,
     /// What no luminance lies below.
@@ -190,52 +192,70 @@ impl Texels<'_> {
         )
     }
 
-    /// The light of each patch of a tile whose step is 0, and its solid angle, row by row, [`BLOCK`] in each.
-    pub fn masses(&self, tile: &Tile, mass: &mut PatchValues, angle: &mut PatchValues) {
+    /// The light of each patch of a tile whose step is 0, row by row, [`BLOCK`] in each.
+    pub fn masses(&self, tile: &Tile, mass: &mut PatchValues) {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
         let bilinear = self.plan.of.filter == Filter::Bilinear;
         if bilinear {
             self.corners(tile, &mut corners);
         }
-        let rows = mass.chunks_exact_mut(BLOCK).zip(angle.chunks_exact_mut(BLOCK));
-        for ((j, (mass, angle)), pair) in
-            (0..tile.grid[1]).zip(rows).zip(corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1))
-        {
+        let rows = mass.chunks_exact_mut(BLOCK).zip(corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1));
+        for (j, (mass, pair)) in (0..tile.grid[1]).zip(rows) {
             let (above, below) = pair.split_at(BLOCK + 1);
             let y = tile.origin[1] + j;
-            let weights = self.row_weights(y);
+            let weights = self.rows.get(y as usize).copied().unwrap_or_default();
             let corner_pairs = above.windows(2).zip(below.windows(2));
-            for (((i, mass), angle), corner) in (0..tile.grid[0]).zip(mass).zip(angle).zip(corner_pairs) {
+            for ((i, mass), corner) in (0..tile.grid[0]).zip(mass).zip(corner_pairs) {
                 let (&[c00, c01], &[c10, c11]) = corner else { continue };
                 let x = tile.origin[0] + i;
                 let [w00, w01, w10, w11] = match self.plan.of.layout {
                     Layout::Cube => self.cube_weights(x, y),
                     _ => self.column_weights(x, weights),
                 };
-                *angle = (w00 + w01) + (w10 + w11);
                 *mass = if bilinear {
                     let upper = w00 * f64::from(c00) + w01 * f64::from(c01);
                     upper + (w10 * f64::from(c10) + w11 * f64::from(c11))
                 } else {
-                    let texel = |k: u32, axis: usize| (k / self.plan.refined).min(self.plan.texels[axis] - 1);
-                    *angle * f64::from(self.inner(tile.face, texel(x, 0), texel(y, 1)))
+                    ((w00 + w01) + (w10 + w11)) * f64::from(self.patch(tile.face, x, y))
                 };
             }
         }
     }
 
-    /// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
-    fn row_weights(&self, y: u32) -> [f64; 2] {
-        let a = self.plan.chart.axes[1];
-        let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
-        let (top, bottom) = (edge(y), edge(y + 1));
-        if self.plan.of.layout != Layout::LatLong {
-            return [0.5 * (bottom - top); 2];
+    /// The light of a patch for a nearest client.
+    fn patch(&self, face: u32, x: u32, y: u32) -> f32 {
+        let texel = |k: u32, axis: usize| (k / self.plan.refined).min(self.plan.texels[axis] - 1);
+        self.inner(face, texel(x, 0), texel(y, 1))
+    }
+
+    /// The light of each patch of a tile whose step is 0, for a nearest client: row by row, [`BLOCK`] + 1 in each.
+    pub fn patches(&self, tile: &Tile, patches: &mut Corners) {
+        for (y, row) in (tile.origin[1]..tile.end[1]).zip(patches.chunks_exact_mut(BLOCK + 1)) {
+            for (x, out) in (tile.origin[0]..tile.end[0]).zip(row) {
+                *out = self.patch(tile.face, x, y);
+            }
         }
-        let angle = PI / f64::from(a.length);
-        let (upper, lower) = (top * angle, bottom * angle);
-        let mean = (libm::sin(lower) - libm::sin(upper)) / (lower - upper);
-        [libm::cos(upper) - mean, mean - libm::cos(lower)]
+    }
+
+    /// The weights of the upper and of the lower corners of each patch in row `j` of a tile; of cubes, about.
+    pub fn halves(&self, tile: &Tile, j: u32, [upper, lower]: &mut [[f32; BLOCK]; 2]) {
+        let y = tile.origin[1] + j;
+        let rows = self.rows.get(y as usize).copied().unwrap_or_default();
+        for (x, (upper, lower)) in (tile.origin[0]..tile.end[0]).zip(upper.iter_mut().zip(lower)) {
+            [*upper, *lower] = match self.plan.of.layout {
+                Layout::Cube => {
+                    let side = self.plan.chart.axes[0].length;
+                    let shift = self.plan.chart.axes[0].shift;
+                    let [s, t] = [x, y].map(|k| ((k as f32 + 0.5 - shift) * 2.0 / side - 1.0).clamp(-1.0, 1.0));
+                    let squared = 1.0 + s * s + t * t;
+                    [1.0 / (squared * crate::numeric::sqrt(squared) * side * side); 2]
+                }
+                _ => {
+                    let [upper, _, lower, _] = self.column_weights(x, rows);
+                    [upper as f32, lower as f32]
+                }
+            };
+        }
     }
 
     /// The weights of a patch's four corners from those of its row.
@@ -275,4 +295,18 @@ impl Texels<'_> {
         }
         weights
     }
+}
+
+/// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
+pub fn row_weights(plan: &Plan, y: u32) -> [f64; 2] {
+    let a = plan.chart.axes[1];
+    let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+    let (top, bottom) = (edge(y), edge(y + 1));
+    if plan.of.layout != Layout::LatLong {
+        return [0.5 * (bottom - top); 2];
+    }
+    let angle = PI / f64::from(a.length);
+    let (upper, lower) = (top * angle, bottom * angle);
+    let mean = (libm::sin(lower) - libm::sin(upper)) / (lower - upper);
+    [libm::cos(upper) - mean, mean - libm::cos(lower)]
 }

@@ -69,9 +69,6 @@ fn environments() {
         (c.format, c.pixels, c.flags) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(2), c.flags | 16);
     });
     call.succeeds("two bytes");
-    let faults: &[Fault<EnvironmentConfig>] =
-        &[("layout", |c| (c.layout, c.width) = (WIS_LAYOUT_OCTAHEDRAL, c.height), INVALID)];
-    check(&["wis_strata_size", "wis_jitter_size", "wis_jitter_init"], "map", faults);
 }
 
 #[test]
@@ -103,6 +100,13 @@ fn lights() {
         ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
         ("world_from_map", |c| c.world_from_map = c.world_from_map.wrapping_byte_add(2), MISALIGNED),
     ];
+    let of_maps: &[Fault<LightConfig>] = &[
+        ("layout", |c| (c.layout, c.width) = (WIS_LAYOUT_OCTAHEDRAL, c.height), INVALID),
+        ("flags", |c| c.flags = WIS_ENVIRONMENT_ROWS_AT_POLES, INVALID),
+    ];
+    for faults in [of_maps, faults] {
+        check(&["wis_strata_size", "wis_strata_lights", "wis_jitter_size", "wis_jitter_init"], "map", faults);
+    }
     let functions = ["size", "init", "begin", "run", "finish"].map(|name| format!("wis_environment_{name}"));
     check(&functions.each_ref().map(String::as_str), "config", faults);
 }
@@ -195,7 +199,6 @@ fn strata() {
         ("levels", |c| c.levels = 65, INVALID),
         ("angle_limit", |c| c.angle_limit = -1.0, INVALID),
         ("exponents", |c| c.exponents = [9.0f32, 0.0].as_ptr(), INVALID),
-        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
     ];
     check(&["wis_strata_size", "wis_strata_lights"], "config", faults);
 }

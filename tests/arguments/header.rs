@@ -1,7 +1,11 @@
-//! The declarations of include/wis.h: which functions there are, what their parameters are, which structs begin with
+//! The declarations of the headers: which functions there are, what their parameters are, which structs begin with
 //! their size.
 
-const HEADER: &str = include_str!("../../include/wis.h");
+const HEADERS: &str = concat!(
+    include_str!("../../include/wis.h"),
+    include_str!("../../include/wis_lights.h"),
+    include_str!("../../include/wis_wavelets.h")
+);
 
 /// A function as the header declares it.
 pub struct Function {
@@ -40,7 +44,8 @@ impl Parameter {
 
     /// Whether the call writes numbers through the pointer, or builds there.
     pub fn is_result(&self) -> bool {
-        self.is_pointer() && !self.declaration.starts_with("const") && self.name != "diagnostic"
+        let handle = self.declaration.contains("**");
+        self.is_pointer() && !self.declaration.starts_with("const") && !handle && self.name != "diagnostic"
     }
 
     /// What the pointer points to, without `const`: `float`, `wis_wavelet_query`, `wis_wavelet_light *`.
@@ -51,7 +56,7 @@ impl Parameter {
     }
 }
 
-/// Every function, in the order of the header.
+/// Every function, in the order of the headers.
 pub fn functions() -> Vec<Function> {
     code().split(';').filter_map(function).collect()
 }
@@ -77,10 +82,10 @@ fn function(statement: &str) -> Option<Function> {
     Some(Function { name: name.into(), parameters, answers_status: before.contains("wis_status wis_") })
 }
 
-/// The header without comments, preprocessor lines and `struct` and `enum`, on one line with single spaces.
+/// The headers without comments, preprocessor lines and `struct` and `enum`, on one line with single spaces.
 fn code() -> String {
     let mut code = String::new();
-    for piece in HEADER.split("/*") {
+    for piece in HEADERS.split("/*") {
         code.push_str(piece.split_once("*/").map_or(piece, |(_, after)| after));
     }
     let lines = code.lines().map(str::trim).filter(|line| !line.starts_with("//") && !line.starts_with('#'));

@@ -1,4 +1,4 @@
-//! Every function of include/wis.h answers null, misaligned, short, overflowing and out-of-range arguments with its
+//! Every function of the headers answers null, misaligned, short, overflowing and out-of-range arguments with its
 //! status, blames the right argument and writes nothing but the diagnostic.
 //!
 //! The header drives the tests: what it declares is called, with every parameter spoiled in turn. A function that is

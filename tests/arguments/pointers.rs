@@ -5,13 +5,17 @@ use crate::call::{Call, field};
 use crate::header::{Function, Parameter, begins_with_size, functions};
 use crate::scene::{Scene, numbers};
 use wis::descent::Sample;
+use wis::direct::Ray;
 use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use wis::ffi::light::{LightConfig, LightInfo};
+use wis::ffi::material::{MaterialData, PointData};
 use wis::ffi::product::{CallbackBrdf, ProductConfig, ProductInfo};
+use wis::ffi::sampler::SamplerConfig;
 use wis::ffi::strata::StrataConfig;
 use wis::ffi::table::Table;
 use wis::ffi::tree::rotated::RotatedConfig;
 use wis::ffi::tree::{TreeConfig, TreeInfo};
+use wis::ffi::wave::DirectWave;
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::pool::Pick;
 use wis::prior::Prior;
@@ -36,6 +40,7 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
         "diagnostic" | "world_from_map" | "g" => true,
+        "u" => function.name == "wis_direct",
         "label" => function.name == "wis_strata_lights",
         "info" => !matches!(function.name.as_str(), "wis_wavelet_product_describe" | "wis_environment_describe"),
         _ => false,
@@ -47,6 +52,7 @@ fn alignment(parameter: &Parameter) -> usize {
     match parameter.pointee() {
         "void"
         | "wis_environment"
+        | "wis_sampler"
         | "wis_wavelet_light"
         | "wis_wavelet_product"
         | "wis_tree"
@@ -54,6 +60,11 @@ fn alignment(parameter: &Parameter) -> usize {
         | "wis_visibility" => WIS_ALIGNMENT,
         "float" | "uint32_t" => 4,
         "uint8_t" => 1,
+        "wis_ray" => align_of::<Ray>(),
+        "wis_sampler_config" => align_of::<SamplerConfig>(),
+        "wis_material" => align_of::<MaterialData>(),
+        "wis_point" => align_of::<PointData>(),
+        "wis_wave" => align_of::<DirectWave>(),
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
@@ -300,7 +311,12 @@ fn other_objects() {
     for_each_parameter(|scene, function, parameter| {
         if matches!(
             parameter.pointee(),
-            "wis_environment" | "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_visibility"
+            "wis_environment"
+                | "wis_sampler"
+                | "wis_wavelet_light"
+                | "wis_wavelet_product"
+                | "wis_tree"
+                | "wis_visibility"
         ) {
             let len = Call::valid(scene, function).bytes(&parameter.name).len();
             for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {

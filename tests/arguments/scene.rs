@@ -5,11 +5,14 @@ use crate::header::{Function, Parameter};
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::descent::Sample;
+use wis::direct::Ray;
 use wis::ffi::environment::*;
 use wis::ffi::jitter::*;
 use wis::ffi::light::*;
+use wis::ffi::material::{MaterialData, PointData, wis_material_init};
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
+use wis::ffi::sampler::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::combine::*;
@@ -17,6 +20,7 @@ use wis::ffi::tree::rotated::*;
 use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::visibility::*;
+use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
 use wis::prior::Prior;
@@ -33,6 +37,8 @@ const COUNT: usize = 3;
 
 /// Room for products and blends of wavelets.
 const PRODUCT: usize = 48;
+/// Rays of a point.
+const RAYS: usize = 2;
 /// Slices of the table.
 const SLICES: usize = 2;
 
@@ -41,6 +47,17 @@ const RANDOM: [[f32; 2]; COUNT] = [[0.25, 0.75], [0.0, 0.5], [0.9, 0.1]];
 const WIDTH: u32 = 6;
 const HEIGHT: u32 = 3;
 const IMAGE: [f64; 16] = [1.0, 2.0, 3.0, 4.0, 0.5, 9.0, 7.0, 1.0, 1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 5.0, 8.0];
+
+fn sampler_config() -> Vec<u8> {
+    plain(|config: &mut SamplerConfig| config.size = size_of::<SamplerConfig>() as u32)
+}
+
+fn material() -> Vec<u8> {
+    plain(|material: &mut MaterialData| {
+        (material.size, material.lobe_count) = (size_of::<MaterialData>() as u32, 1);
+        material.lobe[0].kind = wis::ffi::material::WIS_LOBE_LAMBERT;
+    })
+}
 
 /// A valid value for a parameter.
 pub enum Value {
@@ -59,6 +76,11 @@ pub struct Scene {
     /// A scratch block after both passes.
     integrated: Vec<u8>,
     environment: Vec<u8>,
+    sampler_size: MemorySize,
+    sampler: Vec<u8>,
+    /// A material after wis_material_init, and what a wave's arrays hold.
+    material: Block,
+    wave: [Block; 4],
     light_size: MemorySize,
     /// A scratch block after two passes and after three; the memory after three, and at the end.
     light_scratch: [Vec<u8>; 2],
@@ -95,6 +117,15 @@ impl Scene {
             decoded: Vec::new(),
             integrated: Vec::new(),
             environment: Vec::new(),
+            sampler_size: MemorySize::default(),
+            sampler: Vec::new(),
+            material: Block::new(&material(), 0),
+            wave: [
+                Block::new(&numbers(&DIRECTIONS), 0),
+                Block::new(&numbers(&[7u32; COUNT]), 0),
+                Block::unwritten(COUNT * RAYS * size_of::<Ray>()),
+                Block::unwritten(4 * COUNT),
+            ],
             light_size: MemorySize::default(),
             light_scratch: [Vec::new(), Vec::new()],
             light_memory: [Vec::new(), Vec::new()],
@@ -119,6 +150,7 @@ impl Scene {
             blend_size: MemorySize::default(),
         };
         scene.build_light();
+        scene.build_sampler();
         scene.build_environment();
         scene.build_product();
         scene.build_jitter();
@@ -160,6 +192,43 @@ impl Scene {
         }
     }
 
+    fn build_sampler(&mut self) {
+        let config = Block::new(&sampler_config(), 0);
+        let (config, mut handle, none) = (config.pointer().cast(), null_mut(), null_mut());
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_sampler_size(config, &mut self.sampler_size, none));
+            let memory = Block::unwritten(self.sampler_size.bytes);
+            expect_ok(wis_sampler_init(config, memory.pointer().cast(), memory.len(), &mut handle, none));
+            expect_ok(wis_material_init(self.material.pointer().cast(), none));
+            self.sampler = memory.to_vec();
+        }
+    }
+
+    fn point(&self) -> Vec<u8> {
+        plain(|point: &mut PointData| {
+            point.size = size_of::<PointData>() as u32;
+            point.material = self.material.pointer().cast_const().cast();
+            (point.normal, point.wo) = (DIRECTIONS[2], DIRECTIONS[0]);
+            point.weight = [[1.0; 3]; 4];
+        })
+    }
+
+    fn wave(&self) -> Vec<u8> {
+        let [directions, seeds, rays, counts] = self.wave.each_ref().map(Block::pointer);
+        let vectors = FloatsIn { first: directions.cast(), point: 12, number: 0 };
+        let shared = FloatsIn { point: 0, ..vectors };
+        plain(|wave: &mut DirectWave| {
+            wave.size = size_of::<DirectWave>() as u32;
+            (wave.rays, wave.material_count) = (RAYS as u32, 1);
+            wave.materials = self.material.pointer().cast_const().cast();
+            (wave.normal, wave.wo) = (shared, vectors);
+            wave.seed = IntsIn { first: seeds.cast(), point: 4 };
+            wave.ray = FloatsOut { first: rays.cast(), point: (RAYS * size_of::<Ray>()) as isize, number: 0 };
+            wave.count = counts.cast();
+        })
+    }
+
     fn build_environment(&mut self) {
         let config = Block::new(&self.environment_config(), 0);
         let config = config.pointer().cast();
@@ -192,7 +261,7 @@ impl Scene {
         unsafe {
             expect_ok(wis_wavelet_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
-            let (map, strata) = (self.environment_config(), strata_config());
+            let (map, strata) = (self.light_config(), strata_config());
             let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
             let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
             expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
@@ -207,7 +276,7 @@ impl Scene {
     }
 
     fn build_jitter(&mut self) {
-        let map = Block::new(&self.environment_config(), 0);
+        let map = Block::new(&self.light_config(), 0);
         let (map, labels) = (map.pointer().cast(), labels());
         let mut handle = null();
         // SAFETY: all pointers are valid.
@@ -218,19 +287,7 @@ impl Scene {
             let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
             let (none, energy) = (null_mut(), WIS_JITTER_ENERGY);
             let labels = labels.as_ptr().cast();
-            expect_ok(wis_jitter_init(
-                map,
-                &ROTATION,
-                2,
-                labels,
-                energy,
-                place,
-                bytes,
-                work,
-                scratch_bytes,
-                &mut handle,
-                none,
-            ));
+            expect_ok(wis_jitter_init(map, 2, labels, energy, place, bytes, work, scratch_bytes, &mut handle, none));
             self.jitter = memory.to_vec();
         }
     }
@@ -297,6 +354,7 @@ impl Scene {
             "u" => 0,
             "total" => 8,
             "side" => 4,
+            "rays" => RAYS,
             "cell" => 5,
             "room" => PRODUCT,
             "slice" => 1,
@@ -314,8 +372,18 @@ impl Scene {
         match parameter.declaration.as_str() {
             "const wis_environment_config *config" => self.light_config(),
             "const wis_wavelet_light_config *config" => self.environment_config(),
-            "const wis_wavelet_light_config *map" => self.environment_config(),
+            "const wis_environment_config *map" => self.light_config(),
             "const wis_strata_config *config" => strata_config(),
+            "const wis_sampler_config *config" => sampler_config(),
+            "wis_sampler *sampler" | "const wis_sampler *sampler" => self.sampler.clone(),
+            "wis_material *material" => material(),
+            "const wis_point *point" => self.point(),
+            "const wis_wave *wave" => self.wave(),
+            "wis_ray *ray" => unwritten(RAYS * size_of::<Ray>()),
+            "uint32_t *ray_count" => unwritten(4),
+            "uint8_t *status" => unwritten(count),
+            "float *u" if name == "wis_invert" => unwritten(8 * count),
+            "const float *u" if name == "wis_direct" => numbers(&RANDOM[..RAYS]),
             "const wis_wavelet_product_config *config" => product_config(),
             "const wis_rotated_config *config" => rotated_config(),
             "const wis_tree_config *config" => self.tree_config(),
@@ -379,7 +447,7 @@ impl Scene {
             "wis_wavelet_product_info *info" => sized(size_of::<ProductInfo>()),
             "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
             "wis_memory_size *size" => unwritten(size_of::<MemorySize>()),
-            "wis_diagnostic *diagnostic" => unwritten(size_of::<Diagnostic>()),
+            "wis_diagnostic *diagnostic" | "wis_diagnostic *fault" => unwritten(size_of::<Diagnostic>()),
             "wis_drawn *sample" => unwritten(size_of::<Sample>()),
             "const float world_from_map[9]" => numbers(&ROTATION),
             "const float *u" | "const float u[2]" => numbers(&RANDOM[..count]),
@@ -448,6 +516,7 @@ impl Scene {
             name if name.starts_with("wis_strata") => self.strata_size,
             name if name.starts_with("wis_jitter") => self.jitter_size,
             name if name.starts_with("wis_environment") => self.light_size,
+            name if name.starts_with("wis_sampler") => self.sampler_size,
             _ => self.environment_size,
         }
     }

@@ -8,7 +8,6 @@ use wis::ffi::MemorySize;
 use wis::ffi::environment::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::*;
-use wis::ffi::wis_cpu_detect;
 use wis::status::Status;
 
 /// What the size query of a call's configuration answers.

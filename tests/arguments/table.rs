@@ -1,15 +1,19 @@
 //! Every function of the library, callable with one machine word for each argument.
 
+use wis::ffi::direct::*;
 use wis::ffi::environment::*;
 use wis::ffi::grid::*;
 use wis::ffi::haar::*;
 use wis::ffi::jitter::*;
 use wis::ffi::light::*;
+use wis::ffi::material::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
 use wis::ffi::prior::*;
 use wis::ffi::product::*;
 use wis::ffi::products::*;
+use wis::ffi::sampler::*;
+use wis::ffi::sampling::*;
 use wis::ffi::strata::*;
 use wis::ffi::table::*;
 use wis::ffi::tree::combine::*;
@@ -18,7 +22,8 @@ use wis::ffi::tree::sparse::*;
 use wis::ffi::tree::*;
 use wis::ffi::triple::*;
 use wis::ffi::visibility::*;
-use wis::ffi::{wis_cpu_detect, wis_status_string, wis_version};
+use wis::ffi::wave::*;
+use wis::ffi::{wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.
 pub struct Entry {
@@ -56,6 +61,16 @@ pub const TABLE: &[Entry] = table! {
     wis_environment_open(memory, bytes, environment, diagnostic);
     wis_environment_describe(environment, info);
     wis_environment_turn(memory, bytes, world_from_map, environment, diagnostic);
+    wis_sampler_size(config, size, diagnostic);
+    wis_sampler_init(config, memory, bytes, sampler, diagnostic);
+    wis_sampler_begin_pixel(sampler);
+    wis_sampler_fault(sampler, fault);
+    wis_material_init(material, diagnostic);
+    wis_direct(sampler, environment, point, rays, u, ray, ray_count);
+    wis_direct_wave(sampler, environment, count, wave);
+    wis_sample(sampler, environment, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
+    wis_pdf(sampler, environment, count, wi, wi_stride, pdf, pdf_stride);
+    wis_invert(sampler, environment, count, wi, wi_stride, u, u_stride, status);
     wis_wavelet_light_size(config, size, diagnostic);
     wis_wavelet_light_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
     wis_wavelet_light_begin(config, scratch, scratch_bytes, rows, diagnostic);
@@ -97,7 +112,7 @@ pub const TABLE: &[Entry] = table! {
     wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
     wis_jitter_size(map, light_count, size, diagnostic);
     wis_jitter_init(
-        map, world_from_map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
+        map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
     );
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);

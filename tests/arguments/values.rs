@@ -12,7 +12,6 @@ use wis::ffi::light::*;
 use wis::ffi::product::*;
 use wis::ffi::tree::TreeConfig;
 use wis::ffi::tree::rotated::RotatedConfig;
-use wis::ffi::wis_cpu_detect;
 use wis::query::*;
 use wis::status::Status;
 
@@ -454,9 +453,10 @@ fn directions() {
             call.give("wi", Block::new(&numbers(&direction), 0));
             call.fails(&format!("{direction:?}"), TRANSFORM, "wi");
         }
-        // A pool finds a place for anything, and a prior leaves it out.
+        // A pool finds a place for anything, a prior leaves it out, and an inversion has a status for each.
         let many = taking("const float *wi").into_iter();
-        for function in many.filter(|f| f.name != "wis_pool_pick" && f.name != "wis_prior_count") {
+        for function in many.filter(|f| !["wis_pool_pick", "wis_prior_count", "wis_invert"].contains(&f.name.as_str()))
+        {
             let results = ["pdf", "f_cos", "weight"];
             let result = results.into_iter().find(|name| function.takes(&format!("float *{name}"))).unwrap();
             let valid = Call::valid(&scene, &function);

@@ -13,6 +13,7 @@ pub mod vector;
 use std::ptr::{null, null_mut};
 use wis::descent::Sample;
 use wis::ffi::environment::*;
+use wis::ffi::light::{LightConfig, WIS_FILTER_BILINEAR};
 use wis::ffi::product::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::points::sobol;
@@ -96,6 +97,26 @@ impl Map {
             row_stride: 0,
             row: None,
             row_user: null_mut(),
+        }
+    }
+
+    /// The map as the renderer's header describes it.
+    pub fn light_config(&self, flags: u32) -> LightConfig {
+        LightConfig {
+            size: size_of::<LightConfig>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format: WIS_FORMAT_F32,
+            filter: WIS_FILTER_BILINEAR,
+            flags,
+            error_budget: 0.0,
+            pixels: self.pixels.as_ptr().cast(),
+            row_stride: 0,
+            row: None,
+            row_user: null_mut(),
+            world_from_map: null(),
         }
     }
 

@@ -1,4 +1,4 @@
-//! The C header, generated from the boundary's `repr(C)` types, `WIS_` constants and `wis_` functions.
+//! The C headers, generated from the boundary's `repr(C)` types, `WIS_` constants and `wis_` functions.
 
 use cbindgen::{
     Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, FunctionConfig, Language, Layout, RenameRule, Style,
@@ -9,49 +9,99 @@ use std::path::{Path, PathBuf};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-const HEADER: &str = "include/wis.h";
+/// A header: what it is called, where its items are declared, and its top, which says what no single declaration can.
+struct Header {
+    file: &'static str,
+    /// In the order of use: the header lists constants, types and functions source by source.
+    sources: &'static [&'static str],
+    introduction: &'static str,
+}
 
-/// Where the items of the C API are declared, in the order in which the header lists constants and functions. The
-/// modules of a `mod.rs` are followed.
-const SOURCES: [&str; 16] = [
-    "src/ffi/mod.rs",
-    "src/direct/ray.rs",
-    "src/query.rs",
-    "src/table.rs",
-    "src/descent.rs",
-    "src/prior.rs",
-    "src/pool.rs",
-    "src/strata.rs",
-    "src/tripling.rs",
-    "src/triple.rs",
-    "src/grid.rs",
-    "src/sparse.rs",
-    "src/combine.rs",
-    "src/rotated.rs",
-    "src/visibility.rs",
-    "src/status.rs",
+/// All but the first include the first, and nothing else.
+const HEADERS: [Header; 3] = [
+    Header {
+        file: "wis.h",
+        sources: &[
+            "src/status.rs",
+            "src/ffi/mod.rs",
+            "src/ffi/light.rs",
+            "src/ffi/sampler.rs",
+            "src/ffi/material.rs",
+            "src/direct/ray.rs",
+            "src/ffi/direct.rs",
+            "src/ffi/wave.rs",
+            "src/ffi/sampling.rs",
+            "src/descent.rs",
+            "src/pool.rs",
+            "src/ffi/pool.rs",
+            "src/prior.rs",
+            "src/ffi/prior.rs",
+            "src/ffi/points.rs",
+        ],
+        introduction: include_str!("wis.h"),
+    },
+    Header {
+        file: "wis_lights.h",
+        sources: &["src/strata.rs", "src/ffi/strata.rs", "src/ffi/jitter.rs"],
+        introduction: include_str!("wis_lights.h"),
+    },
+    Header {
+        file: "wis_wavelets.h",
+        sources: &[
+            "src/ffi/environment.rs",
+            "src/query.rs",
+            "src/ffi/product.rs",
+            "src/ffi/products.rs",
+            "src/ffi/tree.rs",
+            "src/table.rs",
+            "src/ffi/table.rs",
+            "src/ffi/haar.rs",
+            "src/triple.rs",
+            "src/sparse.rs",
+            "src/combine.rs",
+            "src/rotated.rs",
+            "src/ffi/tree/combine.rs",
+            "src/ffi/tree/sparse.rs",
+            "src/ffi/tree/rotated.rs",
+            "src/tripling.rs",
+            "src/ffi/triple.rs",
+            "src/visibility.rs",
+            "src/ffi/visibility.rs",
+            "src/grid.rs",
+            "src/ffi/grid.rs",
+        ],
+        introduction: include_str!("wis_wavelets.h"),
+    },
 ];
 
-/// The top of the header: what a caller must know that no single declaration can say.
-const INTRODUCTION: &str = include_str!("introduction.h");
+/// The module whose folders hold the boundary; cbindgen follows it.
+const BOUNDARY: &str = "src/ffi/mod.rs";
 
-/// Writes `include/wis.h`.
+/// Writes the headers into `include/`.
 pub fn write(root: &Path) -> Result<()> {
-    Ok(fs::write(root.join(HEADER), generate(root)?)?)
-}
-
-/// Fails if `include/wis.h` is not, to the byte, what [`write()`] would write.
-pub fn check(root: &Path) -> Result<()> {
-    let committed = fs::read(root.join(HEADER))?;
-    if committed == generate(root)?.into_bytes() {
-        return Ok(());
+    for (header, text) in HEADERS.iter().zip(generate(root)?) {
+        fs::write(root.join("include").join(header.file), text)?;
     }
-    Err(format!("{HEADER} is out of date: run `cargo run -p xtask -- header` and commit the result").into())
+    Ok(())
 }
 
-fn generate(root: &Path) -> Result<String> {
+/// Fails if a header in `include/` is not, to the byte, what [`write()`] would write.
+pub fn check(root: &Path) -> Result<()> {
+    for (header, text) in HEADERS.iter().zip(generate(root)?) {
+        let file = header.file;
+        if fs::read(root.join("include").join(file))? != text.into_bytes() {
+            let advice = "run `cargo run -p xtask -- header` and commit the result";
+            return Err(format!("include/{file} is out of date: {advice}").into());
+        }
+    }
+    Ok(())
+}
+
+/// The text of each header.
+fn generate(root: &Path) -> Result<Vec<String>> {
     let mut builder = Builder::new().with_config(config(&declarations(root)?));
-    for source in SOURCES {
+    let sources = HEADERS.iter().flat_map(|header| header.sources);
+    for source in sources.filter(|source| **source == BOUNDARY || !source.starts_with("src/ffi/")) {
         builder = builder.with_src(root.join(source));
     }
     let mut text = Vec::new();
@@ -60,7 +110,119 @@ fn generate(root: &Path) -> Result<String> {
     let text = String::from_utf8(text)?.replace("WIS_STATUS_", "WIS_");
     let text = array_parameters(&without_safety_sections(&text));
     reject_rust_syntax(&text)?;
-    Ok(text)
+    arrange(root, &items(&text)?)
+}
+
+/// A declaration with its comment.
+#[derive(Debug, PartialEq)]
+struct Item<'a> {
+    kind: Kind,
+    name: &'a str,
+    text: &'a str,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Constant,
+    Type,
+    Function,
+}
+
+/// The items of what cbindgen wrote: they stand apart by empty lines.
+fn items(text: &str) -> Result<Vec<Item<'_>>> {
+    let mut items = Vec::new();
+    for text in text.split("\n\n").map(str::trim).filter(|piece| !piece.is_empty()) {
+        let code = text.lines().find(|line| !line.trim_start().starts_with("///")).unwrap_or_default();
+        if !code.starts_with("#define ") && code.starts_with('#') {
+            // What surrounds the items: conditions and includes.
+            continue;
+        }
+        let (kind, name) = named(code).ok_or(format!("a declaration without name: {code}"))?;
+        items.push(Item { kind, name, text });
+    }
+    // A type that nothing names is not the boundary's.
+    let is_used = |item: &Item| {
+        let elsewhere = items.iter().filter(|other| other.name != item.name);
+        item.kind != Kind::Type || elsewhere.into_iter().any(|other| words(other.text).any(|word| word == item.name))
+    };
+    let used: Vec<bool> = items.iter().map(is_used).collect();
+    Ok(items.into_iter().zip(used).filter(|(_, used)| *used).map(|(item, _)| item).collect())
+}
+
+/// The kind and the name of the declaration that begins with a line.
+fn named(code: &str) -> Option<(Kind, &str)> {
+    if let Some(rest) = code.strip_prefix("#define ") {
+        return Some((Kind::Constant, identifier(rest)?));
+    }
+    if let Some(rest) = code.strip_prefix("typedef ") {
+        let tagged = ["struct ", "enum ", "union "].iter().find_map(|tag| rest.strip_prefix(tag));
+        let name = match rest.split_once("(*") {
+            Some((_, pointer)) => identifier(pointer)?,
+            None => identifier(tagged?)?,
+        };
+        return Some((Kind::Type, name));
+    }
+    Some((Kind::Function, words(code.split_once('(')?.0).last()?))
+}
+
+/// Sorts the items into the headers: source by source, constants before types before functions.
+fn arrange(root: &Path, items: &[Item]) -> Result<Vec<String>> {
+    let mut places = Vec::new();
+    for (number, header) in HEADERS.iter().enumerate() {
+        for (order, source) in header.sources.iter().enumerate() {
+            let text = fs::read_to_string(root.join(source))?;
+            places.extend(text.lines().enumerate().filter_map(|(line, text)| {
+                let name = declared_type(text).map(c_name);
+                let name =
+                    name.or_else(|| declared_constant(text).or_else(|| declared_function(text)).map(String::from));
+                name.map(|name| (name, (number, order, line)))
+            }));
+        }
+    }
+    let mut sorted = Vec::new();
+    for (position, item) in items.iter().enumerate() {
+        let place = places.iter().find(|(name, _)| name == item.name);
+        let (_, (header, order, line)) =
+            place.ok_or(format!("{} is declared in no source of a header: add its file to HEADERS", item.name))?;
+        // cbindgen brings types into an order in which they can be declared.
+        let line = if item.kind == Kind::Type { position } else { *line };
+        sorted.push(((*header, *order, item.kind, line), item));
+    }
+    sorted.sort_by_key(|(key, _)| *key);
+    let of = |number: usize| sorted.iter().filter(move |((header, ..), _)| *header == number).map(|(_, item)| *item);
+    let mut headers = Vec::new();
+    for (number, header) in HEADERS.iter().enumerate() {
+        for item in of(number) {
+            let others = (1..HEADERS.len()).filter(|other| *other != number).flat_map(of);
+            let named: Vec<&str> = others.map(|other| other.name).collect();
+            if let Some(foreign) = words(item.text).find(|word| named.contains(word)) {
+                return Err(format!("{}: {} names {foreign} of another header", header.file, item.name).into());
+            }
+        }
+        headers.push(header.assemble(of(number)));
+    }
+    Ok(headers)
+}
+
+impl Header {
+    fn assemble<'a>(&self, items: impl Iterator<Item = &'a Item<'a>>) -> String {
+        let guard = self.file.to_uppercase().replace('.', "_");
+        let includes =
+            if self.file == "wis.h" { "#include <stddef.h>\n#include <stdint.h>" } else { "#include \"wis.h\"" };
+        let mut text =
+            format!("{}\n\n#ifndef {guard}\n#define {guard}\n\n{includes}\n\n", self.introduction.trim_end());
+        text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
+        for item in items {
+            text += item.text;
+            text += "\n\n";
+        }
+        text + &format!("#ifdef __cplusplus\n}}\n#endif\n\n#endif /* {guard} */\n")
+    }
+}
+
+/// The words of a text: identifiers and numbers.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty())
 }
 
 fn config(declarations: &str) -> Config {
@@ -68,11 +230,7 @@ fn config(declarations: &str) -> Config {
     let internal = declarations.lines().filter_map(declared_constant).filter(|name| !name.starts_with("WIS_"));
     Config {
         language: Language::C,
-        header: Some(INTRODUCTION.trim_end().into()),
-        include_guard: Some("WIS_H".into()),
         no_includes: true,
-        sys_includes: vec!["stddef.h".into(), "stdint.h".into()],
-        cpp_compat: true,
         usize_is_size_t: true,
         style: Style::Both,
         documentation_style: DocumentationStyle::Cxx,
@@ -97,24 +255,20 @@ fn declarations(root: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// Every Rust file of a source and of the modules below it, whose folders are followed.
+/// Every Rust file of a source and, of the boundary, all modules below it.
 fn source_files(root: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for source in SOURCES {
-        let source = root.join(source);
-        if !source.ends_with("mod.rs") {
-            files.push(source);
-            continue;
-        }
-        let mut folders = vec![source.with_file_name("")];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(folder)? {
-                let path = entry?.path();
-                if path.is_dir() { folders.push(path) } else { files.push(path) }
-            }
+    let sources = HEADERS.iter().flat_map(|header| header.sources);
+    let mut files: Vec<PathBuf> = sources.map(|source| root.join(source)).collect();
+    let mut folders = vec![root.join(BOUNDARY).with_file_name("")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder)? {
+            let path = entry?.path();
+            if path.is_dir() { folders.push(path) } else { files.push(path) }
         }
     }
     files.retain(|file| file.extension().is_some_and(|extension| extension == "rs"));
+    files.sort();
+    files.dedup();
     Ok(files)
 }
 
@@ -123,6 +277,11 @@ fn declared_type(line: &str) -> Option<&str> {
     let item = line.trim_start().strip_prefix("pub ")?;
     let rest = ["struct ", "enum ", "union ", "type "].iter().find_map(|keyword| item.strip_prefix(keyword))?;
     identifier(rest)
+}
+
+/// The name in a line such as `pub unsafe extern "C" fn name(`.
+fn declared_function(line: &str) -> Option<&str> {
+    identifier(line.trim_start().split_once("extern \"C\" fn ")?.1)
 }
 
 /// The name in a line such as `pub const NAME: u32 = 1;`.
@@ -223,6 +382,23 @@ mod tests {
         assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
         assert_eq!(c_name("ProductConfig"), "wis_wavelet_product_config");
+    }
+
+    #[test]
+    fn items_have_kinds_and_names() {
+        let text = "#include <stdint.h>\n\n/// One.\n#define WIS_ONE 1\n\ntypedef struct wis_a wis_a;\n\n\
+                    /// A row.\ntypedef const void *(*wis_row_fn)(void *user);\n\nenum wis_status wis_f(struct wis_a *a,\n wis_row_fn row);\n\n\
+                    typedef struct wis_unused wis_unused;\n\n#endif /* WIS_H */\n";
+        let found = items(text).unwrap();
+        let found: Vec<_> = found.iter().map(|item| (item.kind, item.name)).collect();
+        let (constant, function) = ((Kind::Constant, "WIS_ONE"), (Kind::Function, "wis_f"));
+        assert_eq!(found, [constant, (Kind::Type, "wis_a"), (Kind::Type, "wis_row_fn"), function]);
+    }
+
+    #[test]
+    fn functions_are_found() {
+        assert_eq!(declared_function("pub unsafe extern \"C\" fn wis_f("), Some("wis_f"));
+        assert_eq!(declared_function("unsafe fn f()"), None);
     }
 
     #[test]

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo run -p xtask -- header [--check]
-  header          writes include/wis.h from the C boundary in src/
-  header --check  fails if include/wis.h differs by a byte from what `header` would write";
+  header          writes the headers in include/ from the C boundary in src/
+  header --check  fails if a header differs by a byte from what `header` would write";
 
 fn main() -> ExitCode {
     // Set by `cargo run`; the value at compile time may be another checkout's that shares the target folder.

@@ -35,6 +35,7 @@ const UNCHOSEN: u64 = u64::MAX;
 struct Arrays {
     rows: usize,
     rgb: usize,
+    weights: usize,
     work: usize,
     block_light: usize,
     luminance: usize,
@@ -52,10 +53,11 @@ impl Arrays {
             Some(start)
         };
         let blocks = kernel::full_lengths(&request.plan).blocks;
-        let [rows, rgb, work, block_light, luminance, steps] = Scratch::counts(&request.plan, blocks)?;
+        let [rows, rgb, weights, work, block_light, luminance, steps] = Scratch::counts(&request.plan, blocks)?;
         let arrays = Arrays {
             rows: array(rows)?,
             rgb: array(rgb)?,
+            weights: array(weights)?,
             work: array(work)?,
             block_light: array(block_light)?,
             luminance: array(luminance)?,
@@ -100,7 +102,7 @@ impl Build {
     pub(super) unsafe fn begin(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let build = Build::new(request, scratch, bytes, argument)?;
         let [rows, cells, _] = build.items().map(|count| count as usize);
-        let Arrays { rows: at_rows, work, cell_light, .. } = build.arrays;
+        let Arrays { rows: at_rows, weights, work, cell_light, .. } = build.arrays;
         // SAFETY: nothing else uses the block yet, and the arrays do not overlap.
         unsafe {
             if let Some(header) = build.block.own::<ScratchHeader>(0, 0, 1).first_mut() {
@@ -110,6 +112,7 @@ impl Build {
             build.block.own::<RowSummary>(at_rows, 0, rows).fill(unfinished);
             build.block.own::<CellWork>(work, 0, cells).fill(CellWork { level: UNCHOSEN, ..CellWork::default() });
             build.block.own::<f64>(cell_light, 0, cells).fill(UNFINISHED);
+            kernel::weights(&request.plan, build.block.own(weights, 0, build.patch_rows()));
         }
         Ok(build)
     }
@@ -210,7 +213,7 @@ impl Build {
         // SAFETY: what the first pass wrote is only read; of grids and cells those of these items only are written.
         unsafe {
             let totals = Totals::of(self.summaries());
-            let texels = totals.texels(&self.request.plan, self.luminance());
+            let texels = totals.texels(&self.request.plan, self.luminance(), self.weights());
             for index in items {
                 let (first, count) = kernel::block_range(&self.request.plan, index);
                 let steps = self.block.own::<Steps>(self.arrays.steps, first, count);
@@ -228,7 +231,7 @@ impl Build {
         // SAFETY: what earlier passes wrote is only read; of all tables the parts of these cells only are written.
         unsafe {
             let (totals, work) = (Totals::of(self.summaries()), self.work());
-            let texels = totals.texels(plan, self.luminance());
+            let texels = totals.texels(plan, self.luminance(), self.weights());
             let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
             let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
             for index in items {
@@ -279,6 +282,17 @@ impl Build {
             let writer = Writer::new(plan, work, memory).map_err(failure)?;
             writer.finish(&totals, work, rgb, &self.request.frame).map_err(|status| Failure::new(status, 1))
         }
+    }
+
+    fn patch_rows(&self) -> usize {
+        self.request.plan.chart.axes[1].patches as usize
+    }
+
+    /// # Safety
+    /// The build has begun.
+    unsafe fn weights<'a>(&self) -> &'a [[f64; 2]] {
+        // SAFETY: written before the first pass, and only read from then on.
+        unsafe { self.block.finished(self.arrays.weights, 0, self.patch_rows()) }
     }
 
     /// # Safety

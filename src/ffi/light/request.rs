@@ -17,16 +17,16 @@ use crate::status::{Fault, Status};
 
 /// A checked configuration.
 #[derive(Clone, Copy)]
-pub(super) struct Request {
-    pub(super) plan: Plan,
-    pub(super) pixels: Pixels,
-    pub(super) frame: Frame,
+pub(in crate::ffi) struct Request {
+    pub(in crate::ffi) plan: Plan,
+    pub(in crate::ffi) pixels: Pixels,
+    pub(in crate::ffi) frame: Frame,
     flags: u32,
 }
 
 impl Request {
     /// Tells whether a later call of the same build brings the same configuration.
-    pub(super) fn fingerprint(&self) -> u64 {
+    pub(in crate::ffi) fn fingerprint(&self) -> u64 {
         let of = &self.plan.of;
         let mut hash = ContentHash::new();
         for word in [of.layout as u32, of.width, of.height, of.filter as u32, self.flags, of.budget.to_bits()] {
@@ -44,7 +44,7 @@ impl Request {
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-pub(super) unsafe fn read_config(config: *const LightConfig) -> Checked<(Request, PixelRows)> {
+pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<(Request, PixelRows)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
     let invalid = |field| Failure::fault(Fault::range(field), 1);

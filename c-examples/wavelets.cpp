@@ -1,4 +1,4 @@
-// minimal.c in C++11: wis.hpp owns the memory, and a failure is an exception.
+// wavelets.c in C++11: wis.hpp owns the memory, and a failure is an exception.
 #define WIS_HPP_THROW
 #include "wis.hpp"
 

@@ -1,0 +1,265 @@
+//! The light in small tables and the calls that take a sampler: a Rust client of the C functions wis_environment_*,
+//! wis_sample, wis_pdf, wis_invert and wis_direct.
+
+use crate::client::{Block, Density, Result, Texels, check, check_with, raw, row_f16, row_f32};
+use std::cell::RefCell;
+use std::ptr::{null, null_mut};
+
+/// A map and what to build from it: the fields of `wis_environment_config`.
+#[derive(Clone, Copy)]
+#[allow(missing_docs)]
+pub struct Map<'a> {
+    pub layout: u32,
+    pub width: u32,
+    pub height: u32,
+    pub channels: u32,
+    pub filter: u32,
+    pub flags: u32,
+    pub error_budget: f32,
+    pub texels: Texels<'a>,
+    pub world_from_map: Option<[f32; 9]>,
+}
+
+impl<'a> Map<'a> {
+    /// A lat-long map for a bilinear client, all of it kept.
+    pub fn latlong(width: u32, height: u32, channels: u32, texels: Texels<'a>) -> Map<'a> {
+        let (layout, filter) = (raw::WIS_LAYOUT_LATLONG, raw::WIS_FILTER_BILINEAR);
+        Map { layout, width, height, channels, filter, flags: 0, error_budget: 0.0, texels, world_from_map: None }
+    }
+
+    fn config(&self) -> raw::wis_environment_config {
+        let mut config = raw::wis_environment_config {
+            size: size_of::<raw::wis_environment_config>() as u32,
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            channels: self.channels,
+            format: raw::WIS_FORMAT_F32,
+            filter: self.filter,
+            flags: self.flags,
+            error_budget: self.error_budget,
+            world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
+            ..Default::default()
+        };
+        match &self.texels {
+            Texels::F32(texels) => config.pixels = texels.as_ptr().cast(),
+            Texels::F16(texels) => {
+                config.format = raw::WIS_FORMAT_F16;
+                config.pixels = texels.as_ptr().cast();
+            }
+            Texels::RowsF32(rows) => {
+                config.row = Some(row_f32);
+                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
+            }
+            Texels::RowsF16(rows) => {
+                config.format = raw::WIS_FORMAT_F16;
+                config.row = Some(row_f16);
+                config.row_user = std::ptr::from_ref(rows).cast_mut().cast();
+            }
+        }
+        config
+    }
+}
+
+/// An environment and its memory.
+#[derive(Clone)]
+pub struct Environment {
+    memory: Block,
+    /// What was built.
+    pub info: raw::wis_environment_info,
+}
+
+impl Environment {
+    /// The bytes that a map needs.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn size(map: &Map) -> Result<raw::wis_memory_size> {
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        let status = unsafe { raw::wis_environment_size(&map.config(), &mut size, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        Ok(size)
+    }
+
+    /// Builds a map.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(map: &Map) -> Result<Environment> {
+        let size = Environment::size(map)?;
+        Environment::new_in(map, Block::new(size.bytes), &mut Block::new(size.scratch_bytes))
+    }
+
+    /// Builds a map in memory that is there.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new_in(map: &Map, mut memory: Block, scratch: &mut Block) -> Result<Environment> {
+        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
+        let status = unsafe {
+            raw::wis_environment_init(
+                &map.config(),
+                memory.start_mut(),
+                memory.bytes(),
+                scratch.start_mut(),
+                scratch.bytes(),
+                &mut handle,
+                &mut diagnostic,
+            )
+        };
+        check_with(status, diagnostic)?;
+        let mut info =
+            raw::wis_environment_info { size: size_of::<raw::wis_environment_info>() as u32, ..Default::default() };
+        // SAFETY: the handle is that of a finished environment.
+        check(unsafe { raw::wis_environment_describe(handle, &mut info) })?;
+        memory.shorten(info.bytes as usize);
+        Ok(Environment { memory, info })
+    }
+
+    /// The memory, to build in again.
+    pub fn into_memory(self) -> Block {
+        self.memory
+    }
+
+    /// The handle, for raw calls.
+    pub fn handle(&self) -> *const raw::wis_environment {
+        self.memory.start().cast()
+    }
+}
+
+/// One thread's sampler and its memory.
+pub struct Sampler(Block);
+
+impl Sampler {
+    /// For at most so many rays a call; 0 candidates for each leave their number to the library.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(rays: usize, candidates_per_ray: usize, hits_per_pixel: usize) -> Result<Sampler> {
+        let config = raw::wis_sampler_config {
+            size: size_of::<raw::wis_sampler_config>() as u32,
+            cpu_level: raw::WIS_CPU_DETECT,
+            rays: rays as u32,
+            candidates_per_ray: candidates_per_ray as u32,
+            hits_per_pixel: hits_per_pixel as u32,
+            reserved: 0,
+        };
+        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
+        // SAFETY: every pointer is to a live local.
+        check_with(unsafe { raw::wis_sampler_size(&config, &mut size, &mut diagnostic) }, diagnostic)?;
+        let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
+        // SAFETY: the block is as long as it says.
+        let status =
+            unsafe { raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, &mut diagnostic) };
+        check_with(status, diagnostic)?;
+        Ok(Sampler(memory))
+    }
+
+    fn handle(&mut self) -> *mut raw::wis_sampler {
+        self.0.start_mut().cast()
+    }
+
+    /// What comes next belongs to another pixel.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn begin_pixel(&mut self) -> Result<()> {
+        // SAFETY: the handle is alive.
+        check(unsafe { raw::wis_sampler_begin_pixel(self.handle()) })
+    }
+
+    /// Writes the rays to trace at a point and answers how many there are.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn direct(
+        &mut self,
+        environment: &Environment,
+        point: &raw::wis_point,
+        ray: &mut [raw::wis_ray],
+    ) -> Result<usize> {
+        let mut count = 0;
+        // SAFETY: handles, point and material are alive, and there is room for the rays.
+        check(unsafe {
+            let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
+            raw::wis_direct(self.handle(), environment.handle(), point, rays, null(), out, &mut count)
+        })?;
+        Ok(count as usize)
+    }
+}
+
+/// The light of an environment as a density, with the sampler of a thread.
+pub struct Light<'a> {
+    environment: &'a Environment,
+    sampler: &'a RefCell<Sampler>,
+}
+
+impl<'a> Light<'a> {
+    pub fn new(environment: &'a Environment, sampler: &'a RefCell<Sampler>) -> Light<'a> {
+        Light { environment, sampler }
+    }
+}
+
+impl Density for Light<'_> {
+    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
+        let (mut wi, mut pdf) = ([[0.0; 3]], [0.0]);
+        self.sample_n(&[u], &mut wi, &mut pdf)?;
+        Ok(raw::wis_drawn { wi: wi[0], pdf: pdf[0] })
+    }
+
+    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(u.len() == wi.len() && u.len() == pdf.len());
+        let mut sampler = self.sampler.borrow_mut();
+        let (u, wi, count) = (u.as_ptr().cast(), wi.as_mut_ptr().cast(), u.len());
+        // SAFETY: both handles are alive, and the arrays hold `count` elements.
+        check(unsafe {
+            let environment = self.environment.handle();
+            raw::wis_sample(sampler.handle(), environment, count, u, 0, wi, 0, pdf.as_mut_ptr(), 0)
+        })
+    }
+
+    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
+        let mut pdf = [f32::NAN];
+        self.pdf_n(&[wi], &mut pdf)?;
+        Ok(pdf[0])
+    }
+
+    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(wi.len() == pdf.len());
+        let mut sampler = self.sampler.borrow_mut();
+        // SAFETY: both handles are alive, and the arrays are of one length.
+        check(unsafe {
+            let (environment, directions) = (self.environment.handle(), wi.as_ptr().cast());
+            raw::wis_pdf(sampler.handle(), environment, wi.len(), directions, 0, pdf.as_mut_ptr(), 0)
+        })
+    }
+
+    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
+        let (mut sampler, mut u, mut status) = (self.sampler.borrow_mut(), [f32::NAN; 2], 0);
+        // SAFETY: both handles are alive, and the arrays hold an element.
+        check(unsafe {
+            let environment = self.environment.handle();
+            raw::wis_invert(sampler.handle(), environment, 1, wi.as_ptr(), 0, u.as_mut_ptr(), 0, &mut status)
+        })?;
+        check(raw::wis_status::from(status)).map(|()| u)
+    }
+}
+
+/// A material of lobes.
+///
+/// # Errors
+/// Those of the library.
+pub fn material(lobes: &[raw::wis_lobe]) -> Result<raw::wis_material> {
+    let mut material = raw::wis_material {
+        size: size_of::<raw::wis_material>() as u32,
+        lobe_count: lobes.len() as u32,
+        ..Default::default()
+    };
+    material.lobe[..lobes.len()].copy_from_slice(lobes);
+    let mut diagnostic = raw::wis_diagnostic::default();
+    // SAFETY: both pointers are to live locals.
+    check_with(unsafe { raw::wis_material_init(&mut material, &mut diagnostic) }, diagnostic)?;
+    Ok(material)
+}

@@ -1,0 +1,1115 @@
+/* SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * wis_wavelets: wavelet trees of light and BRDF, their products, and sampling from them.
+ * Generated from the Rust sources: edit those, then run `make header`.
+ *
+ * Wavelet importance sampling (Clarberg et al. 2005). wis_wavelet_light_* stores an environment map as a Haar wavelet tree over
+ * the octahedral square, complete or pruned by an error budget; a sky with its sun takes 27 kB. wis_wavelet_product_*
+ * multiplies it by BRDF x cosine at a shading point and samples the product with an exact pdf. Use it if memory for the light is
+ * what counts; else wis_direct in wis.h is faster.
+ *
+ * Trees of any function of 1 to 4 variables: wis_haar_*, wis_tree_*, wis_warp_*. Products and sums of trees as lists of
+ * wavelets: wis_sparse_*, wis_tree_of_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
+ * wis_visibility_*.
+ *
+ * Order of use. Once for a map: wis_wavelet_light_size, wis_wavelet_light_init. Once for a thread: wis_wavelet_product_size. At a
+ * hit: wis_wavelet_product_prepare, then sample, pdf and invert as often as needed.
+ *
+ * The rules of wis.h for memory, threads, failure, structs, arguments, spaces and random numbers hold here.
+ */
+
+#ifndef WIS_WAVELETS_H
+#define WIS_WAVELETS_H
+
+#include "wis.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left
+/// to the library and WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are
+/// divided further, down to 16384 along each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
+#define WIS_STORAGE_PYRAMID 1
+
+/// A wavelet tree pruned to `error_budget`: 24 bytes for each square that is kept.
+#define WIS_STORAGE_SPARSE 2
+
+/// The client looks texels up without filtering: importance is not spread to neighbouring texels.
+#define WIS_WAVELET_LIGHT_NEAREST 1
+
+/// Black stays black, with density 0. Otherwise no cell is darker than 2^-16 of the mean.
+#define WIS_WAVELET_LIGHT_EXACT_ZERO 2
+
+/// The compensated distribution is stored too (Karlik et al. 2019): max(L - mean, L / 64). It takes as much room as the
+/// luminance; in a pyramid whose resolution is left to the library it keeps, for clients without filter
+/// (WIS_WAVELET_LIGHT_NEAREST), the texels instead, 6 to 8 bytes each, and is sampled and asked twice as fast.
+#define WIS_WAVELET_LIGHT_COMPENSATED 4
+
+/// RGB averages are stored too, for wis_wavelet_product_estimate_rgb: 48 bytes for four cells, and a third more.
+#define WIS_WAVELET_LIGHT_RGB 8
+
+/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
+/// +Inf by the largest finite luminance of the map.
+#define WIS_WAVELET_LIGHT_SANITISE 16
+
+/// Proportional to luminance.
+#define WIS_DISTRIBUTION_PLAIN 0
+
+/// Proportional to the luminance above the mean: for multiple importance sampling with the BRDF.
+#define WIS_DISTRIBUTION_COMPENSATED 1
+
+/// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
+typedef struct wis_wavelet_light wis_wavelet_light;
+
+/// What to build.
+typedef struct wis_wavelet_light_config {
+  /// sizeof(wis_wavelet_light_config).
+  uint32_t size;
+  /// WIS_LAYOUT_*.
+  uint32_t layout;
+  /// Texels in a row, at least 1; any number, also odd.
+  uint32_t width;
+  /// Rows, at least 1; of a cube map all six faces.
+  uint32_t height;
+  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+  uint32_t channels;
+  /// WIS_FORMAT_*.
+  uint32_t format;
+  /// WIS_WAVELET_LIGHT_*, or 0.
+  uint32_t flags;
+  /// WIS_STORAGE_*.
+  uint32_t storage;
+  /// Cells along each side of the octahedral square, a power of two from 1 to 4096; 0: at least as many cells
+  /// as texels, and of a pyramid for clients without filter finer ones where light varies within them.
+  uint32_t resolution;
+  /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
+  /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
+  float error_budget;
+  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
+  /// no alignment.
+  const void *pixels;
+  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
+  /// close together.
+  ptrdiff_t row_stride;
+  /// Used if `pixels` is null; called from each thread that runs the first pass.
+  wis_row_fn row;
+  /// Handed to `row`.
+  void *row_user;
+} wis_wavelet_light_config;
+
+/// What was built.
+typedef struct wis_wavelet_light_info {
+  /// sizeof(wis_wavelet_light_info), set by the caller.
+  uint32_t size;
+  /// Cells along each side of the square.
+  uint32_t resolution;
+  /// WIS_STORAGE_*.
+  uint32_t storage;
+  /// WIS_WAVELET_LIGHT_*.
+  uint32_t flags;
+  /// Bytes of the environment: that much of the block is in use and needs to be saved.
+  uint64_t bytes;
+  /// Squares stored, each the averages of four children.
+  uint64_t squares;
+  /// Texels that were replaced.
+  uint64_t sanitised;
+  /// Tells environments apart: a hash of the bytes.
+  uint64_t content_id;
+  /// The integral of luminance over the sphere, in the units of the map times steradian.
+  double power;
+  /// Sparse storage: the variance that pruning added, relative.
+  double error;
+} wis_wavelet_light_info;
+
+/// The best instructions that this processor and the library have: a number to hand to preparations (wis_wavelet_product_config)
+/// and to the calls that end in _lanes. 0 is the baseline of the platform; other numbers mean nothing to count with. The
+/// calls answer WIS_INVALID_ARGUMENT to a number that this function answers on no processor. Keep the number as long as the
+/// process, not in a file: another machine may lack the instructions, which wis_wavelet_product_size finds and later calls do not.
+/// Takes about 20 us in a virtual machine: call it once.
+uint32_t wis_cpu_detect(void);
+
+/// The bytes that an environment needs: exactly for a pyramid of a stated resolution, at most for sparse storage and
+/// for a pyramid whose cells may be divided further (the bytes that are in use stand in wis_wavelet_light_info; a block that is too short fails with WIS_MEMORY_TOO_SMALL and tells them, and
+/// wis_wavelet_light_finish may then be called again).
+enum wis_status wis_wavelet_light_size(const struct wis_wavelet_light_config *config,
+                                       struct wis_memory_size *size,
+                                       struct wis_diagnostic *diagnostic);
+
+/// Builds an environment in one call. `info` may be null.
+enum wis_status wis_wavelet_light_init(const struct wis_wavelet_light_config *config,
+                                       void *memory,
+                                       size_t bytes,
+                                       void *scratch,
+                                       size_t scratch_bytes,
+                                       const struct wis_wavelet_light **environment,
+                                       struct wis_wavelet_light_info *info,
+                                       struct wis_diagnostic *diagnostic);
+
+/// Begins a build that threads share: for each of the two passes `p`, the rows `0..rows[p]` go to
+/// wis_wavelet_light_run in any portions, on any threads; all of pass 0 before any of pass 1. The bits do not depend on
+/// how the rows were shared.
+enum wis_status wis_wavelet_light_begin(const struct wis_wavelet_light_config *config,
+                                        void *scratch,
+                                        size_t scratch_bytes,
+                                        uint32_t rows[2],
+                                        struct wis_diagnostic *diagnostic);
+
+/// Works on `count` rows of a pass (0 or 1) from row `first` on. The configuration must be that of
+/// wis_wavelet_light_begin. Threads may call this at once for different rows. WIS_MISMATCH if the second pass comes
+/// before the first is done.
+enum wis_status wis_wavelet_light_run(const struct wis_wavelet_light_config *config,
+                                      void *scratch,
+                                      size_t scratch_bytes,
+                                      uint32_t pass,
+                                      uint32_t first,
+                                      uint32_t count,
+                                      struct wis_diagnostic *diagnostic);
+
+/// Ends a build when both passes are done (WIS_MISMATCH before). `info` may be null.
+enum wis_status wis_wavelet_light_finish(const struct wis_wavelet_light_config *config,
+                                         void *memory,
+                                         size_t bytes,
+                                         void *scratch,
+                                         size_t scratch_bytes,
+                                         const struct wis_wavelet_light **environment,
+                                         struct wis_wavelet_light_info *info,
+                                         struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as an environment. Reads
+/// all of them once. `info` may be null.
+enum wis_status wis_wavelet_light_open(const void *memory,
+                                       size_t bytes,
+                                       const struct wis_wavelet_light **environment,
+                                       struct wis_wavelet_light_info *info,
+                                       struct wis_diagnostic *diagnostic);
+
+/// The integral of a distribution over the sphere, in the units of the map times steradian: of luminance, or of what
+/// compensation leaves of it. Its radiance over this power is the pdf of a direction, up to the size of a cell.
+enum wis_status wis_wavelet_light_power(const struct wis_wavelet_light *environment,
+                                        uint32_t distribution,
+                                        double *power);
+
+/// Samples a direction in proportion to the light alone. `u`: two numbers in [0, 1) (others are moved there, NaN
+/// counts as 1/2). `world_from_map`: a row-major 3x3 rotation or reflection, within 1e-4; null is the identity. A
+/// black environment gives pdf 0.
+enum wis_status wis_wavelet_light_sample(const struct wis_wavelet_light *environment,
+                                         uint32_t distribution,
+                                         const float world_from_map[9],
+                                         const float u[2],
+                                         struct wis_drawn *sample);
+
+/// As `count` calls of wis_wavelet_light_sample. Strides are in bytes from one element to the next; 0: packed.
+enum wis_status wis_wavelet_light_sample_n(const struct wis_wavelet_light *environment,
+                                           uint32_t distribution,
+                                           const float world_from_map[9],
+                                           size_t count,
+                                           const float *u,
+                                           size_t u_stride,
+                                           float *wi,
+                                           size_t wi_stride,
+                                           float *pdf,
+                                           size_t pdf_stride);
+
+/// As wis_wavelet_light_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// quarters of the time.
+enum wis_status wis_wavelet_light_sample_lanes(const struct wis_wavelet_light *environment,
+                                               uint32_t distribution,
+                                               const float world_from_map[9],
+                                               uint32_t cpu_level,
+                                               size_t count,
+                                               const float *u,
+                                               size_t u_stride,
+                                               float *wi,
+                                               size_t wi_stride,
+                                               float *pdf,
+                                               size_t pdf_stride);
+
+/// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with.
+enum wis_status wis_wavelet_light_pdf(const struct wis_wavelet_light *environment,
+                                      uint32_t distribution,
+                                      const float world_from_map[9],
+                                      const float wi[3],
+                                      float *pdf);
+
+/// As `count` calls of wis_wavelet_light_pdf; a direction that is not of unit length gets pdf 0.
+enum wis_status wis_wavelet_light_pdf_n(const struct wis_wavelet_light *environment,
+                                        uint32_t distribution,
+                                        const float world_from_map[9],
+                                        size_t count,
+                                        const float *wi,
+                                        size_t wi_stride,
+                                        float *pdf,
+                                        size_t pdf_stride);
+
+/// As wis_wavelet_light_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three
+/// quarters of the time.
+enum wis_status wis_wavelet_light_pdf_lanes(const struct wis_wavelet_light *environment,
+                                            uint32_t distribution,
+                                            const float world_from_map[9],
+                                            uint32_t cpu_level,
+                                            size_t count,
+                                            const float *wi,
+                                            size_t wi_stride,
+                                            float *pdf,
+                                            size_t pdf_stride);
+
+/// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
+enum wis_status wis_wavelet_light_invert(const struct wis_wavelet_light *environment,
+                                         uint32_t distribution,
+                                         const float world_from_map[9],
+                                         const float wi[3],
+                                         float u[2]);
+
+/// A lobe `weight / pi`.
+#define WIS_WAVELET_LOBE_LAMBERT 1
+
+/// A lobe of Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)` with height-correlated Smith shadowing
+/// and Schlick's Fresnel term.
+#define WIS_WAVELET_LOBE_GGX 2
+
+/// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+#define WIS_WAVELET_LOBE_PHONG 3
+
+/// A lobe `weight` times the table that is given with the query (wis_wavelet_product_prepare_table, wis_wavelet_table_eval).
+#define WIS_WAVELET_LOBE_TABLE 4
+
+/// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
+#define WIS_WAVELET_QUERY_WHOLE_SPHERE 1
+
+/// Query flag: the values already contain the cosine: it is not multiplied again.
+#define WIS_WAVELET_QUERY_COSINE_INCLUDED 2
+
+/// Lobes in a query.
+#define WIS_WAVELET_MAX_LOBES 4
+
+/// One lobe of a BRDF.
+typedef struct wis_wavelet_lobe {
+  /// WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_PHONG or WIS_WAVELET_LOBE_TABLE.
+  uint32_t kind;
+  /// Linear RGB factor, finite and not negative.
+  float weight[3];
+  /// GGX: reflectance at normal incidence, RGB in [0, 1]. Others: not read.
+  float f0[3];
+  /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
+  float a;
+  /// GGX: alpha along the bitangent, 1e-5 to 16; equal to `a` for an isotropic lobe, never 0. Others: not read.
+  float b;
+} wis_wavelet_lobe;
+
+/// A shading point: everything that the product needs to know of it. World space; plain and copyable.
+typedef struct wis_wavelet_query {
+  /// sizeof(wis_wavelet_query).
+  uint32_t size;
+  /// WIS_WAVELET_QUERY_* flags, or 0: the upper hemisphere of the normal, the cosine not contained.
+  uint32_t flags;
+  /// Lobes used, 0 to 4; with 0 there is nothing to sample.
+  uint32_t lobe_count;
+  /// The shading normal, unit length.
+  float normal[3];
+  /// The direction of alpha `a`; need not be exactly normal to the normal. All 0, or along the normal: any, if no lobe is
+  /// anisotropic; else WIS_INVALID_TRANSFORM.
+  float tangent[3];
+  /// The direction to the viewer, unit length.
+  float wo[3];
+  /// The lobes, of which the first lobe_count are read.
+  struct wis_wavelet_lobe lobe[WIS_WAVELET_MAX_LOBES];
+} wis_wavelet_query;
+
+/// The most squares that a configuration may ask for.
+#define WIS_MAX_SQUARES 4096
+
+/// A prepared shading point: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT) and kept. Constant once prepared; any number of threads may use it at once. Every call on it also
+/// takes the environment that it was prepared with. The same environment, query and configuration give the same
+/// bytes. Nothing to free.
+typedef struct wis_wavelet_product wis_wavelet_product;
+
+/// What a preparation may spend, and how the map is turned.
+typedef struct wis_wavelet_product_config {
+  /// sizeof(wis_wavelet_product_config).
+  uint32_t size;
+  /// What wis_cpu_detect answered, or 0 for the baseline of the platform; anything else is WIS_INVALID_ARGUMENT. Never
+  /// changes a bit of the results.
+  uint32_t cpu_level;
+  /// Inner nodes of the product's tree, 1 to WIS_MAX_SQUARES; 0: 128. Bounds memory and time.
+  uint32_t max_squares;
+  /// BRDF evaluations besides those of the 64 squares at most that narrow lobes ask for; 0: 66 for Lambert's lobes alone,
+  /// 146 with a table or for a callback with a peak, else 106. At least 66 are spent.
+  uint32_t max_evaluations;
+  /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Read during the call.
+  const float *world_from_map;
+  /// Radians, 0 to pi/2: the product may also serve hits of the same lobes whose normals lie within this angle of the
+  /// query's (wis_wavelet_product_covers). Cosines and horizon are widened by it, so the pdf stays above 0 for all of them;
+  /// what the product estimates is then widened too. Hits outside are best given another product; narrow lobes sample
+  /// better with a small cone (.05). 0: this normal only.
+  float reuse_cone;
+  /// What other pixels saw about here, as a factor of the density (wis_prior_count says when that is unbiased); null:
+  /// none. The estimates stay those without visibility. Read during the call.
+  const struct wis_prior *prior;
+} wis_wavelet_product_config;
+
+/// Evaluates the luminance of BRDF x cosine (at least 0, finite) for `count` world directions, three floats each. Where the
+/// BRDF is 0 outside a hemisphere, and not narrow, directions outside are asked for as their mirror images inside.
+/// Returns 0; anything else stops the preparation with WIS_CALLBACK_FAILED.
+typedef int (*wis_brdf_batch_fn)(void *user, size_t count, const float *wi, float *f_cos);
+
+/// A BRDF that the client evaluates. It is called only while the product is prepared.
+typedef struct wis_wavelet_callback {
+  /// sizeof(wis_wavelet_callback).
+  uint32_t size;
+  /// WIS_WAVELET_QUERY_WHOLE_SPHERE, or 0: the BRDF is 0 outside the upper hemisphere of the normal.
+  uint32_t flags;
+  /// The shading normal, unit length.
+  float normal[3];
+  /// The direction about which a narrow lobe is concentrated, unit length. Read if half_angle is above 0.
+  float peak[3];
+  /// The half-angle of that lobe in radians, 0 to pi/2; 0: no narrow lobe.
+  float half_angle;
+  /// The BRDF.
+  wis_brdf_batch_fn eval;
+  /// Handed to `eval`.
+  void *user;
+} wis_wavelet_callback;
+
+/// What a prepared product is made of.
+typedef struct wis_wavelet_product_info {
+  /// sizeof(wis_wavelet_product_info), set by the caller.
+  uint32_t size;
+  /// Inner nodes.
+  uint32_t squares;
+  /// Leaves.
+  uint32_t leaves;
+  /// BRDF evaluations that the preparation spent.
+  uint32_t evaluations;
+  /// Bytes in use: that much of the block is the product.
+  uint64_t bytes;
+  /// The content id of the environment.
+  uint64_t environment;
+} wis_wavelet_product_info;
+
+/// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what the lobes mean.
+/// Strides are in bytes; 0: packed.
+enum wis_status wis_query_eval(const struct wis_wavelet_query *query,
+                               size_t count,
+                               const float *wi,
+                               size_t wi_stride,
+                               float *f_cos,
+                               size_t f_cos_stride);
+
+/// The bytes that a product needs; no scratch memory besides. Allocate one block per thread and use it over and over.
+enum wis_status wis_wavelet_product_size(const struct wis_wavelet_product_config *config,
+                                         struct wis_memory_size *size,
+                                         struct wis_diagnostic *diagnostic);
+
+/// Prepares the product of an environment and a shading point. A query without lobes, or light and lobes that do not
+/// meet, give a product whose samples have pdf 0.
+enum wis_status wis_wavelet_product_prepare(const struct wis_wavelet_light *environment,
+                                            const struct wis_wavelet_query *query,
+                                            const struct wis_wavelet_product_config *config,
+                                            void *memory,
+                                            size_t bytes,
+                                            const struct wis_wavelet_product **product,
+                                            struct wis_diagnostic *diagnostic);
+
+/// As wis_wavelet_product_prepare, for a BRDF that the client evaluates in batches of at most 40 directions. There is no RGB
+/// estimate of such a product.
+enum wis_status wis_wavelet_product_prepare_callback(const struct wis_wavelet_light *environment,
+                                                     const struct wis_wavelet_callback *brdf,
+                                                     const struct wis_wavelet_product_config *config,
+                                                     void *memory,
+                                                     size_t bytes,
+                                                     const struct wis_wavelet_product **product,
+                                                     struct wis_diagnostic *diagnostic);
+
+/// Whether a product may serve a hit: 1 if the hit has the lobes and flags of the query that was prepared, bit for bit,
+/// and its normal lies within `reuse_cone` of that query's; else 0, also for a product of a callback. That a tabulated
+/// lobe means the same table is yours to know. The view (wo) may
+/// differ: it changes the quality of the samples, not that the pdf is above 0 wherever the hit reflects light.
+enum wis_status wis_wavelet_product_covers(const struct wis_wavelet_light *environment,
+                                           const struct wis_wavelet_product *product,
+                                           const struct wis_wavelet_query *query,
+                                           uint32_t *covers);
+
+/// What a product is made of.
+enum wis_status wis_wavelet_product_describe(const struct wis_wavelet_light *environment,
+                                             const struct wis_wavelet_product *product,
+                                             struct wis_wavelet_product_info *info);
+
+/// An approximation of the integral over directions of luminance x luminance of BRDF x cosine, without visibility, in
+/// the units of the map. An approximation: a ratio or control variate that uses it inherits its error.
+///
+/// Estimates from N samples, f L the luminance or colour of radiance x BRDF x cosine and V the visibility of each: the mean of
+/// f L V / pdf is unbiased (Clarberg et al. 2005, Eq. 8). This integral times the share of samples with V = 1 (Eq. 11), or
+/// times sum(f L V / pdf) / sum(f L / pdf), is free of noise where nothing is blocked, and biased by the integral's error:
+/// better for a few samples, worse from 64 on.
+enum wis_status wis_wavelet_product_estimate(const struct wis_wavelet_light *environment,
+                                             const struct wis_wavelet_product *product,
+                                             double *luminance);
+
+/// The approximation of the integral of radiance x BRDF x cosine in RGB. WIS_NOT_BUILT unless the environment was built
+/// with WIS_WAVELET_LIGHT_RGB and the product from a query without a table (for those with: wis_wavelet_table_estimate_rgb). Costs a
+/// BRDF evaluation for each leaf.
+enum wis_status wis_wavelet_product_estimate_rgb(const struct wis_wavelet_light *environment,
+                                                 const struct wis_wavelet_product *product,
+                                                 double rgb[3]);
+
+/// Samples a direction in proportion to the product. `u`: two numbers in [0, 1) (others are moved there, NaN counts as
+/// 1/2). pdf 0: there is nothing to sample.
+enum wis_status wis_wavelet_product_sample(const struct wis_wavelet_light *environment,
+                                           const struct wis_wavelet_product *product,
+                                           const float u[2],
+                                           struct wis_drawn *sample);
+
+/// As `count` calls of wis_wavelet_product_sample, in the order of `u`. Strides are in bytes from one element to the next; 0:
+/// packed.
+enum wis_status wis_wavelet_product_sample_n(const struct wis_wavelet_light *environment,
+                                             const struct wis_wavelet_product *product,
+                                             size_t count,
+                                             const float *u,
+                                             size_t u_stride,
+                                             float *wi,
+                                             size_t wi_stride,
+                                             float *pdf,
+                                             size_t pdf_stride);
+
+/// As wis_wavelet_product_sample_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// of the time.
+enum wis_status wis_wavelet_product_sample_lanes(const struct wis_wavelet_light *environment,
+                                                 const struct wis_wavelet_product *product,
+                                                 uint32_t cpu_level,
+                                                 size_t count,
+                                                 const float *u,
+                                                 size_t u_stride,
+                                                 float *wi,
+                                                 size_t wi_stride,
+                                                 float *pdf,
+                                                 size_t pdf_stride);
+
+/// The pdf per solid angle of any direction of unit length (within 1e-3): the very bits that a sample came with, and
+/// above 0 wherever radiance x BRDF x cosine is.
+enum wis_status wis_wavelet_product_pdf(const struct wis_wavelet_light *environment,
+                                        const struct wis_wavelet_product *product,
+                                        const float wi[3],
+                                        float *pdf);
+
+/// As `count` calls of wis_wavelet_product_pdf; a direction that is not of unit length gets pdf 0.
+enum wis_status wis_wavelet_product_pdf_n(const struct wis_wavelet_light *environment,
+                                          const struct wis_wavelet_product *product,
+                                          size_t count,
+                                          const float *wi,
+                                          size_t wi_stride,
+                                          float *pdf,
+                                          size_t pdf_stride);
+
+/// As wis_wavelet_product_pdf_n, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits, with AVX2 in three quarters
+/// of the time.
+enum wis_status wis_wavelet_product_pdf_lanes(const struct wis_wavelet_light *environment,
+                                              const struct wis_wavelet_product *product,
+                                              uint32_t cpu_level,
+                                              size_t count,
+                                              const float *wi,
+                                              size_t wi_stride,
+                                              float *pdf,
+                                              size_t pdf_stride);
+
+/// The `u` that leads to a direction. WIS_ZERO_DENSITY if none does.
+enum wis_status wis_wavelet_product_invert(const struct wis_wavelet_light *environment,
+                                           const struct wis_wavelet_product *product,
+                                           const float wi[3],
+                                           float u[2]);
+
+/// Prepares `count` products in one block of `count` times the bytes that wis_wavelet_product_size gives; `product` receives
+/// their handles. Each has the bytes of wis_wavelet_product_prepare. On failure, products before the query at fault, whose number
+/// stands in the diagnostic's `y`, are whole.
+enum wis_status wis_wavelet_products_prepare(const struct wis_wavelet_light *environment,
+                                             size_t count,
+                                             const struct wis_wavelet_query *query,
+                                             const struct wis_wavelet_product_config *config,
+                                             void *memory,
+                                             size_t bytes,
+                                             const struct wis_wavelet_product **product,
+                                             struct wis_diagnostic *diagnostic);
+
+/// One sample of each of `count` products: the bits of as many calls of wis_wavelet_product_sample, in a quarter of the time.
+/// Strides are in bytes from one element to the next; 0: packed.
+enum wis_status wis_wavelet_products_sample(const struct wis_wavelet_light *environment,
+                                            size_t count,
+                                            const struct wis_wavelet_product *const *product,
+                                            const float *u,
+                                            size_t u_stride,
+                                            float *wi,
+                                            size_t wi_stride,
+                                            float *pdf,
+                                            size_t pdf_stride);
+
+/// As wis_wavelet_products_sample, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+enum wis_status wis_wavelet_products_sample_lanes(const struct wis_wavelet_light *environment,
+                                                  uint32_t cpu_level,
+                                                  size_t count,
+                                                  const struct wis_wavelet_product *const *product,
+                                                  const float *u,
+                                                  size_t u_stride,
+                                                  float *wi,
+                                                  size_t wi_stride,
+                                                  float *pdf,
+                                                  size_t pdf_stride);
+
+/// The pdf of one direction for each of `count` products: the bits of as many calls of wis_wavelet_product_pdf; 0 for a direction
+/// that is not of unit length. Strides as above.
+enum wis_status wis_wavelet_products_pdf(const struct wis_wavelet_light *environment,
+                                         size_t count,
+                                         const struct wis_wavelet_product *const *product,
+                                         const float *wi,
+                                         size_t wi_stride,
+                                         float *pdf,
+                                         size_t pdf_stride);
+
+/// As wis_wavelet_products_pdf, with the instructions of a `cpu_level` (wis_cpu_detect): the same bits.
+enum wis_status wis_wavelet_products_pdf_lanes(const struct wis_wavelet_light *environment,
+                                               uint32_t cpu_level,
+                                               size_t count,
+                                               const struct wis_wavelet_product *const *product,
+                                               const float *wi,
+                                               size_t wi_stride,
+                                               float *pdf,
+                                               size_t pdf_stride);
+
+/// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
+typedef struct wis_tree wis_tree;
+
+/// What to build.
+typedef struct wis_tree_config {
+  /// sizeof(wis_tree_config).
+  uint32_t size;
+  /// Axes n, 1 to 4.
+  uint32_t dimensions;
+  /// The grid has 2^depth pixels along each axis; 0 to 12.
+  uint32_t depth;
+  /// The variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01 =
+  /// 1 %); 0 drops nothing but constant squares.
+  float error_budget;
+  /// 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
+  const float *pixels;
+} wis_tree_config;
+
+/// What was built.
+typedef struct wis_tree_info {
+  /// sizeof(wis_tree_info), set by the caller.
+  uint32_t size;
+  /// Axes.
+  uint32_t dimensions;
+  /// The grid has 2^depth pixels along each axis.
+  uint32_t depth;
+  /// Squares stored, each the averages of 2^n children.
+  uint32_t squares;
+  /// Bytes of the tree: that much of the block is in use and needs to be saved.
+  uint64_t bytes;
+  /// Tells trees apart: a hash of the bytes.
+  uint64_t content_id;
+  /// The average of the function.
+  double average;
+  /// The variance that pruning added, relative.
+  double error;
+} wis_tree_info;
+
+/// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
+/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.
+enum wis_status wis_tree_size(const struct wis_tree_config *config,
+                              struct wis_memory_size *size,
+                              struct wis_diagnostic *diagnostic);
+
+/// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
+/// the row.
+enum wis_status wis_tree_init(const struct wis_tree_config *config,
+                              void *memory,
+                              size_t bytes,
+                              void *scratch,
+                              size_t scratch_bytes,
+                              const struct wis_tree **tree,
+                              struct wis_tree_info *info,
+                              struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. Reads all of
+/// them once. `info` may be null.
+enum wis_status wis_tree_open(const void *memory,
+                              size_t bytes,
+                              const struct wis_tree **tree,
+                              struct wis_tree_info *info,
+                              struct wis_diagnostic *diagnostic);
+
+/// The average of the function.
+enum wis_status wis_tree_average(const struct wis_tree *tree, double *average);
+
+/// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
+/// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
+/// Costs one visit of each square that both trees keep.
+enum wis_status wis_tree_product_integral(const struct wis_tree *e, const struct wis_tree *f, double *integral);
+
+/// Samples a point of the unit cube in proportion to the function. `u`: n numbers in [0, 1) (others are moved there,
+/// NaN counts as 1/2); `point`: n numbers; `pdf`: the density there with respect to the cube. A tree that is 0
+/// everywhere gives pdf 0.
+enum wis_status wis_tree_sample(const struct wis_tree *tree, const float *u, float *point, float *pdf);
+
+/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with.
+enum wis_status wis_tree_pdf(const struct wis_tree *tree, const float *point, float *pdf);
+
+/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does.
+enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point, float *u);
+
+/// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points
+/// and `index` (your numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to
+/// the bit.
+/// WIS_ZERO_DENSITY if the tree is 0 everywhere.
+enum wis_status wis_warp_in_place(const struct wis_tree *tree,
+                                  float *points,
+                                  uint32_t *index,
+                                  size_t count,
+                                  struct wis_diagnostic *diagnostic);
+
+/// The most slices of a table.
+#define WIS_MAX_SLICES 256
+
+/// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
+/// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
+/// direction (wis_wavelet_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_table_eval tells.
+typedef struct wis_wavelet_table {
+  /// sizeof(wis_wavelet_table).
+  uint32_t size;
+  /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
+  uint32_t slice_count;
+  /// The slices, trees of two axes (else WIS_INVALID_ARGUMENT) whose averages are floats (else WIS_OVERFLOW). Null for a
+  /// slice that was not built: the other one beside the view then stands in, and without both the answer is WIS_NOT_BUILT.
+  const struct wis_tree *const *slice;
+  /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
+  const struct wis_tree *const *colour[3];
+} wis_wavelet_table;
+
+/// The directions at which a slice is to be evaluated: `wo`, three numbers, and 4^depth `wi`, in the order of the pixels
+/// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
+/// pixel, 1/2 for its centre. Average several places, and choose pixels (2 / 2^depth radians wide at the mirror direction) that
+/// are finer than the lobe: samples are as uneven as the lobe is inside a pixel. wi below the surface are given too. The stride is in bytes; 0: packed.
+enum wis_status wis_wavelet_table_directions(uint32_t slice,
+                                             uint32_t slice_count,
+                                             uint32_t depth,
+                                             const float offset[2],
+                                             float wo[3],
+                                             float *wi,
+                                             size_t wi_stride);
+
+/// As wis_query_eval, for a query with tabulated lobes: what the table means, in its colours.
+enum wis_status wis_wavelet_table_eval(const struct wis_wavelet_table *table,
+                                       const struct wis_wavelet_query *query,
+                                       size_t count,
+                                       const float *wi,
+                                       size_t wi_stride,
+                                       float *f_cos,
+                                       size_t f_cos_stride);
+
+/// As wis_wavelet_product_prepare, for a query with tabulated lobes (WIS_WAVELET_LOBE_TABLE, weighted, beside others if there are). The
+/// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
+/// above 0 wherever the true BRDF may be, however coarse the table is.
+enum wis_status wis_wavelet_product_prepare_table(const struct wis_wavelet_light *environment,
+                                                  const struct wis_wavelet_table *table,
+                                                  const struct wis_wavelet_query *query,
+                                                  const struct wis_wavelet_product_config *config,
+                                                  void *memory,
+                                                  size_t bytes,
+                                                  const struct wis_wavelet_product **product,
+                                                  struct wis_diagnostic *diagnostic);
+
+/// As wis_wavelet_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+enum wis_status wis_wavelet_table_estimate_rgb(const struct wis_wavelet_light *environment,
+                                               const struct wis_wavelet_product *product,
+                                               const struct wis_wavelet_table *table,
+                                               double rgb[3]);
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
+/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
+/// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
+/// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
+/// ranges.
+enum wis_status wis_haar_forward(uint32_t dimensions,
+                                 uint32_t depth,
+                                 size_t count,
+                                 double *values,
+                                 struct wis_diagnostic *diagnostic);
+
+/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses.
+enum wis_status wis_haar_inverse(uint32_t dimensions,
+                                 uint32_t depth,
+                                 size_t count,
+                                 double *values,
+                                 struct wis_diagnostic *diagnostic);
+
+/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
+/// and squares before those inside them.
+typedef struct wis_wavelets {
+  /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
+  uint32_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
+  /// those that were dropped.
+  float detail[3];
+} wis_wavelets;
+
+/// The wavelets of a square of n axes that a set keeps.
+typedef struct wis_details {
+  /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
+  uint64_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// Not read; 0 where the library writes.
+  uint32_t reserved;
+  /// Detail f, 1 to 2^n - 1, in value space: 2^(n level / 2) times the orthonormal coefficient of the wavelet that varies
+  /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
+  float detail[16];
+} wis_details;
+
+/// The most trees or approximations that are blended at once: quadrilinear interpolation has 16.
+#define WIS_MAX_BLEND 16
+
+/// The most places along an axis of a pixel.
+#define WIS_MAX_PLACES 16
+
+/// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
+/// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
+/// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
+enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
+                                       const struct wis_tree *f,
+                                       const struct wis_tree *g,
+                                       struct wis_memory_size *size,
+                                       struct wis_diagnostic *diagnostic);
+
+/// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
+/// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
+/// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
+/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT if `f` or
+/// `g` has more axes than `e`; WIS_OVERFLOW if the average is above 0 and below 2^-1022, or beyond a double.
+///
+/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
+/// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
+/// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
+/// `info`.
+enum wis_status wis_tree_multiply(const struct wis_tree *e,
+                                  const struct wis_tree *f,
+                                  const struct wis_tree *g,
+                                  void *memory,
+                                  size_t bytes,
+                                  void *scratch,
+                                  size_t scratch_bytes,
+                                  const struct wis_tree **tree,
+                                  struct wis_tree_info *info,
+                                  struct wis_diagnostic *diagnostic);
+
+/// The memory that wis_tree_blend needs for these trees, at most. Costs one visit of each square of the sum.
+enum wis_status wis_tree_blend_size(uint32_t tree_count,
+                                    const struct wis_tree *const *trees,
+                                    struct wis_memory_size *size,
+                                    struct wis_diagnostic *diagnostic);
+
+/// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
+/// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
+/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT for another
+/// number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the tree or the
+/// weight. WIS_OVERFLOW as wis_tree_multiply.
+///
+/// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
+/// stand in `info`, which may be null; its `error` is 0.
+enum wis_status wis_tree_blend(uint32_t tree_count,
+                               const struct wis_tree *const *trees,
+                               const double *weight,
+                               void *memory,
+                               size_t bytes,
+                               void *scratch,
+                               size_t scratch_bytes,
+                               const struct wis_tree **tree,
+                               struct wis_tree_info *info,
+                               struct wis_diagnostic *diagnostic);
+
+/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
+/// `error`, 0 or more.
+/// Costs 33 visits of each square.
+enum wis_status wis_triple_terms(const struct wis_tree *tree,
+                                 double error,
+                                 uint32_t *terms);
+
+/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
+/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square.
+enum wis_status wis_triple_at_least(const struct wis_tree *tree,
+                                    double threshold,
+                                    uint32_t *terms);
+
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
+enum wis_status wis_sparse_select(const struct wis_tree *tree,
+                                  uint32_t keep,
+                                  struct wis_details *kept,
+                                  uint32_t *kept_count,
+                                  struct wis_diagnostic *diagnostic);
+
+/// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
+/// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
+/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
+/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
+/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
+/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
+/// undefined.
+enum wis_status wis_triple_multiply(double e_average,
+                                    uint32_t e_count,
+                                    const struct wis_wavelets *e,
+                                    double f_average,
+                                    uint32_t f_count,
+                                    const struct wis_wavelets *f,
+                                    uint32_t room,
+                                    struct wis_wavelets *wavelets,
+                                    uint32_t *wavelet_count,
+                                    double *average,
+                                    struct wis_diagnostic *diagnostic);
+
+/// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
+/// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
+/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
+enum wis_status wis_sparse_multiply(uint32_t n,
+                                    uint32_t m,
+                                    double e_average,
+                                    uint32_t e_count,
+                                    const struct wis_details *e,
+                                    double f_average,
+                                    uint32_t f_count,
+                                    const struct wis_details *f,
+                                    uint32_t room,
+                                    struct wis_details *product,
+                                    uint32_t *product_count,
+                                    double *average,
+                                    struct wis_diagnostic *diagnostic);
+
+/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
+enum wis_status wis_tree_of_wavelets_size(uint32_t count,
+                                          const struct wis_wavelets *wavelets,
+                                          struct wis_memory_size *size,
+                                          struct wis_diagnostic *diagnostic);
+
+/// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
+/// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
+/// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
+/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
+/// average is beyond a double. `info` may be null.
+enum wis_status wis_tree_of_wavelets(double average,
+                                     uint32_t count,
+                                     const struct wis_wavelets *wavelets,
+                                     double least,
+                                     void *memory,
+                                     size_t bytes,
+                                     const struct wis_tree **tree,
+                                     struct wis_tree_info *info,
+                                     struct wis_diagnostic *diagnostic);
+
+/// The memory that wis_tree_of_details needs: exactly the bytes in use.
+enum wis_status wis_tree_of_details_size(uint32_t dimensions,
+                                         uint32_t count,
+                                         const struct wis_details *details,
+                                         struct wis_memory_size *size,
+                                         struct wis_diagnostic *diagnostic);
+
+/// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
+enum wis_status wis_tree_of_details(uint32_t dimensions,
+                                    double average,
+                                    uint32_t count,
+                                    const struct wis_details *details,
+                                    double least,
+                                    void *memory,
+                                    size_t bytes,
+                                    const struct wis_tree **tree,
+                                    struct wis_tree_info *info,
+                                    struct wis_diagnostic *diagnostic);
+
+/// How to rotate a map.
+typedef struct wis_rotated_config {
+  /// sizeof(wis_rotated_config).
+  uint32_t size;
+  /// The tree has 2^depth pixels along each axis; 0 to 12. The paper has 6 and 7.
+  uint32_t depth;
+  /// Each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large as what it
+  /// stands for; 2 is a good start.
+  uint32_t places;
+  /// As wis_tree_config.
+  float error_budget;
+  /// The share of the map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
+  float least;
+  /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
+  const float *world_from_map;
+  /// The same from the frame of the tree: the direction about which the map is rotated is its third column. Null is the
+  /// identity.
+  const float *world_from_tree;
+} wis_rotated_config;
+
+/// The memory that wis_tree_of_environment needs at most. Does not read the transforms.
+enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *config,
+                                             struct wis_memory_size *size,
+                                             struct wis_diagnostic *diagnostic);
+
+/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
+/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
+/// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
+/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`. Costs (places 2^depth)^2
+/// look-ups in the map.
+enum wis_status wis_tree_of_environment(const struct wis_wavelet_light *environment,
+                                        const struct wis_rotated_config *config,
+                                        void *memory,
+                                        size_t bytes,
+                                        void *scratch,
+                                        size_t scratch_bytes,
+                                        const struct wis_tree **tree,
+                                        struct wis_tree_info *info,
+                                        struct wis_diagnostic *diagnostic);
+
+/// A non-standard Haar function of n variables: the product of functions of one level.
+typedef struct wis_basis_function {
+  /// The support is a cube of the width 2^-level, at most 31.
+  uint32_t level;
+  /// Where it stands among 2^level along each axis; axes beyond the dimensions are not read.
+  uint32_t translation[4];
+  /// psi instead of phi: bit n - 1 along axis 1, and so on to bit 0 along axis n.
+  uint32_t wavelet;
+} wis_basis_function;
+
+/// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
+/// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
+/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
+/// out of range.
+enum wis_status wis_tripling_coefficient(uint32_t n,
+                                         uint32_t m,
+                                         const struct wis_basis_function *i,
+                                         const struct wis_basis_function *j,
+                                         const struct wis_basis_function *k,
+                                         double *coefficient);
+
+/// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
+/// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the
+/// relative error is at most 2e-7. WIS_OVERFLOW if it is beyond a double. Costs one visit of each square that two of the trees
+/// keep. For the six faces of a cube map, or three channels, add up as many calls.
+enum wis_status wis_triple_integral(const struct wis_tree *brdf,
+                                    const struct wis_tree *light,
+                                    const struct wis_tree *visibility,
+                                    double *integral);
+
+/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
+/// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
+/// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
+/// undefined. Costs 33 visits of each square: do it when the function is built.
+enum wis_status wis_triple_select(const struct wis_tree *tree,
+                                  uint32_t keep,
+                                  struct wis_wavelets *wavelets,
+                                  uint32_t *wavelet_count,
+                                  struct wis_diagnostic *diagnostic);
+
+/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
+                                          uint32_t keep,
+                                          struct wis_wavelets *wavelets,
+                                          uint32_t *wavelet_count,
+                                          struct wis_diagnostic *diagnostic);
+
+/// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
+/// BRDF meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's
+/// wavelet is kept. `brdf_average`: the BRDF's mean over the square, finite; both lists as wis_triple_select writes
+/// them (WIS_INVALID_ARGUMENT if they are out of order; `y` in the diagnostic is the first element that is). The exact
+/// integral, but for rounding, if nothing was dropped. An integral that is 0 or small may come out below 0, by what was
+/// dropped or by rounding. WIS_OVERFLOW if it is beyond a double. Costs a few steps down the trees for each element,
+/// whatever the resolution.
+enum wis_status wis_triple_sublinear(double brdf_average,
+                                     uint32_t brdf_count,
+                                     const struct wis_wavelets *brdf,
+                                     uint32_t light_count,
+                                     const struct wis_wavelets *kept_light,
+                                     const struct wis_tree *light,
+                                     const struct wis_tree *visibility,
+                                     double *integral,
+                                     struct wis_diagnostic *diagnostic);
+
+/// The weighted sum of up to WIS_MAX_BLEND approximations: a BRDF between tabulated ones, as the 16 nearest pairs of normal
+/// and reflected direction give it (Ng et al. 2004, Section 7.1.2; wis_grid_cells). `list`: as wis_triple_select writes them,
+/// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
+/// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
+/// WIS_OVERFLOW if a detail is beyond a float. `wavelets` is undefined after both. Averages are blended with the same weights.
+enum wis_status wis_triple_blend(uint32_t count,
+                                 const struct wis_wavelets *const *list,
+                                 const uint32_t *list_count,
+                                 const double *weight,
+                                 uint32_t room,
+                                 struct wis_wavelets *wavelets,
+                                 uint32_t *wavelet_count,
+                                 struct wis_diagnostic *diagnostic);
+
+/// A map of visibility in 8 bits: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. A third of the tree that it was made of. Constant; any number of threads may use it at
+/// once. Nothing to free.
+typedef struct wis_visibility wis_visibility;
+
+/// The memory that wis_visibility_init needs: exactly the bytes that are to be saved. WIS_INVALID_ARGUMENT for a tree of
+/// other than two axes.
+enum wis_status wis_visibility_size(const struct wis_tree *tree,
+                                    struct wis_memory_size *size,
+                                    struct wis_diagnostic *diagnostic);
+
+/// Stores a tree of two dimensions whose values are 0 (occluded) to 1 (visible) in 8 bits: exactly if they are 0 or 1, up
+/// to 1/510 in the averages of larger squares (Ng et al. 2004, Section 7.1.1). WIS_INVALID_ARGUMENT for values above 1.
+enum wis_status wis_visibility_init(const struct wis_tree *tree,
+                                    void *memory,
+                                    size_t bytes,
+                                    const struct wis_visibility **visibility,
+                                    struct wis_diagnostic *diagnostic);
+
+/// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility. Reads
+/// all of them once.
+enum wis_status wis_visibility_open(const void *memory,
+                                    size_t bytes,
+                                    const struct wis_visibility **visibility,
+                                    struct wis_diagnostic *diagnostic);
+
+/// As wis_triple_sublinear, for visibility in 8 bits.
+enum wis_status wis_visibility_integral(double brdf_average,
+                                        uint32_t brdf_count,
+                                        const struct wis_wavelets *brdf,
+                                        uint32_t light_count,
+                                        const struct wis_wavelets *kept_light,
+                                        const struct wis_tree *light,
+                                        const struct wis_visibility *visibility,
+                                        double *integral,
+                                        struct wis_diagnostic *diagnostic);
+
+/// The integral over the unit square of a tree of two dimensions as it is seen through a map of visibility (a double
+/// product). Nothing is dropped: exact but for rounding where visibility is 0 or 1. At least 0; WIS_OVERFLOW if it is
+/// beyond a double. If many vertices share a BRDF, as all that have one normal or one reflected direction, multiply it
+/// by the light once for a frame: this is then faster for each vertex than wis_visibility_integral, and no
+/// approximation.
+enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
+                                                const struct wis_visibility *visibility,
+                                                double *integral);
+
+/// The most cells along an axis.
+#define WIS_MAX_GRID 4096
+
+/// The centre of a cell of a grid of `side` x `side` directions (1 to WIS_MAX_GRID): the direction at which to tabulate what
+/// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest. WIS_INVALID_ARGUMENT for a side or
+/// a cell out of range.
+enum wis_status wis_grid_direction(uint32_t side,
+                                   uint32_t cell,
+                                   float direction[3]);
+
+/// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) and their bilinear weights, which add
+/// up to 1. For pairs of directions, as a normal and the reflected direction, the 16 products of two weights
+/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet.
+enum wis_status wis_grid_cells(uint32_t side, const float wi[3], uint32_t cell[4], float weights[4]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* WIS_WAVELETS_H */

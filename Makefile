@@ -24,7 +24,8 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple test mutants check-aarch64 clean
+.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple test mutants \
+	check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12

@@ -5,7 +5,7 @@
 //!
 //! Data flows one way, and a file imports only what stands before it in this list:
 //! `status`, `numeric`, `sphere`, `points`, `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
-//! `descent`, `simd`, `wide`, `environment`, `query`, `reuse`, `table`, `lobe`, `product`, `sampler`,
+//! `descent`, `simd`, `light`, `brdf`, `direct`, `wide`, `environment`, `query`, `reuse`, `table`, `lobe`, `product`, `sampler`,
 //! `pool`, `strata`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]

@@ -40,8 +40,8 @@ impl<'a> Lit<'a> {
     pub fn new(light: &'a Light, environment: &'a Environment) -> client::Result<Lit<'a>> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
         let strata = Stratified::new(light)?;
-        let has_sun = plain.largest() > 0.1;
         let tables = light.tables(0, 0.0)?;
+        let has_sun = tables.info.largest_share > 0.1;
         let (grid, sources) = (Grid::new(light), None);
         Ok(Lit { light, environment, tables, sources, plain, compensated, strata, grid, has_sun })
     }

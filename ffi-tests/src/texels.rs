@@ -44,11 +44,6 @@ impl Texels {
         Texels { looked_up, rows, columns }
     }
 
-    /// The probability of the likeliest texel.
-    pub fn largest(&self) -> f32 {
-        self.looked_up.iter().map(|[_, probability]| *probability).fold(0.0, f32::max)
-    }
-
     /// Draws `u.len()` directions into `wi`, from number `first` on.
     pub fn sample(&self, light: &Light, u: &[[f32; 2]], wi: &mut Directions, first: usize) {
         for (block, u) in u.chunks(LANES).enumerate() {

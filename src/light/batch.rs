@@ -2,7 +2,7 @@
 
 use super::tables::Light;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
-use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use crate::simd::{Kernel, Lanes, Level, Num, run};
 use crate::sphere::Frame;
 
 /// What can be sampled and queried. Written once for any width.
@@ -11,6 +11,44 @@ pub trait Density {
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F);
     /// Densities of world directions; 0 for those that are not of unit length.
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F;
+
+    /// As [`Density::sample`], for all `u`, as many as there is room for.
+    #[inline(always)]
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+        for (u, out) in u.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
+            let (wi, pdf) = self.sample::<F>(frame, columns(u));
+            let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
+            let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+            for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
+                *out = Drawn { wi: [x, y, z], pdf };
+            }
+        }
+    }
+
+    /// As [`Density::pdf`], for all `wi`, as many as there is room for.
+    #[inline(always)]
+    fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
+        for (wi, out) in wi.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
+            let pdf = self.pdf::<F>(frame, columns(wi)).store();
+            for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
+                *out = pdf;
+            }
+        }
+    }
+}
+
+/// Rows of numbers side by side in lanes; lanes without a row hold zeros.
+#[inline(always)]
+fn columns<F: Num, const N: usize>(rows: &[[f32; N]]) -> [F; N] {
+    let mut columns = [F::splat(0.0); N];
+    for (k, column) in columns.iter_mut().enumerate() {
+        let mut lanes = F::floats();
+        for (out, row) in lanes.as_mut().iter_mut().zip(rows) {
+            *out = row[k];
+        }
+        *column = F::load(lanes);
+    }
+    columns
 }
 
 impl Density for Light<'_> {
@@ -22,6 +60,16 @@ impl Density for Light<'_> {
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
         Light::pdf(self, frame, wi)
+    }
+
+    #[inline(always)]
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+        Light::samples::<F>(self, frame, u, out);
+    }
+
+    #[inline(always)]
+    fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
+        Light::pdfs::<F>(self, frame, wi, out);
     }
 }
 
@@ -39,28 +87,24 @@ pub struct Drawn {
 
 /// Samples for all `u`, as many as there is room for.
 pub fn samples<D: Density>(level: Level, density: &D, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
-    for (u, out) in u.chunks(LANES).zip(out.chunks_mut(LANES)) {
-        if u.len() < FEWEST {
-            for (u, out) in u.iter().zip(out) {
-                let (wi, pdf) = density.sample::<f32>(frame, *u);
-                *out = Drawn { wi, pdf };
-            }
-        } else {
-            run(level, Samples { density, frame, u, out });
+    if u.len() < FEWEST {
+        for (u, out) in u.iter().zip(out) {
+            let (wi, pdf) = density.sample::<f32>(frame, *u);
+            *out = Drawn { wi, pdf };
         }
+    } else {
+        run(level, Samples { density, frame, u, out });
     }
 }
 
 /// Densities of all `wi`, as many as there is room for.
 pub fn pdfs<D: Density>(level: Level, density: &D, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-    for (wi, out) in wi.chunks(LANES).zip(out.chunks_mut(LANES)) {
-        if wi.len() < FEWEST {
-            for (wi, out) in wi.iter().zip(out) {
-                *out = density.pdf::<f32>(frame, *wi);
-            }
-        } else {
-            run(level, Pdfs { density, frame, wi, out });
+    if wi.len() < FEWEST {
+        for (wi, out) in wi.iter().zip(out) {
+            *out = density.pdf::<f32>(frame, *wi);
         }
+    } else {
+        run(level, Pdfs { density, frame, wi, out });
     }
 }
 
@@ -76,17 +120,7 @@ impl<D: Density> Kernel for Samples<'_, D> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) {
-        let mut points = [[0.5f32; LANES]; 2];
-        for (lane, u) in self.u.iter().take(LANES).enumerate() {
-            points[0][lane] = u[0];
-            points[1][lane] = u[1];
-        }
-        let u = [<F as Num>::load(points[0]), <F as Num>::load(points[1])];
-        let (wi, pdf) = self.density.sample::<F>(self.frame, u);
-        let (x, y, z, pdf) = (Num::store(wi[0]), Num::store(wi[1]), Num::store(wi[2]), Num::store(pdf));
-        for (lane, out) in self.out.iter_mut().take(LANES).enumerate() {
-            *out = Drawn { wi: [x[lane], y[lane], z[lane]], pdf: pdf[lane] };
-        }
+        self.density.samples::<F>(self.frame, self.u, self.out);
     }
 }
 
@@ -102,17 +136,7 @@ impl<D: Density> Kernel for Pdfs<'_, D> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) {
-        let mut columns = [[0.0f32; LANES]; 3];
-        for (lane, wi) in self.wi.iter().take(LANES).enumerate() {
-            columns[0][lane] = wi[0];
-            columns[1][lane] = wi[1];
-            columns[2][lane] = wi[2];
-        }
-        let wi = [<F as Num>::load(columns[0]), <F as Num>::load(columns[1]), <F as Num>::load(columns[2])];
-        let pdf = Num::store(self.density.pdf::<F>(self.frame, wi));
-        for (out, pdf) in self.out.iter_mut().zip(pdf) {
-            *out = pdf;
-        }
+        self.density.pdfs::<F>(self.frame, self.wi, self.out);
     }
 }
 

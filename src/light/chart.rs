@@ -308,25 +308,31 @@ fn azimuth<F: Num>(x: F, y: F) -> F {
     F::select(four.le(whole), zero, whole)
 }
 
-/// As [`crate::numeric::atan_turns`].
+/// As [`crate::numeric::atan_turns`], but for rounding.
 #[inline(always)]
 fn atan_turns<F: Num>(x: F) -> F {
-    x * horner(ATAN_TURNS, x * x)
+    x * polynomial(ATAN_TURNS, x * x)
 }
 
-/// As [`crate::numeric::sin_cos_turns`].
+/// As [`crate::numeric::sin_cos_turns`], but for rounding.
 #[inline(always)]
 pub fn sin_cos_turns<F: Num>(x: F) -> (F, F) {
     let t = x * x;
-    (x * horner(SIN_TURNS, t), horner(COS_TURNS, t))
+    (x * polynomial(SIN_TURNS, t), polynomial(COS_TURNS, t))
 }
 
-/// The polynomial with coefficients `c`, lowest first, at `t`.
+/// The polynomial with coefficients `c`, lowest first, at `t`: even and odd powers apart, which takes half as long.
 #[inline(always)]
-fn horner<F: Num, const N: usize>(c: [f32; N], t: F) -> F {
-    let mut sum = F::splat(c[N - 1]);
-    for k in (0..N - 1).rev() {
-        sum = sum * t + F::splat(c[k]);
+fn polynomial<F: Num, const N: usize>(c: [f32; N], t: F) -> F {
+    let squared = t * t;
+    let (last, before) = (F::splat(c[N - 1]), F::splat(c[N - 2]));
+    let (mut same, mut other) = (last, before);
+    let mut k = N - 2;
+    while k > 0 {
+        k -= 1;
+        let next = same * squared + F::splat(c[k]);
+        (same, other) = (other, next);
     }
-    sum
+    // `other` holds the constant's powers.
+    other + same * t
 }

@@ -3,9 +3,12 @@
 //! The pdf is one function of the f32 world direction; a sample's pdf is that function at the direction it returns. Where
 //! rounding carried a direction out of its patch, the position moves towards the patch's middle until the direction is inside.
 
-use super::tables::{Drawn, Light, Located, at, int_at, set};
+use super::batch;
+use super::chart::Place;
+use super::tables::{Drawn, Light, Located};
+use super::walk::{TOGETHER, Walk, floats, set};
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::Num;
+use crate::simd::{LANES, Num};
 use crate::sphere::Frame;
 use glam::Vec3;
 
@@ -36,8 +39,15 @@ fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     let squared = x * x + y * y + z * z;
     let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
-    let scale = F::splat(1.0) / squared.sqrt();
+    // One Newton step of the reciprocal root from 1: within 4e-7 of it.
+    let scale = F::splat(1.5) - F::splat(0.5) * squared;
     ([x * scale, y * scale, z * scale], unit)
+}
+
+fn put<T: Copy>(out: &mut [T], first: usize, lanes: &[T]) {
+    for (out, &x) in out.iter_mut().skip(first).zip(lanes) {
+        *out = x;
+    }
 }
 
 /// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
@@ -58,8 +68,9 @@ impl Light<'_> {
         while strayed != 0 {
             let lane = strayed.trailing_zeros() as usize;
             strayed &= strayed - 1;
-            let numbers = [at::<F>(&drawn.numbers[0], lane), at::<F>(&drawn.numbers[1], lane)];
-            let (direction, found) = self.settle(frame, int_at::<F>(&drawn.patch.cell, lane), numbers);
+            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
+            let cell = drawn.patch.cell.as_ref().get(lane).copied().unwrap_or(0);
+            let (direction, found) = self.settle(frame, cell, [of(&drawn.numbers[0]), of(&drawn.numbers[1])]);
             for (axis, x) in world.iter_mut().zip(direction) {
                 set(axis, lane, x);
             }
@@ -93,9 +104,7 @@ impl Light<'_> {
     /// World directions distributed as the light, and their densities; 0 if the light is black.
     #[inline(always)]
     pub fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let (cells, numbers) = self.cells_at::<F>([clamp_u(u[0]), clamp_u(u[1])]);
-        let drawn = self.draw::<F>(cells, numbers);
-        let (world, located) = self.to_world(frame, &drawn);
+        let (world, located) = self.to_world(frame, &self.draw_alone(u));
         (world, self.alone(&located))
     }
 
@@ -103,10 +112,104 @@ impl Light<'_> {
     /// direction.
     #[inline(always)]
     pub fn candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
-        let (cells, numbers) = self.cells_at::<F>([clamp_u(u[0]), clamp_u(u[1])]);
-        let drawn = self.draw::<F>(cells, numbers);
+        let drawn = self.draw_alone(u);
         let direction = self.direction_of(&drawn);
         (direction, self.alone(&self.drawn_at(direction, &drawn)))
+    }
+
+    #[inline(always)]
+    fn draw_alone<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
+        if F::WIDTH == 1 { self.draw_lanes::<F, 1>(u) } else { self.draw_lanes::<F, LANES>(u) }
+    }
+
+    #[inline(always)]
+    fn draw_lanes<F: Num, const N: usize>(&self, u: [F; 2]) -> Drawn<F> {
+        let mut numbers = [[0.5; N]; 2];
+        for (out, u) in numbers.iter_mut().zip(u) {
+            for (out, &u) in out.iter_mut().zip(clamp_u(u).store().as_ref()) {
+                *out = u;
+            }
+        }
+        let mut walk = Walk::<N>::new();
+        walk.begin(self, &numbers, N);
+        walk.down(self, N);
+        walk.drawn::<F>(self, 0)
+    }
+
+    /// As [`Light::sample`], for as many `u` as there are: their walks go on side by side.
+    #[inline(always)]
+    pub fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [batch::Drawn]) {
+        let mut walk = Walk::<TOGETHER>::new();
+        for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            let mut numbers = [[0.5; TOGETHER]; 2];
+            for (lane, &[w, v]) in u.iter().enumerate().take(TOGETHER) {
+                numbers[0][lane] = clamp_u(w);
+                numbers[1][lane] = clamp_u(v);
+            }
+            let count = u.len().next_multiple_of(F::WIDTH);
+            walk.begin(self, &numbers, count);
+            walk.down(self, count);
+            for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
+                let drawn = walk.drawn::<F>(self, group * F::WIDTH);
+                let (world, located) = self.to_world(frame, &drawn);
+                let (x, y, z, pdf) =
+                    (world[0].store(), world[1].store(), world[2].store(), self.alone(&located).store());
+                let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+                for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
+                    *out = batch::Drawn { wi: [x, y, z], pdf };
+                }
+            }
+        }
+    }
+
+    /// As [`Light::pdf`], for as many directions as there are: their walks go on side by side.
+    #[inline(always)]
+    pub fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
+        let mut walk = Walk::<TOGETHER>::new();
+        let (mut face, mut column, mut row) = ([0; TOGETHER], [0; TOGETHER], [0; TOGETHER]);
+        // Of each lane: the position, the solid angle, and whether it is of unit length.
+        let mut places = [[0.0; TOGETHER]; 4];
+        for (wi, out) in wi.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            for (group, wi) in wi.chunks(F::WIDTH).enumerate() {
+                let first = group * F::WIDTH;
+                let mut lanes = [F::floats(), F::floats(), F::floats()];
+                for (lane, wi) in wi.iter().enumerate() {
+                    for (lanes, &x) in lanes.iter_mut().zip(wi) {
+                        if let Some(out) = lanes.as_mut().get_mut(lane) {
+                            *out = x;
+                        }
+                    }
+                }
+                let [x, y, z] = lanes;
+                let (map, valid) = self.valid(frame, [F::load(x), F::load(y), F::load(z)]);
+                let place = self.chart.place(map);
+                let [columns, rows] = self.chart.axes;
+                put(&mut face, first, place.face.truncate().as_ref());
+                put(&mut column, first, columns.patch(place.position[0]).as_ref());
+                put(&mut row, first, rows.patch(place.position[1]).as_ref());
+                let valid = F::only(valid, F::splat(1.0));
+                let numbers = [place.position[0], place.position[1], place.solid_angle, valid];
+                for (out, number) in places.iter_mut().zip(numbers) {
+                    put(out, first, number.store().as_ref());
+                }
+            }
+            walk.at(self, &face, [&column, &row], false, wi.len().next_multiple_of(F::WIDTH));
+            for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
+                let first = group * F::WIDTH;
+                let patch = walk.patches::<F>(self, first);
+                let [column, row, solid_angle, valid] = &places;
+                let place = Place {
+                    face: F::splat(0.0),
+                    position: [floats::<F, TOGETHER>(column, first), floats::<F, TOGETHER>(row, first)],
+                    solid_angle: floats::<F, TOGETHER>(solid_angle, first),
+                };
+                let valid = F::splat(0.0).lt(floats::<F, TOGETHER>(valid, first));
+                let pdf = F::only(valid, self.alone(&self.at_place(&patch, &place))).store();
+                for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
+                    *out = pdf;
+                }
+            }
+        }
     }
 
     /// Densities of directions of map space of unit length in the light.
@@ -118,10 +221,15 @@ impl Light<'_> {
     /// Densities of world directions in the light; 0 for those that are not of unit length.
     #[inline(always)]
     pub fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        let (world, valid) = unit(wi);
-        let [x, y, z] = world;
-        let world = [F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))];
-        F::only(valid, self.alone(&self.locate(to_map(frame, world), false)))
+        let (map, valid) = self.valid(frame, wi);
+        F::only(valid, self.alone(&self.locate(map, false)))
+    }
+
+    /// World directions of unit length in map space; in place of others, some that are.
+    #[inline(always)]
+    fn valid<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> ([F; 3], F::Mask) {
+        let ([x, y, z], valid) = unit(wi);
+        (to_map(frame, [F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
     }
 
     /// The density in the light of what was located.
@@ -137,7 +245,8 @@ impl Light<'_> {
 
     /// The `u` that leads to a world direction of unit length, and whether it does: `None` if its density is 0.
     pub fn invert(&self, frame: &Frame, wi: Vec3) -> Option<[f32; 2]> {
-        let located = self.locate::<f32>(to_map(frame, wi.to_array()), true);
+        let (map, _) = self.valid(frame, wi.to_array());
+        let located = self.locate::<f32>(map, true);
         if !(self.alone(&located) > 0.0) {
             return None;
         }

@@ -13,4 +13,5 @@ pub mod plan;
 pub mod search;
 pub mod tables;
 pub mod texels;
+mod walk;
 pub mod warp;

@@ -10,7 +10,7 @@ use crate::simd::Num;
 const STEPS: usize = 8;
 
 /// The last Newton step begins with at most this share of the integral missing; it leaves the square of it.
-const CLOSE: f32 = 1.0 / (1 << 16) as f32;
+const CLOSE: f32 = 1.0 / (1 << 10) as f32;
 
 /// A parabola over [0, 1], written so that its values beside an end where it is 0 keep their relative precision.
 #[derive(Clone, Copy)]
@@ -85,7 +85,7 @@ impl<F: Num> Edge<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let Profile { first, last, .. } = self.profile;
         // Exact if the linear factor or the profile is constant.
-        let mut x = linear(first, last, linear(self.from, self.to, u));
+        let mut x = linear(self.from * first, self.to * last, u);
         let total = self.total();
         let (target, close) = (u * total, F::splat(CLOSE) * total);
         let [a, b, c, d] = self.integral;

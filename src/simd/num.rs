@@ -24,6 +24,10 @@ pub trait Num:
     fn load(lanes: Self::Floats) -> Self;
     /// The numbers as an array.
     fn store(self) -> Self::Floats;
+    /// The first numbers of a slice; zeros if it is too short.
+    fn read(numbers: &[f32]) -> Self;
+    /// The first whole numbers of a slice; zeros if it is too short.
+    fn read_ints(numbers: &[u32]) -> Self::Ints;
     /// Zeros, to be filled lane by lane.
     fn floats() -> Self::Floats;
     /// Zeros, to be filled lane by lane.
@@ -104,6 +108,16 @@ impl Num for f32 {
     #[inline(always)]
     fn store(self) -> [f32; 1] {
         [self]
+    }
+
+    #[inline(always)]
+    fn read(numbers: &[f32]) -> f32 {
+        numbers.first().copied().unwrap_or(0.0)
+    }
+
+    #[inline(always)]
+    fn read_ints(numbers: &[u32]) -> [u32; 1] {
+        [numbers.first().copied().unwrap_or(0)]
     }
 
     #[inline(always)]
@@ -206,6 +220,16 @@ impl<F: Lanes> Num for F {
     #[inline(always)]
     fn store(self) -> [f32; LANES] {
         self.to_array()
+    }
+
+    #[inline(always)]
+    fn read(numbers: &[f32]) -> F {
+        F::from_array(numbers.first_chunk().copied().unwrap_or([0.0; LANES]))
+    }
+
+    #[inline(always)]
+    fn read_ints(numbers: &[u32]) -> [u32; LANES] {
+        numbers.first_chunk().copied().unwrap_or([0; LANES])
     }
 
     #[inline(always)]

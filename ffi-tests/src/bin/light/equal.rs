@@ -23,8 +23,11 @@ pub struct Cell {
     rows: Vec<Row>,
 }
 
+/// Which of the errors counts.
+pub type Metric = fn(&Errors) -> f64;
+
 /// The mean squared errors that gains are counted in, by name.
-pub const METRICS: [(&str, fn(&Errors) -> f64); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
+pub const METRICS: [(&str, Metric); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
 
 /// Measures the lights on the materials.
 ///

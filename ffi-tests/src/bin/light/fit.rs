@@ -44,7 +44,8 @@ pub fn fit(light: &Light, densities: &[&dyn Density], points: usize) -> Result<V
     let mut sums: Vec<Sums> = densities.iter().map(|_| Sums::default()).collect();
     let (mut wi, mut lit, mut pdf) = (Vec::new(), Vec::new(), Vec::new());
     for row in 0..height * k {
-        (wi.clear(), lit.clear());
+        wi.clear();
+        lit.clear();
         for column in 0..width * k {
             let at = [column, row].map(|c| (c as f64 + offset(row * 7 + column)) / k as f64);
             let (d, angle) = direction(light.layout(), light.size(), at);

@@ -181,8 +181,11 @@ fn with_densities<T>(light: &Light, run: impl FnOnce(&[&dyn Density]) -> Result<
     run(&[&own, &pyramid, &piecewise])
 }
 
+/// Lights, each with whether it has an unclipped sun, and materials.
+type Shaded = (Vec<(Light, bool)>, Vec<Material>);
+
 /// Lights that shade, and whether they are suns of a few texels; materials.
-fn shaded(quick: bool) -> Result<(Vec<(Light, bool)>, Vec<Material>)> {
+fn shaded(quick: bool) -> Result<Shaded> {
     let sun = |width| {
         let places = [("horizon", 1, [width / 3, width / 5]), ("seam", 2, [width - 1, width / 6])];
         let name = |side: usize, name: &str| format!("sun of {} near the {name}", side * side);

@@ -1,0 +1,601 @@
+//! The walks through the tables of many lanes side by side, and what the lanes become of it.
+//!
+//! A walk computes lane by lane and goes through memory between its stages, with prefetches ahead, so that the cache misses of all
+//! lanes overlap. Lanes are loaded once, at its end, since a vector load has to wait for all smaller stores into it.
+
+use super::chart::{Layout, Place};
+use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
+use super::tables::{Block, Cell, Light, decoded};
+use super::warp::PatchDensity;
+use crate::numeric::ONE_MINUS_EPSILON;
+use crate::simd::{LANES, Num, prefetch};
+
+/// A direction in map space.
+pub type Direction<F> = [F; 3];
+
+/// Patches, one for each lane.
+#[derive(Clone, Copy)]
+pub struct Patches<F: Num> {
+    /// The cell of each.
+    pub cell: F::Ints,
+    face: F,
+    /// The smallest patch on the face and one behind the largest, columns and rows.
+    first: [F; 2],
+    behind: [F; 2],
+    low: [F; 2],
+    size: [F; 2],
+    corner: [F; 4],
+    probability: F,
+    start: [F; 2],
+    width: [F; 2],
+}
+
+/// A direction that was found in the tables: its patch, and where in it.
+#[derive(Clone, Copy)]
+pub struct Located<F: Num> {
+    /// The patch.
+    pub patch: Patches<F>,
+    /// The position inside, [0, 1] along columns and rows.
+    pub position: [F; 2],
+    /// The density of the direction within its cell, per steradian.
+    pub density: F,
+}
+
+/// Places that were drawn: the patches, and the positions inside.
+#[derive(Clone, Copy)]
+pub struct Drawn<F: Num> {
+    /// The patches.
+    pub patch: Patches<F>,
+    /// The densities inside.
+    pub(super) shape: PatchDensity<F>,
+    /// Column and row inside, in [0, 1].
+    pub position: [F; 2],
+    /// The numbers that led here.
+    pub(super) numbers: [F::Floats; 2],
+}
+
+impl<F: Num> Patches<F> {
+    /// Replaces the patch of one lane.
+    #[inline(always)]
+    fn set(&mut self, lane: usize, by: &Patches<f32>) {
+        let [cell] = by.cell;
+        if let Some(out) = self.cell.as_mut().get_mut(lane) {
+            *out = cell;
+        }
+        set(&mut self.face, lane, by.face);
+        for k in 0..2 {
+            set(&mut self.first[k], lane, by.first[k]);
+            set(&mut self.behind[k], lane, by.behind[k]);
+            set(&mut self.low[k], lane, by.low[k]);
+            set(&mut self.size[k], lane, by.size[k]);
+            set(&mut self.start[k], lane, by.start[k]);
+            set(&mut self.width[k], lane, by.width[k]);
+        }
+        for k in 0..4 {
+            set(&mut self.corner[k], lane, by.corner[k]);
+        }
+        set(&mut self.probability, lane, by.probability);
+    }
+
+    #[inline(always)]
+    fn shape(&self, light: &Light<'_>) -> PatchDensity<F> {
+        PatchDensity::new(self.corner, light.chart.profiles(self.low, self.size))
+    }
+}
+
+impl<F: Num> Located<F> {
+    /// Replaces one lane.
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, by: &Located<f32>) {
+        self.patch.set(lane, &by.patch);
+        set(&mut self.position[0], lane, by.position[0]);
+        set(&mut self.position[1], lane, by.position[1]);
+        set(&mut self.density, lane, by.density);
+    }
+
+    /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
+    #[inline(always)]
+    pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
+        let u = self.patch.shape(light).invert(self.position);
+        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+        let Patches { start, width, .. } = self.patch;
+        let w = (start[0] + u[0] * width[0]).max(first).min(last);
+        let v = (start[1] + u[1] * width[1]).max(first).min(last);
+        [w, v]
+    }
+
+    /// The shares of the cell's numbers that lead to the patch, along columns and rows.
+    #[inline(always)]
+    pub fn widths(&self) -> [F; 2] {
+        self.patch.width
+    }
+}
+
+/// Replaces the number of one lane.
+#[inline(always)]
+pub(super) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
+    let mut lanes = f.store();
+    if let Some(out) = lanes.as_mut().get_mut(lane) {
+        *out = x;
+    }
+    *f = F::load(lanes);
+}
+
+/// Lanes that walk together in a batch; found by timing batches of 64 from cold caches.
+pub(super) const TOGETHER: usize = 32;
+
+/// A number for each lane of a walk.
+type Floats<const N: usize> = [f32; N];
+/// A whole number for each lane of a walk.
+type Ints<const N: usize> = [u32; N];
+
+/// A walk of up to `N` lanes. Pairs are columns and rows.
+pub(super) struct Walk<const N: usize> {
+    cell: Ints<N>,
+    /// The numbers in the cell that are walked down with.
+    numbers: [Floats<N>; 2],
+    block: Ints<N>,
+    /// Which block of the cell.
+    block_at: [Ints<N>; 2],
+    /// Starts and ends of the block in the cell.
+    outer: [[Floats<N>; 2]; 2],
+    /// Which part of the block's grid.
+    part: [Ints<N>; 2],
+    /// The numbers in the block, in units.
+    units: [Floats<N>; 2],
+    /// Starts and ends of the part in the block, in units.
+    inner: [[Ints<N>; 2]; 2],
+    share: Floats<N>,
+    /// Pairs of corner words: of the upper and of the lower row.
+    corner: [Ints<N>; 2],
+}
+
+impl<const N: usize> Walk<N> {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        Walk {
+            cell: [0; N],
+            numbers: [[0.0; N]; 2],
+            block: [0; N],
+            block_at: [[0; N]; 2],
+            outer: [[[0.0; N]; 2]; 2],
+            part: [[0; N]; 2],
+            units: [[0.0; N]; 2],
+            inner: [[[0; N]; 2]; 2],
+            share: [0.0; N],
+            corner: [[0; N]; 2],
+        }
+    }
+
+    /// Begins in the cells that `u` (column, row) of each lane falls into.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, light: &Light<'_>, u: &[Floats<N>; 2], count: usize) {
+        let [across, down] = u;
+        for (lane, (&across, &down)) in across.iter().zip(down).take(count).enumerate() {
+            let (cell, [w, v]) = light.cell_at([across, down]);
+            self.cell[lane] = cell as u32;
+            self.numbers[0][lane] = w;
+            self.numbers[1][lane] = v;
+        }
+    }
+
+    /// Walks down to the patches that the numbers of each lane lead to.
+    #[inline(always)]
+    pub(super) fn down(&mut self, light: &Light<'_>, count: usize) {
+        let count = count.min(N);
+        for lane in 0..count {
+            let c = light.cell(self.cell[lane]);
+            let found = find(&light.starts, c.starts as usize, c.blocks[1].into(), self.numbers[1][lane]);
+            prefetch(light.blocks, c.first as usize + found.0 * usize::from(c.blocks[0]));
+            self.put_outer(1, lane, found);
+        }
+        for lane in 0..count {
+            let c = light.cell(self.cell[lane]);
+            let [w, v] = [self.numbers[0][lane], self.numbers[1][lane]];
+            let row = self.block_at[1][lane] as usize;
+            let found = find(&light.starts, c.row(row), c.blocks[0].into(), w);
+            let block = c.first as usize + row * usize::from(c.blocks[0]) + found.0;
+            light.rows.prefetch(light.block(block as u32).rows as usize);
+            self.block[lane] = block as u32;
+            self.units[0][lane] = UNITS * rest(w, found.1);
+            self.units[1][lane] = UNITS * rest(v, [self.outer[1][0][lane], self.outer[1][1][lane]]);
+            self.put_outer(0, lane, found);
+        }
+        for lane in 0..count {
+            let block = light.block(self.block[lane]);
+            let key = self.units[1][lane] as i32 as u32;
+            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key);
+            light.prefetch_lines(&block, found.0);
+            self.put_inner(1, lane, found);
+        }
+        for lane in 0..count {
+            let block = light.block(self.block[lane]);
+            let line = block.line(self.part[1][lane] as usize, light.bilinear);
+            let key = self.units[0][lane] as i32 as u32;
+            let found = find16(&light.lines, line, block.grid[0].into(), key);
+            self.put_patch(light, lane, &block, line, found.0);
+            self.put_inner(0, lane, found);
+        }
+    }
+
+    /// Finds the patches at columns and rows of faces; where their numbers begin and end only if `numbers`.
+    #[inline(always)]
+    pub(super) fn at(&mut self, light: &Light<'_>, face: &Ints<N>, at: [&Ints<N>; 2], numbers: bool, count: usize) {
+        let count = count.min(N);
+        let face_rows = light.grid[1] / light.chart.faces();
+        for lane in 0..count {
+            let (x, y) = (at[0][lane], at[1][lane]);
+            let column = u32::from(byte(light.cell_of[0], (x >> (light.side[0] & 31)) as usize));
+            let row = u32::from(byte(light.cell_of[1], (y >> (light.side[1] & 31)) as usize));
+            let index = (face[lane] * face_rows + row) * light.grid[0] + column;
+            let c = light.cell(index);
+            let (x, y) = (x.wrapping_sub(c.origin[0].into()), y.wrapping_sub(c.origin[1].into()));
+            let (side_x, side_y) = (c.side[0] & 31, c.side[1] & 31);
+            let (i, j) = (x >> side_x, y >> side_y);
+            let number = c.first + j * u32::from(c.blocks[0]) + i;
+            let block = light.block(number);
+            let part = (y & !(u32::MAX << side_y)) >> (block.step[1] & 31);
+            light.rows.prefetch(block.rows as usize);
+            light.prefetch_lines(&block, part as usize);
+            self.cell[lane] = index;
+            self.block[lane] = number;
+            self.block_at[0][lane] = i;
+            self.block_at[1][lane] = j;
+            self.part[0][lane] = (x & !(u32::MAX << side_x)) >> (block.step[0] & 31);
+            self.part[1][lane] = part;
+        }
+        for lane in 0..count {
+            let block = light.block(self.block[lane]);
+            let (x, y) = (self.part[0][lane] as usize, self.part[1][lane] as usize);
+            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, block.grid[1].into(), y)));
+            let line = block.line(y, light.bilinear);
+            self.put_inner(0, lane, (x, cell16(&light.lines, line, block.grid[0].into(), x)));
+            self.put_patch(light, lane, &block, line, x);
+            if numbers {
+                let c = light.cell(self.cell[lane]);
+                let (i, j) = (self.block_at[0][lane] as usize, self.block_at[1][lane] as usize);
+                self.put_outer(1, lane, (j, cell(&light.starts, c.starts as usize, j)));
+                self.put_outer(0, lane, (i, cell(&light.starts, c.row(j), i)));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn put_outer(&mut self, axis: usize, lane: usize, (index, [start, end]): Found<f32>) {
+        self.block_at[axis][lane] = index as u32;
+        self.outer[axis][0][lane] = start;
+        self.outer[axis][1][lane] = end;
+    }
+
+    #[inline(always)]
+    fn put_inner(&mut self, axis: usize, lane: usize, (index, [start, end]): Found<u32>) {
+        self.part[axis][lane] = index as u32;
+        self.inner[axis][0][lane] = start;
+        self.inner[axis][1][lane] = end;
+    }
+
+    #[inline(always)]
+    fn put_patch(&mut self, light: &Light<'_>, lane: usize, block: &Block, line: usize, column: usize) {
+        self.share[lane] = block.share;
+        if light.bilinear {
+            let columns = usize::from(block.grid[0]);
+            let first = line + columns + column - 1;
+            self.corner[0][lane] = light.pair(first);
+            self.corner[1][lane] = light.pair(first + 2 * columns);
+        }
+    }
+
+    /// The patches of the lanes from `first` on.
+    #[inline(always)]
+    pub(super) fn patches<F: Num>(&self, light: &Light<'_>, first: usize) -> Patches<F> {
+        let (outer, inner) = (
+            [self.outer_range::<F>(0, first), self.outer_range::<F>(1, first)],
+            [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)],
+        );
+        let cell = ints::<F, N>(&self.cell, first);
+        let (from, behind) = self.extents::<F>(light, first);
+        let [columns, rows] = light.chart.axes;
+        let low = [columns.edge(from[0]), rows.edge(from[1])];
+        let unit = F::splat(1.0 / UNITS);
+        let (column_width, row_width) = (inner[0].1 * unit, inner[1].1 * unit);
+        let mut face = F::splat(0.0);
+        if light.chart.layout == Layout::Cube {
+            let mut faces = F::ints();
+            for (face, &cell) in faces.as_mut().iter_mut().zip(cell.as_ref()) {
+                *face = light.cell(cell).face.into();
+            }
+            face = F::of_ints(faces);
+        }
+        let one = F::splat(1.0);
+        let mut corner = [one, one, one, one];
+        if light.bilinear {
+            let ([a, b], [c, d]) = (
+                decoded::<F>(ints::<F, N>(&self.corner[0], first)),
+                decoded::<F>(ints::<F, N>(&self.corner[1], first)),
+            );
+            corner = [a, b, c, d];
+        }
+        Patches {
+            cell,
+            face,
+            first: from,
+            behind,
+            low,
+            size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
+            corner,
+            probability: floats::<F, N>(&self.share, first) * row_width * column_width,
+            start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
+            width: [outer[0].1 * column_width, outer[1].1 * row_width],
+        }
+    }
+
+    /// Start and width of blocks in their cells.
+    #[inline(always)]
+    fn outer_range<F: Num>(&self, axis: usize, first: usize) -> (F, F) {
+        let [start, end] = &self.outer[axis];
+        let start = floats::<F, N>(start, first);
+        (start, floats::<F, N>(end, first) - start)
+    }
+
+    /// Start and width of parts in their blocks, in units.
+    #[inline(always)]
+    fn inner_range<F: Num>(&self, axis: usize, first: usize) -> (F, F) {
+        let [start, end] = &self.inner[axis];
+        let start = F::of_ints(ints::<F, N>(start, first));
+        (start, F::of_ints(ints::<F, N>(end, first)) - start)
+    }
+
+    /// The positions of the numbers in their parts.
+    #[inline(always)]
+    fn in_part<F: Num>(&self, axis: usize, first: usize) -> F {
+        let (start, width) = self.inner_range::<F>(axis, first);
+        inside(floats::<F, N>(&self.units[axis], first), start, width)
+    }
+
+    /// Where a part of an exact light begins, behind the origin of its cell.
+    #[inline(always)]
+    fn in_cell<F: Num>(&self, light: &Light<'_>, axis: usize, first: usize) -> F {
+        let side = F::splat((1u32 << (light.side[axis] & 31)) as f32);
+        let block = F::of_ints(ints::<F, N>(&self.block_at[axis], first));
+        block * side + F::of_ints(ints::<F, N>(&self.part[axis], first))
+    }
+
+    /// Where the patches lie on their faces: the first, and one behind the last, columns and rows.
+    #[inline(always)]
+    fn extents<F: Num>(&self, light: &Light<'_>, lane: usize) -> ([F; 2], [F; 2]) {
+        let (mut from, mut behind) = ([F::ints(), F::ints()], [F::ints(), F::ints()]);
+        let cells = ints::<F, N>(&self.cell, lane);
+        if light.exact {
+            for (i, &cell) in cells.as_ref().iter().enumerate() {
+                let [x, y] = light.cell(cell).origin;
+                put_int::<F>(&mut from[0], i, x.into());
+                put_int::<F>(&mut from[1], i, y.into());
+            }
+            let x = F::of_ints(from[0]) + self.in_cell::<F>(light, 0, lane);
+            let y = F::of_ints(from[1]) + self.in_cell::<F>(light, 1, lane);
+            return ([x, y], [x + F::splat(1.0), y + F::splat(1.0)]);
+        }
+        for (i, &cell) in cells.as_ref().iter().enumerate() {
+            let c = light.cell(cell);
+            let lane = (lane + i) % N;
+            let block = light.block(self.block[lane]);
+            for k in 0..2 {
+                let (begin, end) = c.extent(k, self.block_at[k][lane], self.part[k][lane], block.step[k]);
+                put_int::<F>(&mut from[k], i, begin);
+                put_int::<F>(&mut behind[k], i, end);
+            }
+        }
+        ([F::of_ints(from[0]), F::of_ints(from[1])], [F::of_ints(behind[0]), F::of_ints(behind[1])])
+    }
+
+    /// The places that the walk down led the lanes from `first` on to.
+    #[inline(always)]
+    pub(super) fn drawn<F: Num>(&self, light: &Light<'_>, first: usize) -> Drawn<F> {
+        let patch = self.patches::<F>(light, first);
+        let shape = patch.shape(light);
+        let mut position = shape.sample([self.in_part::<F>(0, first), self.in_part::<F>(1, first)]);
+        if !light.bilinear {
+            // Away from the borders, where a client's rounding might find the neighbour.
+            for ((k, at), &size) in position.iter_mut().enumerate().zip(&patch.size) {
+                let least = F::splat(1.25 * light.chart.margin(k)) / size;
+                *at = at.max(least).min(F::splat(1.0) - least);
+            }
+        }
+        let [w, v] = &self.numbers;
+        let numbers = [floats::<F, N>(w, first).store(), floats::<F, N>(v, first).store()];
+        Drawn { patch, shape, position, numbers }
+    }
+}
+
+/// The position between two ends of the number that was searched.
+#[inline(always)]
+fn rest(number: f32, [start, end]: [f32; 2]) -> f32 {
+    inside(number, start, end - start)
+}
+
+#[inline(always)]
+fn put_int<F: Num>(lanes: &mut F::Ints, lane: usize, x: u32) {
+    if let Some(out) = lanes.as_mut().get_mut(lane) {
+        *out = x;
+    }
+}
+
+/// The lanes of a walk from `first` on.
+#[inline(always)]
+pub(super) fn floats<F: Num, const N: usize>(of: &Floats<N>, first: usize) -> F {
+    F::read(of.get(first..).unwrap_or(&[]))
+}
+
+#[inline(always)]
+fn ints<F: Num, const N: usize>(of: &Ints<N>, first: usize) -> F::Ints {
+    F::read_ints(of.get(first..).unwrap_or(&[]))
+}
+
+#[inline(always)]
+fn byte(bytes: &[u8], index: usize) -> u8 {
+    bytes.get(index).copied().unwrap_or(0)
+}
+
+/// The lanes of a number as those of a walk.
+#[inline(always)]
+fn spread<const N: usize>(lanes: &[u32]) -> Ints<N> {
+    let mut out = [0; N];
+    for (out, &x) in out.iter_mut().zip(lanes) {
+        *out = x;
+    }
+    out
+}
+
+impl Light<'_> {
+    /// The cell that `u` (column, row) falls into, and the position in it: the light alone.
+    #[inline(always)]
+    pub fn cell_at(&self, [w, v]: [f32; 2]) -> (usize, [f32; 2]) {
+        let [columns, rows] = [self.grid[0] as usize, self.grid[1] as usize];
+        let (row, rows) = find(&self.tops, 0, rows, v);
+        let (column, columns_range) = find(&self.tops, self.top_row(row), columns, w);
+        (row * columns + column, [rest(w, columns_range), rest(v, rows)])
+    }
+
+    /// The inverse of [`Light::cell_at`]: start and width of a cell along columns and rows.
+    #[inline(always)]
+    pub fn cell_range(&self, cell_index: usize) -> [(f32, f32); 2] {
+        let (row, column) = (cell_index / self.grid[0] as usize, cell_index % self.grid[0] as usize);
+        let [left, right] = cell(&self.tops, self.top_row(row), column);
+        let [top, bottom] = cell(&self.tops, 0, row);
+        [(left, right - left), (top, bottom - top)]
+    }
+
+    /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
+    #[inline(always)]
+    pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
+        let numbers = [numbers[0].store(), numbers[1].store()];
+        if F::WIDTH == 1 { self.draw::<F, 1>(cells, numbers) } else { self.draw::<F, LANES>(cells, numbers) }
+    }
+
+    #[inline(always)]
+    fn draw<F: Num, const N: usize>(&self, cells: F::Ints, numbers: [F::Floats; 2]) -> Drawn<F> {
+        let mut walk = Walk::<N>::new();
+        walk.cell = spread(cells.as_ref());
+        for (out, numbers) in walk.numbers.iter_mut().zip(&numbers) {
+            for (out, &x) in out.iter_mut().zip(numbers.as_ref()) {
+                *out = x;
+            }
+        }
+        walk.down(self, N);
+        walk.drawn::<F>(self, 0)
+    }
+
+    /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
+    /// [`Located::numbers`] needs.
+    #[inline(always)]
+    pub fn locate<F: Num>(&self, d: Direction<F>, numbers: bool) -> Located<F> {
+        if F::WIDTH == 1 { self.find::<F, 1>(d, numbers) } else { self.find::<F, LANES>(d, numbers) }
+    }
+
+    #[inline(always)]
+    fn find<F: Num, const N: usize>(&self, d: Direction<F>, numbers: bool) -> Located<F> {
+        let place = self.chart.place(d);
+        let [columns, rows] = self.chart.axes;
+        let face = spread::<N>(place.face.truncate().as_ref());
+        let column = spread::<N>(columns.patch(place.position[0]).as_ref());
+        let row = spread::<N>(rows.patch(place.position[1]).as_ref());
+        let mut walk = Walk::<N>::new();
+        walk.at(self, &face, [&column, &row], numbers, N);
+        self.at_place(&walk.patches::<F>(self, 0), &place)
+    }
+
+    /// A place in the patch that holds it.
+    #[inline(always)]
+    pub(super) fn at_place<F: Num>(&self, patch: &Patches<F>, place: &Place<F>) -> Located<F> {
+        within(patch, &patch.shape(self), place)
+    }
+
+    /// The direction of a drawn place.
+    #[inline(always)]
+    pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
+        let Drawn { patch, position, .. } = drawn;
+        let column = patch.low[0] + position[0] * patch.size[0];
+        self.chart.direction(patch.face, [column, patch.low[1] + position[1] * patch.size[1]])
+    }
+
+    /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
+    #[inline(always)]
+    pub fn drawn_at<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> Located<F> {
+        let place = self.chart.place(d);
+        located(&drawn.patch, &drawn.shape, drawn.position, &place)
+    }
+
+    /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
+    /// lanes in which rounding left the patch. In a light for nearest clients, also of those in which it came so close to the
+    /// border that the client's own rounding might find the neighbour.
+    #[inline(always)]
+    pub fn relocate<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> (Located<F>, F::Mask) {
+        let place = self.chart.place(d);
+        let patch = &drawn.patch;
+        let column = F::of_ints(self.chart.axes[0].patch(place.position[0]));
+        let row = F::of_ints(self.chart.axes[1].patch(place.position[1]));
+        let columns_out = F::or(column.lt(patch.first[0]), patch.behind[0].le(column));
+        let rows_out = F::or(row.lt(patch.first[1]), patch.behind[1].le(row));
+        let other_face = F::or(place.face.lt(patch.face), patch.face.lt(place.face));
+        let mut out = F::or(F::or(columns_out, rows_out), other_face);
+        if !self.bilinear {
+            for (k, &position) in place.position.iter().enumerate() {
+                let (from, margin) = (position - patch.low[k], F::splat(self.chart.margin(k)));
+                out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
+            }
+        }
+        (within(patch, &drawn.shape, &place), out)
+    }
+
+    #[inline(always)]
+    fn cell(&self, index: u32) -> Cell {
+        self.cells.get(index as usize).copied().unwrap_or_default()
+    }
+
+    #[inline(always)]
+    fn block(&self, index: u32) -> Block {
+        self.blocks.get(index as usize).copied().unwrap_or_default()
+    }
+
+    /// Two words that stand side by side, the first one low.
+    #[inline(always)]
+    fn pair(&self, index: usize) -> u32 {
+        let [low, high, ..] = *self.lines.window(index);
+        u32::from(low) | u32::from(high) << 16
+    }
+
+    /// Asks for the line of a row of patches, and for the corners below.
+    #[inline(always)]
+    fn prefetch_lines(&self, block: &Block, row: usize) {
+        let line = block.line(row, self.bilinear);
+        self.lines.prefetch(line);
+        if self.bilinear {
+            self.lines.prefetch(line + 4 * usize::from(block.grid[0]) - 1);
+        }
+    }
+
+    /// Where the table of the columns of a row of cells begins.
+    #[inline(always)]
+    fn top_row(&self, row: usize) -> usize {
+        self.grid[1] as usize + 1 + row * (self.grid[0] as usize + 1)
+    }
+}
+
+/// A place in the patch that holds it.
+#[inline(always)]
+fn within<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, place: &Place<F>) -> Located<F> {
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    // The quotients do not wait for the place.
+    let (across, down) = (one / patch.size[0], one / patch.size[1]);
+    let s = ((place.position[0] - patch.low[0]) * across).max(zero).min(one);
+    let t = ((place.position[1] - patch.low[1]) * down).max(zero).min(one);
+    located(patch, shape, [s, t], place)
+}
+
+/// A position inside a patch, with its density.
+#[inline(always)]
+fn located<F: Num>(patch: &Patches<F>, shape: &PatchDensity<F>, position: [F; 2], place: &Place<F>) -> Located<F> {
+    let area = (patch.size[0] * patch.size[1]) * place.solid_angle;
+    let scale = patch.probability / (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
+    Located { patch: *patch, position, density: scale * shape.unscaled(position) }
+}

@@ -112,7 +112,7 @@ impl<'a> Sampler<'a> {
         let light = environment.light();
         let turn = Turn::new(at.seed, at.turn, at.stream);
         let count = self.config.candidates(rays);
-        let mut columns = self.scratch.chunks_exact_mut(count);
+        let mut columns = self.scratch.chunks_exact_mut(count.max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
         let request =

@@ -217,9 +217,9 @@ fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [
     }
     let (row_starts, column_starts) = starts.split_at_mut_checked(rows + 1).unwrap_or_default();
     // The light of each block row.
-    let total = write_table(light.chunks(columns).map(|row| row.iter().sum()), row_starts);
-    let lines = column_starts.chunks_exact_mut(columns + 1).zip(light.chunks(columns));
-    for (j, ((starts, light), blocks)) in lines.zip(blocks.chunks_mut(columns)).enumerate() {
+    let total = write_table(light.chunks(columns.max(1)).map(|row| row.iter().sum()), row_starts);
+    let lines = column_starts.chunks_exact_mut((columns + 1).max(1)).zip(light.chunks(columns.max(1)));
+    for (j, ((starts, light), blocks)) in lines.zip(blocks.chunks_mut(columns.max(1))).enumerate() {
         write_table(light.iter().copied(), starts);
         let [top, bottom] = stored_cell(row_starts, j);
         for (i, block) in blocks.iter_mut().enumerate() {
@@ -248,13 +248,14 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
     let used = row_mass.get(..grid_rows).unwrap_or(&[]);
     write_starts(used.iter().copied(), scale, &mut |i, units| put_inner(rows, i, units));
     let words = line_words(grid_columns, bilinear);
-    for (line, row) in lines.chunks_exact_mut(words).zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
+    for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
         write_starts(row.iter().take(grid_columns).copied(), scale, &mut |i, units| put_inner(line, i, units));
     }
     if bilinear {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
         stored_corners(texels, tile, &mut corners);
-        for (line, row) in lines.chunks_exact_mut(words).zip(corners.chunks_exact(BLOCK + 1)).take(grid_rows + 1) {
+        for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(corners.chunks_exact(BLOCK + 1)).take(grid_rows + 1)
+        {
             for (out, &corner) in line.iter_mut().skip(grid_columns - 1).zip(row).take(grid_columns + 1) {
                 *out = encode(corner);
             }

@@ -74,7 +74,7 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
 fn finest_below(cell: &CellBlocks, doubled: &CellBlocks, number: usize, steps: &[Steps]) -> Steps {
     let [columns, rows] = cell.blocks().map(|n| n as usize);
     let across = doubled.blocks()[0].max(1) as usize;
-    let (column, row) = (2 * (number % across), 2 * (number / across));
+    let (column, row) = (2 * (number % across.max(1)), 2 * (number / across.max(1)));
     let mut finest = [u8::MAX; 2];
     for j in row..(row + 2).min(rows) {
         for i in column..(column + 2).min(columns) {
@@ -194,7 +194,9 @@ impl Row {
     #[inline(always)]
     fn integral(&self, of: &[Line; 2], i: usize) -> f32 {
         let [upper, lower] = of;
-        self.weights[0][i] * (upper[i] + upper[i + self.next]) + self.weights[1][i] * (lower[i] + lower[i + self.next])
+        // An index below BLOCK and a step of 0 or 1, as the compiler shall see.
+        let (i, next) = (i % BLOCK, i % BLOCK + (self.next & 1));
+        self.weights[0][i] * (upper[i] + upper[next]) + self.weights[1][i] * (lower[i] + lower[next])
     }
 
     /// The mean of (w - 1)^2 over each patch, and the largest w - 1 of any; the light counts `factor` times.
@@ -209,8 +211,9 @@ impl Row {
         let [upper, lower] = ratio;
         let (mut squares, mut largest) = ([0.0; BLOCK], 0.0f32);
         for i in 0..BLOCK {
-            let [a, b] = [upper[i] * factor[i] - 1.0, upper[i + self.next] * factor[i] - 1.0];
-            let [c, d] = [lower[i] * factor[i] - 1.0, lower[i + self.next] * factor[i] - 1.0];
+            let next = i + (self.next & 1);
+            let [a, b] = [upper[i] * factor[i] - 1.0, upper[next] * factor[i] - 1.0];
+            let [c, d] = [lower[i] * factor[i] - 1.0, lower[next] * factor[i] - 1.0];
             let sides = a * b + c * d + a * c + b * d;
             squares[i] = (a * a + b * b + c * c + d * d + sides + 0.5 * (a * d + b * c)) * (1.0 / 9.0);
             let most = a.max(b).max(c.max(d));

@@ -118,8 +118,11 @@ pub fn write(texels: &Texels<'_>, index: u32, work: &CellWork, steps: &[Steps], 
 pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f32]) -> f64 {
     let [columns, rows] = plan.grid.map(|n| n as usize);
     let (row_starts, column_starts) = tops.split_at_mut_checked(rows + 1).unwrap_or_default();
-    let power = write_table(work.chunks(columns).map(|row| row.iter().map(|c| c.light).sum()), row_starts);
-    let lines = column_starts.chunks_exact_mut(columns + 1).zip(work.chunks(columns)).zip(cells.chunks_mut(columns));
+    let power = write_table(work.chunks(columns.max(1)).map(|row| row.iter().map(|c| c.light).sum()), row_starts);
+    let lines = column_starts
+        .chunks_exact_mut((columns + 1).max(1))
+        .zip(work.chunks(columns.max(1)))
+        .zip(cells.chunks_mut(columns.max(1)));
     for (j, ((starts, work), cells)) in lines.enumerate() {
         write_table(work.iter().map(|c| c.light), starts);
         let [top, bottom] = stored_cell(row_starts, j);
@@ -137,10 +140,10 @@ pub fn colours(plan: &Plan, rgb: &[[f64; 3]], cells: &[Cell], colours: &mut [[f3
     let rows_of_face = plan.texels[1];
     let [_, grid_rows] = plan.face_grid();
     for (index, (out, cell)) in colours.iter_mut().zip(cells).enumerate() {
-        let (row, column) = ((index / columns) as u32, index % columns);
-        let (face, row) = (row / grid_rows, row % grid_rows);
-        let first = face * rows_of_face + row * rows_of_face / grid_rows;
-        let end = face * rows_of_face + ((row + 1) * rows_of_face).div_ceil(grid_rows);
+        let (row, column) = ((index / columns.max(1)) as u32, index % columns.max(1));
+        let (face, row) = (row / grid_rows.max(1), row % grid_rows.max(1));
+        let first = face * rows_of_face + row * rows_of_face / grid_rows.max(1);
+        let end = face * rows_of_face + ((row + 1) * rows_of_face).div_ceil(grid_rows.max(1));
         let mut sum = [0.0; 3];
         for y in first..end.max(first + 1) {
             let of = rgb.get(y as usize * columns + column).copied().unwrap_or_default();

@@ -31,7 +31,7 @@ fn tables_are_sound(tables: &[f32], [columns, rows]: [usize; 2]) -> bool {
     };
     let end = rows + 1 + rows * (columns + 1);
     tables.get(..rows + 1).is_some_and(sound)
-        && tables.get(rows + 1..end).is_some_and(|tables| tables.chunks_exact(columns + 1).all(sound))
+        && tables.get(rows + 1..end).is_some_and(|tables| tables.chunks_exact((columns + 1).max(1)).all(sound))
 }
 
 fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
@@ -87,5 +87,5 @@ fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], shar
     };
     let ordered = |starts: &[u16]| starts.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));
     ordered(row_starts.get(..rows - 1).unwrap_or(&[]))
-        && lines.chunks_exact(words).take(rows).all(|line| ordered(line.get(..columns - 1).unwrap_or(&[])))
+        && lines.chunks_exact(words.max(1)).take(rows).all(|line| ordered(line.get(..columns - 1).unwrap_or(&[])))
 }

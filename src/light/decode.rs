@@ -47,12 +47,12 @@ pub struct RowSummary {
 /// row, too: the second is the square of the row's distance from the middle of the face.
 fn row_angle(plan: &Plan, y: u32) -> (f64, f64) {
     let height = plan.texels[1];
-    let row = f64::from(y % height);
+    let row = f64::from(y % height.max(1));
     match plan.of.layout {
         Layout::LatLong => {
             let spans = f64::from(height - u32::from(plan.of.rows_at_poles && height > 1));
             let first = if plan.of.rows_at_poles { row - 0.5 } else { row };
-            let at = |row: f64| libm::cos(PI * row.clamp(0.0, spans) / spans);
+            let at = |row: f64| libm::cos(PI * row.max(0.0).min(spans) / spans);
             ((at(first) - at(first + 1.0)) * 2.0 * PI / f64::from(plan.texels[0]), 0.0)
         }
         Layout::Cube => {
@@ -81,7 +81,7 @@ pub fn decode_row(
     match (pixels.format, bytemuck::try_cast_slice::<u8, f32>(bytes)) {
         (Format::F32, Ok(floats)) => match size {
             1 => decode(plan, pixels, floats.iter().map(|&l| [l; 3]), y, luminance, rgb),
-            _ => decode(plan, pixels, floats.chunks_exact(size).map(first_three), y, luminance, rgb),
+            _ => decode(plan, pixels, floats.chunks_exact(size.max(1)).map(first_three), y, luminance, rgb),
         },
         (format, _) => {
             let channel = |texel: &[u8], k: usize| match format {
@@ -128,8 +128,8 @@ fn decode(
     let columns = rgb.len();
     let mut texels = luminance.iter_mut().zip(colours).enumerate();
     for (column, sum) in rgb.iter_mut().enumerate() {
-        let end = (column + 1) * width / columns;
-        let begin = column * width / columns;
+        let end = (column + 1) * width / columns.max(1);
+        let begin = column * width / columns.max(1);
         let mut total = [0.0f64; 3];
         for (x, (out, colour)) in texels.by_ref().take(end - begin) {
             let angle = if cube {

@@ -275,7 +275,7 @@ impl<'a> Environment<'a> {
         let width = plan.of.width as usize;
         let columns = plan.grid[0] as usize;
         let needed = pixels.row_bytes(plan.of.width).ok_or(Status::Overflow)?;
-        let lines = scratch.luminance.chunks_exact_mut(width).zip(scratch.rgb.chunks_exact_mut(columns));
+        let lines = scratch.luminance.chunks_exact_mut(width.max(1)).zip(scratch.rgb.chunks_exact_mut(columns.max(1)));
         for ((y, (luminance, rgb)), summary) in (0..).zip(lines).zip(scratch.rows.iter_mut()) {
             let bytes = row(y).and_then(|bytes| bytes.get(..needed)).ok_or(BuildError::Row(y, RowError::Missing))?;
             *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
@@ -554,7 +554,9 @@ impl<'a> Writer<'a> {
         ] {
             bytes.get_mut(start as usize + length..end as usize).unwrap_or(&mut []).fill(0);
         }
-        part_mut(bytes, sections.starts as usize, SINGLE.len()).copy_from_slice(&SINGLE);
+        for (out, &start) in part_mut(bytes, sections.starts as usize, SINGLE.len()).iter_mut().zip(&SINGLE) {
+            *out = start;
+        }
         for k in [0, 1] {
             let of = part_mut::<u8>(bytes, sections.cell_of[k] as usize, plan.small_blocks(k) as usize);
             for (small, out) in (0..).zip(of) {
@@ -605,7 +607,9 @@ impl<'a> Writer<'a> {
         };
         let put = |bytes: &mut [u8], header: &Header| {
             if let Some(out) = bytes.get_mut(..size_of::<Header>()) {
-                out.copy_from_slice(bytemuck::bytes_of(header));
+                for (out, &byte) in out.iter_mut().zip(bytemuck::bytes_of(header)) {
+                    *out = byte;
+                }
             }
         };
         put(bytes, &header);

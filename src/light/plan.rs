@@ -120,7 +120,7 @@ impl Plan {
 
     /// Cells along columns and rows of one face.
     pub fn face_grid(&self) -> [u32; 2] {
-        [self.grid[0], self.grid[1] / self.chart.faces()]
+        [self.grid[0], self.grid[1] / self.chart.faces().max(1)]
     }
 
     /// The smallest blocks along an axis of a face.
@@ -130,7 +130,7 @@ impl Plan {
 
     /// The small block with which cell `i` of a face begins along an axis.
     fn boundary(&self, axis: usize, i: u32) -> u32 {
-        (u64::from(i) * u64::from(self.small_blocks(axis)) / u64::from(self.face_grid()[axis])) as u32
+        (u64::from(i) * u64::from(self.small_blocks(axis)) / u64::from(self.face_grid()[axis]).max(1)) as u32
     }
 
     /// The cell along an axis in which a small block of a face lies.
@@ -142,11 +142,11 @@ impl Plan {
     /// The face of a cell, its first patch, and its patches along columns and rows.
     pub fn cell(&self, index: u32) -> (u32, [u32; 2], [u32; 2]) {
         let face_grid = self.face_grid();
-        let (row, column) = (index / self.grid[0], index % self.grid[0]);
-        let at = [column, row % face_grid[1]];
+        let (row, column) = (index / self.grid[0].max(1), index % self.grid[0].max(1));
+        let at = [column, row % face_grid[1].max(1)];
         let edge = |k: usize, i: u32| (self.boundary(k, i) << self.side[k]).min(self.chart.axes[k].patches);
         let origin = [0, 1].map(|k: usize| edge(k, at[k]));
-        (row / face_grid[1], origin, [0, 1].map(|k: usize| edge(k, at[k] + 1) - origin[k]))
+        (row / face_grid[1].max(1), origin, [0, 1].map(|k: usize| edge(k, at[k] + 1) - origin[k]))
     }
 
     /// How often the blocks of a cell can be doubled: the last level has a single block.

@@ -74,22 +74,22 @@ impl Texels<'_> {
         if (0..width).contains(&x) && (0..height).contains(&y) {
             return self.inner(face, x as u32, y as u32);
         }
-        let clamped = [x.clamp(0, width - 1), y.clamp(0, height - 1)];
+        let clamped = [x.max(0).min(width - 1), y.max(0).min(height - 1)];
         match self.plan.of.layout {
             Layout::LatLong => {
-                let x = x.rem_euclid(width);
+                let x = x.rem_euclid(width.max(1));
                 if (0..height).contains(&y) {
                     return self.inner(face, x as u32, y as u32);
                 }
                 // Over the pole: half a turn on, between two texels if their number is odd.
                 let row = clamped[1] as u32;
-                let over = |x: i64| self.inner(face, x.rem_euclid(width) as u32, row);
+                let over = |x: i64| self.inner(face, x.rem_euclid(width.max(1)) as u32, row);
                 0.5 * over(x + width / 2) + 0.5 * over(x + (width + 1) / 2)
             }
             Layout::Octahedral => {
                 let folded_x = if y == clamped[1] { x } else { width - 1 - x };
                 let folded_y = if x == clamped[0] { y } else { height - 1 - y };
-                self.inner(face, folded_x.clamp(0, width - 1) as u32, folded_y.clamp(0, height - 1) as u32)
+                self.inner(face, folded_x.max(0).min(width - 1) as u32, folded_y.max(0).min(height - 1) as u32)
             }
             Layout::Cube => self.across(face, [x, y], clamped),
         }
@@ -113,14 +113,14 @@ impl Texels<'_> {
             *major *= depth;
         }
         let (neighbour, uv) = crate::sphere::cube(direction);
-        let texel = |u: f64| ((u * side) as i64).clamp(0, side as i64 - 1) as u32;
+        let texel = |u: f64| ((u * side) as i64).max(0).min(side as i64 - 1) as u32;
         self.inner(neighbour, texel(uv[0]), texel(uv[1]))
     }
 
     /// The texel before an edge between patches, and how far the edge lies towards the next.
     fn texel_at(&self, axis: usize, edge: u32) -> (i64, f32) {
         let a = self.plan.chart.axes[axis];
-        let position = (f64::from(edge) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+        let position = (f64::from(edge) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
         let latlong = self.plan.of.layout == Layout::LatLong;
         let poles = latlong && axis == 1 && self.plan.of.rows_at_poles && self.plan.texels[1] > 1;
         // Columns of a lat-long map begin at the first texel centre, rows at the poles at the first row.
@@ -191,8 +191,8 @@ impl Texels<'_> {
         let [width, height] = self.plan.texels.map(i64::from);
         self.texel(
             face,
-            if self.plan.of.layout == Layout::LatLong { x } else { x.clamp(-1, width) },
-            y.clamp(-1, height),
+            if self.plan.of.layout == Layout::LatLong { x } else { x.max(-1).min(width) },
+            y.max(-1).min(height),
         )
     }
 
@@ -232,12 +232,12 @@ impl Texels<'_> {
         let last = [texels[0] - 1, texels[1] - 1];
         let at_poles = of.rows_at_poles && last[1] > 0;
         let row = match (at_poles, *refined) {
-            (false, refined) => y / refined,
+            (false, refined) => y / refined.max(1),
             (true, 1) => y,
             // The texel whose centre is nearest to the patch's.
-            (true, refined) => (2 * y + 1 + refined) / (2 * refined),
+            (true, refined) => (2 * y + 1 + refined) / (2 * refined).max(1),
         };
-        let [x, y] = [(x / refined).min(last[0]), row.min(last[1])];
+        let [x, y] = [(x / (*refined).max(1)).min(last[0]), row.min(last[1])];
         let light = self.inner(face, x, y);
         if of.exact_zero && !(light > 0.0) { self.spread_from(face, [x.into(), y.into()], -1..=1) } else { light }
     }
@@ -279,7 +279,7 @@ impl Texels<'_> {
         let half = if self.plan.of.layout == Layout::LatLong {
             PI / f64::from(a.length)
         } else {
-            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
             let area = 4.0 * PI / (f64::from(a.length) * f64::from(a.length));
             0.5 * area * (edge(x + 1) - edge(x))
         };
@@ -291,7 +291,7 @@ impl Texels<'_> {
         const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
         let edges = |axis: usize, k: u32| {
             let a = self.plan.chart.axes[axis];
-            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+            let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
             (2.0 * edge(k) / f64::from(a.length) - 1.0, 2.0 * edge(k + 1) / f64::from(a.length) - 1.0)
         };
         let ((s0, s1), (t0, t1)) = (edges(0, x), edges(1, y));
@@ -314,7 +314,7 @@ impl Texels<'_> {
 /// The weights of a patch row's upper and lower corners for a unit of columns (not for cubes).
 pub fn row_weights(plan: &Plan, y: u32) -> [f64; 2] {
     let a = plan.chart.axes[1];
-    let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).clamp(0.0, f64::from(a.length));
+    let edge = |k: u32| (f64::from(k) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
     let (top, bottom) = (edge(y), edge(y + 1));
     if plan.of.layout != Layout::LatLong {
         return [0.5 * (bottom - top); 2];

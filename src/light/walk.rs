@@ -179,8 +179,10 @@ impl<const N: usize> Walk<N> {
     #[inline(always)]
     pub(super) fn begin(&mut self, light: &Light<'_>, u: &[Floats<N>; 2], count: usize) {
         let [across, down] = u;
-        for (lane, (&across, &down)) in across.iter().zip(down).take(count).enumerate() {
-            let (cell, [w, v]) = light.cell_at([across, down]);
+        // By number: so the compiler sees that every lane is one.
+        #[allow(clippy::needless_range_loop)]
+        for lane in 0..count.min(N) {
+            let (cell, [w, v]) = light.cell_at([across[lane], down[lane]]);
             self.cell[lane] = cell as u32;
             self.numbers[0][lane] = w;
             self.numbers[1][lane] = v;
@@ -467,7 +469,7 @@ impl Light<'_> {
     /// The inverse of [`Light::cell_at`]: start and width of a cell along columns and rows.
     #[inline(always)]
     pub fn cell_range(&self, cell_index: usize) -> [(f32, f32); 2] {
-        let (row, column) = (cell_index / self.grid[0] as usize, cell_index % self.grid[0] as usize);
+        let (row, column) = (cell_index / (self.grid[0] as usize).max(1), cell_index % (self.grid[0] as usize).max(1));
         let [left, right] = cell(&self.tops, self.top_row(row), column);
         let [top, bottom] = cell(&self.tops, 0, row);
         [(left, right - left), (top, bottom - top)]

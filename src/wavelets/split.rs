@@ -3,14 +3,12 @@
 //! Clarberg et al. 2005, "Wavelet Importance Sampling", Section 4.2. Sample, pdf and invert of the whole library
 //! decide by it, so that they agree to the bit.
 
-pub use crate::numeric::ONE_MINUS_EPSILON;
 use crate::numeric::min;
+pub use crate::numeric::{ONE_MINUS_EPSILON, clamp_u};
 
 /// No side that has mass is less probable than this, or a 24-bit u of 0 would enter it too often: the clamp
 /// makes the probability of such a side the one that it is really sampled with.
 pub(crate) const SMALLEST_SPLIT: f32 = 1.0 / 16_777_216.0;
-
-pub use crate::numeric::clamp_u;
 
 /// The probabilities of the two halves of a split.
 #[derive(Clone, Copy, Debug, PartialEq)]

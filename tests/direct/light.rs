@@ -106,6 +106,6 @@ pub fn mean_of(significance: f64, mut call: impl FnMut(u32) -> f64) -> Mean {
         mean
     };
     // The variance is known from the pilot only roughly.
-    let needed = 1.4 * run(0..PILOT).samples_needed(significance);
+    let needed = 2.5 * run(0..PILOT).samples_needed(significance);
     run(PILOT..PILOT + (needed as u32).clamp(PILOT, MOST))
 }

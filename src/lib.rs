@@ -2,10 +2,10 @@
 //!
 //! The kernel allocates nothing, prints nothing, keeps no global state and never panics. Everything it
 //! builds lives in memory that the caller gives and holds no pointer, so it can be copied, saved and mapped.
-//!
-//! Data flows one way: a folder or file imports only what stands before it in this list, and nothing imports `lights` or
-//! `wavelets` but `ffi`.
-//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `light`, `brdf`, `direct`, `lights`, `wavelets`, `ffi`.
+
+// A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
+// (tests/house/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `prior`,
+// `visibility`, `light`, `brdf`, `product`, `direct`, `lights`, `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 

@@ -5,7 +5,7 @@
 //! by its `3 base + 1` leaves, at the front; every later square q stands at node `4 q + 1` before three of its children.
 //! Leaves are numbered from the first one on, later squares among them.
 
-use super::start::LEAST_SQUARES;
+use super::base::LEAST_SQUARES;
 use super::{LEAF, Node};
 use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::simd::{LANES, Lanes};

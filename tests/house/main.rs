@@ -1,0 +1,4 @@
+//! The repository about itself: who imports whom, and that what is written down in two places agrees.
+
+mod imports;
+mod pages;

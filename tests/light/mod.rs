@@ -1,8 +1,6 @@
 //! The light against look-ups of its own map that are written here a second time, in f64.
 
-#[path = "../support/statistics.rs"]
-#[allow(dead_code)]
-mod statistics;
+use crate::support::statistics;
 
 mod bits;
 mod budget;

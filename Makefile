@@ -24,7 +24,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple test mutants \
+.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple check test mutants \
 	check-aarch64 clean
 
 help: ## list the targets
@@ -120,6 +120,9 @@ triple: lib ## measure triple product integrals and write docs/triple-2004.md
 
 check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an emulator
 	scripts/check-aarch64.sh
+
+check: ## after each change: format, lints and the laws of the renderer's path, in a minute
+	scripts/check.sh
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

@@ -1,6 +1,7 @@
 //! A shading point: where light is to be gathered, and how strongly each lobe of the material reflects there.
 
 use super::material::{MAX_LOBES, Material};
+use crate::visibility::Factors;
 
 /// A shading point in world space.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +20,8 @@ pub struct Point<'a> {
     pub f0: [[f32; 3]; MAX_LOBES],
     /// Directions on both sides count; the cosine is |n.wi|. Implied by a lobe that transmits.
     pub whole_sphere: bool,
+    /// What was seen from about here, by cell of the world's directions; `None`: nothing is known.
+    pub seen: Option<&'a Factors>,
     /// The client's BRDF already contains the cosine, and so do the lobes.
     pub cosine_included: bool,
 }
@@ -34,6 +37,7 @@ impl<'a> Point<'a> {
             weight: [[1.0; 3]; MAX_LOBES],
             f0: [[0.0; 3]; MAX_LOBES],
             whole_sphere: false,
+            seen: None,
             cosine_included: false,
         }
     }

@@ -5,6 +5,8 @@ use super::joint::{Set, Turn};
 use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
 use crate::simd::{LANES, Lanes, Num};
+use crate::sphere::{Frame, wide};
+use crate::visibility::{CELLS, Factors, cell};
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
 /// library's meets no huge weight.
@@ -33,6 +35,8 @@ pub struct Draw<'a> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
+    /// What was seen from there, by cell of the world's directions, and how the world lies to map space.
+    pub seen: Option<(&'a Frame, &'a Factors)>,
 }
 
 impl Draw<'_> {
@@ -65,6 +69,19 @@ impl Draw<'_> {
         }
     }
 
+    /// How much of the light along eight directions of map space was seen.
+    #[inline(always)]
+    fn visible<F: Lanes>(&self, direction: [F; 3]) -> F {
+        let Some((frame, factors)) = self.seen else { return <F as Num>::splat(1.0) };
+        let [x, y] = wide::square(wide::to_world(frame, direction));
+        let (x, y) = (Num::store(x), Num::store(y));
+        let mut visible = [1.0; LANES];
+        for ((visible, x), y) in visible.iter_mut().zip(x).zip(y) {
+            *visible = f32::from(factors[cell([x, y]) % CELLS]);
+        }
+        <F as Num>::load(visible)
+    }
+
     /// Weighs eight directions with their densities in the light, and writes them.
     #[inline(always)]
     fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
@@ -81,7 +98,8 @@ impl Draw<'_> {
         let counts = Num::lt(zero, height);
         // A density of 0 can only come from rounding: such a direction does not count either.
         let counts = <F as Num>::and(counts, Num::lt(zero, density));
-        let weight = <F as Num>::only(counts, value * light / density);
+        let target = value * light * self.visible(direction);
+        let weight = <F as Num>::only(counts, target / density);
         let density = <F as Num>::select(counts, density, <F as Num>::splat(f32::INFINITY));
         let columns = [direction[0], direction[1], direction[2], density, weight];
         let targets = [&mut *out.x, &mut *out.y, &mut *out.z, &mut *out.density, &mut *out.weight];

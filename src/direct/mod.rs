@@ -15,6 +15,7 @@ use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
 use crate::simd::{Kernel, Lanes};
 use crate::sphere::Frame;
+use crate::visibility::Factors;
 use candidates::{Candidates, Draw};
 use joint::Turn;
 pub use ray::Ray;
@@ -44,6 +45,8 @@ pub struct Request<'a, 'b> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
+    /// What was seen from there.
+    pub seen: Option<&'a Factors>,
     /// How many rays may be traced.
     pub rays: usize,
     /// Room for the candidates; their number is [`candidate_count`].
@@ -58,8 +61,8 @@ impl Kernel for Request<'_, '_> {
     /// How many rays there are.
     #[inline(always)]
     fn run<F: Lanes>(self) -> usize {
-        let Request { light, frame, surface, turn, rays, candidates, out } = self;
-        let draw = Draw { light, surface, turn };
+        let Request { light, frame, surface, turn, seen, rays, candidates, out } = self;
+        let draw = Draw { light, surface, turn, seen: seen.map(|seen| (frame, seen)) };
         draw.run::<F>(candidates);
         let half = candidates.x.len() / 2;
         pick::pick(candidates, rays, turn.pick(half), |ray, direction, weight| {

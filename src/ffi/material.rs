@@ -1,9 +1,11 @@
 //! Materials and points in C.
 
+use super::visibility::VisibilityCacheObject;
 use super::{Checked, Diagnostic, Failure, answer, out, pointer};
 use crate::brdf::material::{Field, Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::point::{Fault, Point};
 use crate::status::Status;
+use crate::visibility::Factors;
 use core::ffi::CStr;
 
 /// Lobes of a material.
@@ -80,8 +82,10 @@ pub struct PointData {
     pub turn: u32,
     /// The bounce: 0 for camera hits, 1 for the next ...
     pub stream: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
+    pub visibility_key: u32,
+    /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
+    pub visibility: *mut VisibilityCacheObject,
 }
 
 fn shape(lobe: &LobeData) -> Result<Shape, &'static CStr> {
@@ -163,7 +167,7 @@ pub(super) unsafe fn point(data: *const PointData, argument: u32) -> Checked<(Po
 
 impl PointData {
     /// The point as the kernel has it.
-    pub(super) fn kernel<'a>(&self, material: &'a Material) -> Point<'a> {
+    pub(super) fn kernel<'a>(&self, material: &'a Material, seen: Option<&'a Factors>) -> Point<'a> {
         Point {
             material,
             normal: self.normal,
@@ -173,6 +177,7 @@ impl PointData {
             f0: self.f0,
             whole_sphere: self.flags & WIS_POINT_WHOLE_SPHERE != 0,
             cosine_included: self.flags & WIS_POINT_COSINE_INCLUDED != 0,
+            seen,
         }
     }
 }

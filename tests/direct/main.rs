@@ -7,6 +7,7 @@ mod rays;
 #[path = "../support/mod.rs"]
 mod support;
 mod unbiased;
+mod visibility;
 
 use support::Map;
 use support::maps::{sky, sun};

@@ -455,6 +455,10 @@ typedef struct wis_material {
   uint64_t hash;
 } wis_material;
 
+/// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
+/// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+typedef int (*wis_target_fn)(void *user, size_t count, const float *wi, float *f_cos);
+
 /// A shading point in world space. Plain and copyable.
 typedef struct wis_point {
   /// sizeof(wis_point).
@@ -483,6 +487,11 @@ typedef struct wis_point {
   uint32_t visibility_key;
   /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
   struct wis_visibility_cache *visibility;
+  /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
+  /// directions. It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
+  wis_target_fn target;
+  /// Handed to `target`.
+  void *target_user;
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.

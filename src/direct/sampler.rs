@@ -121,10 +121,11 @@ impl<'a> Sampler<'a> {
             surface: &surface,
             turn,
             seen: point.seen,
+            target: point.target,
             rays,
             candidates: &mut candidates,
             out,
         };
-        Ok(run(self.level, request))
+        run(self.level, request).ok_or(Fault::Target)
     }
 }

@@ -6,6 +6,7 @@ mod light;
 mod rays;
 #[path = "../support/mod.rs"]
 mod support;
+mod target;
 mod unbiased;
 mod visibility;
 

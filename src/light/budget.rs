@@ -66,7 +66,9 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
     }
     let mut nodes = Nodes::new();
     for (number, &steps) in (0..cell.count()).zip(steps.iter()).filter(|(_, steps)| **steps != [0, 0]) {
-        choice.variance += added(texels, &cell.tile(number, steps), f64::INFINITY, &mut nodes).unwrap_or(0.0);
+        let tile = cell.tile(number, steps);
+        let [variance, light] = added(texels, &tile, f64::INFINITY, &mut nodes).unwrap_or_default();
+        choice.variance += variance + light * skew_variance(texels, &tile, skew(texels, &tile));
     }
     choice
 }
@@ -94,8 +96,7 @@ fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps)
     let mut nodes = Nodes::new();
     let mut allowed = |steps: Steps| {
         let tile = cell.tile(number, steps);
-        let skew = skew(texels, &tile);
-        let variance = budget * budget - skew * skew;
+        let variance = budget * budget - skew_variance(texels, &tile, MOST_SKEW);
         (0..2).all(|k: usize| steps[k] <= most[k])
             && variance > 0.0
             && added(texels, &tile, variance, &mut nodes).is_some()
@@ -117,18 +118,33 @@ fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps)
     best
 }
 
-/// At most how far the solid angle inside the cells of a cube's grid is from the product of a profile along each axis, as a
-/// relative standard deviation: q^(-3/2), q = 1 + s^2 + t^2, has the mixed logarithmic derivative 6 s t / q^2, at most 3/4, and
-/// the product of two numbers in [-1/2, 1/2] has a variance of 1/144.
+/// The most that [`skew`] can be.
+const MOST_SKEW: f64 = 0.75;
+
+/// How far the solid angle at the middle of a tile of a cube is from a product of two numbers, one for each axis: the mixed
+/// logarithmic derivative of q^(-3/2), q = 1 + s^2 + t^2.
 fn skew(texels: &Texels<'_>, tile: &Tile) -> f64 {
+    let [s, t] = [0, 1].map(|k: usize| {
+        let axis = &texels.plan.chart.axes[k];
+        let middle = 0.5 * f64::from(tile.origin[k] + tile.end[k]) - f64::from(axis.shift);
+        2.0 * middle / f64::from(axis.length) - 1.0
+    });
+    let q = 1.0 + s * s + t * t;
+    6.0 * s * t / (q * q)
+}
+
+/// The relative variance that a skew makes in the cells of a cube's grid, inside which the solid angle is stored as a product of
+/// two profiles: the product of two numbers in [-1/2, 1/2] has a variance of 1/144.
+fn skew_variance(texels: &Texels<'_>, tile: &Tile, skew: f64) -> f64 {
     if texels.plan.of.layout != Layout::Cube {
         return 0.0;
     }
-    let size = |k: usize| {
+    let [width, height] = [0, 1].map(|k: usize| {
         let widest = (1u32 << tile.step[k]).min(tile.end[k] - tile.origin[k]);
         2.0 * f64::from(widest) / f64::from(texels.plan.chart.axes[k].length)
-    };
-    size(0) * size(1) * (1.0 / 16.0)
+    });
+    let deviation = skew * width * height;
+    deviation * deviation * (1.0 / 144.0)
 }
 
 /// Nodes along a side of a part.
@@ -242,9 +258,9 @@ impl Row {
     }
 }
 
-/// The relative variance that a grid adds to its tile, times the tile's light; `None` if it is above `allowed`, or some w too
-/// large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
-fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<f64> {
+/// The relative variance that a grid adds to its tile, times the tile's light, and that light; `None` if the variance is above
+/// `allowed`, or some w too large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
+fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<[f64; 2]> {
     let limited = allowed < f64::INFINITY;
     let largest = if limited { LARGEST * texels.plan.of.budget } else { f32::INFINITY };
     let mut coarse = [1.0; NODES * NODES];
@@ -290,7 +306,7 @@ fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> O
             return None;
         }
     }
-    if limited && sum > allowed * total { None } else { Some(sum / scale(texels)) }
+    if limited && sum > allowed * total { None } else { Some([sum, total].map(|light| light / scale(texels))) }
 }
 
 /// Calls `each` with the cells of the patches of each row of a tile between two edges, part by part, and the row, until it

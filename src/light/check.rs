@@ -69,12 +69,13 @@ fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], shar
     let grid_fits = (0..2).all(|k| {
         let begin = at[k] << c.side[k];
         let patches = (u32::from(c.patches[k]).saturating_sub(begin)).min(1 << c.side[k]);
-        block.step[k] <= c.side[k]
-            && (!light.exact || block.step[k] == 0)
-            && patches.div_ceil(1 << (block.step[k] & 31)) == u32::from(block.grid[k])
+        block.step(k) <= c.side[k]
+            && (!light.exact || block.step(k) == 0)
+            && patches.div_ceil(1 << block.step(k)) == u32::from(block.grid[k])
     });
     let [columns, rows] = block.grid.map(usize::from);
-    if !grid_fits || columns == 0 || columns > 16 || rows == 0 || rows > 16 || block.share != share {
+    if !grid_fits || block.to_ends > 1 || columns == 0 || columns > 16 || rows == 0 || rows > 16 || block.share != share
+    {
         return false;
     }
     let words = line_words(columns, light.bilinear);

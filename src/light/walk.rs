@@ -214,7 +214,7 @@ impl<const N: usize> Walk<N> {
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let key = self.units[1][lane] as i32 as u32;
-            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key);
+            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.to_ends());
             light.prefetch_lines(&block, found.0);
             self.put_inner(1, lane, found);
         }
@@ -222,7 +222,7 @@ impl<const N: usize> Walk<N> {
             let block = light.block(self.block[lane]);
             let line = block.line(self.part[1][lane] as usize, light.bilinear);
             let key = self.units[0][lane] as i32 as u32;
-            let found = find16(&light.lines, line, block.grid[0].into(), key);
+            let found = find16(&light.lines, line, block.grid[0].into(), key, block.to_ends());
             self.put_patch(light, lane, &block, line, found.0);
             self.put_inner(0, lane, found);
         }
@@ -244,22 +244,23 @@ impl<const N: usize> Walk<N> {
             let (i, j) = (x >> side_x, y >> side_y);
             let number = c.first + j * u32::from(c.blocks[0]) + i;
             let block = light.block(number);
-            let part = (y & !(u32::MAX << side_y)) >> (block.step[1] & 31);
+            let part = (y & !(u32::MAX << side_y)) >> (block.step(1));
             light.rows.prefetch(block.rows as usize);
             light.prefetch_lines(&block, part as usize);
             self.cell[lane] = index;
             self.block[lane] = number;
             self.block_at[0][lane] = i;
             self.block_at[1][lane] = j;
-            self.part[0][lane] = (x & !(u32::MAX << side_x)) >> (block.step[0] & 31);
+            self.part[0][lane] = (x & !(u32::MAX << side_x)) >> (block.step(0));
             self.part[1][lane] = part;
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let (x, y) = (self.part[0][lane] as usize, self.part[1][lane] as usize);
-            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, block.grid[1].into(), y)));
+            let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
-            self.put_inner(0, lane, (x, cell16(&light.lines, line, block.grid[0].into(), x)));
+            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.to_ends())));
+            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.to_ends())));
             self.put_patch(light, lane, &block, line, x);
             if numbers {
                 let c = light.cell(self.cell[lane]);
@@ -390,7 +391,7 @@ impl<const N: usize> Walk<N> {
             let lane = (lane + i) % N;
             let block = light.block(self.block[lane]);
             for k in 0..2 {
-                let (begin, end) = c.extent(k, self.block_at[k][lane], self.part[k][lane], block.step[k]);
+                let (begin, end) = c.extent(k, self.block_at[k][lane], self.part[k][lane], block.step(k));
                 put_int::<F>(&mut from[k], i, begin);
                 put_int::<F>(&mut behind[k], i, end);
             }

@@ -12,16 +12,16 @@ use support::statistics::Mean;
 use support::vector::{dot, luminance, single, unit};
 use support::*;
 use wis::ffi::MemorySize;
-use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_RGB};
-use wis::ffi::product::{
+use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_RGB};
+use wis::ffi::wavelets::product::{
     CallbackBrdf, ProductConfig, wis_wavelet_product_pdf, wis_wavelet_product_prepare_callback,
     wis_wavelet_product_size,
 };
-use wis::query::{
-    Lobe, Query, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
-};
 use wis::sphere::direction;
 use wis::status::Status;
+use wis::wavelets::query::{
+    Lobe, Query, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
+};
 
 /// Lobes of each kind, coloured, with the flags of a query.
 fn materials() -> Vec<(Vec<Lobe>, u32)> {
@@ -343,7 +343,7 @@ fn the_estimate_in_colour_has_the_luminance_of_the_estimate() {
 }
 
 /// The variance of f L / pdf, relative to the square of its mean.
-fn relative_variance(scene: &Scene, mut sample: impl FnMut() -> wis::descent::Sample) -> f64 {
+fn relative_variance(scene: &Scene, mut sample: impl FnMut() -> wis::wavelets::descent::Sample) -> f64 {
     let mut mean = Mean::default();
     for _ in 0..20_000 {
         let sample = sample();

@@ -8,7 +8,7 @@ use super::decode::{Pixels, RowSummary, decode_row};
 use super::plan::{Description, Filter, Plan};
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
-use crate::environment::pixels::RowError;
+use crate::light::pixels::RowError;
 use crate::numeric::ContentHash;
 use crate::simd::{Table, WINDOW};
 use crate::sphere::Frame;

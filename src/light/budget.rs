@@ -1,6 +1,6 @@
 //! The coarsest grids that an error budget b allows.
 //!
-//! A grid is allowed if the relative variance of w = L / q over the block is at most b^2, and w at most 1 + 8 b everywhere: L
+//! A grid is allowed if the relative variance of w = L / q over the block is at most b^2, and w at most 1 + 8 b or 4/3 everywhere: L
 //! is the map's own bilinear light, q what the grid stores. Between the nodes of the map both are bilinear, so the largest w
 //! lies at a node, and the error w - 1 is integrated as the bilinear function of its nodes.
 
@@ -10,8 +10,10 @@ use super::plan::Filter;
 use super::tables::BLOCK;
 use super::texels::{Corners, Texels, Tile};
 
-/// The largest w is this many budgets above 1: a block with a rare error of that size still fits the budget.
+/// The largest w is this many budgets above 1, or a third: a block with a rare error of that size still fits the budget, and no
+/// single sample stands out by it. The patches about a pole of a sky with waves in azimuth need that third.
 const LARGEST: f32 = 8.0;
+const LARGEST_AT_LEAST: f32 = 1.0 / 3.0;
 
 /// What the budget makes of a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,7 +29,7 @@ pub struct Choice {
 /// Chooses the level and the grids of a cell; `steps` has room for those of its blocks at level 0.
 ///
 /// Blocks are doubled as long as that saves memory, each with the finest of the grids that it replaces, or with a coarser one
-/// if all of those were single cells.
+/// if those were single cells along an axis.
 pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
     let plan = texels.plan;
     let mut cell = CellBlocks::new(plan, index, 0);
@@ -55,7 +57,7 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
         for number in 0..doubled.count() {
             // The blocks that this one replaces stand at its own number or behind it.
             let least = finest_below(&cell, &doubled, number, steps);
-            let single = (0..2).all(|k: usize| u32::from(least[k]) == cell.side[k]);
+            let single = (0..2).any(|k: usize| u32::from(least[k]) >= cell.side[k]);
             let chosen = if single { coarsest(texels, &doubled, number, least) } else { least };
             if let Some(out) = steps.get_mut(number) {
                 *out = chosen;
@@ -262,7 +264,7 @@ impl Row {
 /// `allowed`, or some w too large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
 fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<[f64; 2]> {
     let limited = allowed < f64::INFINITY;
-    let largest = if limited { LARGEST * texels.plan.of.budget } else { f32::INFINITY };
+    let largest = if limited { (LARGEST * texels.plan.of.budget).max(LARGEST_AT_LEAST) } else { f32::INFINITY };
     let mut coarse = [1.0; NODES * NODES];
     if texels.plan.of.filter == Filter::Bilinear {
         stored_corners(texels, tile, &mut coarse);

@@ -4,7 +4,7 @@
 //! builds lives in memory that the caller gives and holds no pointer, so it can be copied, saved and mapped.
 
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
-// (tests/house/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `prior`,
+// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `prior`,
 // `visibility`, `light`, `brdf`, `product`, `direct`, `lights`, `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
@@ -23,6 +23,7 @@ pub mod sample;
 pub mod simd;
 pub mod sphere;
 pub mod status;
+pub mod visibility;
 #[cfg(feature = "wavelets")]
 pub mod wavelets;
 

@@ -4,7 +4,9 @@ mod client;
 mod joint;
 mod light;
 mod rays;
+mod target;
 mod unbiased;
+mod visibility;
 
 use crate::support::Map;
 use crate::support::maps::{sky, sun};

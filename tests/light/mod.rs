@@ -14,3 +14,4 @@ mod lookup;
 mod maps;
 mod reach;
 mod weights;
+mod words;

@@ -118,7 +118,7 @@ typedef struct wis_diagnostic {
   uint32_t reserved;
   /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
   uint64_t bytes_needed;
-  /// The field at fault of the struct that the argument points to, as "normal" or "lobe[1].b": a static string. Null if
+  /// The field at fault of the struct that the argument points to, as `normal` or `lobe[1].b`: a static string. Null if
   /// the argument is no struct, or no field in particular is at fault.
   const char *field;
 } wis_diagnostic;

@@ -98,6 +98,7 @@ aarch64() {
 cargo_step format fmt --all --check
 cargo_step clippy clippy --workspace --all-targets --exclude wis-capi -- -D warnings
 cargo_step clippy-capi clippy --package wis-capi -- -D warnings
+step crate scripts/check-crate.sh
 step header-bytes cargo run --quiet --package xtask -- header --check
 step rust-tests cargo test --workspace --exclude wis-ffi-tests --no-fail-fast
 aarch64

@@ -20,6 +20,7 @@ const KNOWN_CYCLES: &[(&[&str], &str)] = &[
         ],
         "one boundary in four files",
     ),
+    (&["ffi::material", "ffi::visibility"], "a point names its cache, and the cache's calls take points"),
     (&["light::check", "light::environment"], "an environment is opened by checking it, and checked as an environment"),
     (&["light::tables", "light::walk"], "the walk is the tables' own: `impl Light` in a second file"),
 ];

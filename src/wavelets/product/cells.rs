@@ -37,7 +37,7 @@ impl Cell {
         self.rest[1]
     }
 
-    /// [`NEAR`] if it lies near a narrow lobe's peak, else 0. Only such cells have children near it.
+    /// `NEAR` if it lies near a narrow lobe's peak, else 0. Only such cells have children near it.
     pub fn near(&self) -> u32 {
         self.rest[2].to_bits()
     }

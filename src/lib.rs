@@ -1,5 +1,4 @@
 #![doc = include_str!("../docs/crate.md")]
-
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
 // (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `prior`,
 // `visibility`, `light`, `brdf`, `product`, `direct`, `render`, `lights`, `wavelets`, `ffi`.

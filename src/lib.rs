@@ -29,6 +29,7 @@ pub mod points;
 pub mod pool;
 pub mod prior;
 pub mod product;
+pub mod product_grid;
 pub mod prune;
 pub mod query;
 pub mod reuse;

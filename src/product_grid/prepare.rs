@@ -91,15 +91,16 @@ pub fn prepare(
     let memory = memory.get_mut(..lengths.bytes()).ok_or(PrepareError::TooSmall(lengths.bytes()))?;
     let (first, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
     let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
-    let (tops, ends) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
+    let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
+    let (ends, padding) = rest.split_at_mut_checked(4 * LANES * lengths.ends).unwrap_or_default();
+    padding.fill(0);
     let misaligned = PrepareError::Status(Status::Misaligned);
     let write = Write {
         stage: &mut stage,
         grid,
         leaves: try_cast_slice_mut(leaves).map_err(|_| misaligned)?,
         tops: try_cast_slice_mut(tops).map_err(|_| misaligned)?,
-        ends: try_cast_slice_mut(ends.get_mut(..4 * LANES * lengths.ends).unwrap_or_default())
-            .map_err(|_| misaligned)?,
+        ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
     };
     let total = run(level, write);
     let power = environment.header().power;

@@ -13,14 +13,14 @@ use std::time::Duration;
 use stored::Stored;
 use support::{Environment, Map, Memory, Product, Random, ggx, lambert, product_config, query};
 use wis::ffi::MemorySize;
-use wis::ffi::environment::*;
-use wis::ffi::haar::wis_haar_forward;
 use wis::ffi::pool::wis_pool_pick;
-use wis::ffi::product::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::haar::wis_haar_forward;
+use wis::ffi::wavelets::product::*;
 use wis::pool::Pick;
-use wis::query::{Lobe, Query};
 use wis::status::Status;
-use wis::{inner, warp};
+use wis::wavelets::query::{Lobe, Query};
+use wis::wavelets::{inner, warp};
 
 const RESOLUTION: u32 = 512;
 /// Batches of samples, as renderers ask for them.

@@ -147,3 +147,8 @@ impl Default for ContentHash {
         Self::new()
     }
 }
+/// `u` moved into [0, 1 - 2^-24]; NaN counts as 1/2.
+#[inline]
+pub fn clamp_u(u: f32) -> f32 {
+    if u.is_nan() { 0.5 } else { min(max(u, 0.0), ONE_MINUS_EPSILON) }
+}

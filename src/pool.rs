@@ -6,7 +6,7 @@
 //! neighbours on the sphere, so picks are spread as the product is.
 
 use crate::simd::{LANES, Lanes};
-use crate::wide::vector::V3;
+use crate::sphere::vector::V3;
 
 /// A candidate and how often it was picked.
 #[repr(C)]

@@ -5,8 +5,8 @@ mod stored;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use stored::{EPS, Random, Stored, cases, doubles, floats, integer};
-use wis::ffi::tree::combine::*;
-use wis::ffi::tree::*;
+use wis::ffi::wavelets::tree::combine::*;
+use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::status::Status;
 
@@ -213,7 +213,8 @@ fn a_product_is_a_factor_like_any_other() {
     assert!((at_once.info.average / one_by_one.info.average - 1.0).abs() < 4.0 * EPS);
     let mut integral = 0.0;
     // SAFETY: the handles are trees.
-    let status = unsafe { wis::ffi::triple::wis_triple_integral(e.tree(), f.tree(), g.tree(), &mut integral) };
+    let status =
+        unsafe { wis::ffi::wavelets::triple::wis_triple_integral(e.tree(), f.tree(), g.tree(), &mut integral) };
     assert_eq!(status, Status::Ok);
     assert!((at_once.info.average / integral - 1.0).abs() < 4.0 * EPS);
     let (point, _) = at_once.sample([0.3, 0.8]);

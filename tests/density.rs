@@ -12,10 +12,10 @@ use support::scenes::{GRID, ShadingPoint, grid, matrices};
 use support::statistics::{LARGEST_MISSED, Mean, chi_square, chi_square_smallest_fault, corrected, kolmogorov_smirnov};
 use support::vector::{single, unit};
 use support::*;
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
 };
-use wis::query::{
+use wis::wavelets::query::{
     Lobe, Query, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
 };
 

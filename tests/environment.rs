@@ -9,7 +9,7 @@ use std::ptr::{null, null_mut};
 use support::maps::{Filter, one_texel, sky};
 use support::vector::{V3, unit};
 use support::*;
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_FORMAT_F16, WIS_LAYOUT_CUBE,
     WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
     WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,

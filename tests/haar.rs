@@ -3,8 +3,8 @@
 mod stored;
 
 use stored::{Random, cases, doubles, integer, number};
-use wis::haar;
 use wis::status::Status;
+use wis::wavelets::haar;
 
 fn coefficient_index<const N: usize>(depth: u32, level: u32, t: [u32; N], f: usize) -> usize {
     let slot = |axis: usize| (2 * t[axis] + ((f >> (N - 1 - axis)) & 1) as u32) << (depth - 1 - level);
@@ -19,7 +19,7 @@ fn check_case<const N: usize, const C: usize>(case: &serde_json::Value) {
     assert!((values[0] - number(&case["scale"])).abs() < 1e-12);
     for level in 0..depth {
         for (i, expected) in doubles(&case["det"][level as usize]).into_iter().enumerate().filter(|(i, _)| i % C != 0) {
-            let t = wis::morton::c_order_cell::<N>(i / C, level);
+            let t = wis::wavelets::morton::c_order_cell::<N>(i / C, level);
             let value = values[coefficient_index(depth, level, t, i % C)];
             assert!((value - expected).abs() < 1e-12, "n {N} level {level} entry {i}: {value} {expected}");
         }

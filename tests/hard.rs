@@ -3,8 +3,8 @@
 mod stored;
 
 use stored::{EPS, Stored, array, bits, doubles, floats, integer, number, vectors};
-use wis::inner::{self, Product};
-use wis::warp;
+use wis::wavelets::inner::{self, Product};
+use wis::wavelets::warp;
 
 fn points(case: &serde_json::Value) -> Vec<[f32; 2]> {
     let given = vectors("hard.json")["edge_samples"].as_array().unwrap().clone();
@@ -80,7 +80,7 @@ fn black_has_no_distribution() {
             let stored = stored(&case, "image");
             assert!(points(&case).into_iter().all(|u| warp::sample(&stored.tree(), u).is_none()));
             assert_eq!(warp::pdf(&stored.tree(), [0.3, 0.7]), 0.0);
-            assert_eq!(stored.pruned(0.0).1, wis::prune::Pruning { squares: 0, error: 0.0 });
+            assert_eq!(stored.pruned(0.0).1, wis::wavelets::prune::Pruning { squares: 0, error: 0.0 });
         }
     }
 }

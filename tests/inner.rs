@@ -3,10 +3,10 @@
 mod stored;
 
 use stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
-use wis::inner::{self, Product};
 use wis::status::Status;
-use wis::warp::{self, ONE_MINUS_EPSILON};
-use wis::{morton, tree};
+use wis::wavelets::inner::{self, Product};
+use wis::wavelets::warp::{self, ONE_MINUS_EPSILON};
+use wis::wavelets::{morton, tree};
 
 /// The product of E (`N` axes) with F on its first axes, pixel by pixel: the naive way.
 fn naive_product<const N: usize, const K: usize>(depth: u32, e: &[f64], f: &[f64]) -> Vec<f64> {

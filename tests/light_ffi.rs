@@ -2,7 +2,6 @@
 
 use std::ffi::{CStr, c_void};
 use std::ptr::{null, null_mut};
-use wis::environment::Format;
 use wis::ffi::light::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::light::chart::Layout;
@@ -11,6 +10,7 @@ use wis::light::environment::Environment;
 use wis::light::plan::{Description, Filter, Plan};
 use wis::sphere::Frame;
 use wis::status::Status;
+use wis::wavelets::environment::Format;
 
 const QUARTER_TURN: [f32; 9] = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 const MIRROR: [f32; 9] = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

@@ -9,7 +9,7 @@ use support::statistics::Mean;
 use support::vector::unit;
 use support::{Environment, Random, product_config, query};
 use wis::ffi::prior::{wis_prior_add, wis_prior_count, wis_prior_halve, wis_prior_weights};
-use wis::ffi::product::ProductConfig;
+use wis::ffi::wavelets::product::ProductConfig;
 use wis::prior::{Prior, WIS_PRIOR_CELLS};
 use wis::status::Status;
 

@@ -4,12 +4,12 @@ mod support;
 
 use std::ptr::{null, null_mut};
 use support::{Environment, Memory, Random, ggx, lambert, maps, normalise, product_config, query};
-use wis::descent::Sample;
-use wis::ffi::product::*;
-use wis::ffi::products::*;
+use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::products::*;
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::query::Query;
 use wis::status::Status;
+use wis::wavelets::descent::Sample;
+use wis::wavelets::query::Query;
 
 /// Shading points of every kind, one in five of which reflects nothing.
 fn queries(count: usize) -> Vec<Query> {

@@ -7,18 +7,18 @@ mod support;
 use std::ptr::{null, null_mut};
 use stored::Random;
 use support::{Map, Memory};
-use wis::ffi::environment::{Environment, WIS_WAVELET_LIGHT_NEAREST};
-use wis::ffi::haar::*;
-use wis::ffi::tree::combine::*;
-use wis::ffi::tree::rotated::*;
-use wis::ffi::tree::sparse::*;
-use wis::ffi::tree::*;
-use wis::ffi::triple::*;
-use wis::ffi::visibility::*;
+use wis::ffi::wavelets::environment::{Environment, WIS_WAVELET_LIGHT_NEAREST};
+use wis::ffi::wavelets::haar::*;
+use wis::ffi::wavelets::tree::combine::*;
+use wis::ffi::wavelets::tree::rotated::*;
+use wis::ffi::wavelets::tree::sparse::*;
+use wis::ffi::wavelets::tree::*;
+use wis::ffi::wavelets::triple::*;
+use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::sparse::Details;
 use wis::status::Status;
-use wis::triple::Wavelets;
+use wis::wavelets::sparse::Details;
+use wis::wavelets::triple::Wavelets;
 
 struct Built {
     _memory: Memory,

@@ -9,7 +9,7 @@ use support::quadrature::Scene;
 use support::scenes::{ShadingPoint, grid};
 use support::vector::{V3, add, cross, luminance, scale, single, unit};
 use support::*;
-use wis::ffi::environment::WIS_WAVELET_LIGHT_EXACT_ZERO;
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_EXACT_ZERO;
 use wis::sphere::direction_f64;
 
 /// A shading point with what a client evaluates there.

@@ -5,11 +5,11 @@ mod support;
 
 use std::ptr::null_mut;
 use support::{Map, Product, Random, eval, ggx, lambert, normalise, product_config, query};
-use wis::ffi::product::{
+use wis::ffi::wavelets::product::{
     ProductConfig, wis_wavelet_product_covers, wis_wavelet_product_prepare, wis_wavelet_product_size,
 };
-use wis::query::{Lobe, Query};
 use wis::status::Status;
+use wis::wavelets::query::{Lobe, Query};
 
 const CONE: f32 = 0.25;
 

@@ -5,9 +5,9 @@ mod support;
 use std::ptr::{null, null_mut};
 use support::{Memory, Random};
 use wis::ffi::MemorySize;
-use wis::ffi::environment::*;
-use wis::ffi::tree::rotated::*;
-use wis::ffi::tree::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::tree::rotated::*;
+use wis::ffi::wavelets::tree::*;
 use wis::sphere;
 use wis::status::Status;
 

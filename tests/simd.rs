@@ -5,18 +5,18 @@ mod support;
 
 use support::statistics::Mean;
 use support::{Map, Random, ggx, lambert, lane_points, product_config, query};
-use wis::descent::{self, Sample};
-use wis::environment::Light;
-use wis::ffi::environment::WIS_WAVELET_LIGHT_NEAREST;
-use wis::ffi::product::ProductConfig;
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_NEAREST;
+use wis::ffi::wavelets::product::ProductConfig;
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
-use wis::product::{Room, Scratch};
-use wis::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
 use wis::simd::{Kernel, LANES, Lanes, Level, Native, Portable, run};
 use wis::sphere::Frame;
-use wis::tree::{Tree, build, complete_len};
-use wis::wide::{self, GROUPS, TOGETHER};
+use wis::wavelets::descent::{self, Sample};
+use wis::wavelets::environment::Light;
+use wis::wavelets::product::{Room, Scratch};
+use wis::wavelets::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
+use wis::wavelets::tree::{Tree, build, complete_len};
+use wis::wavelets::wide::{self, GROUPS, TOGETHER};
 
 /// Ordinary numbers, and those at which operations differ.
 fn numbers() -> Vec<f32> {

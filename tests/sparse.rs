@@ -6,14 +6,14 @@ mod support;
 use std::ptr::{null, null_mut};
 use stored::{Random, Stored};
 use support::Memory;
-use wis::approximate::{self, at_least, terms};
 use wis::ffi::MemorySize;
-use wis::ffi::tree::sparse::*;
-use wis::ffi::tree::*;
-use wis::sparse::{Details, Set, Sparse, Unfit, is_ordered, multiply, squares, to_tree};
+use wis::ffi::wavelets::tree::sparse::*;
+use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
-use wis::tree::{Link, Tree};
-use wis::triple::{self, Wavelets};
+use wis::wavelets::approximate::{self, at_least, terms};
+use wis::wavelets::sparse::{Details, Set, Sparse, Unfit, is_ordered, multiply, squares, to_tree};
+use wis::wavelets::tree::{Link, Tree};
+use wis::wavelets::triple::{self, Wavelets};
 
 const DEPTH: u32 = 5;
 const SIDE: usize = 1 << DEPTH;
@@ -187,7 +187,7 @@ fn trees_of_products_of_sets() {
             pdf
         };
         for (i, value) in expected.iter().enumerate() {
-            let cell = wis::morton::decode::<N>(i as u64, depth);
+            let cell = wis::wavelets::morton::decode::<N>(i as u64, depth);
             let got = f64::from(pdf(cell.map(|c| (c as f32 + 0.5) / (1u32 << depth) as f32))) * mean;
             assert!((got - value).abs() < 1e-4, "{N}: pixel {i}: {got} for {value}");
         }
@@ -252,7 +252,7 @@ fn the_largest_of_any_axes() {
             list
         };
         let mut morton = vec![0.0f32; image.len()];
-        wis::morton::copy_from_c_order::<N>(depth, &image, &mut morton).unwrap();
+        wis::wavelets::morton::copy_from_c_order::<N>(depth, &image, &mut morton).unwrap();
         let off = |list: &[Details]| {
             let pixels = pixels_of(axes, depth, Set { average: info.average, wavelets: list });
             let squares: f64 = pixels.iter().zip(&morton).map(|(a, b)| (a - f64::from(*b)).powi(2)).sum();

@@ -8,11 +8,11 @@ use std::f64::consts::PI;
 use support::Random;
 use support::scenes::{matrices, rows};
 use support::vector::{self, V3, add, cross, distance, length, rotate, scale, single, sub};
-use wis::morton;
 use wis::sphere::{
     Frame, SPHERE, cell_chord, cube, cube_direction, cube_plane, cube_solid_angle, direction, direction_f64, latlong,
     latlong_direction, latlong_solid_angle, square, unit,
 };
+use wis::wavelets::morton;
 
 /// What f32 directions and points may be off: a few roundings.
 const TOLERANCE: f64 = 4e-7;

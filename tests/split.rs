@@ -3,9 +3,9 @@
 mod stored;
 
 use stored::{EPS, Random};
-use wis::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
-use wis::tree::Tree;
-use wis::warp;
+use wis::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
+use wis::wavelets::tree::Tree;
+use wis::wavelets::warp;
 
 #[test]
 fn a_side_without_mass_is_never_entered() {

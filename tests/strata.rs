@@ -6,17 +6,17 @@ mod support;
 use std::ptr::{null, null_mut};
 use stored::{cases, doubles, floats, integer, number};
 use support::{Map, Memory};
-use wis::descent::Sample;
 use wis::ffi::MemorySize;
-use wis::ffi::environment::WIS_WAVELET_LIGHT_NEAREST;
-use wis::ffi::jitter::{
+use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
+use wis::ffi::lights::jitter::{
     Jitter, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample, wis_jitter_size,
     wis_strata_order,
 };
-use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
-use wis::ffi::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
+use wis::ffi::lights::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_NEAREST;
+use wis::lights::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
 use wis::status::Status;
-use wis::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
+use wis::wavelets::descent::Sample;
 
 /// Centres and the label of each texel.
 struct Strata {

@@ -5,12 +5,12 @@ mod support;
 use std::ptr::{null, null_mut};
 use support::{Environment, Map, Memory, Random, eval, lambert, normalise, product_config, query};
 use wis::ffi::MemorySize;
-use wis::ffi::environment::WIS_WAVELET_LIGHT_RGB;
-use wis::ffi::product::*;
-use wis::ffi::table::*;
-use wis::ffi::tree::*;
-use wis::query::{Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_TABLE};
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
+use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::table::*;
+use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
+use wis::wavelets::query::{Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_TABLE};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
@@ -101,8 +101,8 @@ fn prepare<'a>(
 }
 
 impl Prepared<'_> {
-    fn sample(&self, u: [f32; 2]) -> wis::descent::Sample {
-        let mut sample = wis::descent::Sample::default();
+    fn sample(&self, u: [f32; 2]) -> wis::wavelets::descent::Sample {
+        let mut sample = wis::wavelets::descent::Sample::default();
         // SAFETY: all pointers are to live values.
         let status = unsafe { wis_wavelet_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
         assert_eq!(status, Status::Ok);
@@ -361,7 +361,7 @@ fn narrow_tables_are_found() {
 /// half: cells are powers of two wide, so one lobe alone may be off by that.
 #[test]
 fn half_widths_of_tables_follow_their_lobes() {
-    use wis::table::{Slice, Table};
+    use wis::wavelets::table::{Slice, Table};
     const DEPTH: u32 = 8;
     let (side, lobes) = (1u32 << DEPTH, 16);
     let mut sum = 0.0;
@@ -375,8 +375,8 @@ fn half_widths_of_tables_follow_their_lobes() {
         };
         let pixels: Vec<f32> = (0..side * side).map(pixel).collect();
         let mut squares = vec![[0.0f32; 4]; ((1 << (2 * DEPTH)) - 1) / 3];
-        let scale = wis::image::build::<2, 4>(DEPTH, &pixels, &mut squares).unwrap();
-        let tree = wis::tree::Tree::complete(DEPTH, scale.average, &squares).unwrap();
+        let scale = wis::wavelets::image::build::<2, 4>(DEPTH, &pixels, &mut squares).unwrap();
+        let tree = wis::wavelets::tree::Tree::complete(DEPTH, scale.average, &squares).unwrap();
         let table = Table::new([Slice { tree, scale: 1.0 }; 2], 0.0).seen(glam::Vec3::Z);
         let (direction, radius) = table.peak().expect("a narrow lobe");
         assert!(direction.z > 0.99, "{direction}");
@@ -411,7 +411,7 @@ fn faults() {
     // Without the table, its lobe means nothing.
     let mut f_cos = [0.0f32; 3];
     // SAFETY: one direction and one colour.
-    let status = unsafe { wis::ffi::product::wis_query_eval(&at, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
+    let status = unsafe { wis::ffi::wavelets::product::wis_query_eval(&at, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
     assert_eq!(status, Status::InvalidArgument);
     // A table that is 0 reflects nothing; below the surface there is nothing either.
     let black = Owned::new(4, 3, 0.0, |_, _| 0.0);
@@ -442,9 +442,9 @@ fn faults() {
 fn lanes_are_the_scalar_look_up() {
     use glam::Vec3;
     use wis::simd::{LANES, Lanes, Native, Portable};
-    use wis::table::{Slice, Table};
-    use wis::tree::{Link, Tree};
-    use wis::{image, prune};
+    use wis::wavelets::table::{Slice, Table};
+    use wis::wavelets::tree::{Link, Tree};
+    use wis::wavelets::{image, prune};
     let mut random = Random(12);
     let mut slice = |depth: u32| {
         let pixels: Vec<f32> =

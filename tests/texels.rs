@@ -7,9 +7,7 @@ use support::maps::sky;
 use support::scenes::matrices;
 use support::vector::{rotate, single};
 use support::{Environment, Map, Random, lane_points, normalise};
-use wis::descent::{Sample, Sampled};
-use wis::environment::{Cube, Inverse, LatLong, Octahedral, RowNumbers, Shape, TexelMap};
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_LAYOUT_CUBE, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_COMPENSATED,
     WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
 };
@@ -18,7 +16,9 @@ use wis::simd::{Kernel, Lanes, Level, Native, Portable, run};
 use wis::sphere::{
     Frame, cube_direction, cube_solid_angle, direction, direction_f64, latlong_direction, latlong_solid_angle, square,
 };
-use wis::wide::{InLanes, TOGETHER};
+use wis::wavelets::descent::{Sample, Sampled};
+use wis::wavelets::environment::{Cube, Inverse, LatLong, Octahedral, RowNumbers, Shape, TexelMap};
+use wis::wavelets::wide::{InLanes, TOGETHER};
 
 const FLAGS: u32 = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_NEAREST;
 

@@ -4,8 +4,8 @@ mod stored;
 
 use stored::{Random, Stored, cases, doubles, integer};
 use wis::status::Status;
-use wis::tree::{self, Link, Tree};
-use wis::{morton, prune};
+use wis::wavelets::tree::{self, Link, Tree};
+use wis::wavelets::{morton, prune};
 
 /// The average over a square of a C-order image: the naive way.
 fn naive_average<const N: usize>(pixels: &[f32], depth: u32, level: u32, t: [u32; N]) -> f64 {
@@ -205,7 +205,7 @@ fn estimators_have_the_expected_values() {
         let area = 1.0 / (1u32 << (2 * depth)) as f64;
         let terms = doubles(&case["f"]).into_iter().zip(doubles(&case["visible"]));
         for ((f, visible), centre) in terms.zip(stored::centres::<2>(depth)) {
-            let pdf = f64::from(wis::warp::pdf(&tree, centre));
+            let pdf = f64::from(wis::wavelets::warp::pdf(&tree, centre));
             eq8 += if pdf > 0.0 { area * pdf * (f * visible / pdf) } else { 0.0 };
             eq11 += area * pdf * integral * visible;
         }

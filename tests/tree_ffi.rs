@@ -5,13 +5,13 @@ mod stored;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use stored::{Random, Stored};
-use wis::ffi::haar::*;
 use wis::ffi::points::*;
-use wis::ffi::tree::*;
+use wis::ffi::wavelets::haar::*;
+use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::inner;
 use wis::status::Status;
-use wis::warp;
+use wis::wavelets::inner;
+use wis::wavelets::warp;
 
 /// Memory as a client gives it: aligned to 16 bytes, not zero.
 struct Memory(Vec<u128>);

@@ -3,13 +3,13 @@
 mod stored;
 
 use stored::{Random, Stored, vectors};
-use wis::approximate;
-use wis::morton;
 use wis::numeric::exp2i;
 use wis::sphere;
-use wis::tree::Tree;
-use wis::triple::{self, Scaled, Wavelets};
-use wis::tripling::{BasisFunction, Function, Value, coupling, generalised, nonzero_triples, tripling};
+use wis::wavelets::approximate;
+use wis::wavelets::morton;
+use wis::wavelets::tree::Tree;
+use wis::wavelets::triple::{self, Scaled, Wavelets};
+use wis::wavelets::tripling::{BasisFunction, Function, Value, coupling, generalised, nonzero_triples, tripling};
 
 fn integers(row: &serde_json::Value) -> Vec<i64> {
     row.as_array().unwrap().iter().map(|x| x.as_i64().unwrap()).collect()
@@ -110,7 +110,7 @@ fn kept(stored: &Stored<4>, rows: &serde_json::Value) -> Vec<Wavelets> {
         for bit in (0..level as u32).rev() {
             square = tree.child_square(square, code >> (2 * bit) & 3).unwrap();
         }
-        let details = wis::haar::analyse(tree.children(square).map(f64::from));
+        let details = wis::wavelets::haar::analyse(tree.children(square).map(f64::from));
         let same = list.iter_mut().find(|w| (w.position, w.level) == (position, level as u32));
         let value = (details[f as usize] * unit(stored)) as f32;
         match same {

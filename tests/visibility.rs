@@ -6,12 +6,12 @@ mod support;
 use std::ptr::{null, null_mut};
 use support::{Memory, Random, normalise};
 use wis::ffi::MemorySize;
-use wis::ffi::grid::*;
-use wis::ffi::tree::*;
-use wis::ffi::triple::*;
-use wis::ffi::visibility::*;
+use wis::ffi::wavelets::grid::*;
+use wis::ffi::wavelets::tree::*;
+use wis::ffi::wavelets::triple::*;
+use wis::ffi::wavelets::visibility::*;
 use wis::status::Status;
-use wis::triple::Wavelets;
+use wis::wavelets::triple::Wavelets;
 
 const DEPTH: u32 = 5;
 const PIXELS: usize = 1 << (2 * DEPTH);
@@ -111,16 +111,16 @@ fn integrals_with_eight_bits() {
 /// Stored averages are the nearest bytes: off by 1/510 at most, and as often too high as too low.
 #[test]
 fn averages_are_rounded_to_the_nearest_byte() {
-    use wis::triple::Quadtree;
+    use wis::wavelets::triple::Quadtree;
     let averages: Vec<f32> = (0..1024).map(|i| (i as f32 + 0.5) / 1024.0).collect();
     let squares: Vec<[f32; 4]> = averages.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]).collect();
     let mut sum = 0.0;
     for square in squares {
         let squares = [square];
-        let tree = wis::tree::Tree::<4>::complete(1, square.iter().sum::<f32>() / 4.0, &squares).unwrap();
-        let mut nodes = [wis::visibility::Node::default()];
-        wis::visibility::compress(&tree, 1.0, &mut nodes).unwrap();
-        let stored = wis::visibility::Visibility::new(tree.average(), &nodes).unwrap().children(0);
+        let tree = wis::wavelets::tree::Tree::<4>::complete(1, square.iter().sum::<f32>() / 4.0, &squares).unwrap();
+        let mut nodes = [wis::wavelets::visibility::Node::default()];
+        wis::wavelets::visibility::compress(&tree, 1.0, &mut nodes).unwrap();
+        let stored = wis::wavelets::visibility::Visibility::new(tree.average(), &nodes).unwrap().children(0);
         for (stored, exact) in stored.into_iter().zip(square) {
             assert!((stored - exact).abs() <= 1.0 / 510.0 + 1e-6, "{stored} for {exact}");
             sum += f64::from(stored - exact) / 1024.0;

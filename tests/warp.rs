@@ -3,10 +3,10 @@
 mod stored;
 
 use stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
-use wis::prune;
 use wis::status::Status;
-use wis::tree::Tree;
-use wis::warp::{self, ONE_MINUS_EPSILON, Sample};
+use wis::wavelets::prune;
+use wis::wavelets::tree::Tree;
+use wis::wavelets::warp::{self, ONE_MINUS_EPSILON, Sample};
 
 fn sample<const C: usize, const N: usize>(tree: &Tree<C>, u: [f32; N]) -> Sample<N> {
     warp::sample(tree, u).unwrap()

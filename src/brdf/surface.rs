@@ -299,7 +299,10 @@ fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame, needed: bool) -> Option
     let rejected = given - normal * normal.dot(given);
     let length = sqrt(rejected.length_squared());
     if length > 1e-3 && length < f32::MAX {
-        return Some(rejected / length);
+        // Once more: a tangent almost along the normal left only digits that rounding had touched.
+        let tangent = rejected / length;
+        let tangent = tangent - normal * normal.dot(tangent);
+        return Some(tangent / sqrt(tangent.length_squared()));
     }
     if needed { None } else { Some(Vec3::from_array(any_tangent(normal.to_array()))) }
 }

@@ -3,44 +3,22 @@
 //! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
-/// Calls a function for `N` axes and `C = 2^N` children.
-macro_rules! with_axes {
-    ($dimensions:expr, $argument:expr, $function:ident($($value:expr),*)) => {
-        match $dimensions {
-            1 => $function::<1, 2>($($value),*),
-            2 => $function::<2, 4>($($value),*),
-            3 => $function::<3, 8>($($value),*),
-            4 => $function::<4, 16>($($value),*),
-            _ => Err(Failure::new(Status::InvalidArgument, $argument)),
-        }
-    };
-}
-
 pub mod direct;
-pub mod environment;
-pub mod grid;
-pub mod haar;
-pub mod jitter;
 pub mod light;
+#[cfg(feature = "lights")]
+pub mod lights;
 pub mod material;
 pub mod points;
 pub mod pool;
 pub mod prior;
-pub mod product;
-pub mod products;
 pub mod sampler;
 pub mod sampling;
-pub mod strata;
-pub mod table;
-pub mod tree;
-pub mod triple;
-pub mod visibility;
 pub mod wave;
+#[cfg(feature = "wavelets")]
+pub mod wavelets;
 
 mod control;
-mod density;
 
-use crate::simd::Level;
 use crate::status::{Fault, Status};
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
@@ -126,12 +104,6 @@ impl Failure {
     /// The same failure, at a field of the struct that the argument points to.
     pub(crate) fn of(self, field: &'static CStr) -> Failure {
         Failure { diagnostic: Diagnostic { field: field.as_ptr(), ..self.diagnostic }, ..self }
-    }
-
-    /// The same failure, in an array of arrays: the number of the element becomes the column.
-    pub(crate) fn in_column(self) -> Failure {
-        let Diagnostic { y, .. } = self.diagnostic;
-        Failure { diagnostic: Diagnostic { x: y, y: 0, ..self.diagnostic }, ..self }
     }
 
     /// The same failure, of another argument.
@@ -223,17 +195,6 @@ pub(crate) unsafe fn sized<'a, T>(source: *const T, argument: u32) -> Checked<&'
     }
     // SAFETY: the caller states that the struct is this long.
     Ok(unsafe { &*source })
-}
-
-/// Checks the dimensions and the depth of a grid, which are the first two arguments.
-pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
-    if !(1..=4).contains(&dimensions) {
-        return Err(Failure::new(Status::InvalidArgument, 1));
-    }
-    if depth > crate::tree::MAX_DEPTH {
-        return Err(Failure::new(Status::InvalidArgument, 2));
-    }
-    Ok(())
 }
 
 /// Borrows `count` elements to write.
@@ -446,16 +407,6 @@ fn check_stride<const N: usize>(start: *const f32, stride: usize, count: usize, 
         return Err(Failure::new(Status::Overflow, argument + 1));
     }
     Ok(stride)
-}
-
-/// The level of the processor that wis_cpu_detect answered.
-///
-/// # Safety
-/// A number other than 0 was answered on this processor, if it was answered at all.
-#[inline(always)]
-pub(crate) unsafe fn level(code: u32, argument: u32) -> Checked<Level> {
-    // SAFETY: the caller's contract.
-    unsafe { Level::from_code(code) }.ok_or(Failure::new(Status::InvalidArgument, argument))
 }
 
 /// The orthonormal frame of a row-major 3x3 `world_from_map`; null is the identity.

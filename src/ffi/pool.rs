@@ -1,9 +1,9 @@
 //! The pooled resampler in C.
 
 use super::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, out, slice_mut};
+use crate::numeric::clamp_u;
 use crate::pool::{self, Key, Pick};
 use crate::simd::{LANES, Lanes, Native};
-use crate::split::clamp_u;
 use crate::status::Status;
 use core::ffi::c_void;
 use core::ptr::null_mut;

@@ -1,6 +1,6 @@
 //! Samplers in C: the working memory of a thread.
 
-use super::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized};
+use super::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, pointer, sized, slice_mut};
 use crate::direct::sampler::{Config, MAX_PER_RAY, MAX_RAYS, Sampler};
 use crate::simd::Level;
 use crate::status::Status;
@@ -159,7 +159,7 @@ pub unsafe extern "C" fn wis_sampler_begin_pixel(sampler: *mut SamplerObject) ->
 pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject, fault: *mut Diagnostic) -> Status {
     // SAFETY: the caller's sampler, which is only read, and the caller's diagnostic.
     let copied = unsafe {
-        header(sampler.cast_mut()).and_then(|header| {
+        readable(sampler.cast()).and_then(|header| {
             out(fault, 2)?.write((*header).fault);
             Ok(())
         })
@@ -172,7 +172,17 @@ pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject, fault:
 /// # Safety
 /// The pointer is null or points to a sampler.
 pub(super) unsafe fn header(sampler: *mut SamplerObject) -> Checked<*mut Header> {
-    let header = out(sampler.cast::<Header>(), 1)?;
+    // SAFETY: the caller's contract.
+    unsafe { readable(sampler.cast()) }?;
+    Ok(sampler.cast())
+}
+
+/// The header of a sampler, the first argument, to read.
+///
+/// # Safety
+/// The pointer is null or points to a sampler.
+unsafe fn readable(header: *const Header) -> Checked<*const Header> {
+    let header = pointer(header, 1)?;
     if header.addr() % WIS_ALIGNMENT != 0 {
         return Err(Failure::new(Status::Misaligned, 1));
     }
@@ -201,7 +211,7 @@ pub(super) unsafe fn with_sampler(
     unsafe {
         let config = (*header).config;
         let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
-        let scratch = core::slice::from_raw_parts_mut(header.add(1).cast::<u8>(), config.bytes());
+        let Ok(scratch) = slice_mut(header.add(1).cast::<u8>(), config.bytes(), 1) else { return Status::Mismatch };
         let Some(mut opened) = Sampler::new(level, config, scratch) else { return Status::Mismatch };
         answer(&raw mut (*header).fault, || body(&mut opened))
     }

@@ -3,8 +3,9 @@
 use super::light::{EnvironmentObject, environment as view};
 use super::sampler::{SamplerObject, with_sampler};
 use super::{Strided, StridedMut};
-use crate::light::batch::{Density, Drawn, clamp_number, pdfs, samples};
+use crate::light::batch::{Density, Drawn, pdfs, samples};
 use crate::light::density::Inverted;
+use crate::numeric::clamp_u;
 use crate::simd::Level;
 use crate::sphere::{Frame, unit};
 use crate::status::Status;
@@ -165,7 +166,7 @@ pub unsafe extern "C" fn wis_invert(
                 };
                 *status = match found {
                     Ok(numbers) => {
-                        u.write(i, numbers.map(clamp_number));
+                        u.write(i, numbers.map(clamp_u));
                         Status::Ok as u8
                     }
                     Err(status) => status as u8,

@@ -1,7 +1,6 @@
 //! Densities over world directions, in batches: eight directions at a time, and one at a time for the rest, with the same bits.
 
 use super::tables::Light;
-use crate::numeric::{ONE_MINUS_EPSILON, max, min};
 use crate::simd::{Kernel, Lanes, Level, Num, run};
 use crate::sphere::Frame;
 
@@ -138,9 +137,4 @@ impl<D: Density> Kernel for Pdfs<'_, D> {
     fn run<F: Lanes>(self) {
         self.density.pdfs::<F>(self.frame, self.wi, self.out);
     }
-}
-
-/// A number of the client's moved into [0, 1 - 2^-24]; NaN counts as 1/2.
-pub fn clamp_number(u: f32) -> f32 {
-    if u.is_nan() { 0.5 } else { min(max(u, 0.0), ONE_MINUS_EPSILON) }
 }

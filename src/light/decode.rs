@@ -2,7 +2,7 @@
 
 use super::chart::Layout;
 use super::plan::Plan;
-use crate::environment::pixels::{Format, InvalidTexel, RowError, clean, half};
+use crate::light::pixels::{Format, InvalidTexel, RowError, clean, half};
 use crate::numeric::LUMINANCE;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -157,7 +157,7 @@ fn decode(
                 l = luminance_of(colour);
                 if l == f32::INFINITY {
                     // Rounding can carry the sum of three large channels beyond the largest float.
-                    l = crate::environment::pixels::luminance_f64(colour) as f32;
+                    l = crate::light::pixels::luminance_f64(colour) as f32;
                 }
                 if l == f32::INFINITY {
                     summary.infinite += angle;

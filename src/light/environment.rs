@@ -9,7 +9,7 @@ use super::guide::{self, CellGuide, Guide};
 use super::plan::{Description, Filter, Plan};
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
-use crate::environment::pixels::RowError;
+use crate::light::pixels::RowError;
 use crate::numeric::ContentHash;
 use crate::simd::{Table, WINDOW};
 use crate::sphere::Frame;

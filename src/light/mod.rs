@@ -10,6 +10,7 @@ pub mod decode;
 pub mod density;
 pub mod environment;
 pub mod guide;
+pub mod pixels;
 pub mod plan;
 pub mod search;
 pub mod tables;

@@ -2,10 +2,10 @@
 //! sampled.
 
 use crate::support::{Environment, Map, Product, Random, normalise, product_config, query};
-use wis::ffi::environment::WIS_WAVELET_LIGHT_RGB;
-use wis::ffi::product::{ProductConfig, wis_query_eval, wis_wavelet_product_estimate_rgb};
-use wis::query::*;
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
+use wis::ffi::wavelets::product::{ProductConfig, wis_query_eval, wis_wavelet_product_estimate_rgb};
 use wis::status::Status;
+use wis::wavelets::query::*;
 
 const WEIGHTS: [f32; 10] = [0.0, 1e-45, 1e-40, 1e-38, 1e-30, 1.0, 1e10, 1e30, 1e38, f32::MAX];
 const ALPHAS: [f32; 8] = [1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 1.0, 16.0];

@@ -4,8 +4,8 @@ use crate::block::Block;
 use crate::call::Call;
 use crate::header::{Function, functions};
 use crate::scene::Scene;
-use wis::ffi::environment::{EnvironmentConfig, EnvironmentInfo};
-use wis::ffi::tree::{TreeConfig, TreeInfo};
+use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo};
+use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 
 /// A function of the header.
 pub fn function(name: &str) -> Function {

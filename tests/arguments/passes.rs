@@ -6,7 +6,7 @@ use crate::objects::function;
 use crate::scene::Scene;
 use std::ffi::c_void;
 use std::ptr::null;
-use wis::ffi::environment::*;
+use wis::ffi::wavelets::environment::*;
 use wis::status::Status;
 
 /// Rows of the two passes of the scene's map.

@@ -5,9 +5,9 @@ use crate::call::Call;
 use crate::objects::function;
 use crate::scene::{Scene, numbers};
 use wis::ffi::MemorySize;
-use wis::ffi::environment::*;
-use wis::ffi::product::*;
-use wis::ffi::tree::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
 
 /// What the size query of a call's configuration answers.

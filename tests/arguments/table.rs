@@ -1,28 +1,28 @@
 //! Every function of the library, callable with one machine word for each argument.
 
 use wis::ffi::direct::*;
-use wis::ffi::environment::*;
-use wis::ffi::grid::*;
-use wis::ffi::haar::*;
-use wis::ffi::jitter::*;
 use wis::ffi::light::*;
+use wis::ffi::lights::jitter::*;
+use wis::ffi::lights::strata::*;
 use wis::ffi::material::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
 use wis::ffi::prior::*;
-use wis::ffi::product::*;
-use wis::ffi::products::*;
 use wis::ffi::sampler::*;
 use wis::ffi::sampling::*;
-use wis::ffi::strata::*;
-use wis::ffi::table::*;
-use wis::ffi::tree::combine::*;
-use wis::ffi::tree::rotated::*;
-use wis::ffi::tree::sparse::*;
-use wis::ffi::tree::*;
-use wis::ffi::triple::*;
-use wis::ffi::visibility::*;
 use wis::ffi::wave::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::grid::*;
+use wis::ffi::wavelets::haar::*;
+use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::products::*;
+use wis::ffi::wavelets::table::*;
+use wis::ffi::wavelets::tree::combine::*;
+use wis::ffi::wavelets::tree::rotated::*;
+use wis::ffi::wavelets::tree::sparse::*;
+use wis::ffi::wavelets::tree::*;
+use wis::ffi::wavelets::triple::*;
+use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{wis_status_string, wis_version};
 
 /// A function, its parameters in order, and how it is called.

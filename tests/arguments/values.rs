@@ -7,13 +7,13 @@ use crate::objects::{self, function};
 use crate::scene::{Scene, numbers};
 use std::ffi::{c_int, c_void};
 use std::ptr::null;
-use wis::ffi::environment::*;
 use wis::ffi::light::*;
-use wis::ffi::product::*;
-use wis::ffi::tree::TreeConfig;
-use wis::ffi::tree::rotated::RotatedConfig;
-use wis::query::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::tree::TreeConfig;
+use wis::ffi::wavelets::tree::rotated::RotatedConfig;
 use wis::status::Status;
+use wis::wavelets::query::*;
 
 const INVALID: Status = Status::InvalidArgument;
 const OVERFLOW: Status = Status::Overflow;

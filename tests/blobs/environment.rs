@@ -5,13 +5,13 @@ use crate::support::{Map, build, ggx, lambert, product_config, query};
 use crate::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, put, word};
 use std::mem::offset_of;
 use std::ptr::{dangling, null_mut};
-use wis::descent::Sample;
-use wis::environment::Header;
-use wis::ffi::environment::*;
-use wis::ffi::product::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::product::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::numeric::ContentHash;
 use wis::status::Status;
+use wis::wavelets::descent::Sample;
+use wis::wavelets::environment::Header;
 
 pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_of::<Header>() };
 

@@ -3,7 +3,7 @@
 use crate::block::{Block, SENTINEL, plain};
 use crate::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, word};
 use std::ptr::{dangling, null, null_mut};
-use wis::ffi::tree::*;
+use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::numeric::ContentHash;
 use wis::status::Status;

@@ -6,13 +6,13 @@ use std::ops::Range;
 use wis::brdf::point::Point;
 use wis::direct::Ray;
 use wis::direct::sampler::{Config, Sampler, Sequence};
-use wis::environment::Format;
 use wis::light::chart::Layout;
 use wis::light::decode::Pixels;
 use wis::light::environment::Environment;
 use wis::light::plan::{Description, Filter, Plan};
 use wis::simd::Level;
 use wis::sphere::Frame;
+use wis::wavelets::environment::Format;
 
 /// A rotation, row by row, by which the light is turned.
 pub const TURNED: [f32; 9] = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6];
@@ -106,6 +106,6 @@ pub fn mean_of(significance: f64, mut call: impl FnMut(u32) -> f64) -> Mean {
         mean
     };
     // The variance is known from the pilot only roughly.
-    let needed = 1.4 * run(0..PILOT).samples_needed(significance);
+    let needed = 2.5 * run(0..PILOT).samples_needed(significance);
     run(PILOT..PILOT + (needed as u32).clamp(PILOT, MOST))
 }

@@ -3,17 +3,17 @@
 use crate::support::scenes::grid;
 use crate::support::{Environment, Product, Random, build};
 use crate::{DISTRIBUTIONS, bits, maps};
-use wis::descent::Sample;
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
     WIS_WAVELET_LIGHT_NEAREST, wis_wavelet_light_pdf_lanes, wis_wavelet_light_pdf_n, wis_wavelet_light_sample_lanes,
     wis_wavelet_light_sample_n,
 };
-use wis::ffi::product::{
+use wis::ffi::wavelets::product::{
     wis_wavelet_product_pdf_lanes, wis_wavelet_product_pdf_n, wis_wavelet_product_sample_lanes,
     wis_wavelet_product_sample_n,
 };
 use wis::status::Status;
+use wis::wavelets::descent::Sample;
 
 /// An array of elements of `N` floats a stride apart, in which untouched floats stay NaN.
 struct Strided<const N: usize> {

@@ -5,7 +5,7 @@ use crate::determinism::colourful;
 use crate::support::scenes::{ShadingPoint, grid};
 use crate::support::{Map, Random, eval};
 use std::arch::asm;
-use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
+use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
 
 const DEFAULT: u32 = 0x1f80;
 /// Denormal results and operands count as 0.

@@ -7,7 +7,7 @@ use crate::support::vector::{dot, scale, single, unit};
 use crate::support::{Environment, Map, Random, build_shared, next_down, query};
 use std::ffi::c_void;
 use std::ptr::null;
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
     wis_wavelet_light_pdf_n, wis_wavelet_light_sample_n,
 };

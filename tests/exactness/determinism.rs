@@ -4,11 +4,11 @@ use crate::support::scenes::grid;
 use crate::support::vector::single;
 use crate::support::{Environment, Map, Memory, Product, Random, build, build_over, build_shared, product_config};
 use crate::{DISTRIBUTIONS, bits};
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
     WIS_WAVELET_LIGHT_RGB,
 };
-use wis::ffi::product::ProductConfig;
+use wis::ffi::wavelets::product::ProductConfig;
 
 /// A map in colour whose texels all stay normal when it is scaled by 2^-100 to 2^100.
 pub fn colourful() -> Map {

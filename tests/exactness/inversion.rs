@@ -4,7 +4,7 @@ use crate::corners::CELLS;
 use crate::support::Random;
 use crate::support::scenes::{ShadingPoint, grid};
 use crate::{DISTRIBUTIONS, maps};
-use wis::ffi::environment::{WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO};
+use wis::ffi::wavelets::environment::{WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO};
 use wis::sphere::direction_f64;
 
 /// The density of one coordinate of u at a point of the square, between two points about the middle of the finest

@@ -15,11 +15,11 @@ mod support;
 use support::maps::{checker, horizon, one_texel, sky, sun};
 use support::scenes::grid;
 use support::{Map, Random};
-use wis::descent::Sample;
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
     WIS_WAVELET_LIGHT_NEAREST,
 };
+use wis::wavelets::descent::Sample;
 
 const DISTRIBUTIONS: [u32; 2] = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
 

@@ -4,7 +4,7 @@ use crate::support::maps::sky;
 use crate::support::scenes::grid;
 use crate::support::{Map, Random, ggx, lambert, product_config, query};
 use crate::{bits, check, maps};
-use wis::ffi::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_EXACT_ZERO};
+use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_EXACT_ZERO};
 
 /// A point of the square and its nearest neighbours of 24 bits.
 pub fn neighbours(u: [f32; 2]) -> impl Iterator<Item = [f32; 2]> {

@@ -3,14 +3,14 @@
 
 use crate::support::{Environment, Map, build, ggx, lambert, product_config, query};
 use crate::{DISTRIBUTIONS, bits};
-use wis::ffi::environment::{
+use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
     WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB,
 };
-use wis::ffi::product::ProductConfig;
+use wis::ffi::wavelets::product::ProductConfig;
 use wis::numeric::ContentHash;
 use wis::points::sobol;
-use wis::query::{Lobe, WIS_WAVELET_LOBE_PHONG};
+use wis::wavelets::query::{Lobe, WIS_WAVELET_LOBE_PHONG};
 
 /// A map made by sums and products alone: the mathematical functions of a platform are not the library's.
 fn map() -> Map {

@@ -1,12 +1,12 @@
 //! Lights in memory of their own.
 
 use super::lookup::Map;
-use wis::environment::Format;
 use wis::light::decode::Pixels;
 use wis::light::environment::{BuildError, Environment};
 use wis::light::plan::{Description, Plan};
 use wis::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use wis::sphere::Frame;
+use wis::wavelets::environment::Format;
 
 pub struct Built {
     words: Vec<u128>,

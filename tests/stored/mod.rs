@@ -2,9 +2,9 @@
 #![allow(dead_code)]
 
 use serde_json::Value;
-use wis::prune::{self, Pruning};
-use wis::tree::{self, Link, Tree};
-use wis::{image, morton, warp};
+use wis::wavelets::prune::{self, Pruning};
+use wis::wavelets::tree::{self, Link, Tree};
+use wis::wavelets::{image, morton, warp};
 
 /// Rounding unit of `f32`.
 pub const EPS: f64 = 1.0 / 16_777_216.0;

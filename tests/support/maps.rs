@@ -4,7 +4,7 @@ use super::Map;
 use super::panorama::{self, Panorama};
 use super::vector::{V3, add, dot, scale, unit};
 use std::path::PathBuf;
-use wis::ffi::environment::WIS_LAYOUT_LATLONG;
+use wis::ffi::wavelets::environment::WIS_LAYOUT_LATLONG;
 use wis::sphere::{latlong, latlong_direction};
 
 /// How a client filters texels.

@@ -2,7 +2,7 @@
 
 use super::vector::{V3, add, cross, dot, scale, sub, unit};
 use std::f64::consts::PI;
-use wis::query::{
+use wis::wavelets::query::{
     Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_QUERY_COSINE_INCLUDED,
     WIS_WAVELET_QUERY_WHOLE_SPHERE,
 };

@@ -11,15 +11,15 @@ pub mod statistics;
 pub mod vector;
 
 use std::ptr::{null, null_mut};
-use wis::descent::Sample;
-use wis::ffi::environment::*;
 use wis::ffi::light::{LightConfig, WIS_FILTER_BILINEAR};
-use wis::ffi::product::*;
+use wis::ffi::wavelets::environment::*;
+use wis::ffi::wavelets::product::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::points::sobol;
-use wis::query::*;
 use wis::status::Status;
-use wis::wide::TOGETHER;
+use wis::wavelets::descent::Sample;
+use wis::wavelets::query::*;
+use wis::wavelets::wide::TOGETHER;
 
 /// Memory as a client gives it: 16-byte aligned, filled with a pattern so that nothing relies on zeros.
 pub struct Memory(Vec<u128>);
@@ -58,7 +58,7 @@ impl Memory {
 /// An environment and the memory that it lives in.
 pub struct Environment {
     pub memory: Memory,
-    pub handle: *const wis::ffi::environment::Environment,
+    pub handle: *const wis::ffi::wavelets::environment::Environment,
     pub info: EnvironmentInfo,
 }
 
@@ -284,7 +284,7 @@ pub fn eval(query: &Query, wi: [f32; 3]) -> [f32; 3] {
 pub struct Product<'a> {
     pub environment: &'a Environment,
     pub memory: Memory,
-    pub handle: *const wis::ffi::product::Product,
+    pub handle: *const wis::ffi::wavelets::product::Product,
 }
 
 impl Product<'_> {

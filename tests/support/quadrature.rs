@@ -5,7 +5,7 @@ use super::maps::Filter;
 use super::material::Material;
 use super::vector::{V3, distance, dot, luminance, rotate, rotate_back};
 use std::f64::consts::PI;
-use wis::query::WIS_WAVELET_QUERY_WHOLE_SPHERE;
+use wis::wavelets::query::WIS_WAVELET_QUERY_WHOLE_SPHERE;
 
 /// Abscissa of Gauss' rule with two points on [-1/2, 1/2].
 pub const GAUSS: f64 = 0.288_675_134_594_812_9;

@@ -6,9 +6,9 @@ use super::quadrature::Scene;
 use super::vector::{V3, add, cross, dot, rotate, rotate_back, scale, single, sub, unit};
 use super::{Environment, Map, Product, ggx, lambert, product_config, query};
 use glam::Vec3;
-use wis::ffi::product::ProductConfig;
-use wis::query::{Lobe, Query};
+use wis::ffi::wavelets::product::ProductConfig;
 use wis::sphere::square;
+use wis::wavelets::query::{Lobe, Query};
 
 /// Rough to sharp, and a mixture.
 pub fn lobes() -> [(&'static str, Vec<Lobe>); 6] {

@@ -4,11 +4,11 @@
 use super::super::{Checked, DividedBlock, Failure, WIS_ALIGNMENT, slice_mut};
 use super::request::Request;
 use super::rows::PixelRows;
-use crate::environment::pixels::{RowError, Rows};
 use crate::light::blocks::{CellTables, Steps};
 use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{BuildError, Places, Scratch, Writer};
+use crate::light::pixels::{RowError, Rows};
 use crate::light::tables::Cell;
 use crate::status::Status;
 use core::ffi::c_void;

@@ -7,9 +7,9 @@ use super::{
     WIS_ENVIRONMENT_SANITISE, WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE,
     WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
 };
-use crate::environment::pixels::Format;
 use crate::light::chart::Layout;
 use crate::light::decode::Pixels;
+use crate::light::pixels::Format;
 use crate::light::plan::{Description, Filter, MAX_SIDE, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;

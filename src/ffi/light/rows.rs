@@ -2,7 +2,7 @@
 
 use super::super::{Checked, Failure};
 use super::RowFn;
-use crate::environment::pixels::{Format, Rows};
+use crate::light::pixels::{Format, Rows};
 use crate::status::{Fault, Status};
 use core::ffi::c_void;
 

@@ -1,0 +1,57 @@
+//! Grids of directions in C.
+
+use crate::ffi::{Failure, answer, borrow, out};
+use crate::sphere::unit;
+use crate::status::Status;
+use crate::wavelets::grid::{self, WIS_MAX_GRID};
+use core::ptr::null_mut;
+
+/// The centre of a cell of a grid of `side` x `side` directions (1 to WIS_MAX_GRID): the direction at which to tabulate what
+/// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest. WIS_INVALID_ARGUMENT for a side or
+/// a cell out of range.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_grid_direction(side: u32, cell: u32, direction: *mut [f32; 3]) -> Status {
+    answer(null_mut(), || {
+        if !(1..=WIS_MAX_GRID).contains(&side) {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        if cell >= side * side {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe { out(direction, 3)?.write(grid::centre(side, cell).to_array()) };
+        Ok(())
+    })
+}
+
+/// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) and their bilinear weights, which add
+/// up to 1. For pairs of directions, as a normal and the reflected direction, the 16 products of two weights
+/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_grid_cells(
+    side: u32,
+    wi: *const [f32; 3],
+    cell: *mut [u32; 4],
+    weights: *mut [f32; 4],
+) -> Status {
+    answer(null_mut(), || {
+        if !(1..=WIS_MAX_GRID).contains(&side) {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let wi = unit(*borrow(wi, 2)?).ok_or(Failure::new(Status::InvalidTransform, 2))?;
+            let (to_cell, to_weights) = (out(cell, 3)?, out(weights, 4)?);
+            let (cells, values) = grid::about(side, wi);
+            to_cell.write(cells);
+            to_weights.write(values);
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,75 @@
+//! The Haar transform in C.
+
+use crate::ffi::wavelets::check_grid;
+use crate::ffi::{Checked, Diagnostic, Failure, answer, slice_mut};
+use crate::status::Status;
+use crate::wavelets::{haar, morton};
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
+/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
+/// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
+/// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
+/// ranges.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_haar_forward(
+    dimensions: u32,
+    depth: u32,
+    count: usize,
+    values: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
+}
+
+/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_haar_inverse(
+    dimensions: u32,
+    depth: u32,
+    count: usize,
+    values: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
+}
+
+/// The largest number that is transformed.
+const LARGEST: f64 = 1e290;
+
+#[derive(Clone, Copy)]
+enum Direction {
+    Forward,
+    Inverse,
+}
+
+/// # Safety
+/// `values` is null or points to `count` elements.
+unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64, direction: Direction) -> Checked<()> {
+    check_grid(dimensions, depth)?;
+    if morton::cells(dimensions, depth) != Some(count) {
+        return Err(Failure::new(Status::InvalidArgument, 3));
+    }
+    // SAFETY: the caller's contract.
+    let values = unsafe { slice_mut(values, count, 4)? };
+    // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
+    if let Some(wrong) = values.iter().position(|value| !(-LARGEST..=LARGEST).contains(value)) {
+        return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
+    }
+    with_axes!(dimensions, 1, transform_axes(depth, values, direction))
+}
+
+fn transform_axes<const N: usize, const C: usize>(depth: u32, values: &mut [f64], direction: Direction) -> Checked<()> {
+    match direction {
+        Direction::Forward => haar::forward::<N, C>(depth, values)?,
+        Direction::Inverse => haar::inverse::<N, C>(depth, values)?,
+    }
+    Ok(())
+}

@@ -1,0 +1,59 @@
+//! The boundary of `wis_wavelets.h`.
+
+/// Calls a function for `N` axes and `C = 2^N` children.
+macro_rules! with_axes {
+    ($dimensions:expr, $argument:expr, $function:ident($($value:expr),*)) => {
+        match $dimensions {
+            1 => $function::<1, 2>($($value),*),
+            2 => $function::<2, 4>($($value),*),
+            3 => $function::<3, 8>($($value),*),
+            4 => $function::<4, 16>($($value),*),
+            _ => Err(Failure::new(Status::InvalidArgument, $argument)),
+        }
+    };
+}
+
+pub mod environment;
+pub mod grid;
+pub mod haar;
+pub mod product;
+pub mod products;
+pub mod table;
+pub mod tree;
+pub mod triple;
+pub mod visibility;
+
+mod density;
+
+use crate::ffi::{Checked, Diagnostic, Failure};
+use crate::simd::Level;
+use crate::status::Status;
+
+/// Checks the dimensions and the depth of a grid, which are the first two arguments.
+pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
+    if !(1..=4).contains(&dimensions) {
+        return Err(Failure::new(Status::InvalidArgument, 1));
+    }
+    if depth > crate::wavelets::tree::MAX_DEPTH {
+        return Err(Failure::new(Status::InvalidArgument, 2));
+    }
+    Ok(())
+}
+
+/// The level of the processor that wis_cpu_detect answered.
+///
+/// # Safety
+/// A number other than 0 was answered on this processor, if it was answered at all.
+#[inline(always)]
+pub(crate) unsafe fn level(code: u32, argument: u32) -> Checked<Level> {
+    // SAFETY: the caller's contract.
+    unsafe { Level::from_code(code) }.ok_or(Failure::new(Status::InvalidArgument, argument))
+}
+
+impl Failure {
+    /// The same failure, in an array of arrays: the number of the element becomes the column.
+    pub(crate) fn in_column(self) -> Failure {
+        let Diagnostic { y, .. } = self.diagnostic;
+        Failure { diagnostic: Diagnostic { x: y, y: 0, ..self.diagnostic }, ..self }
+    }
+}

@@ -1,0 +1,240 @@
+//! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
+
+use crate::ffi::wavelets::environment::{Environment, view};
+use crate::ffi::wavelets::product::{
+    Material, Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config,
+};
+use crate::ffi::wavelets::tree::{Tree, square_tree};
+use crate::ffi::{Checked, Diagnostic, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
+use crate::numeric::exp2i;
+use crate::sphere::unit;
+use crate::status::{Fault, Status};
+use crate::wavelets::lobe::Lobes;
+use crate::wavelets::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
+use crate::wavelets::reuse::Reuse;
+use crate::wavelets::table::{self as kernel, Between, Slice, WIS_MAX_SLICES};
+use crate::wavelets::tree::MAX_DEPTH;
+use core::ffi::c_void;
+use core::ptr::null_mut;
+use glam::Vec3;
+
+/// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
+/// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
+/// direction (wis_wavelet_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
+/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_table_eval tells.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Table {
+    /// sizeof(wis_wavelet_table).
+    pub size: u32,
+    /// Slices, 1 to WIS_MAX_SLICES; the paper has 16 and 32.
+    pub slice_count: u32,
+    /// The slices, trees of two axes (else WIS_INVALID_ARGUMENT) whose averages are floats (else WIS_OVERFLOW). Null for a
+    /// slice that was not built: the other one beside the view then stands in, and without both the answer is WIS_NOT_BUILT.
+    pub slice: *const *const Tree,
+    /// As `slice`, red, green and blue; three nulls: the table is grey, as its luminance says.
+    pub colour: [*const *const Tree; 3],
+}
+
+/// The directions at which a slice is to be evaluated: `wo`, three numbers, and 4^depth `wi`, in the order of the pixels
+/// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
+/// pixel, 1/2 for its centre. Average several places, and choose pixels (2 / 2^depth radians wide at the mirror direction) that
+/// are finer than the lobe: samples are as uneven as the lobe is inside a pixel. wi below the surface are given too. The stride is in bytes; 0: packed.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_wavelet_table_directions(
+    slice: u32,
+    slice_count: u32,
+    depth: u32,
+    offset: *const [f32; 2],
+    wo: *mut [f32; 3],
+    wi: *mut f32,
+    wi_stride: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract; indices stay below the count.
+        unsafe {
+            if !(1..=WIS_MAX_SLICES).contains(&slice_count) {
+                return Err(Failure::new(Status::InvalidArgument, 2));
+            }
+            if slice >= slice_count {
+                return Err(Failure::new(Status::InvalidArgument, 1));
+            }
+            if depth > MAX_DEPTH {
+                return Err(Failure::new(Status::InvalidArgument, 3));
+            }
+            let offset = borrow(offset, 4)?;
+            if !offset.iter().all(|x| (0.0..=1.0).contains(x)) {
+                return Err(Failure::new(Status::InvalidArgument, 4));
+            }
+            let target = out(wo, 5)?;
+            let side = 1usize << depth;
+            let wi = StridedMut::<3>::new(wi, wi_stride, side * side, 6)?;
+            let wo = kernel::view(slice, slice_count);
+            target.write(wo.to_array());
+            let pixel = 1.0 / side as f32;
+            for index in 0..side * side {
+                let (i, j) = (index >> depth, index & (side - 1));
+                let s = [(i as f32 + offset[0]) * pixel, (j as f32 + offset[1]) * pixel];
+                wi.write(index, kernel::light(wo, s).to_array());
+            }
+        }
+        Ok(())
+    })
+}
+
+/// As wis_query_eval, for a query with tabulated lobes: what the table means, in its colours.
+///
+/// # Safety
+/// Pointers are null or point to `count` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_wavelet_table_eval(
+    table: *const Table,
+    query: *const Query,
+    count: usize,
+    wi: *const f32,
+    wi_stride: usize,
+    f_cos: *mut f32,
+    f_cos_stride: usize,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (lobes, [red, green, blue]) = coloured((table, 1), (sized(query, 2)?, 2))?;
+            let rgb = |wi| lobes.coloured(wi, [&red, &green, &blue]);
+            evaluate(rgb, count, (wi, wi_stride), (f_cos, f_cos_stride), 4)?;
+        }
+        Ok(())
+    })
+}
+
+/// As wis_wavelet_product_prepare, for a query with tabulated lobes (WIS_WAVELET_LOBE_TABLE, weighted, beside others if there are). The
+/// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
+/// above 0 wherever the true BRDF may be, however coarse the table is.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_wavelet_product_prepare_table(
+    environment: *const Environment,
+    table: *const Table,
+    query: *const Query,
+    config: *const ProductConfig,
+    memory: *mut c_void,
+    bytes: usize,
+    product: *mut *const Product,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let environment = view(environment, 1)?;
+            let query = *sized(query, 3)?;
+            let (mut lobes, ..) = lobes((table, 2), (&query, 3))?;
+            let settings = read_config(config, 4)?;
+            lobes.widen(Reuse::new(settings.reuse_cone));
+            prepare(&environment, query, Material::Lobes(lobes), (&settings, 4), (memory, bytes), product)
+        }
+    })
+}
+
+/// As wis_wavelet_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_wavelet_table_estimate_rgb(
+    environment: *const Environment,
+    product: *const Product,
+    table: *const Table,
+    rgb: *mut [f64; 3],
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let target = out(rgb, 4)?;
+            let estimate = estimate_coloured(environment, product, |query| coloured((table, 3), (query, 2)))?;
+            target.write(estimate);
+        }
+        Ok(())
+    })
+}
+
+/// The lobes of a query with a table, and the table's channels as its view sees them.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn coloured<'a>(
+    (table, argument): (*const Table, u32),
+    query: (&Query, u32),
+) -> Checked<(Lobes<'a>, [kernel::Table<'a>; 3])> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (lobes, grey, between) = lobes((table, argument), query)?;
+        let table = sized(table, argument)?;
+        let mut channels = [lobes.seen(grey); 3];
+        if table.colour.iter().any(|channel| !channel.is_null()) {
+            for (channel, trees) in channels.iter_mut().zip(table.colour) {
+                let of_colour = |at: Failure| at.of(c"colour");
+                let trees = slice(trees, table.slice_count as usize, argument).map_err(of_colour)?;
+                *channel = lobes.seen(blend(trees, between, argument).map_err(of_colour)?);
+            }
+        }
+        Ok((lobes, channels))
+    }
+}
+
+/// The lobes of a query with the two slices of the table beside its view.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn lobes<'a>(
+    (table, table_argument): (*const Table, u32),
+    (query, query_argument): (&Query, u32),
+) -> Checked<(Lobes<'a>, kernel::Table<'a>, Between)> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let table = sized(table, table_argument)?;
+        if !(1..=WIS_MAX_SLICES).contains(&table.slice_count) {
+            return Err(Failure::fault(Fault::range(c"slice_count"), table_argument));
+        }
+        let of_slice = |at: Failure| at.of(c"slice");
+        let trees = slice(table.slice, table.slice_count as usize, table_argument).map_err(of_slice)?;
+        let direction = |v, field| unit(v).ok_or(Failure::fault(Fault::transform(field), query_argument));
+        let (normal, wo): (Vec3, Vec3) = (direction(query.normal, c"normal")?, direction(query.wo, c"wo")?);
+        let cosine = normal.dot(wo);
+        let above = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
+        let between = Between::new(above, table.slice_count);
+        let seen = blend(trees, between, table_argument).map_err(of_slice)?;
+        let lobes = Lobes::new(query, Some(seen)).map_err(|fault| Failure::fault(fault, query_argument))?;
+        Ok((lobes, seen, between))
+    }
+}
+
+/// The two slices beside a view; one that was not built is stood in for by the other.
+///
+/// # Safety
+/// The handles are null or point to trees of this version.
+unsafe fn blend<'a>(trees: &[*const Tree], between: Between, argument: u32) -> Checked<kernel::Table<'a>> {
+    let [low, high] = between.slices.map(|slice| trees.get(slice as usize).copied().unwrap_or(core::ptr::null()));
+    let low = if low.is_null() { high } else { low };
+    let high = if high.is_null() { low } else { high };
+    pointer(low, argument).map_err(|_| Failure::new(Status::NotBuilt, argument))?;
+    // SAFETY: the caller's contract.
+    let slices = unsafe { [read(low, argument)?, read(high, argument)?] };
+    Ok(kernel::Table::new(slices, between.share))
+}
+
+/// # Safety
+/// The handle points to a tree of this version.
+unsafe fn read<'a>(tree: *const Tree, argument: u32) -> Checked<Slice<'a>> {
+    // SAFETY: the caller's contract.
+    let (tree, exponent) = unsafe { square_tree(tree, argument)? };
+    // Its average is a float; one that is smaller than any counts as the smallest.
+    if exponent > 127 {
+        return Err(Failure::new(Status::Overflow, argument));
+    }
+    Ok(Slice { tree, scale: exp2i(exponent.max(-126)) as f32 })
+}

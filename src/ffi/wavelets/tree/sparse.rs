@@ -1,0 +1,411 @@
+//! Trees of sparse sets of wavelets in C, and products of such sets.
+
+use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, mean_of, publish};
+use crate::ffi::wavelets::check_grid;
+use crate::ffi::wavelets::triple::list;
+use crate::ffi::{
+    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice, slice_mut,
+};
+use crate::numeric::{exp2i, exponent};
+use crate::status::Status;
+use crate::wavelets::approximate;
+use crate::wavelets::sparse::{self, Details, Element, Set, Sparse, Unfit};
+use crate::wavelets::tree::{self, Link};
+use crate::wavelets::triple::Wavelets;
+use core::ffi::c_void;
+use core::ptr::null_mut;
+
+/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
+/// `error`, 0 or more.
+/// Costs 33 visits of each square.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: *mut u32) -> Status {
+    answer(null_mut(), || {
+        if error.is_nan() || error < 0.0 {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let object = Object::view(tree, 1)?;
+            let target = out(terms, 3)?;
+            target.write(with_axes!(object.header.dimensions, 1, terms_for(&object, error))?);
+        }
+        Ok(())
+    })
+}
+
+/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
+/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, terms: *mut u32) -> Status {
+    answer(null_mut(), || {
+        if threshold.is_nan() || threshold < 0.0 {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let object = Object::view(tree, 1)?;
+            let target = out(terms, 3)?;
+            target.write(with_axes!(object.header.dimensions, 1, terms_above(&object, threshold))?);
+        }
+        Ok(())
+    })
+}
+
+/// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sparse_select(
+    tree: *const Tree,
+    keep: u32,
+    kept: *mut Details,
+    kept_count: *mut u32,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let object = Object::view(tree, 1)?;
+            let (list, target) = (slice_mut(kept, keep as usize, 3)?, out(kept_count, 4)?);
+            target.write(with_axes!(object.header.dimensions, 1, largest(&object, keep, list))?);
+        }
+        Ok(())
+    })
+}
+
+/// # Safety
+/// The object is a tree of this version, of `N` axes; so for the two below.
+unsafe fn largest<const N: usize, const C: usize>(object: &Object, keep: u32, out: &mut [Details]) -> Checked<u32> {
+    // SAFETY: the caller's contract.
+    let tree = unsafe { object.tree::<C>() };
+    Ok(approximate::select(&tree, keep, object.header.exponent, out).map_err(|s| Failure::new(s, 1))? as u32)
+}
+
+/// # Safety
+/// As [`largest`].
+unsafe fn terms_for<const N: usize, const C: usize>(object: &Object, error: f64) -> Checked<u32> {
+    // SAFETY: the caller's contract.
+    Ok(approximate::terms(&unsafe { object.tree::<C>() }, error))
+}
+
+/// # Safety
+/// As [`largest`].
+unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold: f64) -> Checked<u32> {
+    // SAFETY: the caller's contract.
+    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, object.header.exponent))
+}
+
+/// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
+/// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
+/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
+/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
+/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
+/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
+/// undefined.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_multiply(
+    e_average: f64,
+    e_count: u32,
+    e: *const Wavelets,
+    f_average: f64,
+    f_count: u32,
+    f: *const Wavelets,
+    room: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+    average: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        for (argument, average) in [(1, e_average), (4, f_average)] {
+            if !average.is_finite() {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        // SAFETY: the caller's contract; the product does not overlap its factors.
+        unsafe {
+            let e = Sparse { average: e_average, wavelets: list(e, e_count, 3)? };
+            let f = Sparse { average: f_average, wavelets: list(f, f_count, 6)? };
+            let wavelets = slice_mut(wavelets, room as usize, 8)?;
+            let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
+            let product = sparse::multiply((2, e), (2, f), wavelets);
+            report::<Wavelets>(product, to_count, (to_average, 7))
+        }
+    })
+}
+
+/// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
+/// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
+/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_sparse_multiply(
+    n: u32,
+    m: u32,
+    e_average: f64,
+    e_count: u32,
+    e: *const Details,
+    f_average: f64,
+    f_count: u32,
+    f: *const Details,
+    room: u32,
+    product: *mut Details,
+    product_count: *mut u32,
+    average: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
+            if !(1..=most).contains(&axes) {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        for (argument, average) in [(3, e_average), (6, f_average)] {
+            if !average.is_finite() {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
+        }
+        // SAFETY: the caller's contract; the product does not overlap its factors.
+        unsafe {
+            let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
+            let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
+            let out_list = slice_mut(product, room as usize, 10)?;
+            let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
+            let product = sparse::multiply((n, e), (m, f), out_list);
+            report::<Details>(product, to_count, (to_average, 9))
+        }
+    })
+}
+
+/// Writes what a product of sets is; `room` is the argument that is at fault if there are more elements of `W`.
+///
+/// # Safety
+/// The pointers are those of the caller's results.
+unsafe fn report<W>(
+    product: core::result::Result<(f64, usize), Unfit>,
+    to_count: *mut u32,
+    (to_average, room): (*mut f64, u32),
+) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    let tell = |squares: u64| unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
+    match product {
+        Ok((mean, squares)) => {
+            tell(squares as u64);
+            // SAFETY: the caller's contract.
+            unsafe { to_average.write(mean) };
+            Ok(())
+        }
+        Err(Unfit::Room(squares)) => {
+            tell(squares);
+            let bytes = squares.saturating_mul(size_of::<W>() as u64);
+            Err(Failure::too_small(room, usize::try_from(bytes).unwrap_or(usize::MAX)))
+        }
+        Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),
+    }
+}
+
+/// A list of wavelets of some axes in order.
+///
+/// # Safety
+/// The pointer is null or points to `count` elements.
+unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
+    // SAFETY: the caller's contract.
+    let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
+    match sparse::disorder(list, axes) {
+        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
+        None => Ok(list),
+    }
+}
+
+/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_wavelets_size(
+    count: u32,
+    wavelets: *const Wavelets,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let squares = sparse::squares(2, list(wavelets, count, 2)?);
+            let stored = Stored::new(2, squares).ok_or(Failure::new(Status::Overflow, 1))?;
+            out(size, 3)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
+        }
+        Ok(())
+    })
+}
+
+/// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
+/// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
+/// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
+/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
+/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
+/// average is beyond a double. `info` may be null.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_wavelets(
+    average: f64,
+    count: u32,
+    wavelets: *const Wavelets,
+    least: f64,
+    memory: *mut c_void,
+    bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            check_average((average, 1), (least, 4))?;
+            let set = Set { average, wavelets: list(wavelets, count, 3)? };
+            check_results(tree, 7, info, 8)?;
+            let arguments = Arguments { count: 2, list: 3, memory: 5 };
+            let header = build::<_, 4>(set, least, (memory.cast(), bytes), &arguments)?;
+            publish(memory.cast_const().cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// The memory that wis_tree_of_details needs: exactly the bytes in use.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_details_size(
+    dimensions: u32,
+    count: u32,
+    details: *const Details,
+    size: *mut MemorySize,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        check_grid(dimensions, 0)?;
+        // SAFETY: the caller's contract.
+        unsafe {
+            let squares = sparse::squares(dimensions, self::details(details, count, dimensions, 3)?);
+            let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
+            out(size, 4)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
+        }
+        Ok(())
+    })
+}
+
+/// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; nobody else uses the block.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tree_of_details(
+    dimensions: u32,
+    average: f64,
+    count: u32,
+    details: *const Details,
+    least: f64,
+    memory: *mut c_void,
+    bytes: usize,
+    tree: *mut *const Tree,
+    info: *mut TreeInfo,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        check_grid(dimensions, 0)?;
+        // SAFETY: the caller's contract.
+        unsafe {
+            check_average((average, 2), (least, 5))?;
+            let set = Set { average, wavelets: self::details(details, count, dimensions, 4)? };
+            check_results(tree, 8, info, 9)?;
+            let (block, arguments) = ((memory.cast(), bytes), Arguments { count: 3, list: 4, memory: 6 });
+            let header = match dimensions {
+                1 => build::<_, 2>(set, least, block, &arguments)?,
+                2 => build::<_, 4>(set, least, block, &arguments)?,
+                3 => build::<_, 8>(set, least, block, &arguments)?,
+                _ => build::<_, 16>(set, least, block, &arguments)?,
+            };
+            publish(memory.cast_const().cast(), &header, tree, info);
+        }
+        Ok(())
+    })
+}
+
+/// Checks an average and a floor, each with its argument.
+fn check_average(average: (f64, u32), least: (f64, u32)) -> Checked<()> {
+    for ((value, argument), lowest) in [(average, f64::MIN), (least, 0.0)] {
+        if !(lowest..=f64::MAX).contains(&value) {
+            return Err(Failure::new(Status::InvalidArgument, argument));
+        }
+    }
+    Ok(())
+}
+
+/// Which arguments are at fault.
+struct Arguments {
+    count: u32,
+    list: u32,
+    memory: u32,
+}
+
+/// Writes the tree of a set.
+///
+/// # Safety
+/// The block is the caller's to write.
+unsafe fn build<W: Element, const C: usize>(
+    set: Set<W>,
+    least: f64,
+    (memory, bytes): (*mut u8, usize),
+    arguments: &Arguments,
+) -> Checked<Header> {
+    // -0 counts as 0, or it would be stored.
+    let least = if least > 0.0 { least } else { 0.0 };
+    let dimensions = C.trailing_zeros();
+    let squares = sparse::squares(dimensions, set.wavelets);
+    let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, arguments.count))?;
+    let block = ExclusiveBlock::new(memory, bytes, stored.bytes, arguments.memory)?;
+    // SAFETY: the caller's contract; the parts of the block do not overlap.
+    unsafe {
+        let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
+        let links = block.slice::<Link>(stored.links, 0, squares);
+        let raised = if set.average > least { set.average } else { least };
+        let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
+        let mean = sparse::to_tree(set, least, exp2i(-power), kept, links);
+        let depth = sparse::depth(set.wavelets);
+        tree::Tree::sparse(depth, mean as f32, kept, links)
+            .map_err(|_| Failure::new(Status::InvalidArgument, arguments.list))?;
+        let mut header = Header {
+            magic: MAGIC,
+            bytes: stored.bytes as u64,
+            content_id: 0,
+            mean: mean_of(mean, power, power, arguments.list)?,
+            error: 0.0,
+            dimensions,
+            depth,
+            squares: squares as u32,
+            exponent: power,
+            average: mean as f32,
+            reserved: 0,
+        };
+        header.content_id = header.content_id(&tree::Tree::trusted(depth, mean as f32, kept, links));
+        memory.cast::<Header>().write(header);
+        Ok(header)
+    }
+}

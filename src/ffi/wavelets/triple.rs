@@ -1,0 +1,247 @@
+//! Tripling coefficients and triple product integrals in C.
+
+use crate::ffi::wavelets::tree::{Tree, in_units, square_tree};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, slice, slice_mut};
+use crate::numeric::exp2i;
+use crate::status::Status;
+use crate::wavelets::approximate;
+use crate::wavelets::combine::WIS_MAX_BLEND;
+use crate::wavelets::triple::{self, Quadtree, Wavelets};
+use crate::wavelets::tripling::{self, BasisFunction};
+use core::ptr::null_mut;
+
+/// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
+/// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
+/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
+/// out of range.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_tripling_coefficient(
+    n: u32,
+    m: u32,
+    i: *const BasisFunction,
+    j: *const BasisFunction,
+    k: *const BasisFunction,
+    coefficient: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        if !(1..=4).contains(&n) {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        if !(1..=n).contains(&m) {
+            return Err(Failure::new(Status::InvalidArgument, 2));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let function = |pointer, dimensions: u32, argument| -> Checked<&BasisFunction> {
+                let function: &BasisFunction = borrow(pointer, argument)?;
+                let valid = function.is_valid(dimensions as usize);
+                if valid { Ok(function) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
+            };
+            let functions = [function(i, n, 3)?, function(j, n, 4)?, function(k, m, 5)?];
+            out(coefficient, 6)?.write(tripling::generalised(n as usize, m as usize, functions).to_f64());
+        }
+        Ok(())
+    })
+}
+
+/// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
+/// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the
+/// relative error is at most 2e-7. WIS_OVERFLOW if it is beyond a double. Costs one visit of each square that two of the trees
+/// keep. For the six faces of a cube map, or three channels, add up as many calls.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_integral(
+    brdf: *const Tree,
+    light: *const Tree,
+    visibility: *const Tree,
+    integral: *mut f64,
+) -> Status {
+    answer(null_mut(), || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let trees = [square_tree(brdf, 1)?, square_tree(light, 2)?, square_tree(visibility, 3)?];
+            let target = out(integral, 4)?;
+            let sum = triple::integral([&trees[0].0, &trees[1].0, &trees[2].0]);
+            target.write(in_units(sum, &trees.map(|(_, exponent)| exponent), 4)?);
+        }
+        Ok(())
+    })
+}
+
+/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
+/// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
+/// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
+/// undefined. Costs 33 visits of each square: do it when the function is built.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_select(
+    tree: *const Tree,
+    keep: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (tree, exponent) = square_tree(tree, 1)?;
+            let wavelets = slice_mut(wavelets, keep as usize, 3)?;
+            let target = out(wavelet_count, 4)?;
+            let squares = approximate::select(&tree, keep, exponent, wavelets);
+            target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
+        }
+        Ok(())
+    })
+}
+
+/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_select_squares(
+    tree: *const Tree,
+    keep: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let (tree, exponent) = square_tree(tree, 1)?;
+            let wavelets = slice_mut(wavelets, keep as usize, 3)?;
+            let target = out(wavelet_count, 4)?;
+            let squares = approximate::select_squares(&tree, keep, exponent, wavelets);
+            target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
+        }
+        Ok(())
+    })
+}
+
+/// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
+/// BRDF meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's
+/// wavelet is kept. `brdf_average`: the BRDF's mean over the square, finite; both lists as wis_triple_select writes
+/// them (WIS_INVALID_ARGUMENT if they are out of order; `y` in the diagnostic is the first element that is). The exact
+/// integral, but for rounding, if nothing was dropped. An integral that is 0 or small may come out below 0, by what was
+/// dropped or by rounding. WIS_OVERFLOW if it is beyond a double. Costs a few steps down the trees for each element,
+/// whatever the resolution.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_sublinear(
+    brdf_average: f64,
+    brdf_count: u32,
+    brdf: *const Wavelets,
+    light_count: u32,
+    kept_light: *const Wavelets,
+    light: *const Tree,
+    visibility: *const Tree,
+    integral: *mut f64,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
+            let (visible, exponent) = square_tree(visibility, 7)?;
+            sublinear(lists, light, (&visible, exponent), integral)
+        }
+    })
+}
+
+/// As wis_triple_sublinear, for every kind of visibility, which the caller has opened.
+///
+/// # Safety
+/// As wis_triple_sublinear.
+pub(super) unsafe fn sublinear<V: Quadtree>(
+    (brdf_average, brdf, kept): (f64, (*const Wavelets, u32), (*const Wavelets, u32)),
+    light: *const Tree,
+    (visible, visible_exponent): (&V, i32),
+    integral: *mut f64,
+) -> Checked<()> {
+    if !brdf_average.is_finite() {
+        return Err(Failure::new(Status::InvalidArgument, 1));
+    }
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
+        let (light, exponent) = square_tree(light, 6)?;
+        let target = out(integral, 8)?;
+        let kept = triple::Scaled { wavelets: kept, scale: exp2i(-exponent) };
+        let sum = triple::sublinear(brdf_average, brdf, kept, &light, visible);
+        target.write(in_units(sum, &[exponent, visible_exponent], 8)?);
+    }
+    Ok(())
+}
+
+/// A list of wavelets in order.
+///
+/// # Safety
+/// The pointer is null or points to `count` elements.
+pub(super) unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u32) -> Checked<&'a [Wavelets]> {
+    // SAFETY: the caller's contract.
+    let list: &[Wavelets] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
+    match triple::disorder(list) {
+        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
+        None => Ok(list),
+    }
+}
+
+/// The weighted sum of up to WIS_MAX_BLEND approximations: a BRDF between tabulated ones, as the 16 nearest pairs of normal
+/// and reflected direction give it (Ng et al. 2004, Section 7.1.2; wis_grid_cells). `list`: as wis_triple_select writes them,
+/// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
+/// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
+/// WIS_OVERFLOW if a detail is beyond a float. `wavelets` is undefined after both. Averages are blended with the same weights.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_triple_blend(
+    count: u32,
+    list: *const *const Wavelets,
+    list_count: *const u32,
+    weight: *const f64,
+    room: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    answer(diagnostic, || {
+        let count = count as usize;
+        if count > WIS_MAX_BLEND {
+            return Err(Failure::new(Status::InvalidArgument, 1));
+        }
+        // SAFETY: the caller's contract.
+        unsafe {
+            let target = out(wavelet_count, 7)?;
+            let mut lists = [&[] as &[Wavelets]; WIS_MAX_BLEND];
+            let mut weights = [0.0; WIS_MAX_BLEND];
+            if count > 0 {
+                let (handles, counts) = (slice(list, count, 2)?, slice(list_count, count, 3)?);
+                let given = slice(weight, count, 4)?;
+                if let Some(wrong) = given.iter().position(|weight| !weight.is_finite()) {
+                    return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
+                }
+                weights.iter_mut().zip(given).for_each(|(slot, weight)| *slot = *weight);
+                for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
+                    *slot = self::list(*handle, *count, 2).map_err(|at| at.in_column().in_row(2, k))?;
+                }
+            }
+            let wavelets = slice_mut(wavelets, room as usize, 6)?;
+            let squares = triple::blend(&lists, &weights, wavelets).map_err(|status| Failure::new(status, 4))?;
+            target.write(squares as u32);
+            let needed = squares * size_of::<Wavelets>();
+            if squares > wavelets.len() { Err(Failure::too_small(5, needed)) } else { Ok(()) }
+        }
+    })
+}

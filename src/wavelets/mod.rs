@@ -1,0 +1,33 @@
+//! Wavelet importance sampling (Clarberg et al. 2005) and triple product wavelet integrals (Ng et al. 2004).
+//!
+//! The environment as a fixed-depth sparse tree over the octahedral square, BRDFs as lobes or sparse tables, their product at a
+//! shading point, the in-place kD warp, and products and integrals of any sets of wavelets. A file imports only what stands
+//! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`, `combine`, `descent`, `wide`,
+//! `environment`, `query`, `reuse`, `table`, `lobe`, `product`, `sampler`, `tripling`, `triple`, `sparse`, `approximate`,
+//! `visibility`, `grid`, `rotated`.
+
+pub mod approximate;
+pub mod combine;
+pub mod descent;
+pub mod environment;
+pub mod grid;
+pub mod haar;
+pub mod image;
+pub mod inner;
+pub mod lobe;
+pub mod morton;
+pub mod product;
+pub mod prune;
+pub mod query;
+pub mod reuse;
+pub mod rotated;
+pub mod sampler;
+pub mod sparse;
+pub mod split;
+pub mod table;
+pub mod tree;
+pub mod triple;
+pub mod tripling;
+pub mod visibility;
+pub mod warp;
+pub mod wide;

@@ -1,0 +1,412 @@
+//! Triple product integrals: of BRDF x light x visibility over a square, from their wavelets.
+//!
+//! Ng et al. 2004, "Triple Product Wavelet Integrals for All-Frequency Relighting", Section 5. Wavelets of one square
+//! meet in three ways: all three differ (the signs multiply to 1), or two are equal and the third function is constant on
+//! the square, where it has the average that the paper calls a parent sum. In value space (coefficients times 2^level)
+//! there are no other factors than the area of the square. Averages are what our trees store, so parent sums cost
+//! nothing; [`direct`] adds them up from the ancestors' wavelets as the paper's first algorithm does. [`integral`] visits
+//! the squares of the paper's linear algorithm, but sums products of averages where no two functions vary any more: the
+//! sum of what wavelets add cancels, and may be below 0 where the product is 0 everywhere.
+
+use crate::numeric::{inverse_power, is_float};
+use crate::status::{Result, Status};
+use crate::wavelets::combine::WIS_MAX_BLEND;
+use crate::wavelets::haar::analyse;
+use crate::wavelets::morton::MAX_DEPTH;
+use crate::wavelets::tree::Tree;
+use core::ops::{Add, Mul};
+
+/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
+/// and squares before those inside them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wavelets {
+    /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
+    pub position: u32,
+    /// The square has the width 2^-level.
+    pub level: u32,
+    /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
+    /// those that were dropped.
+    pub detail: [f32; 3],
+}
+
+impl Wavelets {
+    /// Whether `other` lies in this square and is smaller.
+    fn holds(&self, other: &Wavelets) -> bool {
+        self.level < other.level && (self.position ^ other.position) >> shift(self.level) == 0
+    }
+
+    /// The child that contains a smaller square.
+    fn child_towards(&self, other: &Wavelets) -> u32 {
+        other.position >> shift(self.level + 1) & 3
+    }
+
+    /// What comes first in depth-first order.
+    fn key(&self) -> (u32, u32) {
+        (self.position, self.level)
+    }
+
+    fn details(&self) -> [f64; 3] {
+        self.detail.map(f64::from)
+    }
+}
+
+/// Bits of a position below those of a level.
+fn shift(level: u32) -> u32 {
+    (2 * MAX_DEPTH.saturating_sub(level)) & 31
+}
+
+/// Whether a list is in order, of squares on the grid, with numbers.
+pub fn is_ordered(list: &[Wavelets]) -> bool {
+    disorder(list).is_none()
+}
+
+/// The first element of a list that is not on the grid, no number, or not behind the one before it.
+pub fn disorder(list: &[Wavelets]) -> Option<usize> {
+    let on_grid = |w: &Wavelets| {
+        let inside = u64::from(w.position) < 1 << (2 * MAX_DEPTH) && w.level < MAX_DEPTH;
+        inside
+            && w.position.trailing_zeros().min(2 * MAX_DEPTH) >= shift(w.level)
+            && w.detail.iter().all(|d| d.is_finite())
+    };
+    first_fault(list, on_grid, Wavelets::key)
+}
+
+/// The first element that is not sound, or not behind the one before it.
+pub(crate) fn first_fault<T, K: PartialOrd>(
+    list: &[T],
+    is_sound: impl Fn(&T) -> bool,
+    key: impl Fn(&T) -> K,
+) -> Option<usize> {
+    let mut before = None;
+    list.iter().position(|element| {
+        let (last, here) = (before.take(), key(element));
+        let behind = last.is_none_or(|last| last < here);
+        before = Some(here);
+        !behind || !is_sound(element)
+    })
+}
+
+/// A function on a square: its average and its details.
+type Square = [f64; 4];
+
+/// What the wavelets of a square add to the integral of three functions, each its average and its details, but for the
+/// square's area: one product for each order of three different ones, and for each wavelet that two functions share the
+/// average of the third. 21 multiplications and 14 additions; the paper's form has 34 and 24. Generic, so that a test can
+/// count them.
+#[inline(always)]
+pub fn meet<T: Copy + Add<Output = T> + Mul<Output = T>>(p: [T; 4], l: [T; 4], v: [T; 4]) -> T {
+    let different =
+        p[1] * (l[2] * v[3] + l[3] * v[2]) + p[2] * (l[1] * v[3] + l[3] * v[1]) + p[3] * (l[1] * v[2] + l[2] * v[1]);
+    let shared = |a: [T; 4], b: [T; 4]| a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    different + p[0] * shared(l, v) + l[0] * shared(p, v) + v[0] * shared(p, l)
+}
+
+fn area(level: u32) -> f64 {
+    f64::from(inverse_power(2 * level))
+}
+
+/// A square during a walk through three trees: where each tree has one, and the averages.
+#[derive(Clone, Copy, Default)]
+struct Visit {
+    squares: [Option<u32>; 3],
+    averages: [f64; 3],
+    level: u32,
+}
+
+impl Visit {
+    fn root(trees: [&Tree<4>; 3]) -> Visit {
+        let averages = trees.map(|tree| f64::from(tree.average()));
+        Visit { squares: trees.map(|tree| tree.root_square()), averages, level: 0 }
+    }
+
+    /// The functions on the square; where a tree has ended its function is constant.
+    fn functions(&self, trees: [&Tree<4>; 3]) -> [Square; 3] {
+        let mut functions = [[0.0; 4]; 3];
+        for (k, function) in functions.iter_mut().enumerate() {
+            *function = match self.squares[k] {
+                Some(square) => analyse(trees[k].children(square).map(f64::from)),
+                None => [self.averages[k], 0.0, 0.0, 0.0],
+            };
+        }
+        functions
+    }
+
+    fn child(&self, trees: [&Tree<4>; 3], c: u32) -> Visit {
+        let mut child = Visit { level: self.level + 1, ..*self };
+        for (tree, (square, average)) in trees.iter().zip(child.squares.iter_mut().zip(&mut child.averages)) {
+            if let Some(here) = *square {
+                *average = f64::from(tree.children(here)[c as usize & 3]);
+                *square = tree.child_square(here, c);
+            }
+        }
+        child
+    }
+
+    /// Whether wavelets of two functions may meet here or below.
+    fn is_shared(&self) -> bool {
+        self.level < MAX_DEPTH && self.squares.iter().flatten().count() >= 2
+    }
+}
+
+/// Squares that wait during a depth-first walk: three beside each on the path.
+const WAITING: usize = 3 * MAX_DEPTH as usize + 4;
+
+/// The integral over the unit square of the product of three trees. One visit of each square that two of them keep; on its
+/// children that no two keep, the product of averages is exact. No term is negative, so the relative error is that of the
+/// stored averages, 3 2^-24 at most.
+pub fn integral(trees: [&Tree<4>; 3]) -> f64 {
+    let product = |visit: &Visit| area(visit.level) * (visit.averages[0] * visit.averages[1] * visit.averages[2]);
+    let root = Visit::root(trees);
+    if !root.is_shared() {
+        return product(&root);
+    }
+    let mut waiting = [Visit::default(); WAITING];
+    let (mut count, mut sum) = (0usize, 0.0);
+    let mut next = Some(root);
+    while let Some(visit) = next {
+        for c in (0..4).rev() {
+            let child = visit.child(trees, c);
+            if !child.is_shared() {
+                sum += product(&child);
+            } else if let Some(slot) = waiting.get_mut(count) {
+                *slot = child;
+                count += 1;
+            }
+        }
+        count = count.wrapping_sub(1);
+        next = waiting.get(count).copied();
+    }
+    sum
+}
+
+/// As [`integral`], with averages summed up from the ancestors' wavelets at every square: the paper's N log N algorithm.
+pub fn direct(trees: [&Tree<4>; 3]) -> f64 {
+    let root = Visit::root(trees);
+    let averages = root.averages;
+    let mut sum = averages[0] * averages[1] * averages[2];
+    // The functions and the child taken at each level of the path.
+    let mut path = [([[0.0; 4]; 3], 0u32); MAX_DEPTH as usize];
+    let mut open = [(Visit::default(), 0u32); WAITING];
+    let mut count = 0usize;
+    if root.is_shared() {
+        (open[0], count) = ((root, 0), 1);
+    }
+    while let Some(&(visit, own)) = count.checked_sub(1).and_then(|top| open.get(top)) {
+        count -= 1;
+        if let Some(slot) = (visit.level as usize).checked_sub(1).and_then(|above| path.get_mut(above)) {
+            slot.1 = own;
+        }
+        let mut here = visit.functions(trees);
+        for (k, function) in here.iter_mut().enumerate() {
+            let above = path.iter().take(visit.level as usize);
+            function[0] = above.fold(averages[k], |sum, (squares, c)| sum + value(squares[k], *c) - squares[k][0]);
+        }
+        sum += area(visit.level) * meet(here[0], here[1], here[2]);
+        if let Some(slot) = path.get_mut(visit.level as usize) {
+            slot.0 = here;
+        }
+        for c in (0..4).rev() {
+            let child = visit.child(trees, c);
+            if child.is_shared() {
+                if let Some(slot) = open.get_mut(count) {
+                    *slot = (child, c);
+                    count += 1;
+                }
+            }
+        }
+    }
+    sum
+}
+
+/// A function's average on child `c` of a square.
+fn value(square: Square, c: u32) -> f64 {
+    let sign = |f: u32| if (f & c).count_ones() % 2 == 1 { -1.0 } else { 1.0 };
+    square[0] + (sign(1) * square[1] + sign(2) * square[2] + sign(3) * square[3])
+}
+
+/// Averages over nested squares, as the sublinear algorithm asks for them.
+pub trait Quadtree {
+    /// The average over the whole square.
+    fn average(&self) -> f32;
+    /// The square itself; `None` if the function is constant.
+    fn root_square(&self) -> Option<u32>;
+    /// The averages of the children of a square.
+    fn children(&self, square: u32) -> [f32; 4];
+    /// The square of a child; `None` if the function is constant there.
+    fn child_square(&self, square: u32, c: u32) -> Option<u32>;
+}
+
+impl Quadtree for Tree<'_, 4> {
+    #[inline(always)]
+    fn average(&self) -> f32 {
+        Tree::average(self)
+    }
+
+    #[inline(always)]
+    fn root_square(&self) -> Option<u32> {
+        Tree::root_square(self)
+    }
+
+    #[inline(always)]
+    fn children(&self, square: u32) -> [f32; 4] {
+        Tree::children(self, square)
+    }
+
+    #[inline(always)]
+    fn child_square(&self, square: u32, c: u32) -> Option<u32> {
+        Tree::child_square(self, square, c)
+    }
+}
+
+/// Looks up a function on squares that come in depth-first order: the way down to the last one is kept, and only what
+/// differs is walked again.
+struct Cursor<'a, Q> {
+    tree: &'a Q,
+    /// The square of the tree at each level of the way, and the average on the cell of that level.
+    way: [(Option<u32>, f64); MAX_DEPTH as usize + 1],
+    last: Wavelets,
+}
+
+impl<'a, Q: Quadtree> Cursor<'a, Q> {
+    fn new(tree: &'a Q) -> Self {
+        let root = (tree.root_square(), f64::from(tree.average()));
+        Cursor { tree, way: [root; MAX_DEPTH as usize + 1], last: Wavelets::default() }
+    }
+
+    fn look_up(&mut self, wavelets: &Wavelets) -> Square {
+        let differing = u32::BITS - (wavelets.position ^ self.last.position).leading_zeros();
+        let common = (MAX_DEPTH - differing.div_ceil(2).min(MAX_DEPTH)).min(self.last.level).min(wavelets.level);
+        let (mut square, mut average) = self.way.get(common as usize).copied().unwrap_or_default();
+        for level in common..wavelets.level {
+            if let Some(here) = square {
+                let c = wavelets.position >> shift(level + 1) & 3;
+                average = f64::from(self.tree.children(here)[c as usize & 3]);
+                square = self.tree.child_square(here, c);
+            }
+            if let Some(slot) = self.way.get_mut(level as usize + 1) {
+                *slot = (square, average);
+            }
+        }
+        self.last = *wavelets;
+        match square {
+            Some(here) => analyse(self.tree.children(here).map(f64::from)),
+            None => [average, 0.0, 0.0, 0.0],
+        }
+    }
+}
+
+/// An approximation in the units of the input: its details times `scale` are those of a stored tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Scaled<'a> {
+    /// In order.
+    pub wavelets: &'a [Wavelets],
+    /// A power of two.
+    pub scale: f64,
+}
+
+/// The integral with approximations of BRDF and light: the sublinear algorithm. Wavelets of the BRDF meet the exact light
+/// and visibility; light and visibility that share a wavelet meet the approximate BRDF, for the wavelets of the light
+/// that are kept. Exact if nothing was dropped. Costs a few steps down the trees for each square that is kept.
+///
+/// Both lists in order ([`is_ordered`]); `average` is that of the BRDF over the square.
+pub fn sublinear<V: Quadtree>(
+    average: f64,
+    brdf: &[Wavelets],
+    kept_light: Scaled,
+    light: &Tree<4>,
+    visible: &V,
+) -> f64 {
+    let mut sum = average * f64::from(light.average()) * f64::from(visible.average());
+    let (mut of_light, mut of_visible) = (Cursor::new(light), Cursor::new(visible));
+    for wavelets in brdf {
+        let v = of_visible.look_up(wavelets);
+        // Half of all squares lie below the horizon.
+        if v == [0.0; 4] {
+            continue;
+        }
+        let l = of_light.look_up(wavelets);
+        let [a, b, c] = wavelets.details();
+        sum += area(wavelets.level) * meet([0.0, a, b, c], l, v);
+    }
+    let mut above = Ancestors::new(average, brdf);
+    let mut of_visible = Cursor::new(visible);
+    for wavelets in kept_light.wavelets {
+        let [_, a, b, c] = of_visible.look_up(wavelets);
+        if [a, b, c] == [0.0; 3] {
+            continue;
+        }
+        let parents = above.average_on(wavelets) * kept_light.scale;
+        let [l1, l2, l3] = wavelets.details();
+        sum += area(wavelets.level) * parents * (l1 * a + l2 * b + l3 * c);
+    }
+    sum
+}
+
+/// The averages of an approximation on squares that come in depth-first order: lazy parent sums without a table. The
+/// squares of the approximation that hold the present one stand on a stack.
+struct Ancestors<'a> {
+    average: f64,
+    rest: &'a [Wavelets],
+    stack: [(Wavelets, f64); MAX_DEPTH as usize],
+    depth: usize,
+}
+
+impl<'a> Ancestors<'a> {
+    fn new(average: f64, list: &'a [Wavelets]) -> Self {
+        Ancestors { average, rest: list, stack: [(Wavelets::default(), 0.0); MAX_DEPTH as usize], depth: 0 }
+    }
+
+    fn average_on(&mut self, wavelets: &Wavelets) -> f64 {
+        while let Some((next, rest)) = self.rest.split_first().filter(|(next, _)| next.key() < wavelets.key()) {
+            self.rest = rest;
+            let average = self.value(next);
+            if let Some(slot) = self.stack.get_mut(self.depth) {
+                *slot = (*next, average);
+                self.depth += 1;
+            }
+        }
+        self.value(wavelets)
+    }
+
+    /// The average on a square, after those that do not hold it have left the stack.
+    fn value(&mut self, wavelets: &Wavelets) -> f64 {
+        while let Some((top, average)) = self.depth.checked_sub(1).and_then(|top| self.stack.get(top)) {
+            if top.holds(wavelets) {
+                let [a, b, c] = top.details();
+                return value([*average, a, b, c], top.child_towards(wavelets));
+            }
+            self.depth -= 1;
+        }
+        self.average
+    }
+}
+
+/// The weighted sum of approximations, each in order, as one in order: interpolation between tabulated BRDFs, wavelet by
+/// wavelet. Writes it to `out` as far as there is room, and answers how many squares it has.
+///
+/// # Errors
+/// [`Status::Overflow`] for a sum that is no float.
+pub fn blend(lists: &[&[Wavelets]], weights: &[f64], out: &mut [Wavelets]) -> Result<usize> {
+    let mut rest = [&[] as &[Wavelets]; WIS_MAX_BLEND];
+    rest.iter_mut().zip(lists.iter().zip(weights)).for_each(|(rest, (list, _))| *rest = list);
+    let mut count = 0;
+    while let Some(next) = rest.iter().filter_map(|list| list.first()).min_by_key(|next| next.key()).copied() {
+        let mut detail = [0.0f64; 3];
+        for (list, weight) in rest.iter_mut().zip(weights) {
+            let Some((first, behind)) = list.split_first().filter(|(first, _)| first.key() == next.key()) else {
+                continue;
+            };
+            detail.iter_mut().zip(first.details()).for_each(|(sum, d)| *sum += weight * d);
+            *list = behind;
+        }
+        if !detail.iter().all(|d| is_float(*d)) {
+            return Err(Status::Overflow);
+        }
+        if let Some(slot) = out.get_mut(count) {
+            *slot = Wavelets { detail: detail.map(|d| d as f32), ..next };
+        }
+        count += 1;
+    }
+    Ok(count)
+}

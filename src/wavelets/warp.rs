@@ -1,0 +1,297 @@
+//! The warp of uniform points into the distribution that a tree stores: sample, pdf and invert of one point,
+//! and the in-place warp of a whole batch.
+//!
+//! Clarberg et al. 2005, "Wavelet Importance Sampling", Section 4.2 and Fig. 5: each square splits its points
+//! in one axis after another by the masses of the halves. Every split is an increasing bijection, so is the
+//! whole warp; its Jacobian is 1 / pdf, and well-spread points stay well spread.
+
+use crate::numeric::{max, min};
+use crate::status::{Result, Status};
+use crate::wavelets::split::Splits;
+pub use crate::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
+use crate::wavelets::tree::{MAX_DEPTH, Tree};
+
+/// The coordinate of offset `u` in [0, 1) inside cell `t` of 2^depth cells, rounded so that it stays in the
+/// half-open cell (t + u would else round up to the next one).
+#[inline]
+pub fn place(t: u32, u: f32, depth: u32) -> f32 {
+    let width = cell_width(depth);
+    let first = t as f32 * width;
+    let end = f32::from_bits(((t as f32 + 1.0) * width).to_bits().wrapping_sub(1));
+    min(max((t as f32 + u) * width, first), end)
+}
+
+/// The cell of 2^depth cells (depth at most 23) that contains coordinate `y` in [0, 1), and the offset inside
+/// it: the inverse of [`place`].
+#[inline]
+pub fn locate(y: f32, depth: u32) -> (u32, f32) {
+    let scaled = y * (1u32 << (depth & 31)) as f32;
+    let t = scaled as u32;
+    (t, scaled - t as f32)
+}
+
+fn cell_width(depth: u32) -> f32 {
+    1.0 / (1u32 << (depth & 31)) as f32
+}
+
+/// What the warp descends: nodes with one mass per child, to a fixed depth. Where a node has no child node the
+/// density is constant down to that depth.
+pub trait Hierarchy<const C: usize> {
+    /// A node with children.
+    type Node: Copy;
+    /// Cells per axis are 2^depth; at most [`MAX_DEPTH`].
+    fn depth(&self) -> u32;
+    /// Whether the whole has any mass.
+    fn has_mass(&self) -> bool;
+    /// The node of the unit cube; `None` where the density is constant.
+    fn root(&self) -> Option<Self::Node>;
+    /// The masses of the children, each in [0, 2^120], in one unit.
+    fn masses(&self, node: Self::Node) -> [f32; C];
+    /// The node of child `c`; `None` where the density is constant.
+    fn child(&self, node: Self::Node, c: u32) -> Option<Self::Node>;
+}
+
+impl<const C: usize> Hierarchy<C> for Tree<'_, C> {
+    type Node = u32;
+
+    fn depth(&self) -> u32 {
+        Tree::depth(self)
+    }
+
+    fn has_mass(&self) -> bool {
+        self.average() > 0.0
+    }
+
+    fn root(&self) -> Option<u32> {
+        self.root_square()
+    }
+
+    fn masses(&self, square: u32) -> [f32; C] {
+        self.children(square)
+    }
+
+    fn child(&self, square: u32, c: u32) -> Option<u32> {
+        self.child_square(square, c)
+    }
+}
+
+/// A point of the unit cube and its density with respect to the cube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<const N: usize> {
+    /// Coordinates in [0, 1), axis 1 first.
+    pub point: [f32; N],
+    /// The density there; its integral over the cube is 1.
+    pub pdf: f32,
+}
+
+/// Warps `u` (clamped by [`clamp_u`]) into the distribution. `None` if the whole has no mass.
+pub fn sample<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, u: [f32; N]) -> Option<Sample<N>> {
+    const { assert!(C == 1 << N, "a square of n axes has 2^n children") };
+    if !hierarchy.has_mass() {
+        return None;
+    }
+    let (point, pdf) = descend(hierarchy, hierarchy.root(), Cell::UNIT, u.map(clamp_u));
+    Some(Sample { point, pdf })
+}
+
+/// Warps the point at offset `u` inside `cell`, whose node is `node`: the point of the cube, and its density times
+/// the volume of the cell over the probability of the cell.
+#[inline]
+fn descend<const C: usize, const N: usize, H: Hierarchy<C>>(
+    hierarchy: &H,
+    node: Option<H::Node>,
+    cell: Cell<N>,
+    u: [f32; N],
+) -> ([f32; N], f32) {
+    let (mut node, mut cell, mut u, mut pdf) = (node, cell, u, 1.0);
+    while let (Some(here), true) = (node, cell.level < hierarchy.depth()) {
+        let child = Splits::new(hierarchy.masses(here)).take(&mut u, &mut pdf);
+        cell = cell.child(child);
+        node = hierarchy.child(here, child);
+    }
+    (cell.place(u, hierarchy.depth()), pdf)
+}
+
+/// The density at a point, coordinates clamped by [`clamp_u`]: the bits that [`sample`] returns with it.
+pub fn pdf<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point: [f32; N]) -> f32 {
+    const { assert!(C == 1 << N, "a square of n axes has 2^n children") };
+    if !hierarchy.has_mass() {
+        return 0.0;
+    }
+    let depth = hierarchy.depth();
+    let cells = point.map(|y| locate(clamp_u(y), depth).0);
+    let mut pdf = 1.0;
+    let mut node = hierarchy.root();
+    for level in 0..depth {
+        let Some(here) = node else { break };
+        let child = child_of(cells, depth - 1 - level);
+        Splits::new(hierarchy.masses(here)).multiply_density::<N>(child, &mut pdf);
+        node = hierarchy.child(here, child);
+    }
+    pdf
+}
+
+/// The u that [`sample`] warps to `point` (coordinates clamped by [`clamp_u`]), within (16 + 2^depth P) 2^-24 in an
+/// axis whose split probabilities on the way have the product P.
+///
+/// # Errors
+/// [`Status::ZeroDensity`] where the density is 0.
+pub fn invert<const C: usize, const N: usize, H: Hierarchy<C>>(hierarchy: &H, point: [f32; N]) -> Result<[f32; N]> {
+    let point = point.map(clamp_u);
+    if pdf(hierarchy, point) <= 0.0 {
+        return Err(Status::ZeroDensity);
+    }
+    let depth = hierarchy.depth();
+    let cells = point.map(|y| locate(y, depth).0);
+    let mut path = [None; MAX_DEPTH as usize];
+    let mut leaf_level = 0;
+    let mut node = hierarchy.root();
+    for (level, step) in (0..depth).zip(&mut path) {
+        let Some(here) = node else { break };
+        let child = child_of(cells, depth - 1 - level);
+        *step = Some((here, child));
+        node = hierarchy.child(here, child);
+        leaf_level = level + 1;
+    }
+    let mut u = point.map(|y| locate(y, leaf_level).1);
+    for (here, child) in path.iter().rev().flatten() {
+        Splits::new(hierarchy.masses(*here)).undo(*child, &mut u);
+    }
+    Ok(u)
+}
+
+/// Warps a batch in place: splits the points of each square by its masses as quicksort does, then goes down with
+/// each side. `points` and `index` are permuted alike; as a set, the points are those that [`sample`] gives one by
+/// one, to the bit. Afterwards points of one cell stand together.
+///
+/// # Errors
+/// [`Status::InvalidArgument`] if the lengths differ, [`Status::ZeroDensity`] if the whole has no mass; nothing is
+/// changed then.
+pub fn warp_in_place<const C: usize, const N: usize, H: Hierarchy<C>>(
+    hierarchy: &H,
+    points: &mut [[f32; N]],
+    index: &mut [u32],
+) -> Result<()> {
+    const { assert!(C == 1 << N, "a square of n axes has 2^n children") };
+    if points.len() != index.len() {
+        return Err(Status::InvalidArgument);
+    }
+    if !hierarchy.has_mass() {
+        return Err(Status::ZeroDensity);
+    }
+    points.iter_mut().flatten().for_each(|u| *u = clamp_u(*u));
+    warp_square(hierarchy, hierarchy.root(), Cell::UNIT, Batch { points, index });
+    Ok(())
+}
+
+/// Warps the points of one square; recursion ends at the depth of the hierarchy, at most 12 squares deep.
+fn warp_square<const C: usize, const N: usize, H: Hierarchy<C>>(
+    hierarchy: &H,
+    node: Option<H::Node>,
+    cell: Cell<N>,
+    batch: Batch<N>,
+) {
+    match (node, batch.points) {
+        (_, [point]) => *point = descend(hierarchy, node, cell, *point).0,
+        (Some(here), points) if cell.level < hierarchy.depth() => {
+            let splits = Splits::new(hierarchy.masses(here));
+            warp_half(hierarchy, here, &splits, (1, 0), cell, Batch { points, index: batch.index });
+        }
+        (_, points) => points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth())),
+    }
+}
+
+/// Splits the points of a half (its number in [`Splits`], and the axis to split) until the halves are children.
+fn warp_half<const C: usize, const N: usize, H: Hierarchy<C>>(
+    hierarchy: &H,
+    here: H::Node,
+    splits: &Splits<C>,
+    (half, axis): (usize, usize),
+    cell: Cell<N>,
+    batch: Batch<N>,
+) {
+    if batch.points.is_empty() {
+        return;
+    }
+    if axis == N {
+        let child = (half & (C - 1)) as u32;
+        return warp_square(hierarchy, hierarchy.child(here, child), cell.child(child), batch);
+    }
+    let (lower, upper) = batch.split(splits.at(half), axis);
+    warp_half(hierarchy, here, splits, (2 * half, axis + 1), cell, lower);
+    warp_half(hierarchy, here, splits, (2 * half + 1, axis + 1), cell, upper);
+}
+
+/// Points and what they were numbered before.
+struct Batch<'b, const N: usize> {
+    points: &'b mut [[f32; N]],
+    index: &'b mut [u32],
+}
+
+impl<'b, const N: usize> Batch<'b, N> {
+    /// Moves the points of the lower side before those of the upper one, each at its place inside its side.
+    fn split(self, split: Split, axis: usize) -> (Batch<'b, N>, Batch<'b, N>) {
+        let mut lower = 0;
+        for next in 0..self.points.len() {
+            let Some(&point) = self.points.get(next) else { break };
+            let (side, inside) = split.take(point.get(axis).copied().unwrap_or(0.0));
+            let point = core::array::from_fn(|a| if a == axis { inside } else { point[a] });
+            replace(self.points, next, lower, point);
+            if let Some(&number) = self.index.get(next) {
+                replace(self.index, next, lower, number);
+            }
+            lower += 1 - side as usize;
+        }
+        let (lower_points, upper_points) = self.points.split_at_mut_checked(lower).unwrap_or_default();
+        let (lower_index, upper_index) = self.index.split_at_mut_checked(lower).unwrap_or_default();
+        (Batch { points: lower_points, index: lower_index }, Batch { points: upper_points, index: upper_index })
+    }
+}
+
+/// Puts `item` at `to`, and what stood there at `from`.
+#[inline(always)]
+fn replace<T: Copy>(items: &mut [T], from: usize, to: usize, item: T) {
+    if let Some(displaced) = items.get_mut(to).map(|slot| core::mem::replace(slot, item)) {
+        if let (true, Some(slot)) = (from != to, items.get_mut(from)) {
+            *slot = displaced;
+        }
+    }
+}
+
+/// The child whose square contains a cell: bit `bit` of each coordinate, axis 1 most significant.
+fn child_of<const N: usize>(cells: [u32; N], bit: u32) -> u32 {
+    cells.iter().fold(0, |child, t| 2 * child + (t.wrapping_shr(bit) & 1))
+}
+
+/// A square of the unit cube.
+#[derive(Clone, Copy)]
+struct Cell<const N: usize> {
+    level: u32,
+    translation: [u32; N],
+}
+
+impl<const N: usize> Cell<N> {
+    const UNIT: Cell<N> = Cell { level: 0, translation: [0; N] };
+
+    #[inline(always)]
+    fn child(self, child: u32) -> Cell<N> {
+        let mut translation = self.translation;
+        for (bit, t) in translation.iter_mut().rev().enumerate() {
+            *t = t.wrapping_mul(2) + (child.wrapping_shr(bit as u32) & 1);
+        }
+        Cell { level: self.level + 1, translation }
+    }
+
+    /// The point at offset `u` inside the cell, rounded as a finest cell rounds it: a tree that was pruned
+    /// without loss then gives the same bits as the complete one.
+    #[inline(always)]
+    fn place(self, u: [f32; N], depth: u32) -> [f32; N] {
+        let finer = depth.wrapping_sub(self.level) & 31;
+        let mut point = u;
+        for (y, t) in point.iter_mut().zip(self.translation) {
+            let (inner, offset) = locate(*y, finer);
+            *y = place(t.wrapping_shl(finer) | inner, offset, depth);
+        }
+        point
+    }
+}

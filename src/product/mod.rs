@@ -8,10 +8,11 @@
 
 mod choose;
 mod corners;
+mod covers;
 pub mod density;
 mod divide;
 mod leaves;
-mod peak;
+pub mod peak;
 pub mod prepare;
 pub mod stored;
 mod tops;

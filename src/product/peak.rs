@@ -12,12 +12,24 @@ use crate::brdf::surface::Surface;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
 use crate::simd::Num;
 
-/// Lobes with a narrower half-angle, in radians, are drawn from.
-const NARROW: f32 = 0.3;
-/// The share of a product's numbers that draws from narrow lobes, where no other lobe reflects.
-const SHARE: f32 = 0.35;
-/// The least of it, where others do.
-const LEAST_SHARE: f32 = 0.1;
+/// How much of a product's numbers draws from narrow lobes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixture {
+    /// Lobes with a narrower half-angle, in radians, are drawn from.
+    pub narrow: f32,
+    /// The share of numbers that draws from an infinitely narrow lobe, where no other lobe reflects.
+    pub share: f32,
+}
+
+impl Mixture {
+    /// The least error at 16 samples on the maps for tuning among those with which no weight exceeds 50.
+    pub const TUNED: Mixture = Mixture { narrow: 0.15, share: 0.7 };
+    /// The grid alone.
+    pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0 };
+}
+
+/// Where other lobes reflect, narrow ones have at least this part of the share.
+const LEAST_PART: f32 = 0.3;
 
 /// A narrow lobe, ready to draw from.
 #[derive(Clone, Copy, Debug)]
@@ -47,15 +59,17 @@ pub fn half_angle(shape: &Shape, cosine: f32) -> f32 {
 }
 
 /// The lobes of a point as a product keeps them, and the share of numbers that draws from narrow ones.
-pub fn choose(material: &Material, surface: &Surface) -> ([StoredLobe; MAX_LOBES], f32) {
+pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([StoredLobe; MAX_LOBES], f32) {
     let mut lobes = [StoredLobe::default(); MAX_LOBES];
     let [.., cosine] = surface.wo();
-    let mut narrow = 0.0;
+    let (mut narrow, mut mixed) = (0.0, 0.0);
     for ((lobe, shape), share) in lobes.iter_mut().zip(material.lobes()).zip(surface.shares()) {
         let Shape { kind, a, b, eta } = *shape;
-        let drawn = if cosine > 0.0 && half_angle(shape, cosine) < NARROW { share } else { 0.0 };
+        let angle = half_angle(shape, cosine);
+        let drawn = if cosine > 0.0 && angle < mixture.narrow { share } else { 0.0 };
         *lobe = StoredLobe { kind: kind.code(), lit: u32::from(share > 0.0), a, b, eta, share: drawn };
         narrow += drawn;
+        mixed += drawn * (1.0 - angle / mixture.narrow.max(f32::MIN_POSITIVE));
     }
     if !(narrow > 0.0) {
         return (lobes, 0.0);
@@ -63,7 +77,7 @@ pub fn choose(material: &Material, surface: &Surface) -> ([StoredLobe; MAX_LOBES
     for lobe in &mut lobes {
         lobe.share /= narrow;
     }
-    (lobes, SHARE * max(narrow, LEAST_SHARE / SHARE))
+    (lobes, mixture.share * max(narrow, LEAST_PART) * mixed / narrow)
 }
 
 impl Peak {

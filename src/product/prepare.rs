@@ -4,7 +4,7 @@ use super::choose::Heaviest;
 use super::corners::{Cone, response};
 use super::divide::{Middles, middles, part};
 use super::leaves::{FLOOR, corner_values, largest, store, tilted};
-use super::peak;
+use super::peak::{self, Mixture};
 use super::stored::{
     COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, MAX_DIVIDED, PART_ENDS, WHOLE_SPHERE,
 };
@@ -27,8 +27,8 @@ pub struct Config {
     pub cone: f32,
     /// Whether F is bilinear in a leaf, or the mean of that: for comparison.
     pub constant: bool,
-    /// Whether narrow lobes are drawn from: for comparison.
-    pub mixed: bool,
+    /// How much is drawn from narrow lobes.
+    pub mixture: Mixture,
 }
 
 /// Cells that are divided by default; the error hardly falls beyond.
@@ -36,7 +36,7 @@ pub const DIVIDED: usize = 8;
 
 impl Default for Config {
     fn default() -> Config {
-        Config { divided: DIVIDED, cone: 0.0, constant: false, mixed: true }
+        Config { divided: DIVIDED, cone: 0.0, constant: false, mixture: Mixture::TUNED }
     }
 }
 
@@ -81,10 +81,7 @@ pub fn prepare(
     let guide = environment.guide();
     let mut stage = Stage::new(guide, &surface, cone, config);
     run(level, Evaluate { stage: &mut stage });
-    let (lobes, mut peak) = peak::choose(point.material, &surface);
-    if !config.mixed {
-        peak = 0.0;
-    }
+    let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();
     let lengths = Lengths::new(grid, divided);

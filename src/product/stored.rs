@@ -75,6 +75,13 @@ pub struct Header {
     pub lobe: [StoredLobe; MAX_LOBES],
 }
 
+impl Header {
+    /// The bytes of the product that begins with this; `None` if it is no product of this version.
+    pub fn length(&self) -> Option<usize> {
+        if self.magic == MAGIC { Some(self.bytes as usize) } else { None }
+    }
+}
+
 /// Directions on both sides count.
 pub const WHOLE_SPHERE: u32 = 1;
 /// The lobes contain the cosine.

@@ -30,8 +30,9 @@ const HEADERS: [Header; 3] = [
             "src/direct/ray.rs",
             "src/ffi/direct.rs",
             "src/ffi/wave.rs",
-            "src/ffi/sampling.rs",
+            "src/ffi/product.rs",
             "src/sample.rs",
+            "src/ffi/sampling.rs",
             "src/pool.rs",
             "src/ffi/pool.rs",
             "src/prior.rs",
@@ -294,7 +295,7 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 19] = [
+const NAMES: [(&str, &str); 22] = [
     ("DirectWave", "wis_wave"),
     ("SamplerObject", "wis_sampler"),
     ("MaterialData", "wis_material"),
@@ -303,6 +304,9 @@ const NAMES: [(&str, &str); 19] = [
     ("EnvironmentObject", "wis_environment"),
     ("LightConfig", "wis_environment_config"),
     ("LightInfo", "wis_environment_info"),
+    ("ProductObject", "wis_product"),
+    ("GridConfig", "wis_product_config"),
+    ("GridInfo", "wis_product_info"),
     ("Environment", "wis_wavelet_light"),
     ("EnvironmentConfig", "wis_wavelet_light_config"),
     ("EnvironmentInfo", "wis_wavelet_light_info"),

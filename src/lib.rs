@@ -5,7 +5,7 @@
 //!
 //! Data flows one way: a folder or file imports only what stands before it in this list, and nothing imports `lights` or
 //! `wavelets` but `ffi`.
-//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `light`, `brdf`, `direct`, `lights`, `wavelets`, `ffi`.
+//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `visibility`, `light`, `brdf`, `direct`, `lights`, `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -23,6 +23,7 @@ pub mod sample;
 pub mod simd;
 pub mod sphere;
 pub mod status;
+pub mod visibility;
 #[cfg(feature = "wavelets")]
 pub mod wavelets;
 

@@ -13,6 +13,7 @@ pub mod pool;
 pub mod prior;
 pub mod sampler;
 pub mod sampling;
+pub mod visibility;
 pub mod wave;
 #[cfg(feature = "wavelets")]
 pub mod wavelets;

@@ -53,6 +53,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "void"
         | "wis_environment"
         | "wis_sampler"
+        | "wis_visibility_cache"
         | "wis_wavelet_light"
         | "wis_wavelet_product"
         | "wis_tree"
@@ -313,6 +314,7 @@ fn other_objects() {
             parameter.pointee(),
             "wis_environment"
                 | "wis_sampler"
+                | "wis_visibility_cache"
                 | "wis_wavelet_light"
                 | "wis_wavelet_product"
                 | "wis_tree"

@@ -269,7 +269,17 @@ fn main() {
     let maps = maps();
     let mut variants = variants.to_vec();
     if std::env::var("WIS_TUNE").is_ok() {
-        for (n, s) in [(0.3, 0.35), (0.3, 0.2), (0.3, 0.1), (0.2, 0.35), (0.2, 0.5), (0.15, 0.5), (0.15, 0.7), (0.1, 0.5), (0.1, 0.9)] {
+        for (n, s) in [
+            (0.3, 0.35),
+            (0.3, 0.2),
+            (0.3, 0.1),
+            (0.2, 0.35),
+            (0.2, 0.5),
+            (0.15, 0.5),
+            (0.15, 0.7),
+            (0.1, 0.5),
+            (0.1, 0.9),
+        ] {
             variants.push(("tune", Config { mixture: Mixture { narrow: n, share: s }, ..full }));
         }
     }
@@ -283,6 +293,12 @@ fn main() {
             let environment = Environment::view(bytemuck::cast_slice(&words)).expect("built");
             let memory = vec![0u128; most_bytes(MAX_DIVIDED) / 16];
             let mut bench = Bench { map, environment, level: Level::detect(), memory };
+            if only == "prepare" {
+                for i in 0..500_000 {
+                    bench.prepare(&point(&material, i % POINTS), &full);
+                }
+                return;
+            }
             if only != "times" {
                 let references = bench.references(&material);
                 let mut line = format!("{name:10} {:20}", map.name);
@@ -301,9 +317,13 @@ fn main() {
             bytes = bytes.max(bench.prepare(&point(&material, 0), &full));
         }
         for ((variant, _), (error, stored)) in variants.iter().zip(errors) {
-            println!("{name:10} mean, {variant:14} error at {N} samples {error:.4}, of the stored integral {stored:.4}");
+            println!(
+                "{name:10} mean, {variant:14} error at {N} samples {error:.4}, of the stored integral {stored:.4}"
+            );
         }
         let [prepare, t64, t1, p64, p1] = times;
-        println!("{name:10} prepare {prepare:.0} ns, sample {t64:.0} in 64, {t1:.0} alone; pdf {p64:.0} in 64, {p1:.0} alone; {bytes} bytes");
+        println!(
+            "{name:10} prepare {prepare:.0} ns, sample {t64:.0} in 64, {t1:.0} alone; pdf {p64:.0} in 64, {p1:.0} alone; {bytes} bytes"
+        );
     }
 }

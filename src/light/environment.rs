@@ -363,7 +363,8 @@ impl<'a> Environment<'a> {
         let Ok(plan) = Plan::new(&self.description()) else { return false };
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
-        let sections = Sections::new(h.grid, chart.faces(), [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
+        let sections =
+            Sections::new(h.grid, chart.faces(), [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
         let hash = hash(self.bytes);
         plan.chart == chart
             && plan.grid == h.grid

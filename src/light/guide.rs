@@ -153,9 +153,8 @@ impl CellGuide {
         let edge = |k: usize, patch: u16| light.chart.axes[k].edge(f32::from(patch));
         let low = [edge(0, c.origin[0]), edge(1, c.origin[1])];
         let size = [edge(0, c.origin[0] + c.patches[0]) - low[0], edge(1, c.origin[1] + c.patches[1]) - low[1]];
-        let at = |x: f32, y: f32| {
-            light.chart.direction(f32::from(c.face), [low[0] + x * size[0], low[1] + y * size[1]])
-        };
+        let at =
+            |x: f32, y: f32| light.chart.direction(f32::from(c.face), [low[0] + x * size[0], low[1] + y * size[1]]);
         let share = |position: f32, k: usize| ((position - low[k]) / size[k].max(f32::MIN_POSITIVE)).max(0.0).min(1.0);
         for part in 0..MIDDLES {
             let middle = |i: usize| (i as f32 + 0.5) / PARTS as f32;
@@ -219,7 +218,8 @@ pub fn write_corners(light: &Light<'_>, numbers: &mut [f32]) {
     let columns = light.grid[0] as usize;
     let rows = (light.grid[1] / faces.max(1)) as usize;
     let mut corner = 0;
-    for (face, (j, i)) in (0..faces).flat_map(|f| (0..=rows).flat_map(move |j| (0..=columns).map(move |i| (f, (j, i))))) {
+    for (face, (j, i)) in (0..faces).flat_map(|f| (0..=rows).flat_map(move |j| (0..=columns).map(move |i| (f, (j, i)))))
+    {
         let direction = corner_direction(light, face, [i, j], [columns, rows]);
         for (k, x) in direction.into_iter().enumerate() {
             if let Some(out) = numbers.get_mut(corner + k * count) {

@@ -34,8 +34,7 @@ pub fn write(weights: &[f32], [columns, rows]: [u32; 2], tops: &mut [f32]) -> f3
 pub fn write_parts<F: Lanes>(means: &[F; MIDDLES], ends: &mut [[f32; LANES]]) -> F {
     let (of_rows, of_parts) = ends.split_at_mut_checked(PART_ENDS - MIDDLES).unwrap_or_default();
     let mut total = <F as Num>::splat(0.0);
-    for ((end, parts), means) in
-        of_rows.iter_mut().zip(of_parts.chunks_exact_mut(PARTS)).zip(means.chunks_exact(PARTS))
+    for ((end, parts), means) in of_rows.iter_mut().zip(of_parts.chunks_exact_mut(PARTS)).zip(means.chunks_exact(PARTS))
     {
         let mut sum = <F as Num>::splat(0.0);
         for (end, &mean) in parts.iter_mut().zip(means) {

@@ -44,7 +44,10 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
         "product" => matches!(function.name.as_str(), "wis_sample" | "wis_pdf" | "wis_invert"),
         "u" => function.name == "wis_direct",
         "label" => function.name == "wis_strata_lights",
-        "info" => !matches!(function.name.as_str(), "wis_wavelet_product_describe" | "wis_environment_describe" | "wis_product_describe"),
+        "info" => !matches!(
+            function.name.as_str(),
+            "wis_wavelet_product_describe" | "wis_environment_describe" | "wis_product_describe"
+        ),
         _ => false,
     }
 }
@@ -153,8 +156,8 @@ fn short_blocks() {
                 let opens = function.takes("const void *memory") || function.name == "wis_environment_turn";
                 let in_header = opens && bytes < told && told <= 512;
                 // A sampler keeps it where there is no diagnostic.
-            let kept = !function.takes("wis_diagnostic *diagnostic");
-            assert!(told == needed || in_header || kept, "{}: {bytes} bytes: {told}", function.name);
+                let kept = !function.takes("wis_diagnostic *diagnostic");
+                assert!(told == needed || in_header || kept, "{}: {bytes} bytes: {told}", function.name);
             }
             call(needed).succeeds("exactly the bytes that are needed");
         }

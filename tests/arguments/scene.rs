@@ -214,7 +214,8 @@ impl Scene {
 
     fn build_grid(&mut self) {
         let [config, point, sampler, light] =
-            [grid_config(), self.point(), self.sampler.clone(), self.light_memory[1].clone()].map(|b| Block::new(&b, 0));
+            [grid_config(), self.point(), self.sampler.clone(), self.light_memory[1].clone()]
+                .map(|b| Block::new(&b, 0));
         let config = config.pointer().cast();
         let (mut offset, mut used) = (0, 0);
         // SAFETY: all pointers are valid.
@@ -223,8 +224,7 @@ impl Scene {
             let memory = Block::unwritten(self.grid_size.bytes);
             let (sampler, light, point) = (sampler.pointer().cast(), light.pointer().cast(), point.pointer().cast());
             let (place, bytes) = (memory.pointer().cast(), memory.len());
-            let prepared =
-                wis_product_prepare(sampler, light, config, 1, point, place, bytes, &mut offset, &mut used);
+            let prepared = wis_product_prepare(sampler, light, config, 1, point, place, bytes, &mut offset, &mut used);
             expect_ok(prepared);
             self.grid = memory[..used].to_vec();
         }

@@ -1,7 +1,7 @@
 //! Materials and views that products are judged on.
 
-use super::lookup::{V3, single};
 use super::client::{cross, unit};
+use super::lookup::{V3, single};
 use wis::brdf::material::{Kind, Material, Shape};
 use wis::brdf::point::Point;
 

@@ -28,6 +28,10 @@ impl Mixture {
     pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0 };
 }
 
+/// Phong lobes are drawn with this share of their exponent: a lamp on the flank of such a lobe, which falls exponentially, would
+/// otherwise have weights above 50.
+const FLANKS: f32 = 0.5;
+
 /// Where other lobes reflect, narrow ones have at least this part of the share.
 const LEAST_PART: f32 = 0.3;
 
@@ -92,7 +96,7 @@ impl Peak {
             let ggx = || Ggx::new([lobe.a, lobe.b], header.local_wo);
             let narrow = match Kind::from_code(lobe.kind) {
                 Some(Kind::GgxTransmission) => Narrow::Transmission(ggx(), lobe.eta),
-                Some(Kind::Phong) => Narrow::Phong(Phong::new(lobe.a, header.local_wo)),
+                Some(Kind::Phong) => Narrow::Phong(Phong::new(FLANKS * lobe.a, header.local_wo)),
                 _ => Narrow::Ggx(ggx()),
             };
             *out = Some((lobe.share, narrow));

@@ -1,4 +1,5 @@
-// wis for C++11: wis.h with classes that own the memory of environments, samplers, caches of visibility and pools.
+// wis for C++11: wis.h with classes that own the memory of environments, samplers, products,
+// caches of visibility and pools.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
 // Calls that make something answer a result, which holds a value or a status; all others answer the status of the C call, which
@@ -253,36 +254,36 @@ public:
         return pass(wis_direct_wave(handle_, light, count, &wave));
     }
 
-    /// Many elements of the light's density; strides in bytes, 0: packed.
-    status sample(const wis_environment *light, std::size_t count, const float *u, float *wi, float *pdf,
-                  std::size_t u_stride = 0, std::size_t wi_stride = 0, std::size_t pdf_stride = 0) {
-        return pass(wis_sample(handle_, light, count, u, u_stride, wi, wi_stride, pdf, pdf_stride));
+    /// Many elements of the density of a product, or with null, of the light; strides in bytes, 0: packed.
+    status sample(const wis_environment *light, const wis_product *product, std::size_t count, const float *u,
+                  wis_drawn *drawn, std::size_t u_stride = 0, std::size_t drawn_stride = 0) {
+        return pass(wis_sample(handle_, light, product, count, u, u_stride, drawn, drawn_stride));
     }
-    status pdf(const wis_environment *light, std::size_t count, const float *wi, float *pdf, std::size_t wi_stride = 0,
-               std::size_t pdf_stride = 0) {
-        return pass(wis_pdf(handle_, light, count, wi, wi_stride, pdf, pdf_stride));
+    status pdf(const wis_environment *light, const wis_product *product, std::size_t count, const float *wi, float *pdf,
+               std::size_t wi_stride = 0, std::size_t pdf_stride = 0) {
+        return pass(wis_pdf(handle_, light, product, count, wi, wi_stride, pdf, pdf_stride));
     }
-    status invert(const wis_environment *light, std::size_t count, const float *wi, float *u, std::uint8_t *statuses,
-                  std::size_t wi_stride = 0, std::size_t u_stride = 0) {
-        return pass(wis_invert(handle_, light, count, wi, wi_stride, u, u_stride, statuses));
+    status invert(const wis_environment *light, const wis_product *product, std::size_t count, const float *wi, float *u,
+                  std::uint8_t *statuses, std::size_t wi_stride = 0, std::size_t u_stride = 0) {
+        return pass(wis_invert(handle_, light, product, count, wi, wi_stride, u, u_stride, statuses));
     }
     /// One element.
-    result<wis_drawn> sample(const wis_environment *light, const float (&u)[2]) {
+    result<wis_drawn> sample(const wis_environment *light, const wis_product *product, const float (&u)[2]) {
         wis_drawn drawn = wis_drawn();
-        const status done = wis_sample(handle_, light, 1, u, 0, drawn.wi, 0, &drawn.pdf, 0);
+        const status done = wis_sample(handle_, light, product, 1, u, 0, &drawn, 0);
         if (done != WIS_OK) return done;
         return drawn;
     }
-    result<float> pdf(const wis_environment *light, const float (&wi)[3]) {
+    result<float> pdf(const wis_environment *light, const wis_product *product, const float (&wi)[3]) {
         float density = 0.0f;
-        const status done = wis_pdf(handle_, light, 1, wi, 0, &density, 0);
+        const status done = wis_pdf(handle_, light, product, 1, wi, 0, &density, 0);
         if (done != WIS_OK) return done;
         return density;
     }
     /// WIS_ZERO_DENSITY or WIS_UNREACHABLE where no u leads to `wi`.
-    status invert(const wis_environment *light, const float (&wi)[3], float (&u)[2]) {
+    status invert(const wis_environment *light, const wis_product *product, const float (&wi)[3], float (&u)[2]) {
         std::uint8_t element = WIS_OK;
-        const status done = wis_invert(handle_, light, 1, wi, 0, u, 0, &element);
+        const status done = wis_invert(handle_, light, product, 1, wi, 0, u, 0, &element);
         return pass(done != WIS_OK ? done : static_cast<status>(element));
     }
 
@@ -290,6 +291,63 @@ private:
     memory memory_;
     moving<wis_sampler *> handle_;
 };
+
+/// Products at some points, one behind the other, in memory that is reserved once. One for each thread.
+class products {
+public:
+    /// Room for `most` products.
+    static result<products> make(std::size_t most, const wis_product_config &config = sized<wis_product_config>(),
+                                 wis_diagnostic *diagnostic = nullptr) {
+        wis_memory_size need;
+        products made;
+        const status measured = wis_product_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return measured;
+        if (most > SIZE_MAX / (need.bytes + sizeof(std::size_t))) return WIS_OVERFLOW;
+        if (!made.memory_.reserve(most * need.bytes, need.align) ||
+            !made.offsets_.reserve(most * sizeof(std::size_t), alignof(std::size_t)))
+            return WIS_MEMORY_TOO_SMALL;
+        made.config_ = config;
+        return result<products>(std::move(made));
+    }
+    /// Prepares products at `count` points, in place of the former ones.
+    status prepare(sampler &with, const wis_environment *light, std::size_t count, const wis_point *points) {
+        size_ = 0;
+        if (count > offsets_.bytes() / sizeof(std::size_t)) return pass(WIS_MEMORY_TOO_SMALL);
+        const status done = wis_product_prepare(with, light, &config_, count, points, memory_.data(), memory_.bytes(),
+                                                static_cast<std::size_t *>(offsets_.data()), &bytes_.value);
+        if (done == WIS_OK) size_ = count;
+        return pass(done);
+    }
+    std::size_t size() const noexcept { return size_; }
+    /// Bytes that are in use, from product 0 on.
+    std::size_t bytes() const noexcept { return size_ ? bytes_.value : 0; }
+    /// Null if there is none.
+    const wis_product *operator[](std::size_t i) const noexcept {
+        if (i >= size_) return nullptr;
+        const std::size_t offset = static_cast<const std::size_t *>(offsets_.data())[i];
+        return reinterpret_cast<const wis_product *>(static_cast<const char *>(memory_.data()) + offset);
+    }
+
+private:
+    wis_product_config config_ = wis_product_config();
+    memory memory_, offsets_;
+    moving<std::size_t> size_, bytes_;
+};
+
+/// What was prepared.
+inline result<wis_product_info> describe(const wis_environment *light, const wis_product *product) {
+    wis_product_info info = sized<wis_product_info>();
+    const status done = wis_product_describe(light, product, &info);
+    if (done != WIS_OK) return done;
+    return info;
+}
+/// Whether a product serves another hit well.
+inline result<bool> covers(const wis_product *product, const wis_point &point) {
+    std::uint32_t answer = 0;
+    const status done = wis_product_covers(product, &point, &answer);
+    if (done != WIS_OK) return done;
+    return answer == 1;
+}
 
 /// What rays saw from places of the scene in earlier passes, and its memory: `point.visibility = cache`.
 class visibility_cache {

@@ -18,6 +18,8 @@ pub mod numeric;
 pub mod points;
 pub mod pool;
 pub mod prior;
+#[doc(hidden)]
+pub mod product;
 mod render;
 #[doc(hidden)]
 pub mod sample;

@@ -6,6 +6,7 @@ mod light_ffi;
 mod points;
 mod pool;
 mod prior;
+mod product;
 mod sphere;
 mod stored;
 mod support;

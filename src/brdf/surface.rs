@@ -135,6 +135,22 @@ impl Surface {
         self.wo
     }
 
+    /// Tangent, bitangent and normal in map space.
+    pub fn axes(&self) -> [[f32; 3]; 3] {
+        self.axes
+    }
+
+    /// The mirror direction of wo, in map space.
+    pub fn mirror(&self) -> [f32; 3] {
+        let [x, y, z] = self.wo;
+        self.to_map::<f32>([-x, -y, z])
+    }
+
+    /// The share of directions that [`Surface::sample`] draws from each lobe; all 0 without lobes.
+    pub fn shares(&self) -> [f32; MAX_LOBES] {
+        self.lobes.map(|lobe| lobe.share)
+    }
+
     /// How many lobes there are.
     pub fn lobe_count(&self) -> usize {
         self.count

@@ -54,6 +54,15 @@ pub struct Drawn<F: Num> {
     pub(super) numbers: [F::Floats; 2],
 }
 
+impl<F: Num> Drawn<F> {
+    /// Column and row on the face.
+    #[inline(always)]
+    pub fn place(&self) -> [F; 2] {
+        let Drawn { patch, position, .. } = self;
+        [patch.low[0] + position[0] * patch.size[0], patch.low[1] + position[1] * patch.size[1]]
+    }
+}
+
 impl<F: Num> Patches<F> {
     /// Replaces the patch of one lane.
     #[inline(always)]
@@ -107,13 +116,13 @@ impl<F: Num> Located<F> {
 
 impl Located<f32> {
     /// The numbers of the middle of the patch, in its cell.
-    pub(super) fn middle(&self) -> [f32; 2] {
+    pub(crate) fn middle(&self) -> [f32; 2] {
         let Patches { start, width, .. } = self.patch;
         [start[0] + 0.5 * width[0], start[1] + 0.5 * width[1]]
     }
 
     /// Whether a place was drawn in the patch.
-    pub(super) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
+    pub(crate) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
         let (a, b) = (&self.patch, &drawn.patch);
         a.cell == b.cell && a.first == b.first
     }
@@ -222,7 +231,7 @@ impl<const N: usize> Walk<N> {
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let key = self.units[1][lane] as i32 as u32;
-            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.to_ends());
+            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
             light.prefetch_lines(&block, found.0);
             self.put_inner(1, lane, found);
         }
@@ -230,13 +239,15 @@ impl<const N: usize> Walk<N> {
             let block = light.block(self.block[lane]);
             let line = block.line(self.part[1][lane] as usize, light.bilinear);
             let key = self.units[0][lane] as i32 as u32;
-            let found = find16(&light.lines, line, block.grid[0].into(), key, block.to_ends());
+            let found = find16(&light.lines, line, block.grid[0].into(), key, block.words_at_ends());
             self.put_patch(light, lane, &block, line, found.0);
             self.put_inner(0, lane, found);
         }
     }
 
     /// Finds the patches at columns and rows of faces; where their numbers begin and end only if `numbers`.
+    // By number: so the compiler sees that every lane is one.
+    #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     pub(super) fn at(&mut self, light: &Light<'_>, face: &Ints<N>, at: [&Ints<N>; 2], numbers: bool, count: usize) {
         let count = count.min(N);
@@ -276,8 +287,8 @@ impl<const N: usize> Walk<N> {
             let (x, y) = (self.part[0][lane] as usize, self.part[1][lane] as usize);
             let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
-            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.to_ends())));
-            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.to_ends())));
+            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.words_at_ends())));
+            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.words_at_ends())));
             self.put_patch(light, lane, &block, line, x);
             if numbers {
                 let c = light.cell(self.cell[lane]);
@@ -541,9 +552,7 @@ impl Light<'_> {
     /// The direction of a drawn place.
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
-        let Drawn { patch, position, .. } = drawn;
-        let column = patch.low[0] + position[0] * patch.size[0];
-        self.chart.direction(patch.face, [column, patch.low[1] + position[1] * patch.size[1]])
+        self.chart.direction(drawn.patch.face, drawn.place())
     }
 
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.

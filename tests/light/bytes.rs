@@ -4,6 +4,7 @@ use super::built::{Built, Random, in_lanes};
 use super::lookup::{Map, single};
 use super::maps::{descriptions, layouts, rough, suns};
 use wis::light::batch::{Drawn, pdfs, samples};
+use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::environment::Environment;
 use wis::light::plan::{Description, Filter};
@@ -140,7 +141,8 @@ fn every_field_at_its_extremes_does_no_harm() {
     let mut random = Random(62);
     for (layout, width, height) in layouts(32) {
         let map = Map::of_directions(layout, width, height, rough);
-        for (filter, budget) in [(Filter::Nearest, 0.1), (Filter::Bilinear, 0.0), (Filter::Bilinear, 0.1)] {
+        let kinds = [(Filter::Bilinear, 0.1), (Filter::Bilinear, 0.0), (Filter::Nearest, 0.1)];
+        for &(filter, budget) in &kinds[..if layout == Layout::LatLong { 3 } else { 1 }] {
             let built = Built::new(&map, &Description { budget, ..map.description(filter) });
             let bytes = built.bytes();
             let mut words = vec![0u128; bytes.len().div_ceil(16)];
@@ -159,7 +161,7 @@ fn every_field_at_its_extremes_does_no_harm() {
                 .chain(last_block..last_block + BLOCK);
             for at in fields.filter(|at| at % 4 == 0) {
                 for extreme in EXTREMES {
-                    for length in [1, 2, 4] {
+                    for length in [1, 4] {
                         for shift in (0..4).step_by(length) {
                             copy.copy_from_slice(bytes);
                             let part = at + shift..at + shift + length;

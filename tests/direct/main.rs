@@ -4,6 +4,7 @@ mod client;
 mod joint;
 mod light;
 mod rays;
+mod shared;
 #[path = "../support/mod.rs"]
 mod support;
 mod target;

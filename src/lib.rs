@@ -5,7 +5,8 @@
 //!
 //! Data flows one way: a folder or file imports only what stands before it in this list, and nothing imports `lights` or
 //! `wavelets` but `ffi`.
-//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `visibility`, `light`, `brdf`, `direct`, `lights`, `wavelets`, `ffi`.
+//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `visibility`, `light`, `brdf`, `product`, `direct`, `lights`,
+//! `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -18,6 +19,7 @@ pub mod numeric;
 pub mod points;
 pub mod pool;
 pub mod prior;
+pub mod product;
 pub mod sample;
 #[allow(unsafe_code)]
 pub mod simd;

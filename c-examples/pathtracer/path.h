@@ -127,18 +127,19 @@ static Vec3 direct(Tracer *t, const Hit *hit, const Bsdf *b, uint32_t bounce) {
 
 /* What a sample of the light adds; the BSDF's adds the rest when its ray leaves the scene. */
 static Vec3 sample_light(Tracer *t, const Hit *hit, const Bsdf *b) {
-    float u[2] = {uniform(t), uniform(t)}, wi[3], light_pdf, pdf;
+    float u[2] = {uniform(t), uniform(t)}, pdf;
+    wis_drawn drawn;
     Vec3 sum;
-    check(wis_sample(t->sampler, t->method->environment, 1, u, 0, wi, 0, &light_pdf, 0));
-    sum = reflected(t, hit, b, vec3_load(wi), &pdf);
-    return vec3_scale(sum, 1 / (light_pdf + pdf));
+    check(wis_sample(t->sampler, t->method->environment, NULL, 1, u, 0, &drawn, 0));
+    sum = reflected(t, hit, b, vec3_load(drawn.wi), &pdf);
+    return vec3_scale(sum, 1 / (drawn.pdf + pdf));
 }
 
 /* The balance heuristic's share of a BSDF sample whose ray leaves the scene. */
 static float share_of_bsdf(Tracer *t, Vec3 direction, float pdf) {
     float wi[3], light_pdf;
     vec3_store(direction, wi);
-    check(wis_pdf(t->sampler, t->method->environment, 1, wi, 0, &light_pdf, 0));
+    check(wis_pdf(t->sampler, t->method->environment, NULL, 1, wi, 0, &light_pdf, 0));
     return pdf / (pdf + light_pdf);
 }
 

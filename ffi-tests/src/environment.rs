@@ -212,12 +212,17 @@ impl Density for Light<'_> {
     fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
         let mut sampler = self.sampler.borrow_mut();
-        let (u, wi, count) = (u.as_ptr().cast(), wi.as_mut_ptr().cast(), u.len());
+        let mut drawn = vec![raw::wis_drawn { wi: [0.0; 3], pdf: 0.0 }; u.len()];
+        let (u, count) = (u.as_ptr().cast(), u.len());
         // SAFETY: both handles are alive, and the arrays hold `count` elements.
         check(unsafe {
             let environment = self.environment.handle();
-            raw::wis_sample(sampler.handle(), environment, count, u, 0, wi, 0, pdf.as_mut_ptr(), 0)
-        })
+            raw::wis_sample(sampler.handle(), environment, null(), count, u, 0, drawn.as_mut_ptr(), 0)
+        })?;
+        for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
+            (*wi, *pdf) = (drawn.wi, drawn.pdf);
+        }
+        Ok(())
     }
 
     fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
@@ -232,7 +237,7 @@ impl Density for Light<'_> {
         // SAFETY: both handles are alive, and the arrays are of one length.
         check(unsafe {
             let (environment, directions) = (self.environment.handle(), wi.as_ptr().cast());
-            raw::wis_pdf(sampler.handle(), environment, wi.len(), directions, 0, pdf.as_mut_ptr(), 0)
+            raw::wis_pdf(sampler.handle(), environment, null(), wi.len(), directions, 0, pdf.as_mut_ptr(), 0)
         })
     }
 
@@ -241,7 +246,7 @@ impl Density for Light<'_> {
         // SAFETY: both handles are alive, and the arrays hold an element.
         check(unsafe {
             let environment = self.environment.handle();
-            raw::wis_invert(sampler.handle(), environment, 1, wi.as_ptr(), 0, u.as_mut_ptr(), 0, &mut status)
+            raw::wis_invert(sampler.handle(), environment, null(), 1, wi.as_ptr(), 0, u.as_mut_ptr(), 0, &mut status)
         })?;
         check(raw::wis_status::from(status)).map(|()| u)
     }

@@ -7,6 +7,9 @@ use crate::light::chart::sin_cos_turns;
 use crate::simd::Num;
 use core::f32::consts::PI;
 
+/// How far below the surface a half vector may seem to lie by rounding.
+const LEVEL: f32 = 1e-6;
+
 /// A distribution of microfacets seen from a direction, in the frame of the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Ggx {
@@ -99,6 +102,52 @@ impl Ggx {
             pdf: F::only(below, finite(d * visible * cos_o * jacobian)),
             cosine: cos_o.max(zero).min(one),
         }
+    }
+
+    /// The density over the whole sphere of [`Ggx::sample_reflection`], also where it leaves the surface's upper side.
+    #[inline(always)]
+    pub fn reflected<F: Num>(&self, wi: [F; 3]) -> F {
+        let zero = F::splat(0.0);
+        let [x, y, z] = self.wo;
+        let (d, _) = self.distribution([wi[0] + F::splat(x), wi[1] + F::splat(y), wi[2] + F::splat(z)]);
+        let density = F::splat(0.5) * d / F::splat(z + self.wo_length);
+        // Normals have an upper side, but for rounding.
+        F::only((zero - F::splat(LEVEL)).lt(wi[2] + F::splat(z)), finite(density))
+    }
+
+    /// The density over the whole sphere of [`Ggx::sample_refraction`].
+    #[inline(always)]
+    pub fn transmitted<F: Num>(&self, wi: [F; 3], eta: f32) -> F {
+        let (zero, one, index) = (F::splat(0.0), F::splat(1.0), F::splat(eta));
+        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
+        let h = [wo[0] + index * wi[0], wo[1] + index * wi[1], wo[2] + index * wi[2]];
+        let (d, squared) = self.distribution(h);
+        let scale = one.copysign(h[2]) / squared.sqrt().max(F::splat(f32::MIN_POSITIVE));
+        let cos_o = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * scale;
+        let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
+        let jacobian = index * index * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
+        let visible = F::splat(2.0 / (self.wo[2] + self.wo_length));
+        let through = F::only(F::and(zero.lt(cos_o), cos_i.lt(zero)), finite(d * visible * cos_o * jacobian));
+        // Normals that let nothing through reflect.
+        let half = [wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2]];
+        let cosine = F::splat(0.25) * (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
+        let total = F::splat(eta * eta).le(one - cosine);
+        through + F::only(total, self.reflected(wi))
+    }
+
+    /// A direction behind a visible normal, or, where it lets nothing through, before it.
+    #[inline(always)]
+    pub fn sample_refraction<F: Num>(&self, u: [F; 2], eta: f32) -> [F; 3] {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let h = self.normal(u);
+        let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
+        let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
+        let inverse = F::splat(1.0 / eta);
+        let squared = one - inverse * inverse * (one - cos_o * cos_o);
+        let total = squared.le(zero);
+        let along = F::select(total, cos_o + cos_o, inverse * cos_o - squared.max(zero).sqrt());
+        let back = F::select(total, one, inverse);
+        [along * h[0] - back * wo[0], along * h[1] - back * wo[1], along * h[2] - back * wo[2]]
     }
 
     /// A visible normal, of unit length.

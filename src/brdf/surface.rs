@@ -152,6 +152,16 @@ impl Surface {
         self.wo
     }
 
+    /// Tangent, bitangent and normal in map space.
+    pub fn axes(&self) -> [[f32; 3]; 3] {
+        self.axes
+    }
+
+    /// The share of directions that [`Surface::sample`] draws from each lobe; all 0 without lobes.
+    pub fn shares(&self) -> [f32; MAX_LOBES] {
+        self.lobes.map(|lobe| lobe.share)
+    }
+
     /// How many lobes there are.
     pub fn lobe_count(&self) -> usize {
         self.count

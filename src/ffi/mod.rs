@@ -11,6 +11,7 @@ pub mod material;
 pub mod points;
 pub mod pool;
 pub mod prior;
+pub mod product;
 pub mod sampler;
 pub mod sampling;
 pub mod visibility;

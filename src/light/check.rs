@@ -20,7 +20,10 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
         (0..plan.small_blocks(k)).all(|small| of.get(small as usize) == Some(&(plan.cell_of(k, small) as u8)))
     });
     let colours = environment.colours().iter().flatten().all(|c| c.is_finite());
-    tops && maps && colours && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
+    tops && maps
+        && colours
+        && environment.guide().is_sound()
+        && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
 }
 
 /// Whether the table of rows, and of the columns of each row, ascend from 0 to 1.

@@ -227,14 +227,14 @@ impl Light<'_> {
 
     /// World directions of unit length in map space; in place of others, some that are.
     #[inline(always)]
-    fn valid<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> ([F; 3], F::Mask) {
+    pub(crate) fn valid<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> ([F; 3], F::Mask) {
         let ([x, y, z], valid) = unit(wi);
         (to_map(frame, [F::only(valid, x), F::only(valid, y), F::select(valid, z, F::splat(1.0))]), valid)
     }
 
     /// The density in the light of what was located.
     #[inline(always)]
-    fn alone<F: Num>(&self, located: &Located<F>) -> F {
+    pub(crate) fn alone<F: Num>(&self, located: &Located<F>) -> F {
         let cells = located.patch.cell;
         let mut probability = F::floats();
         for (out, &cell) in probability.as_mut().iter_mut().zip(cells.as_ref()) {

@@ -5,6 +5,7 @@ use super::blocks::{CellTables, Lengths, SINGLE, Steps};
 use super::build::{self, CellWork, Totals};
 use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
+use super::guide::{self, CellGuide, Guide};
 use super::plan::{Description, Filter, Plan};
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
@@ -81,6 +82,7 @@ const LINE: usize = 64;
 struct Sections {
     cells: u64,
     colours: u64,
+    guide: u64,
     tops: u64,
     cell_of: [u64; 2],
     starts: u64,
@@ -92,7 +94,7 @@ struct Sections {
 
 impl Sections {
     /// `None` if the sum overflows.
-    fn new(grid: [u32; 2], small_blocks: [u32; 2], lengths: Lengths) -> Option<Sections> {
+    fn new(grid: [u32; 2], faces: u32, small_blocks: [u32; 2], lengths: Lengths) -> Option<Sections> {
         let cells = grid[0] as usize * grid[1] as usize;
         let mut at = size_of::<Header>();
         let mut put = |count: usize, size: usize, align: usize| {
@@ -103,6 +105,7 @@ impl Sections {
         let sections = Sections {
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
+            guide: put(guide::length(grid, faces), 4, LINE)?,
             tops: put(tops(grid) + WINDOW, 4, 4)?,
             cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
@@ -115,7 +118,7 @@ impl Sections {
     }
 
     fn of_plan(plan: &Plan, lengths: Lengths) -> Option<Sections> {
-        Sections::new(plan.grid, [plan.small_blocks(0), plan.small_blocks(1)], lengths)
+        Sections::new(plan.grid, plan.chart.faces(), [plan.small_blocks(0), plan.small_blocks(1)], lengths)
     }
 }
 
@@ -360,7 +363,8 @@ impl<'a> Environment<'a> {
         let Ok(plan) = Plan::new(&self.description()) else { return false };
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
-        let sections = Sections::new(h.grid, [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
+        let sections =
+            Sections::new(h.grid, chart.faces(), [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
         let hash = hash(self.bytes);
         plan.chart == chart
             && plan.grid == h.grid
@@ -404,6 +408,13 @@ impl<'a> Environment<'a> {
             rows: Table::new(part(self.bytes, s.rows, rows as usize + WINDOW), &[0; WINDOW]),
             lines: Table::new(part(self.bytes, s.lines, lines as usize + WINDOW), &[0; WINDOW]),
         }
+    }
+
+    /// What products must know of the cells.
+    #[inline(always)]
+    pub fn guide(&self) -> Guide<'a> {
+        let (grid, faces) = (self.header.grid, if self.header.layout == 1 { 6 } else { 1 });
+        Guide::new(grid, faces, part(self.bytes, self.header.sections.guide, guide::length(grid, faces)))
     }
 
     /// The light of each cell as a colour, over the power: its luminance is the cell's probability.
@@ -545,6 +556,8 @@ impl<'a> Writer<'a> {
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.cells),
+            (sections.colours, 12 * count, sections.guide),
+            (sections.guide, 0, sections.tops),
             (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
             (sections.cell_of[1], plan.small_blocks(1) as usize, sections.starts),
             (sections.starts, 4 * lengths.starts, sections.blocks),
@@ -613,10 +626,30 @@ impl<'a> Writer<'a> {
             }
         };
         put(bytes, &header);
+        write_guide(&plan, sections.guide as usize, bytes);
         header.tables_hash = hash(bytes);
         header.content_id = content_id(header.tables_hash, &header.frame);
         put(bytes, &header);
         if header.power.is_finite() { Ok(()) } else { Err(Status::Overflow) }
+    }
+}
+
+/// Writes the guide of an environment whose tables are complete.
+fn write_guide(plan: &Plan, start: usize, bytes: &mut [u8]) {
+    let (faces, length) = (plan.chart.faces(), guide::length(plan.grid, plan.chart.faces()));
+    let mut corners = [0.0; 3 * guide::MAX_CORNERS];
+    if let Some(environment) = Environment::view(bytes) {
+        guide::write_corners(&environment.light(), &mut corners);
+    }
+    let numbers = part_mut::<f32>(bytes, start, length);
+    for (out, &x) in numbers.iter_mut().zip(&corners) {
+        *out = x;
+    }
+    for cell in 0..plan.cells() {
+        let measured = Environment::view(bytes).map(|environment| CellGuide::of(&environment.light(), cell));
+        if let Some(measured) = measured {
+            guide::write_cell(plan.grid, faces, cell, &measured, part_mut(bytes, start, length));
+        }
     }
 }
 

@@ -9,6 +9,7 @@ mod check;
 pub mod decode;
 pub mod density;
 pub mod environment;
+pub mod guide;
 pub mod pixels;
 pub mod plan;
 pub mod search;

@@ -137,7 +137,7 @@ const EXPONENT_OF_WORD_0: u32 = 112;
 
 /// Pairs of corners from pairs of words.
 #[inline(always)]
-pub(super) fn decoded<F: Num>(pairs: F::Ints) -> [F; 2] {
+pub(crate) fn decoded<F: Num>(pairs: F::Ints) -> [F; 2] {
     let add = EXPONENT_OF_WORD_0 << 23;
     let least = F::splat(f32::from_bits(add));
     let [a, b] = F::halves(pairs, add);

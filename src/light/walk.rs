@@ -54,6 +54,15 @@ pub struct Drawn<F: Num> {
     pub(super) numbers: [F::Floats; 2],
 }
 
+impl<F: Num> Drawn<F> {
+    /// Column and row on the face.
+    #[inline(always)]
+    pub fn place(&self) -> [F; 2] {
+        let Drawn { patch, position, .. } = self;
+        [patch.low[0] + position[0] * patch.size[0], patch.low[1] + position[1] * patch.size[1]]
+    }
+}
+
 impl<F: Num> Patches<F> {
     /// Replaces the patch of one lane.
     #[inline(always)]
@@ -107,13 +116,13 @@ impl<F: Num> Located<F> {
 
 impl Located<f32> {
     /// The numbers of the middle of the patch, in its cell.
-    pub(super) fn middle(&self) -> [f32; 2] {
+    pub(crate) fn middle(&self) -> [f32; 2] {
         let Patches { start, width, .. } = self.patch;
         [start[0] + 0.5 * width[0], start[1] + 0.5 * width[1]]
     }
 
     /// Whether a place was drawn in the patch.
-    pub(super) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
+    pub(crate) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
         let (a, b) = (&self.patch, &drawn.patch);
         a.cell == b.cell && a.first == b.first
     }
@@ -541,9 +550,7 @@ impl Light<'_> {
     /// The direction of a drawn place.
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
-        let Drawn { patch, position, .. } = drawn;
-        let column = patch.low[0] + position[0] * patch.size[0];
-        self.chart.direction(patch.face, [column, patch.low[1] + position[1] * patch.size[1]])
+        self.chart.direction(drawn.patch.face, drawn.place())
     }
 
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.

@@ -10,6 +10,7 @@ use wis::ffi::lights::jitter::*;
 use wis::ffi::lights::strata::*;
 use wis::ffi::material::{MaterialData, PointData, wis_material_init};
 use wis::ffi::pool::*;
+use wis::ffi::product::*;
 use wis::ffi::sampler::*;
 use wis::ffi::visibility::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
@@ -100,6 +101,9 @@ pub struct Scene {
     sampler: Vec<u8>,
     /// What points read and record in.
     cache: Block,
+    grid_size: MemorySize,
+    /// A product of the light at the point.
+    grid: Vec<u8>,
     /// A material after wis_material_init, and what a wave's arrays hold.
     material: Block,
     wave: [Block; 4],
@@ -142,6 +146,8 @@ impl Scene {
             sampler_size: MemorySize::default(),
             sampler: Vec::new(),
             cache: cache(),
+            grid_size: MemorySize::default(),
+            grid: Vec::new(),
             material: Block::new(&material(), 0),
             wave: [
                 Block::new(&numbers(&DIRECTIONS), 0),
@@ -174,6 +180,7 @@ impl Scene {
         };
         scene.build_light();
         scene.build_sampler();
+        scene.build_grid();
         scene.build_environment();
         scene.build_product();
         scene.build_jitter();
@@ -225,6 +232,24 @@ impl Scene {
             expect_ok(wis_sampler_init(config, memory.pointer().cast(), memory.len(), &mut handle, none));
             expect_ok(wis_material_init(self.material.pointer().cast(), none));
             self.sampler = memory.to_vec();
+        }
+    }
+
+    fn build_grid(&mut self) {
+        let [config, point, sampler, light] =
+            [grid_config(), self.point(), self.sampler.clone(), self.light_memory[1].clone()]
+                .map(|b| Block::new(&b, 0));
+        let config = config.pointer().cast();
+        let (mut offset, mut used) = (0, 0);
+        // SAFETY: all pointers are valid.
+        unsafe {
+            expect_ok(wis_product_size(config, &mut self.grid_size, null_mut()));
+            let memory = Block::unwritten(self.grid_size.bytes);
+            let (sampler, light, point) = (sampler.pointer().cast(), light.pointer().cast(), point.pointer().cast());
+            let (place, bytes) = (memory.pointer().cast(), memory.len());
+            let prepared = wis_product_prepare(sampler, light, config, 1, point, place, bytes, &mut offset, &mut used);
+            expect_ok(prepared);
+            self.grid = memory[..used].to_vec();
         }
     }
 
@@ -407,8 +432,14 @@ impl Scene {
             "wis_visibility_cache *cache" => self.cache.to_vec(),
             "const uint8_t *reached" => vec![1, 0, 1],
             "const float position[3]" | "const float normal[3]" => numbers(&DIRECTIONS[0]),
-            "const wis_point *point" => self.point(),
+            "const wis_point *point" => self.point().repeat(count),
             "const wis_wave *wave" => self.wave(),
+            "const wis_product_config *config" => grid_config(),
+            "const wis_product *product" => self.grid.clone(),
+            "wis_product_info *info" => sized(size_of::<GridInfo>()),
+            "size_t *offset" => unwritten(8 * count),
+            "size_t *bytes_used" => unwritten(8),
+            "wis_drawn *drawn" => unwritten(size_of::<Sample>() * count),
             "wis_ray *ray" => unwritten(RAYS * size_of::<Ray>()),
             "uint32_t *ray_count" | "uint32_t *visibility_key" => unwritten(4),
             "uint8_t *status" => unwritten(count),
@@ -542,6 +573,7 @@ impl Scene {
                 MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size }
             }
             name if name.starts_with("wis_wavelet_product") => self.product_size,
+            "wis_product_prepare" => MemorySize { bytes: COUNT * self.grid_size.bytes, ..self.grid_size },
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
             name if name.starts_with("wis_jitter") => self.jitter_size,
@@ -605,6 +637,10 @@ fn rotated_config() -> Vec<u8> {
         (config.depth, config.places, config.least) = (2, 2, 0.25);
         (config.world_from_map, config.world_from_tree) = (null(), ROTATION.as_ptr());
     })
+}
+
+fn grid_config() -> Vec<u8> {
+    plain(|config: &mut GridConfig| config.size = size_of::<GridConfig>() as u32)
 }
 
 fn product_config() -> Vec<u8> {

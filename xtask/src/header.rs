@@ -31,8 +31,9 @@ const HEADERS: [Header; 3] = [
             "src/direct/ray.rs",
             "src/ffi/direct.rs",
             "src/ffi/wave.rs",
-            "src/ffi/sampling.rs",
+            "src/ffi/product.rs",
             "src/sample.rs",
+            "src/ffi/sampling.rs",
             "src/pool.rs",
             "src/ffi/pool.rs",
             "src/prior.rs",
@@ -295,7 +296,7 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 20] = [
+const NAMES: [(&str, &str); 23] = [
     ("VisibilityCacheObject", "wis_visibility_cache"),
     ("DirectWave", "wis_wave"),
     ("SamplerObject", "wis_sampler"),
@@ -305,6 +306,9 @@ const NAMES: [(&str, &str); 20] = [
     ("EnvironmentObject", "wis_environment"),
     ("LightConfig", "wis_environment_config"),
     ("LightInfo", "wis_environment_info"),
+    ("ProductObject", "wis_product"),
+    ("GridConfig", "wis_product_config"),
+    ("GridInfo", "wis_product_info"),
     ("Environment", "wis_wavelet_light"),
     ("EnvironmentConfig", "wis_wavelet_light_config"),
     ("EnvironmentInfo", "wis_wavelet_light_info"),

@@ -1,0 +1,263 @@
+//! What a product must know of each cell without reading the tables: where its corners are, where its light is, how far it reaches.
+//!
+//! Written once with the light, so that preparing a product needs no trigonometry and no walk. The light of a cell is known by
+//! the directions that the middles of 4 x 4 equal parts of its numbers (w, v) lead to: each stands for a sixteenth of the light.
+
+use super::tables::Light;
+use crate::numeric::sqrt;
+use crate::simd::{LANES, Num};
+
+/// Parts of a cell's numbers along each axis.
+pub const PARTS: usize = 4;
+/// Parts of a cell.
+pub const MIDDLES: usize = PARTS * PARTS;
+
+/// A number of each cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Column {
+    /// Of the quadrants of the numbers (w, v), row by row: the mean position of their light along columns, 0 to 1 in the cell.
+    Across = 0,
+    /// The same along rows.
+    Down = 4,
+    /// The cell's share of the light.
+    Mass = 8,
+    /// The axis of a cone that contains the cell.
+    AxisX = 9,
+    /// The axis.
+    AxisY = 10,
+    /// The axis.
+    AxisZ = 11,
+    /// The sine of the cone's half-angle.
+    Sine = 12,
+    /// The cosine of the cone's half-angle.
+    Cosine = 13,
+}
+
+/// How many numbers a cell has.
+const COLUMNS: usize = 14;
+
+/// The most corners of cells: lat-long and octahedral maps have 17 x 9, cubes six times 5 x 5.
+pub const MAX_CORNERS: usize = 160;
+/// The most cells: 16 x 8.
+pub const MAX_CELLS: usize = 128;
+
+/// Numbers along each axis of the lattice that finds how far a cell reaches.
+const LATTICE: usize = 9;
+
+/// No number of a sound guide is larger: directions may exceed 1 by rounding.
+const LARGEST: f32 = 1.0 + 1e-5;
+
+/// The guide of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Guide<'a> {
+    /// Cells along columns, and along the rows of one face.
+    face_grid: [usize; 2],
+    cells: usize,
+    /// x, then y, then z of all corners, face by face, row by row.
+    corners: &'a [f32],
+    corner_count: usize,
+    /// [`COLUMNS`] numbers of all cells, column by column.
+    columns: &'a [f32],
+    /// Of each cell x, then y, then z of the middles of its parts, row by row.
+    middles: &'a [f32],
+}
+
+/// Corners of so many cells, filled up to whole lanes.
+fn corner_count([columns, rows]: [u32; 2], faces: u32) -> usize {
+    ((columns as usize + 1) * (rows as usize / faces.max(1) as usize + 1) * faces as usize).next_multiple_of(LANES)
+}
+
+/// The numbers of a guide for cells along columns and rows of all faces.
+pub fn length(grid: [u32; 2], faces: u32) -> usize {
+    3 * corner_count(grid, faces) + grid[0] as usize * grid[1] as usize * (COLUMNS + 3 * MIDDLES)
+}
+
+impl<'a> Guide<'a> {
+    /// The guide that numbers hold; empty if they are too few.
+    #[inline(always)]
+    pub fn new(grid: [u32; 2], faces: u32, numbers: &'a [f32]) -> Guide<'a> {
+        let (corner_count, cells) = (corner_count(grid, faces), grid[0] as usize * grid[1] as usize);
+        let (corners, rest) = numbers.split_at_checked(3 * corner_count).unwrap_or_default();
+        let (columns, middles) = rest.split_at_checked(COLUMNS * cells).unwrap_or_default();
+        let face_grid = [grid[0] as usize, grid[1] as usize / faces.max(1) as usize];
+        Guide { face_grid, cells, corners, corner_count, columns, middles }
+    }
+
+    /// The number of cells, whole lanes of them.
+    #[inline(always)]
+    pub fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// The number of corners, whole lanes of them.
+    #[inline(always)]
+    pub fn corners(&self) -> usize {
+        self.corner_count
+    }
+
+    /// The directions of the corners from `first` on.
+    #[inline(always)]
+    pub fn corner<F: Num>(&self, first: usize) -> [F; 3] {
+        self.three(self.corners, self.corner_count, first)
+    }
+
+    /// The directions of the middles of a cell's parts from `first` on.
+    #[inline(always)]
+    pub fn middle<F: Num>(&self, cell: usize, first: usize) -> [F; 3] {
+        self.three(self.middles, MIDDLES, 3 * MIDDLES * cell + first)
+    }
+
+    #[inline(always)]
+    fn three<F: Num>(&self, numbers: &[f32], stride: usize, first: usize) -> [F; 3] {
+        let at = |k: usize| F::read(numbers.get(first + k * stride..).unwrap_or(&[]));
+        [at(0), at(1), at(2)]
+    }
+
+    /// A number of the cells from `first` on: the one that stands `further` behind a column.
+    #[inline(always)]
+    pub fn column<F: Num>(&self, column: Column, further: usize, first: usize) -> F {
+        F::read(self.columns.get((column as usize + further) * self.cells + first..).unwrap_or(&[]))
+    }
+
+    /// The first corner of a cell, and from there to the one below it.
+    #[inline(always)]
+    pub fn corner_of(&self, cell: usize) -> (usize, usize) {
+        let [columns, rows] = self.face_grid;
+        let (row, column) = (cell / columns.max(1), cell % columns.max(1));
+        // A face has one row of corners more than of cells.
+        ((row + row / rows.max(1)) * (columns + 1) + column, columns + 1)
+    }
+
+    /// Whether all numbers are such that products of them are finite.
+    pub fn is_sound(&self) -> bool {
+        let all = [self.corners, self.columns, self.middles];
+        let length = self.cells * (COLUMNS + 3 * MIDDLES) + 3 * self.corner_count;
+        all.iter().map(|part| part.len()).sum::<usize>() == length
+            && all.iter().all(|part| part.iter().all(|x| x.abs() <= LARGEST))
+    }
+}
+
+/// What is written of one cell.
+#[derive(Clone, Copy, Debug)]
+pub struct CellGuide {
+    columns: [f32; COLUMNS],
+    middles: [[f32; MIDDLES]; 3],
+}
+
+impl CellGuide {
+    /// Measures a cell of a light whose tables are complete.
+    pub fn of(light: &Light<'_>, cell: u32) -> CellGuide {
+        let mut guide = CellGuide { columns: [0.0; COLUMNS], middles: [[0.0; MIDDLES]; 3] };
+        let Some(c) = light.cells.get(cell as usize) else { return guide };
+        let edge = |k: usize, patch: u16| light.chart.axes[k].edge(f32::from(patch));
+        let low = [edge(0, c.origin[0]), edge(1, c.origin[1])];
+        let size = [edge(0, c.origin[0] + c.patches[0]) - low[0], edge(1, c.origin[1] + c.patches[1]) - low[1]];
+        let at =
+            |x: f32, y: f32| light.chart.direction(f32::from(c.face), [low[0] + x * size[0], low[1] + y * size[1]]);
+        let share = |position: f32, k: usize| ((position - low[k]) / size[k].max(f32::MIN_POSITIVE)).max(0.0).min(1.0);
+        for part in 0..MIDDLES {
+            let middle = |i: usize| (i as f32 + 0.5) / PARTS as f32;
+            let (column, row) = (part % PARTS, part / PARTS);
+            let drawn = light.sample_in::<f32>([cell], [middle(column), middle(row)]);
+            let place = drawn.place();
+            let position = [share(place[0], 0), share(place[1], 1)];
+            let quadrant = 2 * usize::from(row >= PARTS / 2) + usize::from(column >= PARTS / 2);
+            for (axis, first) in [Column::Across, Column::Down].into_iter().enumerate() {
+                if let Some(mean) = guide.columns.get_mut(first as usize + quadrant) {
+                    *mean += position[axis] / PARTS as f32;
+                }
+            }
+            let direction = at(position[0], position[1]);
+            for (out, x) in guide.middles.iter_mut().zip(direction) {
+                if let Some(out) = out.get_mut(part) {
+                    *out = x;
+                }
+            }
+        }
+        let (axis, [sine, cosine]) = cone(at);
+        let rest = [c.probability, axis[0], axis[1], axis[2], sine, cosine];
+        for (out, x) in guide.columns.iter_mut().skip(Column::Mass as usize).zip(rest) {
+            *out = x;
+        }
+        guide
+    }
+}
+
+/// A cone that contains a cell, from its directions at positions in [0, 1]^2: the axis, sine and cosine of the half-angle.
+///
+/// No point is farther from the nearest point of a lattice than the largest diagonal of the lattice's cells.
+fn cone(at: impl Fn(f32, f32) -> [f32; 3]) -> ([f32; 3], [f32; 2]) {
+    let axis = at(0.5, 0.5);
+    let lattice = |i: usize, j: usize| at(i as f32 / (LATTICE - 1) as f32, j as f32 / (LATTICE - 1) as f32);
+    let (mut farthest, mut diagonal) = (0.0f32, 0.0f32);
+    for (i, j) in (0..LATTICE * LATTICE).map(|k| (k % LATTICE, k / LATTICE)) {
+        let here = lattice(i, j);
+        farthest = farthest.max(chord(axis, here));
+        if i + 1 < LATTICE && j + 1 < LATTICE {
+            diagonal = diagonal.max(chord(here, lattice(i + 1, j + 1)));
+            diagonal = diagonal.max(chord(lattice(i + 1, j), lattice(i, j + 1)));
+        }
+    }
+    let reach = farthest + diagonal;
+    if reach * reach >= 2.0 {
+        return (axis, [1.0, 0.0]);
+    }
+    (axis, [reach * sqrt(1.0 - 0.25 * reach * reach), 1.0 - 0.5 * reach * reach])
+}
+
+fn chord(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    sqrt(x * x + y * y + z * z)
+}
+
+/// Writes the directions of the corners of all cells.
+pub fn write_corners(light: &Light<'_>, numbers: &mut [f32]) {
+    let faces = light.chart.faces();
+    let count = corner_count(light.grid, faces);
+    let columns = light.grid[0] as usize;
+    let rows = (light.grid[1] / faces.max(1)) as usize;
+    let mut corner = 0;
+    for (face, (j, i)) in (0..faces).flat_map(|f| (0..=rows).flat_map(move |j| (0..=columns).map(move |i| (f, (j, i)))))
+    {
+        let direction = corner_direction(light, face, [i, j], [columns, rows]);
+        for (k, x) in direction.into_iter().enumerate() {
+            if let Some(out) = numbers.get_mut(corner + k * count) {
+                *out = x;
+            }
+        }
+        corner += 1;
+    }
+    // What fills up the lanes is a direction, too.
+    for at in (corner..count).flat_map(|at| [at, at + count, at + 2 * count].map(|k| (k, k == at))) {
+        if let Some(out) = numbers.get_mut(at.0) {
+            *out = if at.1 { 1.0 } else { 0.0 };
+        }
+    }
+}
+
+/// The direction of corner (i, j) of a face: where a cell begins, or the last one ends.
+fn corner_direction(light: &Light<'_>, face: u32, at: [usize; 2], [columns, rows]: [usize; 2]) -> [f32; 3] {
+    let [i, j] = [at[0].min(columns.saturating_sub(1)), at[1].min(rows.saturating_sub(1))];
+    let cell = light.cells.get((face as usize * rows + j) * columns + i).copied().unwrap_or_default();
+    let edge = |k: usize, last: bool| {
+        let patch = cell.origin[k] + if last { cell.patches[k] } else { 0 };
+        light.chart.axes[k].edge(f32::from(patch))
+    };
+    light.chart.direction(face as f32, [edge(0, at[0] == columns), edge(1, at[1] == rows)])
+}
+
+/// Writes what was measured of a cell into the numbers of a guide.
+pub fn write_cell(grid: [u32; 2], faces: u32, cell: u32, guide: &CellGuide, numbers: &mut [f32]) {
+    let (cells, cell) = (grid[0] as usize * grid[1] as usize, cell as usize);
+    let first = 3 * corner_count(grid, faces);
+    for (k, &x) in guide.columns.iter().enumerate() {
+        if let Some(out) = numbers.get_mut(first + k * cells + cell) {
+            *out = x;
+        }
+    }
+    let first = first + COLUMNS * cells + 3 * MIDDLES * cell;
+    for (out, &x) in numbers.iter_mut().skip(first).zip(guide.middles.as_flattened()) {
+        *out = x;
+    }
+}

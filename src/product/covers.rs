@@ -1,0 +1,57 @@
+//! Whether a product may serve another hit of the same environment: how well it fits, never whether results are right on average.
+
+use super::peak::half_angle;
+use super::stored::{COSINE_INCLUDED, Header, WHOLE_SPHERE};
+use crate::brdf::material::Shape;
+use crate::brdf::point::Point;
+use crate::numeric::{max, min, sqrt};
+use crate::sphere::unit;
+
+/// Half-angles of lobes may differ by this factor.
+const HALF_ANGLES: f32 = 1.5;
+/// Views may differ by this share of the narrowest lobe's half-angle, and by the cone.
+const VIEWS: f32 = 0.5;
+/// Lobes of at least this half-angle hardly depend on the view.
+const DIFFUSE: f32 = 1.0;
+
+impl Header {
+    /// Whether a hit's normal lies within the cone, its lobes are of the same kinds and about as wide, each that reflects did so
+    /// at the product, and it is seen from about the same side.
+    pub fn covers(&self, point: &Point<'_>) -> bool {
+        let flags = (if point.whole_sphere || point.material.transmits() { WHOLE_SPHERE } else { 0 })
+            | if point.cosine_included { COSINE_INCLUDED } else { 0 };
+        let lobes = point.material.lobes();
+        if flags != self.flags || lobes.len() != self.lobes as usize {
+            return false;
+        }
+        let (Some(normal), Some(wo)) = (unit(point.normal), unit(point.wo)) else { return false };
+        let (own_normal, own_wo) = (glam::Vec3::from_array(self.normal), glam::Vec3::from_array(self.wo));
+        /// The hit that the product was prepared for is covered, whatever rounding does.
+        const ROUNDING: f32 = 1e-6;
+        if normal.dot(own_normal) < self.cone - ROUNDING {
+            return false;
+        }
+        let mut narrowest = f32::MAX;
+        for ((shape, weight), own) in lobes.iter().zip(&point.weight).zip(&self.lobe) {
+            if shape.kind.code() != own.kind || shape.eta != own.eta {
+                return false;
+            }
+            if !weight.iter().any(|&w| w > 0.0) {
+                continue;
+            }
+            if own.lit == 0 || !alike(shape, &Shape { kind: shape.kind, a: own.a, b: own.b, eta: own.eta }) {
+                return false;
+            }
+            narrowest = min(narrowest, half_angle(shape, 1.0));
+        }
+        let cone = sqrt(max(2.0 - 2.0 * self.cone, 0.0));
+        narrowest >= DIFFUSE
+            || (wo - own_wo).length_squared() <= (VIEWS * narrowest + cone) * (VIEWS * narrowest + cone)
+    }
+}
+
+/// Whether two lobes of a kind are about as wide, along each axis.
+fn alike(a: &Shape, b: &Shape) -> bool {
+    let near = |x: f32, y: f32| x <= HALF_ANGLES * y && y <= HALF_ANGLES * x;
+    if a.kind.is_ggx() { near(a.a, b.a) && near(a.b, b.b) } else { near(half_angle(a, 1.0), half_angle(b, 1.0)) }
+}

@@ -1,0 +1,317 @@
+//! Sample, pdf and invert of a product over its light.
+//!
+//! The density is F over the light's numbers, times the light's density, over F's integral. As for the light, the pdf is one
+//! function of the f32 world direction, and a sample's pdf is that function at the direction that it returns.
+
+use super::stored::{PART_ENDS, Product};
+use crate::light::batch::Density;
+use crate::light::density::{Inverted, clamp_u, to_world};
+use crate::light::guide::{MIDDLES, PARTS};
+use crate::light::search::find;
+use crate::light::tables::{Light, Located, decoded};
+use crate::light::warp::{PatchDensity, Profiles};
+use crate::numeric::{ONE_MINUS_EPSILON, min};
+use crate::simd::{LANES, Num};
+use crate::sphere::Frame;
+use glam::Vec3;
+
+/// A product with the light that it was prepared for.
+#[derive(Clone, Copy, Debug)]
+pub struct Shaded<'a> {
+    /// The light.
+    pub light: Light<'a>,
+    /// The product.
+    pub product: Product<'a>,
+}
+
+/// Where F is bilinear: a cell, or a part of one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Leaf {
+    /// Which eight leaves, and which of them.
+    at: [u32; 2],
+    /// Where the leaf begins in the cell's numbers (w, v).
+    start: [f32; 2],
+    /// Its width along both; 1: the cell.
+    width: f32,
+}
+
+/// Numbers that lead to leaves, one for each lane.
+struct Numbers<F: Num> {
+    /// The cells.
+    cells: F::Ints,
+    leaves: Leaves<F>,
+    /// What is left of the numbers (w, v) inside the leaves.
+    rest: [F; 2],
+}
+
+/// Leaves, one for each lane.
+struct Leaves<F: Num> {
+    shape: PatchDensity<F>,
+    start: [F; 2],
+    width: F,
+}
+
+impl<'a> Shaded<'a> {
+    /// The words of a leaf: its corners in 16 bits.
+    #[inline(always)]
+    fn words(&self, [group, lane]: [u32; 2]) -> [u16; 4] {
+        let Some([a, b, c, d]) = self.product.leaves.get(group as usize) else { return [0; 4] };
+        let lane = lane as usize % LANES;
+        [a[lane], b[lane], c[lane], d[lane]]
+    }
+
+    /// The number of a divided cell among those; a divided cell's own leaf keeps it.
+    #[inline(always)]
+    fn divided(&self, cell: u32) -> Option<u32> {
+        let [marker, number, ..] = self.words(whole(cell));
+        if marker == 0 { u32::from(number).checked_sub(1) } else { None }
+    }
+
+    /// The leaf of part (column, row) of the divided cell with this number.
+    #[inline(always)]
+    fn part(&self, number: u32, column: usize, row: usize) -> Leaf {
+        let cells = (self.light.cells.len() / LANES) as u32;
+        let (group, lane) = (number / LANES as u32, number % LANES as u32);
+        let part = (row * PARTS + column) as u32;
+        let width = 1.0 / PARTS as f32;
+        let start = [column as f32 * width, row as f32 * width];
+        Leaf { at: [cells + group * MIDDLES as u32 + part, lane], start, width }
+    }
+
+    /// The leaf that holds the numbers (w, v) of a cell.
+    #[inline(always)]
+    fn leaf_at(&self, cell: u32, [w, v]: [f32; 2]) -> Leaf {
+        match self.divided(cell) {
+            None => Leaf { at: whole(cell), start: [0.0; 2], width: 1.0 },
+            Some(number) => {
+                let part = |x: f32| ((x * PARTS as f32) as usize).min(PARTS - 1);
+                self.part(number, part(w), part(v))
+            }
+        }
+    }
+
+    /// The cell that `u` leads to, the leaf in it, and what is left of `u`.
+    #[inline(always)]
+    fn search(&self, [across, down]: [f32; 2]) -> (u32, Leaf, [f32; 2]) {
+        let tops = &self.product.tops;
+        let [columns, rows] = self.product.header.grid.map(|n| n as usize);
+        let [total, ..] = *tops.window(rows);
+        let (row, range) = find(tops, 0, rows, down * total);
+        let v = rest(down * total, range);
+        let line = rows + 1 + row * (columns + 1);
+        let [sum, ..] = *tops.window(line + columns);
+        let (column, range) = find(tops, line, columns, across * sum);
+        let w = rest(across * sum, range);
+        let cell = (row * columns + column) as u32;
+        let Some(number) = self.divided(cell) else {
+            return (cell, Leaf { at: whole(cell), start: [0.0; 2], width: 1.0 }, [w, v]);
+        };
+        let (row, v) = self.search_ends(number, 0, v);
+        let (column, w) = self.search_ends(number, PARTS * (1 + row), w);
+        (cell, self.part(number, column, row), [w, v])
+    }
+
+    /// Ends `first` to `first` + 3 of a divided cell.
+    #[inline(always)]
+    fn ends(&self, number: u32, first: usize) -> [f32; PARTS] {
+        let lane = number as usize % LANES;
+        let first = number as usize / LANES * PART_ENDS + first;
+        match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<PARTS>()) {
+            Some([a, b, c, d]) => [a[lane], b[lane], c[lane], d[lane]],
+            None => [1.0; PARTS],
+        }
+    }
+
+    /// Which of four ends a number falls before, and what is left of it.
+    #[inline(always)]
+    fn search_ends(&self, number: u32, first: usize, u: f32) -> (usize, f32) {
+        let [a, b, c, total] = self.ends(number, first);
+        let t = u * total;
+        let index = usize::from(a <= t) + usize::from(b <= t) + usize::from(c <= t);
+        let starts = [0.0, a, b, c, total];
+        let (start, end) = (starts[index.min(PARTS - 1)], starts[(index + 1).min(PARTS)]);
+        (index, rest(t, [start, end]))
+    }
+
+    /// Leaves as lanes.
+    #[inline(always)]
+    fn gather<F: Num>(&self, leaf: impl Fn(usize) -> Leaf) -> Leaves<F> {
+        let (mut top, mut bottom) = (F::ints(), F::ints());
+        let (mut across, mut down, mut width) = (F::floats(), F::floats(), F::floats());
+        for lane in 0..F::WIDTH {
+            let leaf = leaf(lane);
+            let [a, b, c, d] = self.words(leaf.at).map(u32::from);
+            put(top.as_mut(), lane, a | b << 16);
+            put(bottom.as_mut(), lane, c | d << 16);
+            put(across.as_mut(), lane, leaf.start[0]);
+            put(down.as_mut(), lane, leaf.start[1]);
+            put(width.as_mut(), lane, leaf.width);
+        }
+        let ([a, b], [c, d]) = (decoded::<F>(top), decoded::<F>(bottom));
+        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
+        Leaves { shape, start: [F::load(across), F::load(down)], width: F::load(width) }
+    }
+
+    /// The leaves that numbers in [0, 1 - 2^-24]^2 lead to.
+    #[inline(always)]
+    fn numbers<F: Num>(&self, u: [F; 2]) -> Numbers<F> {
+        let (across, down) = (u[0].store(), u[1].store());
+        let mut found = [Leaf::default(); LANES];
+        let (mut cells, mut w, mut v) = (F::ints(), F::floats(), F::floats());
+        for (lane, found) in found.iter_mut().enumerate().take(F::WIDTH) {
+            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
+            let (cell, leaf, rest) = self.search([of(&across), of(&down)]);
+            *found = leaf;
+            put(cells.as_mut(), lane, cell);
+            put(w.as_mut(), lane, rest[0]);
+            put(v.as_mut(), lane, rest[1]);
+        }
+        let leaves = self.gather::<F>(|lane| found.get(lane).copied().unwrap_or_default());
+        Numbers { cells, leaves, rest: [F::load(w), F::load(v)] }
+    }
+
+    /// The numbers of cells that numbers in [0, 1 - 2^-24]^2 lead to.
+    #[inline(always)]
+    fn cells<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
+        let Numbers { cells, leaves, rest } = self.numbers(u);
+        let inside = leaves.shape.sample(rest);
+        let last = F::splat(ONE_MINUS_EPSILON);
+        let at = |k: usize| (leaves.start[k] + inside[k] * leaves.width).min(last);
+        (cells, [at(0), at(1)])
+    }
+
+    /// The leaves of located directions, and the positions in them.
+    #[inline(always)]
+    fn leaves<F: Num>(&self, located: &Located<F>) -> (Leaves<F>, [F; 2]) {
+        let numbers = located.numbers(&self.light);
+        let (w, v) = (numbers[0].store(), numbers[1].store());
+        let leaves = self.gather::<F>(|lane| {
+            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
+            let cell = located.patch.cell.as_ref().get(lane).copied().unwrap_or(0);
+            self.leaf_at(cell, [of(&w), of(&v)])
+        });
+        let scale = F::splat(1.0) / leaves.width;
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let at = |k: usize| ((numbers[k] - leaves.start[k]) * scale).max(zero).min(one);
+        let inside = [at(0), at(1)];
+        (leaves, inside)
+    }
+
+    /// The density of located directions by the grid.
+    #[inline(always)]
+    fn grid<F: Num>(&self, located: &Located<F>) -> F {
+        let (leaves, inside) = self.leaves(located);
+        leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
+    }
+
+    /// The density of located directions, given in map space.
+    #[inline(always)]
+    fn density<F: Num>(&self, map: [F; 3], located: &Located<F>) -> F {
+        let grid = self.grid(located);
+        match &self.product.peak {
+            None => grid,
+            Some(peak) => F::splat(1.0 - peak.share) * grid + F::splat(peak.share) * peak.density(map),
+        }
+    }
+
+    /// As [`Density::sample`], of a product without narrow lobes.
+    #[inline(always)]
+    fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], Located<F>) {
+        let (cells, numbers) = self.cells(u);
+        self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers))
+    }
+
+    /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].
+    pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
+        let (map, _) = self.light.valid(frame, wi.to_array());
+        let located = self.light.locate::<f32>(map, true);
+        if !(self.density(map, &located) > 0.0) {
+            return Inverted::Zero;
+        }
+        let peak = self.product.peak.map_or(0.0, |peak| peak.share);
+        let [cell] = located.patch.cell;
+        let candidates = [located.numbers(&self.light), located.middle()].map(|numbers| {
+            let [w, v] = self.outer(cell, numbers);
+            [min(peak + (1.0 - peak) * w, ONE_MINUS_EPSILON), v]
+        });
+        let leads = |u: &[f32; 2]| {
+            let grid = (u[0] - peak) / (1.0 - peak);
+            if !(grid >= 0.0) {
+                return false;
+            }
+            let (cells, numbers) = self.cells::<f32>([min(grid, ONE_MINUS_EPSILON), u[1]]);
+            located.is_in_patch_of(&self.light.sample_in::<f32>(cells, numbers))
+        };
+        candidates.into_iter().find(leads).map_or(Inverted::Unreachable, Inverted::To)
+    }
+
+    /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
+    fn outer(&self, cell: u32, [w, v]: [f32; 2]) -> [f32; 2] {
+        let leaf = self.leaf_at(cell, [w, v]);
+        let Leaves { shape, .. } = self.gather::<f32>(|_| leaf);
+        let mut u = shape.invert([(w - leaf.start[0]) / leaf.width, (v - leaf.start[1]) / leaf.width]);
+        if let Some(number) = self.divided(cell) {
+            let part = leaf.start.map(|start| (start * PARTS as f32) as usize % PARTS);
+            let within = |first: usize, part: usize, u: f32| {
+                let ends = self.ends(number, first);
+                let start = if part == 0 { 0.0 } else { ends[(part - 1) % PARTS] };
+                (start + u * (ends[part] - start)) / ends[PARTS - 1]
+            };
+            u = [within(PARTS * (1 + part[1]), part[0], u[0]), within(0, part[1], u[1])];
+        }
+        let tops = &self.product.tops;
+        let [columns, rows] = self.product.header.grid.map(|n| (n as usize).max(1));
+        let (row, column) = (cell as usize / columns, cell as usize % columns);
+        let line = rows + 1 + row * (columns + 1);
+        let within = |first: usize, index: usize, last: usize, u: f32| {
+            let ([start, end, ..], [total, ..]) = (*tops.window(first + index), *tops.window(first + last));
+            min((start + u * (end - start)) / total, ONE_MINUS_EPSILON)
+        };
+        [within(line, column, columns, u[0]), within(0, row, rows, u[1])]
+    }
+}
+
+impl Density for Shaded<'_> {
+    #[inline(always)]
+    fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
+        let u = [clamp_u(u[0]), clamp_u(u[1])];
+        let Some(peak) = &self.product.peak else {
+            let (world, located) = self.sample_grid(frame, u);
+            return (world, self.grid(&located));
+        };
+        let (share, last) = (F::splat(peak.share), F::splat(ONE_MINUS_EPSILON));
+        let from_peak = u[0].lt(share);
+        let in_peak = (u[0] * F::splat(1.0 / peak.share)).min(last);
+        let in_grid = ((u[0] - share) * F::splat(1.0 / (1.0 - peak.share))).max(F::splat(0.0)).min(last);
+        let (grid, _) = self.sample_grid(frame, [in_grid, u[1]]);
+        let lobe = to_world(frame, peak.sample([in_peak, u[1]]));
+        let select = |k: usize| F::select(from_peak, lobe[k], grid[k]);
+        let world = [select(0), select(1), select(2)];
+        (world, self.pdf(frame, world))
+    }
+
+    #[inline(always)]
+    fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
+        let (map, valid) = self.light.valid(frame, wi);
+        F::only(valid, self.density(map, &self.light.locate(map, true)))
+    }
+}
+
+/// The leaf of a whole cell.
+#[inline(always)]
+fn whole(cell: u32) -> [u32; 2] {
+    [cell / LANES as u32, cell % LANES as u32]
+}
+
+/// The position of a number between two ends.
+#[inline(always)]
+fn rest(number: f32, [start, end]: [f32; 2]) -> f32 {
+    crate::light::search::inside(number, start, (end - start).max(f32::MIN_POSITIVE)).max(0.0)
+}
+
+#[inline(always)]
+fn put<T: Copy>(lanes: &mut [T], lane: usize, x: T) {
+    if let Some(out) = lanes.get_mut(lane) {
+        *out = x;
+    }
+}

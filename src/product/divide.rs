@@ -1,0 +1,66 @@
+//! Divided cells: F at the middles of 4 x 4 parts of the light's numbers, and from there bilinear in each part.
+//!
+//! Eight cells stand in lanes, so that what is done to parts is done to all of them at once.
+
+use super::corners::{Cone, response};
+use super::leaves::{Corners, FLOOR, largest};
+use crate::brdf::surface::Surface;
+use crate::light::guide::{Guide, MIDDLES, PARTS};
+use crate::simd::{LANES, Lanes, Num};
+
+/// F at the middles of the parts of eight cells.
+pub type Middles = [[f32; LANES]; MIDDLES];
+
+/// Evaluates F at the middles of up to eight cells' parts.
+#[inline(always)]
+pub fn middles<F: Lanes>(surface: &Surface, cone: &Cone, guide: &Guide<'_>, cells: &[u32], out: &mut Middles) {
+    for (lane, &cell) in cells.iter().enumerate() {
+        for first in (0..MIDDLES).step_by(LANES) {
+            let value = Num::store(response::<F>(surface, cone, guide.middle::<F>(cell as usize, first)));
+            for (out, value) in out.iter_mut().skip(first).zip(value) {
+                if let Some(out) = out.get_mut(lane) {
+                    *out = value;
+                }
+            }
+        }
+    }
+}
+
+/// F over part (column, row) of eight cells: the middle's value with the slopes to its neighbours.
+#[inline(always)]
+pub fn part<F: Lanes>(middles: &Middles, column: usize, row: usize, least: F) -> Corners<F> {
+    let at = |column: usize, row: usize| {
+        <F as Num>::load(middles.get(row * PARTS + column).copied().unwrap_or([0.0; LANES]))
+    };
+    let value = at(column, row);
+    let half = <F as Num>::splat(0.5);
+    let (left, right) = (at(column.saturating_sub(1), row), at((column + 1).min(PARTS - 1), row));
+    let (top, bottom) = (at(column, row.saturating_sub(1)), at(column, (row + 1).min(PARTS - 1)));
+    let across = slope::<F>(left, value, right, column) * half;
+    let down = slope::<F>(top, value, bottom, row) * half;
+    let corners = [value - across - down, value + across - down, value - across + down, value + across + down];
+    let floor = least.max(<F as Num>::splat(FLOOR) * largest(corners));
+    let mut out = corners;
+    for (out, corner) in out.iter_mut().zip(corners) {
+        *out = corner.max(floor);
+    }
+    out
+}
+
+/// The slope over a part: at either end of a cell to the only neighbour; elsewhere the mean of both, but at most twice the smaller,
+/// so that a jump on one side does not overshoot on the other (van Leer 1977).
+#[inline(always)]
+fn slope<F: Lanes>(before: F, value: F, behind: F, place: usize) -> F {
+    let (zero, two) = (<F as Num>::splat(0.0), <F as Num>::splat(2.0));
+    let (left, right) = (value - before, behind - value);
+    if place == 0 {
+        return right;
+    }
+    if place == PARTS - 1 {
+        return left;
+    }
+    let mean = <F as Num>::splat(0.5) * (left + right);
+    let limit = two * Num::min(Num::abs(left), Num::abs(right));
+    let limited = Num::copysign(Num::min(Num::abs(mean), limit), mean);
+    <F as Num>::only(Num::lt(zero, left * right), limited)
+}

@@ -1,0 +1,74 @@
+//! Leaves: F as a bilinear function of the light's numbers, from values at directions, and in 16 bits.
+
+use super::stored::Leaves;
+use crate::light::guide::{Column, Guide};
+use crate::light::tables::{decode, encode};
+use crate::simd::{LANES, Lanes, Num};
+
+/// No leaf that counts is darker than this share of the brightest value about it.
+pub const FLOOR: f32 = 0.05;
+
+/// The values of F at the corners (w, v) = (0, 0), (1, 0), (0, 1), (1, 1) of eight leaves.
+pub type Corners<F> = [F; 4];
+
+/// The values at the corners of eight cells, from those of all corners: the light's four directions.
+#[inline(always)]
+pub fn corner_values<F: Lanes>(guide: &Guide<'_>, values: &[f32], first: usize) -> Corners<F> {
+    // Rows have four cells or sixteen, so that each half of the lanes lies in one.
+    let ((a, below), (b, _)) = (guide.corner_of(first), guide.corner_of(first + LANES / 2));
+    let read = |further: usize| {
+        let half = |at: usize| values.get(at + further..).and_then(|rest| rest.first_chunk::<4>()).unwrap_or(&[0.0; 4]);
+        let ([p, q, r, s], [t, u, v, w]) = (*half(a), *half(b));
+        <F as Num>::load([p, q, r, s, t, u, v, w])
+    };
+    [read(0), read(1), read(below), read(below + 1)]
+}
+
+/// F over the numbers of eight cells: interpolated to where the light of each quadrant is, and extrapolated to the corners.
+#[inline(always)]
+pub fn tilted<F: Lanes>(guide: &Guide<'_>, corners: &Corners<F>, first: usize) -> Corners<F> {
+    let [a, b, c, d] = *corners;
+    let mut at = [a; 4];
+    for (quadrant, out) in at.iter_mut().enumerate() {
+        let across = guide.column::<F>(Column::Across, quadrant, first);
+        let down = guide.column::<F>(Column::Down, quadrant, first);
+        let (top, bottom) = (a + (b - a) * across, c + (d - c) * across);
+        *out = top + (bottom - top) * down;
+    }
+    extrapolated(at)
+}
+
+/// The corners of a bilinear function from its values at the middles of the quadrants.
+#[inline(always)]
+fn extrapolated<F: Lanes>([a, b, c, d]: Corners<F>) -> Corners<F> {
+    let half = <F as Num>::splat(0.5);
+    let apart = |low: F, high: F| {
+        let step = half * (high - low);
+        [low - step, high + step]
+    };
+    let ([a, b], [c, d]) = (apart(a, b), apart(c, d));
+    let ([a, c], [b, d]) = (apart(a, c), apart(b, d));
+    [a, b, c, d]
+}
+
+/// The largest of four.
+#[inline(always)]
+pub fn largest<F: Num>([a, b, c, d]: [F; 4]) -> F {
+    a.max(b).max(c.max(d))
+}
+
+/// Leaves in 16 bits, and the mean of what is stored.
+#[inline(always)]
+pub fn store<F: Lanes>(corners: &Corners<F>, out: &mut Leaves) -> F {
+    let mut sum = <F as Num>::splat(0.0);
+    for (corner, words) in corners.iter().zip(out) {
+        let values = Num::store(*corner);
+        let mut stored = [0.0; LANES];
+        for ((word, kept), &value) in words.iter_mut().zip(&mut stored).zip(&values) {
+            *word = encode(value);
+            *kept = decode(*word);
+        }
+        sum = sum + <F as Num>::load(stored);
+    }
+    sum * <F as Num>::splat(0.25)
+}

@@ -1,0 +1,18 @@
+//! The product of light and BRDF x cosine at a shading point: a density with sample, pdf and invert.
+//!
+//! A product is a function F over the light's own numbers, so its density is F times the light's density over the integral of F.
+//! F is bilinear in the numbers (w, v) of each cell of the light, or of each of 4 x 4 parts of the heaviest cells. No walk
+//! through the light is needed to normalise it: a bilinear function's integral is the mean of its corners.
+//!
+//! Narrow lobes vary inside a cell. Their products are mixtures of this grid with the lobes' own density.
+
+mod choose;
+mod corners;
+mod covers;
+pub mod density;
+mod divide;
+mod leaves;
+pub mod peak;
+pub mod prepare;
+pub mod stored;
+mod tops;

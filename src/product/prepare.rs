@@ -1,0 +1,372 @@
+//! Preparing a product: BRDF x cosine at the corners of the light's cells, then leaves, then the tables above them.
+
+use super::choose::Heaviest;
+use super::corners::{Cone, response};
+use super::divide::{Middles, middles, part};
+use super::leaves::{FLOOR, corner_values, largest, store, tilted};
+use super::peak::{self, Mixture};
+use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, MAX_DIVIDED, PART_ENDS, WHOLE_SPHERE};
+use super::tops;
+use crate::brdf::point::{Fault, Point};
+use crate::brdf::surface::Surface;
+use crate::light::environment::Environment;
+use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS, MIDDLES, PARTS};
+use crate::numeric::exponent;
+use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use crate::status::Status;
+use bytemuck::{Zeroable, bytes_of, try_cast_slice_mut};
+
+/// What a product is prepared for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// The most cells that are divided, up to [`MAX_DIVIDED`].
+    pub divided: usize,
+    /// How far the normals of other hits may turn from this one, in radians.
+    pub cone: f32,
+    /// Whether F is bilinear in a leaf, or the mean of that: for comparison.
+    pub constant: bool,
+    /// How much is drawn from narrow lobes.
+    pub mixture: Mixture,
+}
+
+/// Cells that are divided by default; the error hardly falls beyond.
+pub const DIVIDED: usize = 8;
+
+impl Default for Config {
+    fn default() -> Config {
+        Config { divided: DIVIDED, cone: 0.0, constant: false, mixture: Mixture::TUNED }
+    }
+}
+
+/// Cells with less than this share of the product are not divided: what they add to the variance is small.
+const HEAVY: f32 = 0.015;
+/// The same where many cells may be divided.
+const HEAVY_OF_MANY: f32 = 0.008;
+
+/// No leaf that counts is darker than this share of the mean of F over all corners above the horizon.
+const DARKEST: f32 = 1.0 / 1024.0;
+
+/// What a leaf holds for 1.
+const STORED_ONE: f64 = 65536.0;
+
+/// By how much rounding may raise a cell above the horizon.
+const ROUNDING: f32 = 1e-5;
+
+/// Why a product was not prepared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PrepareError {
+    /// The point is none.
+    Point(Fault),
+    /// The memory is too small: the bytes that are needed.
+    TooSmall(usize),
+    /// Anything else.
+    Status(Status),
+}
+
+/// Prepares a product at the beginning of `memory`, aligned to 16. Answers its bytes.
+///
+/// # Errors
+/// [`PrepareError`].
+pub fn prepare(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    config: &Config,
+    memory: &mut [u8],
+) -> Result<usize, PrepareError> {
+    let surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
+    let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
+    let guide = environment.guide();
+    let mut stage = Stage::new(guide, &surface, cone, config);
+    run(level, Evaluate { stage: &mut stage });
+    let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
+    let grid = environment.light().grid;
+    let divided = stage.heaviest.cells().len();
+    let lengths = Lengths::new(grid, divided);
+    let memory = memory.get_mut(..lengths.bytes()).ok_or(PrepareError::TooSmall(lengths.bytes()))?;
+    let (first, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
+    let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
+    let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
+    let (ends, padding) = rest.split_at_mut_checked(4 * LANES * lengths.ends).unwrap_or_default();
+    padding.fill(0);
+    let misaligned = PrepareError::Status(Status::Misaligned);
+    let write = Write {
+        stage: &mut stage,
+        grid,
+        leaves: try_cast_slice_mut(leaves).map_err(|_| misaligned)?,
+        tops: try_cast_slice_mut(tops).map_err(|_| misaligned)?,
+        ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
+    };
+    let total = run(level, write);
+    let power = environment.header().power;
+    let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
+    flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
+    let lit = total > 0.0;
+    let unit = stage.unit() / STORED_ONE;
+    let header = Header {
+        magic: MAGIC,
+        environment: environment.header().content_id,
+        material: point.material.hash(),
+        integral: if stage.any { f64::from(total) * unit * power } else { 0.0 },
+        rgb: stage.colour(environment.colours(), if stage.any { unit * power } else { 0.0 }),
+        scale: if lit { 1.0 / total } else { 0.0 },
+        bytes: lengths.bytes() as u32,
+        grid,
+        divided: divided as u32,
+        flags,
+        lobes: point.material.lobes().len() as u32,
+        peak: if lit { peak } else { 0.0 },
+        cone: cone.cosine,
+        normal: point.normal,
+        wo: point.wo,
+        axes: surface.axes(),
+        local_wo: surface.wo(),
+        lobe: lobes,
+        ..Header::zeroed()
+    };
+    for (out, &byte) in first.iter_mut().zip(bytes_of(&header)) {
+        *out = byte;
+    }
+    Ok(lengths.bytes())
+}
+
+/// F before it is stored.
+struct Stage<'a> {
+    guide: Guide<'a>,
+    surface: &'a Surface,
+    cone: Cone,
+    heaviest: Heaviest,
+    constant: bool,
+    /// The corners of eight cells each.
+    corners: [[[f32; LANES]; 4]; MAX_CELLS / LANES],
+    /// The middles of the parts of eight divided cells each.
+    middles: [Middles; MAX_DIVIDED / LANES],
+    /// The weight of each cell: its light times its mean of F.
+    weights: [f32; MAX_CELLS],
+    /// The largest value of F.
+    largest: f32,
+    /// No leaf that counts is darker.
+    darkest: f32,
+    /// Whether F is above 0 anywhere; elsewhere 1 stands for it.
+    any: bool,
+}
+
+impl<'a> Stage<'a> {
+    fn new(guide: Guide<'a>, surface: &'a Surface, cone: Cone, config: &Config) -> Stage<'a> {
+        Stage {
+            guide,
+            surface,
+            cone,
+            heaviest: Heaviest::new(config.divided),
+            constant: config.constant,
+            corners: [[[0.0; LANES]; 4]; MAX_CELLS / LANES],
+            middles: [[[0.0; LANES]; MIDDLES]; MAX_DIVIDED / LANES],
+            weights: [0.0; MAX_CELLS],
+            largest: 0.0,
+            darkest: 0.0,
+            any: true,
+        }
+    }
+
+    /// What F is divided by: a power of two of which its largest value is 1/4 to 1/2, so that extrapolation stays below 2.
+    fn unit(&self) -> f64 {
+        /// So that neither this nor its inverse leaves the range of normal floats.
+        const LEAST: i32 = -124;
+        crate::numeric::exp2i((exponent(self.largest.into()) + 2).max(LEAST))
+    }
+
+    /// The integral as a colour, from the light of each cell.
+    fn colour(&self, colours: &[[f32; 3]], unit: f64) -> [f32; 3] {
+        let mut sum = [0.0f64; 3];
+        let mass = |cell: usize| self.guide.column::<f32>(Column::Mass, 0, cell);
+        for (cell, (&weight, colour)) in self.weights.iter().zip(colours).enumerate().filter(|(_, (w, _))| **w > 0.0) {
+            let mean = f64::from(weight) / f64::from(mass(cell)).max(f64::MIN_POSITIVE);
+            for (sum, &c) in sum.iter_mut().zip(colour) {
+                *sum += mean * f64::from(c);
+            }
+        }
+        sum.map(|c| (c * unit).min(f64::from(f32::MAX)) as f32)
+    }
+}
+
+/// Evaluates F everywhere, and chooses the cells that are divided.
+struct Evaluate<'a, 'b> {
+    stage: &'b mut Stage<'a>,
+}
+
+impl Kernel for Evaluate<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) {
+        let mut values = [0.0; MAX_CORNERS];
+        self.stage.evaluate::<F>(&mut values);
+        self.stage.lay::<F>(&values);
+        self.stage.divide::<F>();
+    }
+}
+
+impl Stage<'_> {
+    /// F at the corners; where it is 0 everywhere, 1.
+    #[inline(always)]
+    fn evaluate<F: Lanes>(&mut self, values: &mut [f32; MAX_CORNERS]) {
+        let zero = <F as Num>::splat(0.0);
+        let (mut largest, mut sum, mut above) = (zero, zero, zero);
+        for (group, out) in values.chunks_exact_mut(LANES).enumerate().take(self.guide.corners() / LANES) {
+            let value = response::<F>(self.surface, &self.cone, self.guide.corner::<F>(group * LANES));
+            let positive = Num::max(value, zero);
+            largest = Num::max(largest, positive);
+            sum = sum + Num::min(positive, <F as Num>::splat(LARGEST_SUMMED));
+            above = above + <F as Num>::only(Num::lt(zero, value), <F as Num>::splat(1.0));
+            out.copy_from_slice(&Num::store(value));
+        }
+        self.largest = Num::store(largest).iter().fold(0.0, |a, &b| crate::numeric::max(a, b));
+        let sum: f32 = Num::store(sum).iter().sum();
+        let above: f32 = Num::store(above).iter().sum();
+        self.darkest = DARKEST * sum / above.max(1.0);
+        self.any = self.darkest > 0.0;
+        if !self.any {
+            values.fill(1.0);
+            (self.largest, self.darkest) = (1.0, 1.0);
+        }
+    }
+
+    /// The leaves of whole cells, and their weights.
+    #[inline(always)]
+    fn lay<F: Lanes>(&mut self, values: &[f32; MAX_CORNERS]) {
+        let zero = <F as Num>::splat(0.0);
+        for (group, (out, weights)) in self
+            .corners
+            .iter_mut()
+            .zip(self.weights.chunks_exact_mut(LANES))
+            .enumerate()
+            .take(self.guide.cells() / LANES)
+        {
+            let first = group * LANES;
+            let counts = reaches::<F>(&self.guide, self.surface, &self.cone, first);
+            if <F as Num>::bits(counts) == 0 {
+                continue;
+            }
+            let corners = corner_values::<F>(&self.guide, values, first);
+            let floor = (largest(corners) * <F as Num>::splat(FLOOR)).max(<F as Num>::splat(self.darkest));
+            let tilted = tilted(&self.guide, &corners, first);
+            let mut sum = zero;
+            for (out, corner) in out.iter_mut().zip(tilted) {
+                let corner = <F as Num>::only(counts, Num::max(corner, floor));
+                sum = sum + corner;
+                *out = Num::store(corner);
+            }
+            let mass = self.guide.column::<F>(Column::Mass, 0, first);
+            weights.copy_from_slice(&Num::store(mass * sum));
+        }
+    }
+
+    /// Chooses the heaviest cells, and evaluates F in them.
+    #[inline(always)]
+    fn divide<F: Lanes>(&mut self) {
+        if self.heaviest.room() == 0 || !self.any {
+            return;
+        }
+        let total: f32 = self.weights.iter().sum();
+        let share = if self.heaviest.room() > DIVIDED { HEAVY_OF_MANY } else { HEAVY };
+        for (cell, &weight) in (0..).zip(&self.weights) {
+            if weight > share * total {
+                self.heaviest.offer(cell, weight);
+            }
+        }
+        let mut largest = self.largest;
+        for (cells, out) in self.heaviest.cells().chunks(LANES).zip(&mut self.middles) {
+            middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
+            largest = out.iter().flatten().fold(largest, |a, &b| crate::numeric::max(a, b));
+        }
+        self.largest = largest;
+    }
+}
+
+/// Values above this are not summed as they are: the sum of all corners stays finite.
+const LARGEST_SUMMED: f32 = f32::MAX / (2 * MAX_CORNERS) as f32;
+
+/// Which of eight cells reach above the horizon, as far as any normal of the cone sees it.
+#[inline(always)]
+fn reaches<F: Lanes>(guide: &Guide<'_>, surface: &Surface, cone: &Cone, first: usize) -> F::Mask {
+    let zero = <F as Num>::splat(0.0);
+    if surface.is_whole() {
+        return <F as Num>::le(zero, zero);
+    }
+    let of = |column: Column| guide.column::<F>(column, 0, first);
+    let [.., up] = surface.to_local([of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)]);
+    let (sine, cosine) = (of(Column::Sine), of(Column::Cosine));
+    let (c, s) = (<F as Num>::splat(cone.cosine), <F as Num>::splat(cone.sine));
+    let wider = Num::le(cosine * c - sine * s, zero);
+    let above = Num::lt(zero - (sine * c + cosine * s) - <F as Num>::splat(ROUNDING), up);
+    <F as Num>::or(wider, above)
+}
+
+/// Writes leaves and tables. Answers the integral of F over the light's numbers, in units.
+struct Write<'a, 'b> {
+    stage: &'b mut Stage<'a>,
+    grid: [u32; 2],
+    leaves: &'b mut [Leaves],
+    tops: &'b mut [f32],
+    ends: &'b mut [[f32; LANES]],
+}
+
+impl Kernel for Write<'_, '_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) -> f32 {
+        let Write { stage, grid, leaves, tops, ends } = self;
+        let scale = <F as Num>::splat((1.0 / stage.unit()) as f32);
+        let cells = stage.guide.cells();
+        let (whole, parts) = leaves.split_at_mut_checked(cells / LANES).unwrap_or_default();
+        for (group, (out, corners)) in whole.iter_mut().zip(&stage.corners).enumerate() {
+            let [a, b, c, d] = *corners;
+            let load = |corner: [f32; LANES]| <F as Num>::load(corner) * scale;
+            let mut corners = [load(a), load(b), load(c), load(d)];
+            if stage.constant {
+                let mean = (corners[0] + corners[1] + (corners[2] + corners[3])) * <F as Num>::splat(0.25);
+                corners = [mean; 4];
+            }
+            let mean = store::<F>(&corners, out);
+            let weight = Num::store(stage.guide.column::<F>(Column::Mass, 0, group * LANES) * mean);
+            for (out, weight) in stage.weights.iter_mut().skip(group * LANES).zip(weight) {
+                *out = weight;
+            }
+        }
+        let divided = stage.heaviest.cells();
+        let darkest = <F as Num>::splat(stage.darkest);
+        let groups = divided.chunks(LANES).zip(&stage.middles).zip(parts.chunks_exact_mut(MIDDLES));
+        for (group, (((cells, middles), out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
+            let mut means = [<F as Num>::splat(0.0); MIDDLES];
+            for ((index, mean), out) in means.iter_mut().enumerate().zip(out) {
+                let corners = part::<F>(middles, index % PARTS, index / PARTS, darkest);
+                let [a, b, c, d] = corners;
+                let mut corners = [a * scale, b * scale, c * scale, d * scale];
+                if stage.constant {
+                    let mean = (corners[0] + corners[1] + (corners[2] + corners[3])) * <F as Num>::splat(0.25);
+                    corners = [mean; 4];
+                }
+                *mean = store::<F>(&corners, out);
+            }
+            let mean = Num::store(tops::write_parts(&means, ends));
+            for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
+                let mass = stage.guide.column::<f32>(Column::Mass, 0, cell as usize);
+                if let Some(weight) = stage.weights.get_mut(cell as usize) {
+                    *weight = mass * mean;
+                }
+                mark(whole, cell, group * LANES + lane);
+            }
+        }
+        tops.get_mut(super::stored::tops(grid)..).unwrap_or_default().fill(0.0);
+        tops::write(stage.weights.get(..cells).unwrap_or(&[]), grid, tops)
+    }
+}
+
+/// Notes in the leaf of a cell which of the divided ones it is.
+fn mark(leaves: &mut [Leaves], cell: u32, number: usize) {
+    let Some([a, b, ..]) = leaves.get_mut(cell as usize / LANES) else { return };
+    let lane = cell as usize % LANES;
+    a[lane] = 0;
+    b[lane] = number as u16 + 1;
+}

@@ -1,0 +1,48 @@
+//! The tables above the leaves: running sums of weights, which a sample searches and nobody normalises.
+
+use super::stored::PART_ENDS;
+use crate::light::guide::{MIDDLES, PARTS};
+use crate::simd::{LANES, Lanes, Num};
+
+/// Writes the starts of rows, then of the cells of each row, for the weights of all cells. Answers their sum.
+#[inline(always)]
+pub fn write(weights: &[f32], [columns, rows]: [u32; 2], tops: &mut [f32]) -> f32 {
+    let (columns, rows) = (columns.max(1) as usize, rows as usize);
+    let (of_rows, of_cells) = tops.split_at_mut_checked(rows + 1).unwrap_or_default();
+    let mut total = 0.0;
+    let lines = of_cells.chunks_exact_mut(columns + 1).zip(weights.chunks_exact(columns));
+    for (start, (line, weights)) in of_rows.iter_mut().zip(lines) {
+        *start = total;
+        let mut sum = 0.0;
+        for (start, weight) in line.iter_mut().zip(weights) {
+            *start = sum;
+            sum += weight;
+        }
+        if let Some(end) = line.last_mut() {
+            *end = sum;
+        }
+        total += sum;
+    }
+    if let Some(end) = of_rows.last_mut() {
+        *end = total;
+    }
+    total
+}
+
+/// Writes the ends of rows and parts of eight divided cells for the means of their parts. Answers the means of the cells.
+#[inline(always)]
+pub fn write_parts<F: Lanes>(means: &[F; MIDDLES], ends: &mut [[f32; LANES]]) -> F {
+    let (of_rows, of_parts) = ends.split_at_mut_checked(PART_ENDS - MIDDLES).unwrap_or_default();
+    let mut total = <F as Num>::splat(0.0);
+    for ((end, parts), means) in of_rows.iter_mut().zip(of_parts.chunks_exact_mut(PARTS)).zip(means.chunks_exact(PARTS))
+    {
+        let mut sum = <F as Num>::splat(0.0);
+        for (end, &mean) in parts.iter_mut().zip(means) {
+            sum = sum + mean;
+            *end = Num::store(sum);
+        }
+        total = total + sum;
+        *end = Num::store(total);
+    }
+    total * <F as Num>::splat(1.0 / MIDDLES as f32)
+}

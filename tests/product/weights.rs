@@ -1,0 +1,88 @@
+//! The largest weight of a client: max f L cos / (p I), rule 33 of docs/design.md.
+
+use super::built::{Built, Random};
+use super::client::Client;
+use super::lookup::{Map, V3, double, single};
+use super::maps::{sky, suns};
+use super::points::{materials, view};
+use super::prepared::Prepared;
+use wis::light::plan::Filter;
+
+/// Of any lobe whose narrow half-angle is at least 0.02, at views up to 89 degrees.
+const LARGEST: f64 = 50.0;
+
+/// White, an unclipped sun high and at the horizon, and lamps.
+fn maps() -> Vec<(String, Map)> {
+    let mut all = vec![(String::from("white"), Map::latlong(256, 128, |_, _| 1.0))];
+    all.extend(suns(256, 128).into_iter().step_by(4));
+    let lamp = |d: V3, at: V3| (0..3).map(|k| d[k] * at[k]).sum::<f64>() > 0.995;
+    let places = [[0.6, 0.0, 0.8], [-0.48, 0.64, 0.6], [0.0, -0.6, 0.8], [0.8, 0.6, 0.0]];
+    let lamps = Map::of_directions(wis::light::chart::Layout::LatLong, 256, 128, |d| {
+        0.05 * sky(d) + if places.iter().any(|&at| lamp(d, at)) { 200.0 } else { 0.0 }
+    });
+    all.push((String::from("lamps"), lamps));
+    all
+}
+
+/// The largest weight over directions of the light, of the lobes, and of the sphere, and where it is.
+pub fn largest(map: &Map, built: &Built, prepared: &Prepared<'_>, client: &Client, count: usize) -> (f64, V3) {
+    let of = map.description(Filter::Bilinear);
+    let least = built.least();
+    let mut random = Random(91);
+    let (mut sum, mut samples) = (0.0, 0.0);
+    let mut worst = (0.0, [0.0; 3]);
+    let weight = |wi: [f32; 3]| {
+        let value = client.f_cos(double(wi)) * map.radiance(&of, least, double(wi));
+        let pdf = f64::from(prepared.pdf(wi));
+        assert!(value == 0.0 || pdf > 0.0, "{wi:?}: f L cos is {value}, the density 0");
+        if value > 0.0 { value / pdf } else { 0.0 }
+    };
+    for i in 0..count {
+        let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
+        let w = weight(wi);
+        assert!(pdf > 0.0);
+        sum += w;
+        samples += 1.0;
+        let mut look = |wi: [f32; 3]| {
+            let w = weight(wi);
+            if w > worst.0 {
+                worst = (w, double(wi));
+            }
+        };
+        look(wi);
+        look(built.sample(&prepared.frame(), [random.f32(), random.f32()]).0);
+        // About the mirror direction, ever closer.
+        let mirror = client.mirror();
+        let near = super::maps::near(mirror, random.direction(), [1.0, 0.3, 0.1, 0.03, 0.01][i % 5]);
+        look(single(near));
+        look(single(random.direction()));
+    }
+    (worst.0 * samples / sum, worst.1)
+}
+
+#[test]
+fn no_weight_is_huge() {
+    let mut failures = Vec::new();
+    for (map_name, map) in maps() {
+        let built = Built::new(&map, &map.description(Filter::Bilinear));
+        for (name, material) in materials() {
+            for degrees in [0.0, 45.0, 70.0, 80.0, 85.0, 89.0, 89.5] {
+                let mut most = (0.0, 0.0);
+                for around in [0.3, 1.9, 3.6] {
+                    let point = view(&material, [0.1, 0.2, 0.9], degrees, around);
+                    let prepared = Prepared::new(&built, &point);
+                    let (w, at) = largest(&map, &built, &prepared, &Client::new(&point), 4000);
+                    let angle = Client::new(&point).cosine(at).acos().to_degrees();
+                    if w > most.0 {
+                        most = (w, angle);
+                    }
+                }
+                println!("{map_name:40} {name:20} {degrees:4} : {:8.1} at {:.1} degrees", most.0, most.1);
+                if most.0 > LARGEST && degrees <= 89.0 {
+                    failures.push(format!("{map_name}, {name}, {degrees} degrees: {:.0}", most.0));
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}

@@ -293,6 +293,12 @@ fn main() {
             let environment = Environment::view(bytemuck::cast_slice(&words)).expect("built");
             let memory = vec![0u128; most_bytes(MAX_DIVIDED) / 16];
             let mut bench = Bench { map, environment, level: Level::detect(), memory };
+            if only == "prepare" {
+                for i in 0..500_000 {
+                    bench.prepare(&point(&material, i % POINTS), &full);
+                }
+                return;
+            }
             if only != "times" {
                 let references = bench.references(&material);
                 let mut line = format!("{name:10} {:20}", map.name);

@@ -665,8 +665,10 @@ enum wis_status wis_product_prepare(struct wis_sampler *sampler,
                                     size_t *offset,
                                     size_t *bytes_used);
 
-/// Describes a product. Set `info->size` before.
-enum wis_status wis_product_describe(const struct wis_product *product, struct wis_product_info *info);
+/// Describes a product. Set `info->size` before. WIS_MISMATCH for a product of another environment. Costs about 1 us.
+enum wis_status wis_product_describe(const struct wis_environment *environment,
+                                     const struct wis_product *product,
+                                     struct wis_product_info *info);
 
 /// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone, lobes must be of the same
 /// kinds and about as wide, and glossy ones be seen from about the same direction; weights and f0 may differ. Where it is 1, the

@@ -157,6 +157,12 @@ impl Surface {
         self.axes
     }
 
+    /// The mirror direction of wo, in map space.
+    pub fn mirror(&self) -> [f32; 3] {
+        let [x, y, z] = self.wo;
+        self.to_map::<f32>([-x, -y, z])
+    }
+
     /// The share of directions that [`Surface::sample`] draws from each lobe; all 0 without lobes.
     pub fn shares(&self) -> [f32; MAX_LOBES] {
         self.lobes.map(|lobe| lobe.share)

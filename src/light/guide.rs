@@ -4,7 +4,7 @@
 //! the directions that the middles of 4 x 4 equal parts of its numbers (w, v) lead to: each stands for a sixteenth of the light.
 
 use super::tables::Light;
-use crate::numeric::sqrt;
+use crate::numeric::{max, min, sqrt};
 use crate::simd::{LANES, Num};
 
 /// Parts of a cell's numbers along each axis.
@@ -155,7 +155,7 @@ impl CellGuide {
         let size = [edge(0, c.origin[0] + c.patches[0]) - low[0], edge(1, c.origin[1] + c.patches[1]) - low[1]];
         let at =
             |x: f32, y: f32| light.chart.direction(f32::from(c.face), [low[0] + x * size[0], low[1] + y * size[1]]);
-        let share = |position: f32, k: usize| ((position - low[k]) / size[k].max(f32::MIN_POSITIVE)).max(0.0).min(1.0);
+        let share = |position: f32, k: usize| min(max((position - low[k]) / max(size[k], f32::MIN_POSITIVE), 0.0), 1.0);
         for part in 0..MIDDLES {
             let middle = |i: usize| (i as f32 + 0.5) / PARTS as f32;
             let (column, row) = (part % PARTS, part / PARTS);

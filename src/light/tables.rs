@@ -116,7 +116,7 @@ impl Block {
 
     /// Whether the words of its tables lie closer towards the ends.
     #[inline(always)]
-    pub(super) fn is_to_ends(&self) -> bool {
+    pub(super) fn words_at_ends(&self) -> bool {
         self.to_ends != 0
     }
 
@@ -149,6 +149,13 @@ pub(crate) fn decoded<F: Num>(pairs: F::Ints) -> [F; 2] {
 pub fn decode(word: u16) -> f32 {
     let bits = (u32::from(word) << 12) + (EXPONENT_OF_WORD_0 << 23);
     if word == 0 { 0.0 } else { f32::from_bits(bits) }
+}
+
+/// As [`decode`], without a branch.
+#[inline(always)]
+pub fn unpacked(word: u16) -> f32 {
+    let lit = u32::from(word != 0).wrapping_neg();
+    f32::from_bits(((u32::from(word) << 12) + (EXPONENT_OF_WORD_0 << 23)) & lit)
 }
 
 /// The nearest corner in 16 bits to a value in [0, 1], of which 1 is the largest; above 0 if the value is.

@@ -1,18 +1,18 @@
 //! Whether a product may serve another hit of the same environment: how well it fits, never whether results are right on average.
 
-use super::peak::half_angle;
+use super::peak::width;
 use super::stored::{COSINE_INCLUDED, Header, WHOLE_SPHERE};
 use crate::brdf::material::Shape;
 use crate::brdf::point::Point;
 use crate::numeric::{max, min, sqrt};
 use crate::sphere::unit;
 
-/// Half-angles of lobes may differ by this factor.
-const HALF_ANGLES: f32 = 1.5;
-/// Views may differ by this share of the narrowest lobe's half-angle, and by the cone.
+/// Widths of lobes may differ by this factor.
+const WIDTHS: f32 = 1.5;
+/// Views may differ by this share of the narrowest lobe's width, and by the cone.
 const VIEWS: f32 = 0.5;
-/// Lobes of at least this half-angle hardly depend on the view.
-const DIFFUSE: f32 = 1.0;
+/// Lobes of at least this width hardly depend on the view.
+const DIFFUSE: f32 = 0.7;
 
 impl Header {
     /// Whether a hit's normal lies within the cone, its lobes are of the same kinds and about as wide, each that reflects did so
@@ -42,7 +42,7 @@ impl Header {
             if own.lit == 0 || !alike(shape, &Shape { kind: shape.kind, a: own.a, b: own.b, eta: own.eta }) {
                 return false;
             }
-            narrowest = min(narrowest, half_angle(shape, 1.0));
+            narrowest = min(narrowest, width(shape, 1.0));
         }
         let cone = sqrt(max(2.0 - 2.0 * self.cone, 0.0));
         narrowest >= DIFFUSE
@@ -52,6 +52,6 @@ impl Header {
 
 /// Whether two lobes of a kind are about as wide, along each axis.
 fn alike(a: &Shape, b: &Shape) -> bool {
-    let near = |x: f32, y: f32| x <= HALF_ANGLES * y && y <= HALF_ANGLES * x;
-    if a.kind.is_ggx() { near(a.a, b.a) && near(a.b, b.b) } else { near(half_angle(a, 1.0), half_angle(b, 1.0)) }
+    let near = |x: f32, y: f32| x <= WIDTHS * y && y <= WIDTHS * x;
+    if a.kind.is_ggx() { near(a.a, b.a) && near(a.b, b.b) } else { near(width(a, 1.0), width(b, 1.0)) }
 }

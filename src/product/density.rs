@@ -8,7 +8,7 @@ use crate::light::batch::Density;
 use crate::light::density::{Inverted, clamp_u, to_world};
 use crate::light::guide::{MIDDLES, PARTS};
 use crate::light::search::find;
-use crate::light::tables::{Light, Located, decoded};
+use crate::light::tables::{Light, Located, decode, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
 use crate::simd::{LANES, Num};
@@ -52,6 +52,30 @@ struct Leaves<F: Num> {
 }
 
 impl<'a> Shaded<'a> {
+    /// The integral of the light's colour x luminance of BRDF x cosine, from the colours and the power of the light.
+    pub fn colour(&self, colours: &[[f32; 3]]) -> [f32; 3] {
+        let mut sum = [0.0f64; 3];
+        for (cell, colour) in (0..).zip(colours) {
+            let mean = match self.divided(cell) {
+                None => self.mean(whole(cell)),
+                Some(number) => {
+                    let parts = (0..MIDDLES).map(|part| self.mean(self.part(number, part % PARTS, part / PARTS).at));
+                    parts.sum::<f64>() / MIDDLES as f64
+                }
+            };
+            for (sum, &c) in sum.iter_mut().zip(colour) {
+                *sum += mean * f64::from(c);
+            }
+        }
+        let scale = self.product.header.unit * self.light.power;
+        sum.map(|c| (c * scale).min(f64::from(f32::MAX)) as f32)
+    }
+
+    /// The mean of a leaf.
+    fn mean(&self, leaf: [u32; 2]) -> f64 {
+        0.25 * self.words(leaf).iter().map(|&word| f64::from(decode(word))).sum::<f64>()
+    }
+
     /// The words of a leaf: its corners in 16 bits.
     #[inline(always)]
     fn words(&self, [group, lane]: [u32; 2]) -> [u16; 4] {

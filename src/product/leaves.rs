@@ -2,7 +2,7 @@
 
 use super::stored::Leaves;
 use crate::light::guide::{Column, Guide};
-use crate::light::tables::{decode, encode};
+use crate::light::tables::{encode, unpacked};
 use crate::simd::{LANES, Lanes, Num};
 
 /// No leaf that counts is darker than this share of the brightest value about it.
@@ -66,7 +66,7 @@ pub fn store<F: Lanes>(corners: &Corners<F>, out: &mut Leaves) -> F {
         let mut stored = [0.0; LANES];
         for ((word, kept), &value) in words.iter_mut().zip(&mut stored).zip(&values) {
             *word = encode(value);
-            *kept = decode(*word);
+            *kept = unpacked(*word);
         }
         sum = sum + <F as Num>::load(stored);
     }

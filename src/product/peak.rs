@@ -15,7 +15,7 @@ use crate::simd::Num;
 /// How much of a product's numbers draws from narrow lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// Lobes with a narrower half-angle, in radians, are drawn from.
+    /// Lobes of a smaller width are drawn from.
     pub narrow: f32,
     /// The share of numbers that draws from an infinitely narrow lobe, where no other lobe reflects.
     pub share: f32,
@@ -27,6 +27,10 @@ impl Mixture {
     /// The grid alone.
     pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0 };
 }
+
+/// Phong lobes are drawn with this share of their exponent: a lamp on the flank of such a lobe, which falls exponentially, would
+/// otherwise have weights above 50.
+const FLANKS: f32 = 0.5;
 
 /// Where other lobes reflect, narrow ones have at least this part of the share.
 const LEAST_PART: f32 = 0.3;
@@ -48,13 +52,14 @@ pub struct Peak {
     lobes: [Option<(f32, Narrow)>; MAX_LOBES],
 }
 
-/// The smaller half-angle of a lobe, in radians, seen from a direction whose cosine is given.
-pub fn half_angle(shape: &Shape, cosine: f32) -> f32 {
+/// The smaller width of a lobe, seen from a direction whose cosine is given: the alpha of microfacets that reflect into it.
+pub fn width(shape: &Shape, cosine: f32) -> f32 {
     match shape.kind {
         Kind::Lambert | Kind::LambertTransmission => core::f32::consts::FRAC_PI_2,
         // At grazing views a lobe of microfacets narrows across the plane of incidence.
         Kind::Ggx | Kind::GgxTransmission => min(shape.a, shape.b) * crate::numeric::sqrt(min(max(cosine, 1e-4), 1.0)),
-        Kind::Phong => libm::acosf(libm::powf(2.0, -1.0 / (shape.a + 1.0))),
+        // Directions turn by twice the angle of half vectors.
+        Kind::Phong => 0.5 * libm::acosf(libm::powf(2.0, -1.0 / (shape.a + 1.0))),
     }
 }
 
@@ -65,7 +70,7 @@ pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([St
     let (mut narrow, mut mixed) = (0.0, 0.0);
     for ((lobe, shape), share) in lobes.iter_mut().zip(material.lobes()).zip(surface.shares()) {
         let Shape { kind, a, b, eta } = *shape;
-        let angle = half_angle(shape, cosine);
+        let angle = width(shape, cosine);
         let drawn = if cosine > 0.0 && angle < mixture.narrow { share } else { 0.0 };
         *lobe = StoredLobe { kind: kind.code(), lit: u32::from(share > 0.0), a, b, eta, share: drawn };
         narrow += drawn;
@@ -91,7 +96,7 @@ impl Peak {
             let ggx = || Ggx::new([lobe.a, lobe.b], header.local_wo);
             let narrow = match Kind::from_code(lobe.kind) {
                 Some(Kind::GgxTransmission) => Narrow::Transmission(ggx(), lobe.eta),
-                Some(Kind::Phong) => Narrow::Phong(Phong::new(lobe.a, header.local_wo)),
+                Some(Kind::Phong) => Narrow::Phong(Phong::new(FLANKS * lobe.a, header.local_wo)),
                 _ => Narrow::Ggx(ggx()),
             };
             *out = Some((lobe.share, narrow));

@@ -77,9 +77,10 @@ pub fn prepare(
     let surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
     let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
     let guide = environment.guide();
-    let mut stage = Stage::new(guide, &surface, cone, config);
-    run(level, Evaluate { stage: &mut stage });
     let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
+    let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
+    let mut stage = Stage::new(guide, &surface, mirror, cone, config);
+    run(level, Evaluate { stage: &mut stage });
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();
     let lengths = Lengths::new(grid, divided);
@@ -108,7 +109,7 @@ pub fn prepare(
         environment: environment.header().content_id,
         material: point.material.hash(),
         integral: if stage.any { f64::from(total) * unit * power } else { 0.0 },
-        rgb: stage.colour(environment.colours(), if stage.any { unit * power } else { 0.0 }),
+        unit: if stage.any { unit } else { 0.0 },
         scale: if lit { 1.0 / total } else { 0.0 },
         bytes: lengths.bytes() as u32,
         grid,
@@ -136,6 +137,8 @@ struct Stage<'a> {
     surface: &'a Surface,
     cone: Cone,
     heaviest: Heaviest,
+    /// The mirror direction, in map space; 0 if no lobe is narrow.
+    peak: [f32; 3],
     constant: bool,
     /// The corners of eight cells each.
     corners: [[[f32; LANES]; 4]; MAX_CELLS / LANES],
@@ -152,12 +155,13 @@ struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    fn new(guide: Guide<'a>, surface: &'a Surface, cone: Cone, config: &Config) -> Stage<'a> {
+    fn new(guide: Guide<'a>, surface: &'a Surface, peak: [f32; 3], cone: Cone, config: &Config) -> Stage<'a> {
         Stage {
             guide,
             surface,
             cone,
             heaviest: Heaviest::new(config.divided),
+            peak,
             constant: config.constant,
             corners: [[[0.0; LANES]; 4]; MAX_CELLS / LANES],
             middles: [[[0.0; LANES]; MIDDLES]; MAX_DIVIDED / LANES],
@@ -173,19 +177,6 @@ impl<'a> Stage<'a> {
         /// So that neither this nor its inverse leaves the range of normal floats.
         const LEAST: i32 = -124;
         crate::numeric::exp2i((exponent(self.largest.into()) + 2).max(LEAST))
-    }
-
-    /// The integral as a colour, from the light of each cell.
-    fn colour(&self, colours: &[[f32; 3]], unit: f64) -> [f32; 3] {
-        let mut sum = [0.0f64; 3];
-        let mass = |cell: usize| self.guide.column::<f32>(Column::Mass, 0, cell);
-        for (cell, (&weight, colour)) in self.weights.iter().zip(colours).enumerate().filter(|(_, (w, _))| **w > 0.0) {
-            let mean = f64::from(weight) / f64::from(mass(cell)).max(f64::MIN_POSITIVE);
-            for (sum, &c) in sum.iter_mut().zip(colour) {
-                *sum += mean * f64::from(c);
-            }
-        }
-        sum.map(|c| (c * unit).min(f64::from(f32::MAX)) as f32)
     }
 }
 
@@ -220,7 +211,7 @@ impl Stage<'_> {
             above = above + <F as Num>::only(Num::lt(zero, value), <F as Num>::splat(1.0));
             out.copy_from_slice(&Num::store(value));
         }
-        self.largest = Num::store(largest).iter().fold(0.0, |a, &b| crate::numeric::max(a, b));
+        self.largest = highest(largest);
         let sum: f32 = Num::store(sum).iter().sum();
         let above: f32 = Num::store(above).iter().sum();
         self.darkest = DARKEST * sum / above.max(1.0);
@@ -261,30 +252,107 @@ impl Stage<'_> {
         }
     }
 
+    /// Weighs cells again by F where their light is, if interpolation between corners may have missed it: cells with much light,
+    /// and those that the peak of a narrow lobe falls into.
+    #[inline(always)]
+    fn look_closer<F: Lanes>(&mut self) {
+        let mut cells = [0u32; CLOSER];
+        let mut count = 0;
+        for first in (0..self.guide.cells()).step_by(LANES) {
+            let bright = Num::lt(<F as Num>::splat(BRIGHT), self.guide.column::<F>(Column::Mass, 0, first));
+            let mut bits = <F as Num>::bits(<F as Num>::or(bright, self.holds_peak::<F>(first)));
+            while bits != 0 && count < CLOSER {
+                if let Some(cell) = cells.get_mut(count) {
+                    *cell = first as u32 + bits.trailing_zeros();
+                }
+                bits &= bits - 1;
+                count += 1;
+            }
+        }
+        for cells in cells.get(..count).unwrap_or(&[]).chunks(LANES) {
+            let mut largest = <F as Num>::splat(0.0);
+            let looked_at: &[usize] = if self.peak == [0.0; 3] { &LOOKED_AT } else { &LOOKED_AT_IF_NARROW };
+            for &part in looked_at {
+                let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+                for (lane, &cell) in cells.iter().enumerate() {
+                    [x[lane % LANES], y[lane % LANES], z[lane % LANES]] = self.guide.middle::<f32>(cell as usize, part);
+                }
+                let d = [<F as Num>::load(x), <F as Num>::load(y), <F as Num>::load(z)];
+                largest = Num::max(largest, response::<F>(self.surface, &self.cone, d));
+            }
+            for (&cell, value) in cells.iter().zip(Num::store(largest)) {
+                let mass = self.guide.column::<f32>(Column::Mass, 0, cell as usize);
+                if let Some(weight) = self.weights.get_mut(cell as usize).filter(|weight| **weight > 0.0) {
+                    *weight = crate::numeric::max(*weight, 4.0 * mass * value);
+                }
+            }
+        }
+    }
+
+    /// Which of eight cells the mirror direction falls into, or nearly, if a lobe about it is narrow.
+    #[inline(always)]
+    fn holds_peak<F: Lanes>(&self, first: usize) -> F::Mask {
+        let of = |column: Column| self.guide.column::<F>(column, 0, first);
+        let [x, y, z] = self.peak;
+        let along = of(Column::AxisX) * <F as Num>::splat(x)
+            + of(Column::AxisY) * <F as Num>::splat(y)
+            + of(Column::AxisZ) * <F as Num>::splat(z);
+        Num::lt(of(Column::Cosine), along)
+    }
+
     /// Chooses the heaviest cells, and evaluates F in them.
     #[inline(always)]
     fn divide<F: Lanes>(&mut self) {
         if self.heaviest.room() == 0 || !self.any {
             return;
         }
-        let total: f32 = self.weights.iter().sum();
+        self.look_closer::<F>();
+        let mut sum = <F as Num>::splat(0.0);
+        for weights in self.weights.chunks_exact(LANES) {
+            sum = sum + <F as Num>::read(weights);
+        }
         let share = if self.heaviest.room() > DIVIDED { HEAVY_OF_MANY } else { HEAVY };
-        for (cell, &weight) in (0..).zip(&self.weights) {
-            if weight > share * total {
-                self.heaviest.offer(cell, weight);
+        let least = share * Num::store(sum).iter().sum::<f32>();
+        for (first, weights) in (0..).step_by(LANES).zip(self.weights.chunks_exact(LANES)) {
+            let mut bits = <F as Num>::bits(Num::lt(<F as Num>::splat(least), <F as Num>::read(weights)));
+            while bits != 0 {
+                let lane = bits.trailing_zeros();
+                bits &= bits - 1;
+                self.heaviest.offer(first + lane, weights.get(lane as usize).copied().unwrap_or(0.0));
             }
         }
-        let mut largest = self.largest;
+        let mut largest = <F as Num>::splat(self.largest);
         for (cells, out) in self.heaviest.cells().chunks(LANES).zip(&mut self.middles) {
             middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
-            largest = out.iter().flatten().fold(largest, |a, &b| crate::numeric::max(a, b));
+            for row in out {
+                largest = Num::max(largest, <F as Num>::load(*row));
+            }
         }
-        self.largest = largest;
+        self.largest = highest(largest);
     }
 }
 
+/// Cells with this share of the light are looked at more closely, up to [`CLOSER`].
+const BRIGHT: f32 = 0.01;
+/// The most cells that are looked at more closely.
+const CLOSER: usize = 2 * LANES;
+/// The parts whose middles are looked at: opposite ones of the inner four.
+const LOOKED_AT: [usize; 2] = [5, 10];
+/// The same under a narrow lobe, whose flank may lie at any side of the light.
+const LOOKED_AT_IF_NARROW: [usize; 5] = [0, 3, 6, 12, 15];
+
 /// Values above this are not summed as they are: the sum of all corners stays finite.
 const LARGEST_SUMMED: f32 = f32::MAX / (2 * MAX_CORNERS) as f32;
+
+/// The largest of eight numbers.
+#[inline(always)]
+fn highest<F: Num>(lanes: F) -> f32 {
+    let mut highest = 0.0;
+    for &x in lanes.store().as_ref() {
+        highest = crate::numeric::max(highest, x);
+    }
+    highest
+}
 
 /// Which of eight cells reach above the horizon, as far as any normal of the cone sees it.
 #[inline(always)]

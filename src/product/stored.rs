@@ -45,8 +45,8 @@ pub struct Header {
     pub material: u64,
     /// An approximation of the integral of luminance x BRDF x cosine.
     pub integral: f64,
-    /// The same as a colour: light of each cell x luminance of BRDF x cosine.
-    pub rgb: [f32; 3],
+    /// What BRDF x cosine is for 1 in a leaf; 0 if it is 0 everywhere.
+    pub unit: f64,
     /// One over the integral of F over the light's numbers; 0: nothing can be drawn.
     pub scale: f32,
     /// Bytes of the product, a multiple of 16.
@@ -73,6 +73,8 @@ pub struct Header {
     pub local_wo: [f32; 3],
     /// The lobes.
     pub lobe: [StoredLobe; MAX_LOBES],
+    /// Always 0: with these it fills cache lines.
+    pub reserved: [u32; 3],
 }
 
 impl Header {

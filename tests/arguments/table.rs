@@ -77,7 +77,7 @@ pub const TABLE: &[Entry] = table! {
     wis_direct_wave(sampler, environment, count, wave);
     wis_product_size(config, size, diagnostic);
     wis_product_prepare(sampler, environment, config, count, point, memory, bytes, offset, bytes_used);
-    wis_product_describe(product, info);
+    wis_product_describe(environment, product, info);
     wis_product_covers(product, point, covers);
     wis_sample(sampler, environment, product, count, u, u_stride, drawn, drawn_stride);
     wis_pdf(sampler, environment, product, count, wi, wi_stride, pdf, pdf_stride);

@@ -45,6 +45,11 @@ impl Client {
         [0, 1, 2].map(|k| self.wo[2] * n[k] - self.wo[0] * t[k] - self.wo[1] * b[k])
     }
 
+    /// The normal.
+    pub fn normal(&self) -> V3 {
+        self.axes[2]
+    }
+
     /// The cosine to the normal.
     pub fn cosine(&self, wi: V3) -> f64 {
         dot(self.axes[2], wi)

@@ -14,7 +14,13 @@ mod maps;
 mod statistics;
 
 mod bits;
+mod chi_square;
 mod client;
+mod degenerate;
+mod invert;
+mod mean;
 mod points;
 mod prepared;
+mod reach;
+mod share;
 mod weights;

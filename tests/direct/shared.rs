@@ -1,8 +1,8 @@
 //! Products that hits of a pixel share: unbiased for hits that differ in normal, view and texture; forgotten between pixels.
 
-use crate::client::{self, Client};
-use crate::light::{Light, TURNED, Thread};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread};
+use super::maps;
 use crate::support::Random;
 use crate::support::maps::Filter;
 use crate::support::statistics::{Mean, corrected};

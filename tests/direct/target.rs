@@ -1,8 +1,8 @@
 //! The client's own BRDF as the target: means stay right, errors fall, and failures are answers.
 
-use crate::client::{self, Client};
-use crate::light::{Light, TURNED, Thread, first_hit, mean_of};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread, first_hit, mean_of};
+use super::maps;
 use crate::support::maps::Filter;
 use crate::support::statistics::{LARGEST_MISSED, corrected};
 use crate::support::vector::rotate_back;

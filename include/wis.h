@@ -339,7 +339,8 @@ typedef struct wis_sampler_config {
   uint32_t rays;
   /// Candidates for each ray, 1 to 256; 0: the library's choice.
   uint32_t candidates_per_ray;
-  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known.
+  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on hits that come with numbers of
+  /// yours (`u` of wis_direct) share products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
   /// Always 0.
   uint32_t reserved;
@@ -512,8 +513,10 @@ typedef struct wis_ray {
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a sequence of your own; they are read where hits share
-/// a product only. It takes about 30 ns for each candidate, of which a single ray has 16.
+/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
+/// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
+/// fall with the spread of your numbers. Without `u`, and for fewer hits, rays are chosen among candidates: about 30 ns for each, of
+/// which a single ray has 16.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,
@@ -590,6 +593,8 @@ typedef struct wis_wave {
   struct wis_ints_in visibility_key;
   /// What rays of earlier passes saw. Null: not known.
   struct wis_visibility_cache *visibility;
+  /// Two numbers for each ray, ray after ray, from a well-spread sequence of your own; null: none. As `u` of wis_direct.
+  struct wis_floats_in u;
   /// Four numbers for each ray, ray after ray: direction and weight.
   struct wis_floats_out ray;
   /// How many rays each point has.

@@ -4,6 +4,7 @@ mod client;
 mod joint;
 mod light;
 mod rays;
+mod shared;
 mod target;
 mod unbiased;
 mod visibility;

@@ -364,6 +364,48 @@ enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 /// Where the last call on this sampler that failed was at fault: argument, field and element.
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
 
+/// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one
+/// of them calls wis_visibility_cache_end_pass alone. Nothing to free.
+typedef struct wis_visibility_cache wis_visibility_cache;
+
+/// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
+/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number.
+enum wis_status wis_visibility_cache_size(uint32_t places,
+                                          struct wis_memory_size *size,
+                                          struct wis_diagnostic *diagnostic);
+
+/// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
+enum wis_status wis_visibility_cache_init(uint32_t places,
+                                          void *memory,
+                                          size_t bytes,
+                                          struct wis_visibility_cache **cache,
+                                          struct wis_diagnostic *diagnostic);
+
+/// Records what rays from a point saw: `reached[k]` is not 0 where the ray along `wi[k]` reached the light. Of the point only
+/// `visibility`, `visibility_key` and `seed` are read; with a null `visibility` or the key 0 nothing is recorded. Directions that
+/// are not of unit length are left out. Rays of wis_direct and others are welcome alike. Threads may record at once.
+///
+/// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before
+/// wis_visibility_cache_end_pass. That holds to the last digit if each pass has seeds of its own. With one seed over all passes a
+/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %.
+enum wis_status wis_visibility_cache_record(const struct wis_point *point,
+                                            size_t count,
+                                            const float *wi,
+                                            size_t wi_stride,
+                                            const uint8_t *reached);
+
+/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
+/// place.
+enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache);
+
+/// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
+/// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
+/// instead.
+enum wis_status wis_visibility_key(const float position[3],
+                                   const float normal[3],
+                                   float cell,
+                                   uint32_t *visibility_key);
+
 /// Lobes of a material.
 #define WIS_MAX_LOBES 4
 
@@ -413,6 +455,10 @@ typedef struct wis_material {
   uint64_t hash;
 } wis_material;
 
+/// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
+/// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+typedef int (*wis_target_fn)(void *user, size_t count, const float *wi, float *f_cos);
+
 /// A shading point in world space. Plain and copyable.
 typedef struct wis_point {
   /// sizeof(wis_point).
@@ -437,8 +483,15 @@ typedef struct wis_point {
   uint32_t turn;
   /// The bounce: 0 for camera hits, 1 for the next ...
   uint32_t stream;
-  /// Always 0.
-  uint32_t reserved;
+  /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
+  uint32_t visibility_key;
+  /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
+  struct wis_visibility_cache *visibility;
+  /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
+  /// directions. It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
+  wis_target_fn target;
+  /// Handed to `target`.
+  void *target_user;
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
@@ -533,6 +586,10 @@ typedef struct wis_wave {
   struct wis_ints_in turn;
   /// The bounce of each point; null: 0.
   struct wis_ints_in stream;
+  /// The place of each point in `visibility`; null: 0, which is none.
+  struct wis_ints_in visibility_key;
+  /// What rays of earlier passes saw. Null: not known.
+  struct wis_visibility_cache *visibility;
   /// Four numbers for each ray, ray after ray: direction and weight.
   struct wis_floats_out ray;
   /// How many rays each point has.

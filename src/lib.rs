@@ -5,7 +5,8 @@
 //!
 //! Data flows one way: a folder or file imports only what stands before it in this list, and nothing imports `lights` or
 //! `wavelets` but `ffi`.
-//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `light`, `brdf`, `direct`, `product`, `lights`, `wavelets`, `ffi`.
+//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `visibility`, `light`, `brdf`, `product`, `direct`, `lights`,
+//! `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
@@ -24,6 +25,7 @@ pub mod sample;
 pub mod simd;
 pub mod sphere;
 pub mod status;
+pub mod visibility;
 #[cfg(feature = "wavelets")]
 pub mod wavelets;
 

@@ -1,6 +1,13 @@
 //! A shading point: where light is to be gathered, and how strongly each lobe of the material reflects there.
 
 use super::material::{MAX_LOBES, Material};
+use crate::visibility::Factors;
+
+/// The client's BRDF as what candidates are weighed by.
+pub trait Target: core::fmt::Debug {
+    /// Writes the luminance of BRDF x |cosine| for world directions, finite and not negative; false if that failed.
+    fn f_cos(&self, wi: &[[f32; 3]], out: &mut [f32]) -> bool;
+}
 
 /// A shading point in world space.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +26,10 @@ pub struct Point<'a> {
     pub f0: [[f32; 3]; MAX_LOBES],
     /// Directions on both sides count; the cosine is |n.wi|. Implied by a lobe that transmits.
     pub whole_sphere: bool,
+    /// What was seen from about here, by cell of the world's directions; `None`: nothing is known.
+    pub seen: Option<&'a Factors>,
+    /// The client's own BRDF in the choice of rays, in place of the lobes' values; `None`: the lobes'.
+    pub target: Option<&'a dyn Target>,
     /// The client's BRDF already contains the cosine, and so do the lobes.
     pub cosine_included: bool,
 }
@@ -34,6 +45,8 @@ impl<'a> Point<'a> {
             weight: [[1.0; 3]; MAX_LOBES],
             f0: [[0.0; 3]; MAX_LOBES],
             whole_sphere: false,
+            seen: None,
+            target: None,
             cosine_included: false,
         }
     }
@@ -52,4 +65,6 @@ pub enum Fault {
     Weight(usize),
     /// The reflectance of a lobe is outside [0, 1].
     F0(usize),
+    /// The target failed, or a value of it is NaN, infinite or negative.
+    Target,
 }

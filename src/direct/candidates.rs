@@ -2,9 +2,13 @@
 //! it would bring.
 
 use super::joint::{Set, Turn};
+use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
+use crate::light::density::to_world;
 use crate::light::tables::Light;
 use crate::simd::{LANES, Lanes, Num};
+use crate::sphere::{Frame, wide};
+use crate::visibility::{CELLS, Factors, cell};
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
 /// library's meets no huge weight.
@@ -33,6 +37,10 @@ pub struct Draw<'a> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
+    /// Whether the client's own target follows: the lobes' values do not count.
+    pub without_lobes: bool,
+    /// What was seen from there, by cell of the world's directions, and how the world lies to map space.
+    pub seen: Option<(&'a Frame, &'a Factors)>,
 }
 
 impl Draw<'_> {
@@ -65,6 +73,19 @@ impl Draw<'_> {
         }
     }
 
+    /// How much of the light along eight directions of map space was seen.
+    #[inline(always)]
+    fn visible<F: Lanes>(&self, direction: [F; 3]) -> F {
+        let Some((frame, factors)) = self.seen else { return <F as Num>::splat(1.0) };
+        let [x, y] = wide::square(wide::to_world(frame, direction));
+        let (x, y) = (Num::store(x), Num::store(y));
+        let mut visible = [1.0; LANES];
+        for ((visible, x), y) in visible.iter_mut().zip(x).zip(y) {
+            *visible = f32::from(factors[cell([x, y]) % CELLS]);
+        }
+        <F as Num>::load(visible)
+    }
+
     /// Weighs eight directions with their densities in the light, and writes them.
     #[inline(always)]
     fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
@@ -81,13 +102,51 @@ impl Draw<'_> {
         let counts = Num::lt(zero, height);
         // A density of 0 can only come from rounding: such a direction does not count either.
         let counts = <F as Num>::and(counts, Num::lt(zero, density));
-        let weight = <F as Num>::only(counts, value * light / density);
+        let value = if self.without_lobes { <F as Num>::splat(1.0) } else { value };
+        let target = value * light * self.visible(direction);
+        let weight = <F as Num>::only(counts, target / density);
         let density = <F as Num>::select(counts, density, <F as Num>::splat(f32::INFINITY));
         let columns = [direction[0], direction[1], direction[2], density, weight];
         let targets = [&mut *out.x, &mut *out.y, &mut *out.z, &mut *out.density, &mut *out.weight];
         for (target, column) in targets.into_iter().zip(columns) {
             if let Some(target) = target.get_mut(group..group + LANES) {
                 target.copy_from_slice(&Num::store(column));
+            }
+        }
+    }
+}
+
+/// Directions that a target gets in one call.
+const TOGETHER: usize = 16;
+
+impl Candidates<'_> {
+    /// Multiplies the weights of all candidates that count by the client's target. `None` if that failed.
+    pub fn weigh_by(&mut self, target: &dyn Target, frame: &Frame) -> Option<()> {
+        let places = self.x.iter().zip(self.y.iter()).zip(self.z.iter());
+        let mut candidates =
+            places.zip(self.density.iter()).zip(self.weight.iter_mut()).filter(|((_, d), _)| **d < f32::INFINITY);
+        loop {
+            let mut wi = [[0.0; 3]; TOGETHER];
+            let mut weights: [Option<&mut f32>; TOGETHER] = [const { None }; TOGETHER];
+            let mut count = 0;
+            for ((wi, slot), ((((x, y), z), _), weight)) in wi.iter_mut().zip(&mut weights).zip(candidates.by_ref()) {
+                *wi = to_world(frame, [*x, *y, *z]);
+                *slot = Some(weight);
+                count += 1;
+            }
+            if count == 0 {
+                return Some(());
+            }
+            let mut values = [0.0; TOGETHER];
+            let (wi, values) = (wi.get(..count)?, values.get_mut(..count)?);
+            if !target.f_cos(wi, values) {
+                return None;
+            }
+            for (weight, value) in weights.iter_mut().flatten().zip(values) {
+                if !(*value >= 0.0 && *value < f32::INFINITY) {
+                    return None;
+                }
+                **weight = (**weight * *value).min(f32::MAX);
             }
         }
     }

@@ -11,10 +11,12 @@ pub mod pick;
 pub mod ray;
 pub mod sampler;
 
+use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
 use crate::simd::{Kernel, Lanes};
 use crate::sphere::Frame;
+use crate::visibility::Factors;
 use candidates::{Candidates, Draw};
 use joint::Turn;
 pub use ray::Ray;
@@ -44,6 +46,10 @@ pub struct Request<'a, 'b> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
+    /// What was seen from there.
+    pub seen: Option<&'a Factors>,
+    /// The client's own target.
+    pub target: Option<&'a dyn Target>,
     /// How many rays may be traced.
     pub rays: usize,
     /// Room for the candidates; their number is [`candidate_count`].
@@ -53,20 +59,23 @@ pub struct Request<'a, 'b> {
 }
 
 impl Kernel for Request<'_, '_> {
-    type Output = usize;
+    type Output = Option<usize>;
 
-    /// How many rays there are.
+    /// How many rays there are; `None` if the target failed.
     #[inline(always)]
-    fn run<F: Lanes>(self) -> usize {
-        let Request { light, frame, surface, turn, rays, candidates, out } = self;
-        let draw = Draw { light, surface, turn };
+    fn run<F: Lanes>(self) -> Option<usize> {
+        let Request { light, frame, surface, turn, seen, target, rays, candidates, out } = self;
+        let draw = Draw { light, surface, turn, without_lobes: target.is_some(), seen: seen.map(|seen| (frame, seen)) };
         draw.run::<F>(candidates);
+        if let Some(target) = target {
+            candidates.weigh_by(target, frame)?;
+        }
         let half = candidates.x.len() / 2;
-        pick::pick(candidates, rays, turn.pick(half), |ray, direction, weight| {
+        Some(pick::pick(candidates, rays, turn.pick(half), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
                 let [x, y, z] = crate::light::density::to_world(frame, direction);
                 *out = Ray { wi: [x, y, z], weight };
             }
-        })
+        }))
     }
 }

@@ -115,8 +115,17 @@ impl<'a> Sampler<'a> {
         let mut columns = self.scratch.chunks_exact_mut(count.max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
-        let request =
-            Request { light: &light, frame: &frame, surface: &surface, turn, rays, candidates: &mut candidates, out };
-        Ok(run(self.level, request))
+        let request = Request {
+            light: &light,
+            frame: &frame,
+            surface: &surface,
+            turn,
+            seen: point.seen,
+            target: point.target,
+            rays,
+            candidates: &mut candidates,
+            out,
+        };
+        run(self.level, request).ok_or(Fault::Target)
     }
 }

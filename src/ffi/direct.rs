@@ -3,6 +3,7 @@
 use super::light::{EnvironmentObject, environment as view};
 use super::material::{PointData, failure, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
+use super::visibility::factors;
 use super::{Failure, out, pointer, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
@@ -33,6 +34,8 @@ pub unsafe extern "C" fn wis_direct(
         with_sampler(sampler, |sampler| {
             let environment = view(environment, 2)?;
             let (data, material) = read_point(point, 3)?;
+            let seen = factors(data.visibility, data.visibility_key, data.seed, 3)?;
+            let target = data.target();
             if rays > sampler.config().rays {
                 return Err(Failure::new(Status::InvalidArgument, 4));
             }
@@ -43,7 +46,7 @@ pub unsafe extern "C" fn wis_direct(
             let counted = out(ray_count, 7)?;
             let at = Sequence { seed: data.seed, turn: data.turn, stream: data.stream };
             let got = sampler
-                .direct(&environment, &data.kernel(&material), at, rays as usize, room)
+                .direct(&environment, &data.kernel(&material, seen, target.as_ref()), at, rays as usize, room)
                 .map_err(|fault| failure(fault, 3))?;
             counted.write(got as u32);
             Ok(())

@@ -1,10 +1,12 @@
 //! Materials and points in C.
 
+use super::visibility::VisibilityCacheObject;
 use super::{Checked, Diagnostic, Failure, answer, out, pointer};
 use crate::brdf::material::{Field, Kind, MAX_LOBES, Material, Shape};
-use crate::brdf::point::{Fault, Point};
+use crate::brdf::point::{Fault, Point, Target};
 use crate::status::Status;
-use core::ffi::CStr;
+use crate::visibility::Factors;
+use core::ffi::{CStr, c_int, c_void};
 
 /// Lobes of a material.
 pub const WIS_MAX_LOBES: usize = 4;
@@ -54,6 +56,11 @@ pub const WIS_POINT_WHOLE_SPHERE: u32 = 1;
 /// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
 pub const WIS_POINT_COSINE_INCLUDED: u32 = 2;
 
+/// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
+/// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+pub type TargetFn =
+    Option<unsafe extern "C" fn(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int>;
+
 /// A shading point in world space. Plain and copyable.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -80,8 +87,30 @@ pub struct PointData {
     pub turn: u32,
     /// The bounce: 0 for camera hits, 1 for the next ...
     pub stream: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
+    pub visibility_key: u32,
+    /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
+    pub visibility: *mut VisibilityCacheObject,
+    /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
+    /// directions. It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
+    pub target: TargetFn,
+    /// Handed to `target`.
+    pub target_user: *mut c_void,
+}
+
+/// A client's target.
+#[derive(Debug)]
+pub(super) struct ClientTarget {
+    eval: unsafe extern "C" fn(*mut c_void, usize, *const f32, *mut f32) -> c_int,
+    user: *mut c_void,
+}
+
+impl Target for ClientTarget {
+    fn f_cos(&self, wi: &[[f32; 3]], out: &mut [f32]) -> bool {
+        let count = wi.len().min(out.len());
+        // SAFETY: both arrays hold `count` elements; the function is the client's.
+        unsafe { (self.eval)(self.user, count, wi.as_ptr().cast(), out.as_mut_ptr()) == 0 }
+    }
 }
 
 fn shape(lobe: &LobeData) -> Result<Shape, &'static CStr> {
@@ -162,8 +191,18 @@ pub(super) unsafe fn point(data: *const PointData, argument: u32) -> Checked<(Po
 }
 
 impl PointData {
+    /// The client's own target, if there is one.
+    pub(super) fn target(&self) -> Option<ClientTarget> {
+        self.target.map(|eval| ClientTarget { eval, user: self.target_user })
+    }
+
     /// The point as the kernel has it.
-    pub(super) fn kernel<'a>(&self, material: &'a Material) -> Point<'a> {
+    pub(super) fn kernel<'a>(
+        &self,
+        material: &'a Material,
+        seen: Option<&'a Factors>,
+        target: Option<&'a ClientTarget>,
+    ) -> Point<'a> {
         Point {
             material,
             normal: self.normal,
@@ -173,6 +212,8 @@ impl PointData {
             f0: self.f0,
             whole_sphere: self.flags & WIS_POINT_WHOLE_SPHERE != 0,
             cosine_included: self.flags & WIS_POINT_COSINE_INCLUDED != 0,
+            seen,
+            target: target.map(|target| target as &dyn Target),
         }
     }
 }
@@ -185,6 +226,7 @@ pub(super) fn failure(fault: Fault, argument: u32) -> Failure {
         Fault::Tangent => (Status::InvalidTransform, c"tangent", 0),
         Fault::Weight(lobe) => (Status::InvalidArgument, c"weight", lobe),
         Fault::F0(lobe) => (Status::InvalidArgument, c"f0", lobe),
+        Fault::Target => (Status::CallbackFailed, c"target", 0),
     };
     Failure::new(status, argument).of(field).in_row(argument, row)
 }

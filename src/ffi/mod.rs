@@ -14,6 +14,7 @@ pub mod prior;
 pub mod product;
 pub mod sampler;
 pub mod sampling;
+pub mod visibility;
 pub mod wave;
 #[cfg(feature = "wavelets")]
 pub mod wavelets;

@@ -141,7 +141,7 @@ pub unsafe extern "C" fn wis_product_prepare(
             for i in 0..count {
                 let (data, material) = read_point(point.add(i), 5).map_err(|failure| failure.in_row(5, i))?;
                 let room = memory.get_mut(end..).unwrap_or_default();
-                end += prepare(sampler.level(), &environment, &data.kernel(&material), &config, room)
+                end += prepare(sampler.level(), &environment, &data.kernel(&material, None, None), &config, room)
                     .map_err(|error| refused(error, i))?;
             }
             write_offsets(memory, offsets);
@@ -221,7 +221,7 @@ pub unsafe extern "C" fn wis_product_covers(
         unsafe {
             let header = opened(product, 1)?.header;
             let (data, material) = read_point(point, 2)?;
-            out(covers, 3)?.write(u32::from(header.covers(&data.kernel(&material))));
+            out(covers, 3)?.write(u32::from(header.covers(&data.kernel(&material, None, None))));
         }
         Ok(())
     })

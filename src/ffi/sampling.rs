@@ -14,6 +14,8 @@ use crate::status::Status;
 
 /// So many directions are copied together: their numbers stay in the nearest cache.
 const TOGETHER: usize = 64;
+/// A call for as few needs no room for more, which would take as long to clear as a sample.
+const FEW: usize = 4;
 
 /// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
 ///
@@ -53,6 +55,7 @@ pub unsafe extern "C" fn wis_sample(
 
 /// # Safety
 /// The arrays hold `count` elements.
+#[inline(always)]
 unsafe fn sample_all<D: Density>(
     level: Level,
     density: &D,
@@ -61,9 +64,30 @@ unsafe fn sample_all<D: Density>(
     u: &Strided<2>,
     out: &StridedMut<4>,
 ) {
-    let (mut numbers, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
-    for first in (0..count).step_by(TOGETHER) {
-        let here = (count - first).min(TOGETHER);
+    // SAFETY: the caller's contract.
+    unsafe {
+        if count <= FEW {
+            sample_by::<D, FEW>(level, density, frame, count, u, out);
+        } else {
+            sample_by::<D, TOGETHER>(level, density, frame, count, u, out);
+        }
+    }
+}
+
+/// # Safety
+/// The arrays hold `count` elements.
+#[inline(always)]
+unsafe fn sample_by<D: Density, const N: usize>(
+    level: Level,
+    density: &D,
+    frame: &Frame,
+    count: usize,
+    u: &Strided<2>,
+    out: &StridedMut<4>,
+) {
+    let (mut numbers, mut drawn) = ([[0.0; 2]; N], [Drawn::default(); N]);
+    for first in (0..count).step_by(N) {
+        let here = (count - first).min(N);
         let (numbers, drawn) = (numbers.get_mut(..here).unwrap_or_default(), drawn.get_mut(..here).unwrap_or_default());
         for (i, number) in numbers.iter_mut().enumerate() {
             // SAFETY: the index is below the count.
@@ -112,6 +136,7 @@ pub unsafe extern "C" fn wis_pdf(
 
 /// # Safety
 /// The arrays hold `count` elements.
+#[inline(always)]
 unsafe fn pdf_all<D: Density>(
     level: Level,
     density: &D,
@@ -120,9 +145,30 @@ unsafe fn pdf_all<D: Density>(
     wi: &Strided<3>,
     pdf: &StridedMut<1>,
 ) {
-    let (mut directions, mut densities) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
-    for first in (0..count).step_by(TOGETHER) {
-        let here = (count - first).min(TOGETHER);
+    // SAFETY: the caller's contract.
+    unsafe {
+        if count <= FEW {
+            pdf_by::<D, FEW>(level, density, frame, count, wi, pdf);
+        } else {
+            pdf_by::<D, TOGETHER>(level, density, frame, count, wi, pdf);
+        }
+    }
+}
+
+/// # Safety
+/// The arrays hold `count` elements.
+#[inline(always)]
+unsafe fn pdf_by<D: Density, const N: usize>(
+    level: Level,
+    density: &D,
+    frame: &Frame,
+    count: usize,
+    wi: &Strided<3>,
+    pdf: &StridedMut<1>,
+) {
+    let (mut directions, mut densities) = ([[0.0; 3]; N], [0.0; N]);
+    for first in (0..count).step_by(N) {
+        let here = (count - first).min(N);
         let directions = directions.get_mut(..here).unwrap_or_default();
         for (i, direction) in directions.iter_mut().enumerate() {
             // SAFETY: the index is below the count.

@@ -5,6 +5,7 @@ use super::material::{
     MaterialData, WIS_MAX_LOBES, WIS_POINT_COSINE_INCLUDED, WIS_POINT_WHOLE_SPHERE, failure, material,
 };
 use super::sampler::{SamplerObject, with_sampler};
+use super::visibility::{VisibilityCacheObject, factors};
 use super::{Checked, Failure, sized};
 use crate::brdf::material::Material;
 use crate::brdf::point::Point;
@@ -82,6 +83,10 @@ pub struct DirectWave {
     pub turn: IntsIn,
     /// The bounce of each point; null: 0.
     pub stream: IntsIn,
+    /// The place of each point in `visibility`; null: 0, which is none.
+    pub visibility_key: IntsIn,
+    /// What rays of earlier passes saw. Null: not known.
+    pub visibility: *mut VisibilityCacheObject,
     /// Four numbers for each ray, ray after ray: direction and weight.
     pub ray: FloatsOut,
     /// How many rays each point has.
@@ -168,6 +173,7 @@ impl DirectWave {
         self.seed.check(false, c"seed")?;
         self.turn.check(true, c"turn")?;
         self.stream.check(true, c"stream")?;
+        self.visibility_key.check(true, c"visibility_key")?;
         self.ray.check(c"ray")?;
         super::pointer(self.count, 4).map_err(|failure| failure.of(c"count"))?;
         if self.material_count > 0 {
@@ -216,6 +222,7 @@ impl DirectWave {
                     *f0 = self.f0.three(i, 3 * lobe, 0.0);
                 }
             }
+            point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
             let at = Sequence { seed: self.seed.read(i), turn: self.turn.read(i), stream: self.stream.read(i) };
             sampler.direct(environment, &point, at, self.rays as usize, rays).map_err(|fault| failure(fault, 4))
         }

@@ -85,6 +85,7 @@ pub struct Drawn {
 }
 
 /// Samples for all `u`, as many as there is room for.
+#[inline(never)]
 pub fn samples<D: Density>(level: Level, density: &D, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
     if u.len() < FEWEST {
         for (u, out) in u.iter().zip(out) {
@@ -97,6 +98,7 @@ pub fn samples<D: Density>(level: Level, density: &D, frame: &Frame, u: &[[f32; 
 }
 
 /// Densities of all `wi`, as many as there is room for.
+#[inline(never)]
 pub fn pdfs<D: Density>(level: Level, density: &D, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
     if wi.len() < FEWEST {
         for (wi, out) in wi.iter().zip(out) {

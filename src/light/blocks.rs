@@ -1,7 +1,7 @@
 //! Blocks of patches: which grid the error budget allows, and the 16-bit tables of a block.
 
 use super::plan::{Filter, Plan};
-use super::search::{UNITS, stored_cell, write_starts, write_table};
+use super::search::{Words, stored_cell, variance16, words16, write_table};
 use super::tables::{BLOCK, Block, Cell, decode, encode, line_words};
 use super::texels::{Corners, PatchValues, Texels, Tile};
 
@@ -182,13 +182,15 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         let (line_part, other_lines) =
             core::mem::take(&mut lines).split_at_mut_checked(words.lines).unwrap_or_default();
         (rows, lines) = (other_rows, other_lines);
-        *light = write_block(texels, &tile, row_part, line_part);
+        let (of_block, to_ends) = write_block(texels, &tile, row_part, line_part);
+        *light = of_block;
         *block = Block {
             rows: row_words as u32,
             lines: line_words as u32,
             share: 0.0,
             grid: tile.grid.map(|n| n as u8),
-            step: steps,
+            steps: steps[0] | steps[1] << 4,
+            to_ends: u8::from(to_ends),
         };
         row_words += words.rows;
         line_words += words.lines;
@@ -230,8 +232,8 @@ fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [
     total
 }
 
-/// Writes the row starts and the lines of a block; answers its light.
-fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> f64 {
+/// Writes the row starts and the lines of a block; answers its light, and whether its words lie closer towards the ends.
+fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, bool) {
     let bilinear = texels.plan.of.filter == Filter::Bilinear;
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
     let mut mass: PatchValues = [0.0; BLOCK * BLOCK];
@@ -244,12 +246,23 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
     for (out, row) in row_mass.iter_mut().zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
         *out = row.iter().take(grid_columns).sum();
     }
-    let scale = UNITS as u32;
     let used = row_mass.get(..grid_rows).unwrap_or(&[]);
-    write_starts(used.iter().copied(), scale, &mut |i, units| put_inner(rows, i, units));
+    let total: f64 = used.iter().sum();
+    let to_ends = is_uneven(total, &mass) && {
+        // The variance that each spacing adds, rows and the columns of each.
+        let added = |to_ends: bool| {
+            let each = used.iter().zip(mass.chunks_exact(BLOCK)).map(|(of_row, row)| {
+                let row = row.get(..grid_columns).unwrap_or(&[]);
+                of_row * variance16(row, &words16(row, to_ends), to_ends)
+            });
+            total * variance16(used, &words16(used, to_ends), to_ends) + each.sum::<f64>()
+        };
+        added(true) < added(false)
+    };
+    put_inner(rows, &words16(used, to_ends), grid_rows);
     let words = line_words(grid_columns, bilinear);
     for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
-        write_starts(row.iter().take(grid_columns).copied(), scale, &mut |i, units| put_inner(line, i, units));
+        put_inner(line, &words16(row.get(..grid_columns).unwrap_or(&[]), to_ends), grid_columns);
     }
     if bilinear {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
@@ -261,7 +274,12 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
             }
         }
     }
-    used.iter().sum()
+    (total, to_ends)
+}
+
+/// Whether a patch has so much of its block's light that evenly spaced words may give the others too much.
+fn is_uneven(total: f64, mass: &PatchValues) -> bool {
+    16.0 * mass.iter().fold(0.0f64, |a, &b| a.max(b)) > total
 }
 
 /// The light of each cell of a tile's grid.
@@ -280,10 +298,10 @@ fn coarse_masses(texels: &Texels<'_>, tile: &Tile, mass: &mut PatchValues) {
     }
 }
 
-/// Writes a start of a 16-bit table; the first, 0, is not stored.
-fn put_inner(words: &mut [u16], index: usize, units: u32) {
-    if let Some(out) = index.checked_sub(1).and_then(|i| words.get_mut(i)) {
-        *out = units as u16;
+/// Writes a 16-bit table of so many cells; the first start, 0, is not stored.
+fn put_inner(out: &mut [u16], words: &Words, count: usize) {
+    for (out, &word) in out.iter_mut().zip(words.iter().skip(1)).take(count.saturating_sub(1)) {
+        *out = word;
     }
 }
 

@@ -1,16 +1,19 @@
 //! The coarsest grids that an error budget b allows.
 //!
-//! A grid is allowed if the relative variance of w = L / q over the block is at most b^2, and w at most 1 + 8 b everywhere: L
+//! A grid is allowed if the relative variance of w = L / q over the block is at most b^2, and w at most 1 + 8 b or 4/3 everywhere: L
 //! is the map's own bilinear light, q what the grid stores. Between the nodes of the map both are bilinear, so the largest w
 //! lies at a node, and the error w - 1 is integrated as the bilinear function of its nodes.
 
 use super::blocks::{CellBlocks, Lengths, Steps, parts, stored_corners};
+use super::chart::Layout;
 use super::plan::Filter;
 use super::tables::BLOCK;
 use super::texels::{Corners, Texels, Tile};
 
-/// The largest w is this many budgets above 1: a block with a rare error of that size still fits the budget.
+/// The largest w is this many budgets above 1, or a third: a block with a rare error of that size still fits the budget, and no
+/// single sample stands out by it. The patches about a pole of a sky with waves in azimuth need that third.
 const LARGEST: f32 = 8.0;
+const LARGEST_AT_LEAST: f32 = 1.0 / 3.0;
 
 /// What the budget makes of a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,7 +29,7 @@ pub struct Choice {
 /// Chooses the level and the grids of a cell; `steps` has room for those of its blocks at level 0.
 ///
 /// Blocks are doubled as long as that saves memory, each with the finest of the grids that it replaces, or with a coarser one
-/// if all of those were single cells.
+/// if those were single cells along an axis.
 pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
     let plan = texels.plan;
     let mut cell = CellBlocks::new(plan, index, 0);
@@ -54,7 +57,7 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
         for number in 0..doubled.count() {
             // The blocks that this one replaces stand at its own number or behind it.
             let least = finest_below(&cell, &doubled, number, steps);
-            let single = (0..2).all(|k: usize| u32::from(least[k]) == cell.side[k]);
+            let single = (0..2).any(|k: usize| u32::from(least[k]) >= cell.side[k]);
             let chosen = if single { coarsest(texels, &doubled, number, least) } else { least };
             if let Some(out) = steps.get_mut(number) {
                 *out = chosen;
@@ -65,7 +68,9 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
     }
     let mut nodes = Nodes::new();
     for (number, &steps) in (0..cell.count()).zip(steps.iter()).filter(|(_, steps)| **steps != [0, 0]) {
-        choice.variance += added(texels, &cell.tile(number, steps), f64::INFINITY, &mut nodes).unwrap_or(0.0);
+        let tile = cell.tile(number, steps);
+        let [variance, light] = added(texels, &tile, f64::INFINITY, &mut nodes).unwrap_or_default();
+        choice.variance += variance + light * skew_variance(texels, &tile, skew(texels, &tile));
     }
     choice
 }
@@ -92,8 +97,11 @@ fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps)
     let most = cell.side.map(|side| side as u8);
     let mut nodes = Nodes::new();
     let mut allowed = |steps: Steps| {
+        let tile = cell.tile(number, steps);
+        let variance = budget * budget - skew_variance(texels, &tile, MOST_SKEW);
         (0..2).all(|k: usize| steps[k] <= most[k])
-            && added(texels, &cell.tile(number, steps), budget * budget, &mut nodes).is_some()
+            && variance > 0.0
+            && added(texels, &tile, variance, &mut nodes).is_some()
     };
     let mut best = least;
     while allowed([best[0] + 1, best[1] + 1]) {
@@ -110,6 +118,35 @@ fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps)
         }
     }
     best
+}
+
+/// The most that [`skew`] can be.
+const MOST_SKEW: f64 = 0.75;
+
+/// How far the solid angle at the middle of a tile of a cube is from a product of two numbers, one for each axis: the mixed
+/// logarithmic derivative of q^(-3/2), q = 1 + s^2 + t^2.
+fn skew(texels: &Texels<'_>, tile: &Tile) -> f64 {
+    let [s, t] = [0, 1].map(|k: usize| {
+        let axis = &texels.plan.chart.axes[k];
+        let middle = 0.5 * f64::from(tile.origin[k] + tile.end[k]) - f64::from(axis.shift);
+        2.0 * middle / f64::from(axis.length) - 1.0
+    });
+    let q = 1.0 + s * s + t * t;
+    6.0 * s * t / (q * q)
+}
+
+/// The relative variance that a skew makes in the cells of a cube's grid, inside which the solid angle is stored as a product of
+/// two profiles: the product of two numbers in [-1/2, 1/2] has a variance of 1/144.
+fn skew_variance(texels: &Texels<'_>, tile: &Tile, skew: f64) -> f64 {
+    if texels.plan.of.layout != Layout::Cube {
+        return 0.0;
+    }
+    let [width, height] = [0, 1].map(|k: usize| {
+        let widest = (1u32 << tile.step[k]).min(tile.end[k] - tile.origin[k]);
+        2.0 * f64::from(widest) / f64::from(texels.plan.chart.axes[k].length)
+    });
+    let deviation = skew * width * height;
+    deviation * deviation * (1.0 / 144.0)
 }
 
 /// Nodes along a side of a part.
@@ -223,11 +260,11 @@ impl Row {
     }
 }
 
-/// The relative variance that a grid adds to its tile, times the tile's light; `None` if it is above `allowed`, or some w too
-/// large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
-fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<f64> {
+/// The relative variance that a grid adds to its tile, times the tile's light, and that light; `None` if the variance is above
+/// `allowed`, or some w too large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
+fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<[f64; 2]> {
     let limited = allowed < f64::INFINITY;
-    let largest = if limited { LARGEST * texels.plan.of.budget } else { f32::INFINITY };
+    let largest = if limited { (LARGEST * texels.plan.of.budget).max(LARGEST_AT_LEAST) } else { f32::INFINITY };
     let mut coarse = [1.0; NODES * NODES];
     if texels.plan.of.filter == Filter::Bilinear {
         stored_corners(texels, tile, &mut coarse);
@@ -271,7 +308,7 @@ fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> O
             return None;
         }
     }
-    if limited && sum > allowed * total { None } else { Some(sum / scale(texels)) }
+    if limited && sum > allowed * total { None } else { Some([sum, total].map(|light| light / scale(texels))) }
 }
 
 /// Calls `each` with the cells of the patches of each row of a tile between two edges, part by part, and the row, until it

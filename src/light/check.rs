@@ -14,7 +14,7 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     let light = environment.light();
     let columns = plan.grid[0] as usize;
     let rows = plan.grid[1] as usize;
-    let tops = tables_are_sound(light.tops.as_slice(), [columns, rows]);
+    let tops = tables_are_sound(light.tops.beginnings(), [columns, rows]);
     let maps = (0..2).all(|k| {
         let of = light.cell_of[k];
         (0..plan.small_blocks(k)).all(|small| of.get(small as usize) == Some(&(plan.cell_of(k, small) as u8)))
@@ -53,7 +53,7 @@ fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
         return false;
     }
     let [columns, rows] = c.blocks.map(usize::from);
-    let Some(starts) = light.starts.as_slice().get(c.starts as usize..) else { return false };
+    let Some(starts) = light.starts.beginnings().get(c.starts as usize..) else { return false };
     tables_are_sound(starts, [columns, rows])
         && (0..rows).all(|row| {
             let [top, bottom] = stored_cell(starts, row);
@@ -72,20 +72,21 @@ fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], shar
     let grid_fits = (0..2).all(|k| {
         let begin = at[k] << c.side[k];
         let patches = (u32::from(c.patches[k]).saturating_sub(begin)).min(1 << c.side[k]);
-        block.step[k] <= c.side[k]
-            && (!light.exact || block.step[k] == 0)
-            && patches.div_ceil(1 << (block.step[k] & 31)) == u32::from(block.grid[k])
+        block.step(k) <= c.side[k]
+            && (!light.exact || block.step(k) == 0)
+            && patches.div_ceil(1 << block.step(k)) == u32::from(block.grid[k])
     });
     let [columns, rows] = block.grid.map(usize::from);
-    if !grid_fits || columns == 0 || columns > 16 || rows == 0 || rows > 16 || block.share != share {
+    if !grid_fits || block.to_ends > 1 || columns == 0 || columns > 16 || rows == 0 || rows > 16 || block.share != share
+    {
         return false;
     }
     let words = line_words(columns, light.bilinear);
     let lines = (rows + usize::from(light.bilinear)) * words;
-    let Some(row_starts) = light.rows.as_slice().get(block.rows as usize..block.rows as usize + rows) else {
+    let Some(row_starts) = light.rows.beginnings().get(block.rows as usize..block.rows as usize + rows) else {
         return false;
     };
-    let Some(lines) = light.lines.as_slice().get(block.lines as usize..block.lines as usize + lines) else {
+    let Some(lines) = light.lines.beginnings().get(block.lines as usize..block.lines as usize + lines) else {
         return false;
     };
     let ordered = |starts: &[u16]| starts.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));

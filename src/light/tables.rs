@@ -52,8 +52,10 @@ pub struct Block {
     pub share: f32,
     /// Columns and rows of its grid, 1 to 16.
     pub grid: [u8; 2],
-    /// A cell of the grid is 2^step patches wide and high.
-    pub step: [u8; 2],
+    /// Four bits for each axis, columns lowest: a cell of the grid is 2^step patches wide and high.
+    pub steps: u8,
+    /// 1 if the words of its tables lie closer towards the ends of a table, else 0.
+    pub to_ends: u8,
 }
 
 /// A light, as slices of what is stored.
@@ -106,6 +108,18 @@ impl Cell {
 }
 
 impl Block {
+    /// log2 of the patches of a cell of its grid along an axis.
+    #[inline(always)]
+    pub(super) fn step(&self, axis: usize) -> u8 {
+        (self.steps >> (4 * (axis & 1))) & 15
+    }
+
+    /// Whether the words of its tables lie closer towards the ends.
+    #[inline(always)]
+    pub(super) fn to_ends(&self) -> bool {
+        self.to_ends != 0
+    }
+
     /// Where the line of a row of patches begins.
     #[inline(always)]
     pub(super) fn line(&self, row: usize, bilinear: bool) -> usize {

@@ -192,6 +192,7 @@ impl<const N: usize> Walk<N> {
         #[allow(clippy::needless_range_loop)]
         for lane in 0..count.min(N) {
             let (cell, [w, v]) = light.cell_at([across[lane], down[lane]]);
+            prefetch(light.cells, cell);
             self.cell[lane] = cell as u32;
             self.numbers[0][lane] = w;
             self.numbers[1][lane] = v;
@@ -203,8 +204,12 @@ impl<const N: usize> Walk<N> {
     pub(super) fn down(&mut self, light: &Light<'_>, count: usize) {
         let count = count.min(N);
         for lane in 0..count {
+            light.starts.prefetch(light.cell(self.cell[lane]).starts as usize);
+        }
+        for lane in 0..count {
             let c = light.cell(self.cell[lane]);
             let found = find(&light.starts, c.starts as usize, c.blocks[1].into(), self.numbers[1][lane]);
+            light.starts.prefetch(c.row(found.0));
             prefetch(light.blocks, c.first as usize + found.0 * usize::from(c.blocks[0]));
             self.put_outer(1, lane, found);
         }
@@ -214,16 +219,19 @@ impl<const N: usize> Walk<N> {
             let row = self.block_at[1][lane] as usize;
             let found = find(&light.starts, c.row(row), c.blocks[0].into(), w);
             let block = c.first as usize + row * usize::from(c.blocks[0]) + found.0;
-            light.rows.prefetch(light.block(block as u32).rows as usize);
+            prefetch(light.blocks, block);
             self.block[lane] = block as u32;
             self.units[0][lane] = UNITS * rest(w, found.1);
             self.units[1][lane] = UNITS * rest(v, [self.outer[1][0][lane], self.outer[1][1][lane]]);
             self.put_outer(0, lane, found);
         }
         for lane in 0..count {
+            light.rows.prefetch(light.block(self.block[lane]).rows as usize);
+        }
+        for lane in 0..count {
             let block = light.block(self.block[lane]);
             let key = self.units[1][lane] as i32 as u32;
-            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key);
+            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.to_ends());
             light.prefetch_lines(&block, found.0);
             self.put_inner(1, lane, found);
         }
@@ -231,7 +239,7 @@ impl<const N: usize> Walk<N> {
             let block = light.block(self.block[lane]);
             let line = block.line(self.part[1][lane] as usize, light.bilinear);
             let key = self.units[0][lane] as i32 as u32;
-            let found = find16(&light.lines, line, block.grid[0].into(), key);
+            let found = find16(&light.lines, line, block.grid[0].into(), key, block.to_ends());
             self.put_patch(light, lane, &block, line, found.0);
             self.put_inner(0, lane, found);
         }
@@ -247,28 +255,38 @@ impl<const N: usize> Walk<N> {
             let column = u32::from(byte(light.cell_of[0], (x >> (light.side[0] & 31)) as usize));
             let row = u32::from(byte(light.cell_of[1], (y >> (light.side[1] & 31)) as usize));
             let index = (face[lane] * face_rows + row) * light.grid[0] + column;
-            let c = light.cell(index);
-            let (x, y) = (x.wrapping_sub(c.origin[0].into()), y.wrapping_sub(c.origin[1].into()));
+            prefetch(light.cells, index as usize);
+            self.cell[lane] = index;
+        }
+        for lane in 0..count {
+            let c = light.cell(self.cell[lane]);
+            let (x, y) = (at[0][lane].wrapping_sub(c.origin[0].into()), at[1][lane].wrapping_sub(c.origin[1].into()));
             let (side_x, side_y) = (c.side[0] & 31, c.side[1] & 31);
             let (i, j) = (x >> side_x, y >> side_y);
             let number = c.first + j * u32::from(c.blocks[0]) + i;
-            let block = light.block(number);
-            let part = (y & !(u32::MAX << side_y)) >> (block.step[1] & 31);
-            light.rows.prefetch(block.rows as usize);
-            light.prefetch_lines(&block, part as usize);
-            self.cell[lane] = index;
+            prefetch(light.blocks, number as usize);
             self.block[lane] = number;
             self.block_at[0][lane] = i;
             self.block_at[1][lane] = j;
-            self.part[0][lane] = (x & !(u32::MAX << side_x)) >> (block.step[0] & 31);
+            // Patches, for now.
+            self.part[0][lane] = x & !(u32::MAX << side_x);
+            self.part[1][lane] = y & !(u32::MAX << side_y);
+        }
+        for lane in 0..count {
+            let block = light.block(self.block[lane]);
+            let part = self.part[1][lane] >> block.step(1);
+            light.rows.prefetch(block.rows as usize);
+            light.prefetch_lines(&block, part as usize);
+            self.part[0][lane] >>= block.step(0);
             self.part[1][lane] = part;
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let (x, y) = (self.part[0][lane] as usize, self.part[1][lane] as usize);
-            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, block.grid[1].into(), y)));
+            let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
-            self.put_inner(0, lane, (x, cell16(&light.lines, line, block.grid[0].into(), x)));
+            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.to_ends())));
+            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.to_ends())));
             self.put_patch(light, lane, &block, line, x);
             if numbers {
                 let c = light.cell(self.cell[lane]);
@@ -399,7 +417,7 @@ impl<const N: usize> Walk<N> {
             let lane = (lane + i) % N;
             let block = light.block(self.block[lane]);
             for k in 0..2 {
-                let (begin, end) = c.extent(k, self.block_at[k][lane], self.part[k][lane], block.step[k]);
+                let (begin, end) = c.extent(k, self.block_at[k][lane], self.part[k][lane], block.step(k));
                 put_int::<F>(&mut from[k], i, begin);
                 put_int::<F>(&mut behind[k], i, end);
             }

@@ -105,6 +105,12 @@ impl<F: Num> Edge<F> {
     }
 }
 
+/// The value at `x` between two values; above 0 where one of them has a part in it, however small beside the other.
+#[inline(always)]
+fn between<F: Num>(from: F, to: F, x: F) -> F {
+    from * (F::splat(1.0) - x) + to * x
+}
+
 /// The x below which the share `u` of a linear density lies.
 #[inline(always)]
 pub fn linear<F: Num>(from: F, to: F, u: F) -> F {
@@ -169,7 +175,7 @@ impl<F: Num> PatchDensity<F> {
     #[inline(always)]
     fn columns(&self, t: F) -> [F; 2] {
         let [c00, c01, c10, c11] = self.corner;
-        [c00 + (c10 - c00) * t, c01 + (c11 - c01) * t]
+        [between(c00, c10, t), between(c01, c11, t)]
     }
 
     /// The position (column, row) in [0, 1]^2 for `u` (column, row).
@@ -189,7 +195,7 @@ impl<F: Num> PatchDensity<F> {
     #[inline(always)]
     pub fn unscaled(&self, [s, t]: [F; 2]) -> F {
         let [low, high] = self.columns(t);
-        let mut density = low + (high - low) * s;
+        let mut density = between(low, high, s);
         if let Some(down) = self.profiles.down {
             density = density * down.at(t);
         }

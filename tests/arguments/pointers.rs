@@ -58,6 +58,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "void"
         | "wis_environment"
         | "wis_sampler"
+        | "wis_visibility_cache"
         | "wis_product"
         | "wis_wavelet_light"
         | "wis_wavelet_product"
@@ -325,6 +326,7 @@ fn other_objects() {
             parameter.pointee(),
             "wis_environment"
                 | "wis_sampler"
+                | "wis_visibility_cache"
                 | "wis_product"
                 | "wis_wavelet_light"
                 | "wis_wavelet_product"

@@ -12,6 +12,7 @@ use wis::ffi::material::{MaterialData, PointData, wis_material_init};
 use wis::ffi::pool::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::*;
+use wis::ffi::visibility::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
@@ -38,6 +39,8 @@ const COUNT: usize = 3;
 
 /// Room for products and blends of wavelets.
 const PRODUCT: usize = 48;
+/// Places of a visibility cache.
+const PLACES: u32 = 2;
 /// Rays of a point.
 const RAYS: usize = 2;
 /// Slices of the table.
@@ -51,6 +54,23 @@ const IMAGE: [f64; 16] = [1.0, 2.0, 3.0, 4.0, 0.5, 9.0, 7.0, 1.0, 1.0, 2.0, 3.0,
 
 fn sampler_config() -> Vec<u8> {
     plain(|config: &mut SamplerConfig| config.size = size_of::<SamplerConfig>() as u32)
+}
+
+fn cache_size() -> MemorySize {
+    let mut size = MemorySize::default();
+    // SAFETY: the pointer is valid.
+    unsafe { expect_ok(wis_visibility_cache_size(PLACES, &mut size, null_mut())) };
+    size
+}
+
+fn cache() -> Block {
+    let memory = Block::unwritten(cache_size().bytes);
+    // SAFETY: all pointers are valid.
+    unsafe {
+        let place = memory.pointer().cast();
+        expect_ok(wis_visibility_cache_init(PLACES, place, memory.len(), &mut null_mut(), null_mut()));
+    }
+    memory
 }
 
 fn material() -> Vec<u8> {
@@ -79,6 +99,8 @@ pub struct Scene {
     environment: Vec<u8>,
     sampler_size: MemorySize,
     sampler: Vec<u8>,
+    /// What points read and record in.
+    cache: Block,
     grid_size: MemorySize,
     /// A product of the light at the point.
     grid: Vec<u8>,
@@ -123,6 +145,7 @@ impl Scene {
             environment: Vec::new(),
             sampler_size: MemorySize::default(),
             sampler: Vec::new(),
+            cache: cache(),
             grid_size: MemorySize::default(),
             grid: Vec::new(),
             material: Block::new(&material(), 0),
@@ -236,6 +259,7 @@ impl Scene {
             point.material = self.material.pointer().cast_const().cast();
             (point.normal, point.wo) = (DIRECTIONS[2], DIRECTIONS[0]);
             point.weight = [[1.0; 3]; 4];
+            (point.visibility, point.visibility_key) = (self.cache.pointer().cast(), 7);
         })
     }
 
@@ -249,6 +273,8 @@ impl Scene {
             wave.materials = self.material.pointer().cast_const().cast();
             (wave.normal, wave.wo) = (shared, vectors);
             wave.seed = IntsIn { first: seeds.cast(), point: 4 };
+            wave.visibility = self.cache.pointer().cast();
+            wave.visibility_key = IntsIn { first: seeds.cast(), point: 4 };
             wave.ray = FloatsOut { first: rays.cast(), point: (RAYS * size_of::<Ray>()) as isize, number: 0 };
             wave.count = counts.cast();
         })
@@ -380,6 +406,7 @@ impl Scene {
             "total" => 8,
             "side" => 4,
             "rays" => RAYS,
+            "places" => PLACES as usize,
             "cell" => 5,
             "room" => PRODUCT,
             "slice" => 1,
@@ -402,6 +429,9 @@ impl Scene {
             "const wis_sampler_config *config" => sampler_config(),
             "wis_sampler *sampler" | "const wis_sampler *sampler" => self.sampler.clone(),
             "wis_material *material" => material(),
+            "wis_visibility_cache *cache" => self.cache.to_vec(),
+            "const uint8_t *reached" => vec![1, 0, 1],
+            "const float position[3]" | "const float normal[3]" => numbers(&DIRECTIONS[0]),
             "const wis_point *point" => self.point().repeat(count),
             "const wis_wave *wave" => self.wave(),
             "const wis_product_config *config" => grid_config(),
@@ -411,7 +441,7 @@ impl Scene {
             "size_t *bytes_used" => unwritten(8),
             "wis_drawn *drawn" => unwritten(size_of::<Sample>() * count),
             "wis_ray *ray" => unwritten(RAYS * size_of::<Ray>()),
-            "uint32_t *ray_count" => unwritten(4),
+            "uint32_t *ray_count" | "uint32_t *visibility_key" => unwritten(4),
             "uint8_t *status" => unwritten(count),
             "float *u" if name == "wis_invert" => unwritten(8 * count),
             "const float *u" if name == "wis_direct" => numbers(&RANDOM[..RAYS]),
@@ -549,6 +579,7 @@ impl Scene {
             name if name.starts_with("wis_jitter") => self.jitter_size,
             name if name.starts_with("wis_environment") => self.light_size,
             name if name.starts_with("wis_sampler") => self.sampler_size,
+            name if name.starts_with("wis_visibility_cache") => cache_size(),
             _ => self.environment_size,
         }
     }

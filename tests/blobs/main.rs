@@ -125,12 +125,13 @@ fn assert_rejected(status: Status, context: &str) {
     assert!(matches!(status, Status::Corrupt | Status::MemoryTooSmall), "{context}: {status:?}");
 }
 
-/// No bit is without meaning.
+/// No bit is without meaning: every one of the first 512 bytes, then every 61st, so that all places in a word have their turn.
 #[test]
 fn one_bit() {
     for kind in KINDS {
         for mut object in (kind.objects)() {
-            for bit in 0..8 * object.len() {
+            let headers = 8 * object.len().min(512);
+            for bit in (0..headers).chain((headers..8 * object.len()).step_by(61)) {
                 object[bit / 8] ^= 1 << (bit % 8);
                 assert_rejected(kind.open(&object), &format!("byte {} of {}", bit / 8, object.len()));
                 object[bit / 8] ^= 1 << (bit % 8);

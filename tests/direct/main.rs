@@ -6,7 +6,9 @@ mod light;
 mod rays;
 #[path = "../support/mod.rs"]
 mod support;
+mod target;
 mod unbiased;
+mod visibility;
 
 use support::Map;
 use support::maps::{sky, sun};

@@ -3,6 +3,8 @@
 use super::built::{Built, Random, in_lanes};
 use super::lookup::{Map, single};
 use super::maps::{descriptions, layouts, rough, suns};
+use wis::light::batch::{Drawn, pdfs, samples};
+use wis::light::density::Inverted;
 use wis::light::environment::Environment;
 use wis::light::plan::{Description, Filter};
 use wis::numeric::ContentHash;
@@ -60,8 +62,17 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
         let wi = single(random.direction());
         let pdf = light.pdf::<f32>(&frame, wi);
         assert!(pdf.is_finite() && pdf >= 0.0, "{wi:?} {pdf}");
-        light.invert(&frame, wis::sphere::unit(wi).unwrap());
+        if let Inverted::To(u) = light.invert(&frame, wis::sphere::unit(wi).unwrap()) {
+            assert!(u.iter().all(|u| (0.0..1.0).contains(u)), "{u:?}");
+        }
     }
+    let u: Vec<[f32; 2]> = (0..40).map(|_| [random.f32(), random.f32()]).collect();
+    let mut drawn = vec![Drawn::default(); u.len()];
+    samples(Level::detect(), &light, &frame, &u, &mut drawn);
+    let wi: Vec<[f32; 3]> = drawn.iter().map(|drawn| drawn.wi).collect();
+    let mut pdf = vec![-1.0; u.len()];
+    pdfs(Level::detect(), &light, &frame, &wi, &mut pdf);
+    assert!(pdf.iter().zip(&drawn).all(|(pdf, drawn)| pdf.is_finite() && pdf.to_bits() == drawn.pdf.to_bits()));
     assert!(environment.colours().iter().flatten().all(|c| c.is_finite()));
 }
 
@@ -99,6 +110,90 @@ fn changed_bytes_with_the_right_hash_do_no_harm() {
     }
     // Corners and colours of any value are a light.
     assert!(accepted > 100, "{accepted}");
+}
+
+/// Where the positions of the sections begin in the header: cells, colours, tops, two maps of cells, starts, blocks, rows, lines
+/// and the end.
+const SECTIONS: usize = 104;
+const CELL: usize = 32;
+const BLOCK: usize = 16;
+
+fn section(bytes: &[u8], number: usize) -> usize {
+    let at = SECTIONS + 8 * number;
+    u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize
+}
+
+/// Signs, opens and, if that succeeds, exercises; whether it was accepted.
+fn is_harmless(copy: &mut [u8], random: &mut Random) -> bool {
+    sign(copy);
+    let opened = Environment::open(copy);
+    opened.iter().for_each(|environment| exercise(environment, random));
+    opened.is_ok()
+}
+
+/// Not by chance: every field of the header, of the first and of the last cells and blocks, and whole tables, each set to what
+/// does most harm.
+#[test]
+fn every_field_at_its_extremes_does_no_harm() {
+    const EXTREMES: [u32; 10] =
+        [0, 1, 2, 0x8000_0000, 0x7fff_ffff, 0xffff_ffff, 0x7fc0_0000, 0x7f80_0000, 0xff80_0000, 0x3f80_0000];
+    let mut random = Random(62);
+    for (layout, width, height) in layouts(32) {
+        let map = Map::of_directions(layout, width, height, rough);
+        for (filter, budget) in [(Filter::Nearest, 0.1), (Filter::Bilinear, 0.0), (Filter::Bilinear, 0.1)] {
+            let built = Built::new(&map, &Description { budget, ..map.description(filter) });
+            let bytes = built.bytes();
+            let mut words = vec![0u128; bytes.len().div_ceil(16)];
+            let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..bytes.len()];
+            let [cells, colours, tops] = [0, 1, 2].map(|number| section(bytes, number));
+            let [map_of_cells, starts, blocks, rows, lines, end] = [3, 5, 6, 7, 8, 9].map(|n| section(bytes, n));
+            assert_eq!((cells % CELL, end), (0, bytes.len()));
+            let last_block = rows - (rows - blocks) % BLOCK - BLOCK;
+            let fields = (POWER..FRAME)
+                .chain(HEADER - 4..HEADER)
+                .chain(cells..cells + CELL)
+                .chain(colours - CELL..colours)
+                .chain(tops..tops + 64)
+                .chain(starts..starts + 64)
+                .chain(blocks..blocks + BLOCK)
+                .chain(last_block..last_block + BLOCK);
+            for at in fields.filter(|at| at % 4 == 0) {
+                for extreme in EXTREMES {
+                    for length in [1, 2, 4] {
+                        for shift in (0..4).step_by(length) {
+                            copy.copy_from_slice(bytes);
+                            let part = at + shift..at + shift + length;
+                            // The highest bytes: the sign and the exponent of a number.
+                            copy[part].copy_from_slice(&extreme.to_le_bytes()[4 - length..]);
+                            is_harmless(copy, &mut random);
+                        }
+                    }
+                }
+            }
+            let mut accepted = 0;
+            for part in [cells..colours, colours..tops, tops..map_of_cells, map_of_cells..starts].into_iter().chain([
+                starts..blocks,
+                blocks..rows,
+                rows..lines,
+                lines..end,
+            ]) {
+                for filling in [0, 1, 0x7f, 0x80, 0xff] {
+                    copy.copy_from_slice(bytes);
+                    copy[part.clone()].fill(filling);
+                    accepted += u32::from(is_harmless(copy, &mut random));
+                    // From the middle on, and reversed, which orders starts the wrong way round.
+                    copy.copy_from_slice(bytes);
+                    copy[part.start.midpoint(part.end)..part.end].fill(filling);
+                    accepted += u32::from(is_harmless(copy, &mut random));
+                }
+                copy.copy_from_slice(bytes);
+                copy[part].reverse();
+                accepted += u32::from(is_harmless(copy, &mut random));
+            }
+            // Lines of zeros, for one, hold no light but are in order.
+            assert!(accepted > 0);
+        }
+    }
 }
 
 #[test]

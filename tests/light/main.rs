@@ -16,3 +16,4 @@ mod lookup;
 mod maps;
 mod reach;
 mod weights;
+mod words;

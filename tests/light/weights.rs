@@ -58,6 +58,29 @@ fn unclipped_suns() {
     }
 }
 
+/// Ground of a twentieth of the sky: what stands beside the sun is 2e6 times darker.
+#[test]
+fn unclipped_suns_over_dark_ground() {
+    for ground in [1.0, 0.05] {
+        // In the middle of a block's rows, and at its end.
+        for (row, sun) in [(64, 1e5), (70, 1e5), (79, 5e5)] {
+            let is_sun = |x, y| (x, y) == (100, row) || (x, y) == (230, row - 3);
+            let map = Map::latlong(256, 128, |x, y| {
+                if is_sun(x, y) {
+                    sun
+                } else if y < 60 {
+                    1.0
+                } else {
+                    ground
+                }
+            });
+            for of in descriptions(&map) {
+                test(&format!("sun of {sun} in row {row} over {ground}"), &map, &of);
+            }
+        }
+    }
+}
+
 #[test]
 fn cubes_with_unclipped_suns() {
     for side in [64, 96] {

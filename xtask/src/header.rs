@@ -26,6 +26,7 @@ const HEADERS: [Header; 3] = [
             "src/ffi/mod.rs",
             "src/ffi/light.rs",
             "src/ffi/sampler.rs",
+            "src/ffi/visibility.rs",
             "src/ffi/material.rs",
             "src/direct/ray.rs",
             "src/ffi/direct.rs",
@@ -295,7 +296,8 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 22] = [
+const NAMES: [(&str, &str); 23] = [
+    ("VisibilityCacheObject", "wis_visibility_cache"),
     ("DirectWave", "wis_wave"),
     ("SamplerObject", "wis_sampler"),
     ("MaterialData", "wis_material"),

@@ -82,6 +82,55 @@ impl Image {
     }
 }
 
+impl Image {
+    /// What a client finds in a direction: the texel that holds it, or between texel centres. No texel is darker than `least`;
+    /// the first and the last row may lie at the poles.
+    pub fn radiance(&self, bilinear: bool, at_poles: bool, least: f64, [x, y, z]: [f32; 3]) -> f64 {
+        let (w, h) = (i64::from(self.width), i64::from(self.height));
+        let [x, y, z] = [x, y, z].map(f64::from);
+        let [around, down] = [y.atan2(x).rem_euclid(TAU) / TAU, x.hypot(y).atan2(z) / PI];
+        let luminance = |x: i64, y: i64| {
+            let texel = |x: i64, y: i64| {
+                let index = (y * w + x.rem_euclid(w)) as usize * self.channels as usize;
+                let weights: &[f64] = if self.channels == 1 { &[1.0] } else { &[0.2126, 0.7152, 0.0722] };
+                self.texels[index..].iter().zip(weights).map(|(c, w)| f64::from(*c) * w).sum::<f64>()
+            };
+            // Over the pole: half a turn on, between two texels if their number is odd.
+            let over = |y: i64| 0.5 * (texel(x + w / 2, y) + texel(x + (w + 1) / 2, y));
+            let inside = (0..h).contains(&y);
+            (if inside { texel(x, y) } else { over(y.clamp(0, h - 1)) }).max(least)
+        };
+        let spans = if at_poles { h - 1 } else { h } as f64;
+        let (column, row) = (around * w as f64, down * spans + if at_poles { 0.5 } else { 0.0 });
+        if !bilinear {
+            return luminance((column as i64).min(w - 1), (row as i64).min(h - 1));
+        }
+        let (column, row) = (column - 0.5, row - 0.5);
+        let (s, t) = (column - column.floor(), row - row.floor());
+        let (x, y) = (column.floor() as i64, row.floor() as i64);
+        let line = |y: i64| luminance(x, y) * (1.0 - s) + luminance(x + 1, y) * s;
+        if t == 0.0 { line(y) } else { line(y) * (1.0 - t) + line(y + 1) * t }
+    }
+
+    /// Directions at the corners, edges and half-texel shifts of lit texels, up to a texel around them.
+    pub fn around_lit(&self) -> Vec<[f32; 3]> {
+        let luminance = self.luminance();
+        let texels = luminance.iter().zip(0u32..).filter(|(l, _)| **l > 0.0).map(|(_, index)| index);
+        let shifts = (-2..=4).flat_map(|j| (-2..=4).map(move |i| [f64::from(i) * 0.5, f64::from(j) * 0.5]));
+        texels
+            .flat_map(|index| {
+                let texel = [index % self.width, index / self.width].map(f64::from);
+                shifts.clone().map(move |[i, j]| [texel[0] + i, texel[1] + j])
+            })
+            .filter(|[_, y]| (0.0..=f64::from(self.height)).contains(y))
+            .map(|[x, y]| {
+                let (phi, theta) = (TAU * x / f64::from(self.width), PI * y / f64::from(self.height));
+                [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()].map(|x| x as f32)
+            })
+            .collect()
+    }
+}
+
 /// A smooth sky over ground of a fifth of its radiance.
 pub fn sky() -> Image {
     Image::new(64, 32, |x, y| if y < 16 { 0.2 + (16 - y) as f32 / 16.0 + 0.1 * (x % 7) as f32 } else { 0.2 })

@@ -12,6 +12,7 @@ mod radiance;
 mod shapes;
 mod surface;
 mod table;
+mod tables;
 mod vectors;
 
 pub use table::{Row, Table};
@@ -19,6 +20,7 @@ pub use table::{Row, Table};
 /// Runs every case, in the order of the page.
 pub fn run() -> Table {
     let mut table = Table::default();
+    tables::add(&mut table);
     radiance::add(&mut table);
     shapes::add(&mut table);
     lobes::add(&mut table);

@@ -22,6 +22,23 @@ run. *Unreachable*: lit texels (or patches) that no u leads to though their pdf 
 
 ";
 
+const LIGHTS: &str = "## The light in tables
+
+`wis_environment`, for a client that interpolates between texel centres and for one that takes texels. Samples are legal,
+and the pdf is above 0 at every corner, edge and half-texel shift of lit texels. The three columns are upper bounds on
+w = L / pdf over 32768 samples: its relative standard deviation (at most 0.01), its maximum over its mean (at most 1.05), and
+how far its mean is from the power of the environment (at most 0.001 of it). A row beyond these limits fails. L is the
+client's look-up in double precision, of texels no darker than 2^-16 of the mean unless black stays black.
+
+";
+
+const WAVELETS: &str = "
+## Light in a pyramid, products and calls
+
+The first rows are `wis_wavelet_environment` with its products, on the same kinds of maps.
+
+";
+
 /// A case.
 pub struct Row {
     /// What is put in.
@@ -36,10 +53,37 @@ pub struct Row {
     pub skipped: bool,
 }
 
+/// How far L / pdf is from constant.
+#[derive(Clone, Copy, Debug)]
+pub struct Accuracy {
+    /// The relative standard deviation.
+    pub deviation: f64,
+    /// The largest over the mean.
+    pub maximum: f64,
+    /// The mean over the power, less 1.
+    pub mean: f64,
+}
+
+/// A case of the light in tables.
+pub struct Light {
+    /// What is put in.
+    pub case: String,
+    /// Who looks it up.
+    pub client: &'static str,
+    /// The answer, or what is wrong with it.
+    pub got: Verdict,
+    /// How well the density fits the light.
+    pub accuracy: Option<Accuracy>,
+    /// What the peers' formulas answer.
+    pub peers: Answers,
+}
+
 /// All cases.
 #[derive(Default)]
 pub struct Table {
-    /// In the order of the page.
+    /// The light in tables.
+    pub lights: Vec<Light>,
+    /// The others, in the order of the page.
     pub rows: Vec<Row>,
 }
 
@@ -61,22 +105,30 @@ impl Table {
         self.rows.push(Row { case, expected, got, peers: Answers::default(), skipped: true });
     }
 
-    /// The rows that answer something else than documented.
-    pub fn failures(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(|row| row.got.is_err())
+    /// How many rows answer something else than documented.
+    pub fn failures(&self) -> usize {
+        let lights = self.lights.iter().map(|light| &light.got);
+        self.rows.iter().map(|row| &row.got).chain(lights).filter(|got| got.is_err()).count()
     }
 
     /// The page as Markdown.
     pub fn page(&self) -> String {
         let mut page = String::from(PREAMBLE);
+        page.push_str(LIGHTS);
+        page.push_str("| case | client | got | deviation | maximum | mean | cumulative sums | hierarchical warp |\n");
+        page.push_str("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
+        for light in &self.lights {
+            page.push_str(&light.line());
+        }
+        page.push_str(WAVELETS);
         page.push_str(
             "| case | expected | got | cumulative sums | hierarchical warp |\n| --- | --- | --- | --- | --- |\n",
         );
         for row in &self.rows {
             page.push_str(&row.line());
         }
-        let failures = self.failures().count();
-        let _ = writeln!(page, "\n{} cases, {failures} failures.", self.rows.len());
+        let cases = self.lights.len() + self.rows.len();
+        let _ = writeln!(page, "\n{cases} cases, {} failures.", self.failures());
         page
     }
 
@@ -85,6 +137,27 @@ impl Table {
         let skipped = |line: &str| self.rows.iter().any(|row| row.skipped && line.starts_with(&row.start()));
         let kept = |page: &str| page.lines().filter(|line| !skipped(line)).map(str::to_string).collect::<Vec<_>>();
         kept(page) == kept(&self.page())
+    }
+}
+
+/// The next number above with two digits.
+fn bound(x: f64) -> String {
+    let scale = 10f64.powi(1 - x.max(1e-6).log10().floor() as i32);
+    let rounded = (x * scale).ceil() / scale;
+    format!("< {}", (rounded * 1e8).round() / 1e8)
+}
+
+impl Light {
+    fn line(&self) -> String {
+        let Light { case, client, got, accuracy, peers: Answers { sums, warp } } = self;
+        let got = match got {
+            Ok(got) => got.clone(),
+            Err(fault) => format!("**FAIL** {fault}"),
+        };
+        let columns = accuracy.map_or("- | - | -".into(), |a| {
+            format!("{} | < {:.2} | {}", bound(a.deviation), (a.maximum * 100.0).ceil() / 100.0, bound(a.mean))
+        });
+        format!("| {case} | {client} | {got} | {columns} | {sums} | {warp} |\n")
     }
 }
 

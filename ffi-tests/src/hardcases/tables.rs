@@ -1,0 +1,204 @@
+//! Hard maps for the light in tables: whether samples are legal, and how far L / pdf is from constant.
+
+use super::laws::{self, Verdict, ensure, fails};
+use super::maps::{Image, hot, sky};
+use super::peers::Answers;
+use super::table::{Accuracy, Light, Table};
+use crate::client::{self, Density, raw};
+use crate::environment::{self, Environment, Map, Sampler};
+use std::cell::RefCell;
+
+/// Points that the accuracy of a case is measured with.
+const POINTS: usize = 1 << 15;
+/// Goals: the relative standard deviation of L / pdf, its maximum over its mean, and that mean over the power, less 1.
+const DEVIATION: f64 = 0.01;
+const MAXIMUM: f64 = 1.05;
+const MEAN: f64 = 1e-3;
+
+/// Adds the cases.
+pub fn add(table: &mut Table) {
+    let floored = [(raw::WIS_FILTER_BILINEAR, 0), (raw::WIS_FILTER_NEAREST, 0)];
+    let uneven = |value: f32| Image::new(64, 32, move |x, y| value * ((1 + (x * 7 + y * 3) % 5) as f32 * 0.2));
+    let gradient = |width, height| Image::new(width, height, |x, y| 1.0 + (x % 11) as f32 + 0.5 * (y % 7) as f32);
+    let places = [
+        ("at the pole and the seam", 0, 0),
+        ("in the last column", 63, 15),
+        ("in the middle", 32, 16),
+        ("in the last row", 31, 31),
+    ];
+    for (place, x, y) in places {
+        for (what, background) in
+            [("one texel on black", 0.0), ("a texel of 1e5 beside 1", 0.01), ("a texel of 1e10 beside 1", 1e-7)]
+        {
+            both(table, &format!("{what}, {place}"), &hot(x, y, 1e3, background), &floored);
+        }
+    }
+    both(table, "one texel on black that stays black", &hot(40, 9, 1e3, 0.0), &floored.map(exact_zero));
+    both(table, "a texel of 1e30 beside 1e-30", &hot(17, 25, 1e30, 1e-30), &floored);
+    both(table, "a texel of 1 beside 1e8", &hot(17, 25, 1.0, 1e8), &floored);
+    both(
+        table,
+        "every other texel black, which stays black",
+        &Image::new(64, 32, |x, y| ((x + y) % 2) as f32),
+        &floored.map(exact_zero),
+    );
+    both(table, "light only in the first row", &Image::new(64, 32, |_, y| if y == 0 { 5.0 } else { 0.0 }), &floored);
+    both(
+        table,
+        "light only in the rows beside the horizon",
+        &Image::new(64, 32, |_, y| if y / 2 == 8 { 5.0 } else { 0.0 }),
+        &floored,
+    );
+    for (name, value) in [
+        ("map of 1e-42 (denormal)", 1e-42),
+        ("map of 1e-30", 1e-30),
+        ("map of 1e30", 1e30),
+        ("map of 3e38 (its sums overflow)", 3e38),
+    ] {
+        both(table, name, &uneven(value), &floored);
+    }
+    let ladder = Image::new(64, 32, |x, y| 10.0f32.powi(-40 + ((x * 5 + y * 11) % 78) as i32));
+    both(table, "every decade from 1e-40 to 1e37 side by side", &ladder, &floored);
+    for (width, height) in [(1, 1), (1, 64), (64, 1), (37, 19), (1023, 511), (4096, 2)] {
+        both(table, &format!("map of {width} x {height}"), &gradient(width, height), &floored);
+    }
+    both(
+        table,
+        "sky and ground, first and last row at the poles",
+        &sky(),
+        &floored.map(|(filter, flags)| (filter, flags | raw::WIS_ENVIRONMENT_ROWS_AT_POLES)),
+    );
+    black(table);
+    faces(table);
+}
+
+fn exact_zero((filter, flags): (u32, u32)) -> (u32, u32) {
+    (filter, flags | raw::WIS_ENVIRONMENT_EXACT_ZERO)
+}
+
+fn map(image: &Image, (filter, flags): (u32, u32)) -> Map<'_> {
+    let texels = client::Texels::F32(&image.texels);
+    Map { filter, flags, ..Map::latlong(image.width, image.height, image.channels, texels) }
+}
+
+/// For a bilinear and for a nearest client; the peers stand beside the first.
+fn both(table: &mut Table, name: &str, image: &Image, kinds: &[(u32, u32)]) {
+    for (i, &kind) in kinds.iter().enumerate() {
+        let client = if kind.0 == raw::WIS_FILTER_NEAREST { "nearest" } else { "bilinear" };
+        let accuracy = judge(image, kind);
+        let got = accuracy.as_ref().map(|_| "legal".to_string()).map_err(String::clone);
+        let peers = if i == 0 { Answers::of(image) } else { Answers::default() };
+        table.lights.push(Light { case: name.into(), client, got, accuracy: accuracy.ok(), peers });
+    }
+}
+
+/// Legal samples, a density at every corner, edge and half-texel shift of lit texels, and the accuracy.
+fn judge(image: &Image, kind: (u32, u32)) -> Result<Accuracy, String> {
+    let environment = Environment::new(&map(image, kind))?;
+    let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
+    let density = environment::Light::new(&environment, &sampler);
+    laws::legal(&density)?;
+    let bilinear = kind.0 == raw::WIS_FILTER_BILINEAR;
+    let at_poles = kind.1 & raw::WIS_ENVIRONMENT_ROWS_AT_POLES != 0;
+    let exact = kind.1 & raw::WIS_ENVIRONMENT_EXACT_ZERO != 0;
+    let least = if exact { 0.0 } else { environment.info.mean / 65536.0 };
+    let radiance = |wi| image.radiance(bilinear, at_poles, least, wi);
+    for wi in image.around_lit() {
+        let pdf = density.pdf(wi)?;
+        ensure(pdf > 0.0 && pdf.is_finite() || radiance(wi) == 0.0, || format!("pdf({wi:?}) = {pdf} where light is"))?;
+    }
+    let mut u = vec![[0.0; 2]; POINTS];
+    client::sobol(3, 0, &mut u)?;
+    let (mut wi, mut pdf) = (vec![[0.0; 3]; POINTS], vec![0.0; POINTS]);
+    density.sample_n(&u, &mut wi, &mut pdf)?;
+    let weights = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * environment.info.power));
+    let mean = weights().sum::<f64>() / POINTS as f64;
+    let variance = weights().map(|w| (w - mean) * (w - mean)).sum::<f64>() / POINTS as f64;
+    let accuracy = Accuracy {
+        deviation: variance.sqrt() / mean,
+        maximum: weights().fold(0.0, f64::max) / mean,
+        mean: (mean - 1.0).abs(),
+    };
+    ensure(accuracy.deviation <= DEVIATION && accuracy.maximum <= MAXIMUM && accuracy.mean <= MEAN, || {
+        format!("{accuracy:?}")
+    })?;
+    Ok(accuracy)
+}
+
+fn black(table: &mut Table) {
+    let image = Image::new(64, 32, |_, _| 0.0);
+    for (kind, client) in [(raw::WIS_FILTER_BILINEAR, "bilinear"), (raw::WIS_FILTER_NEAREST, "nearest")] {
+        let verdict = || -> Verdict {
+            let environment = Environment::new(&map(&image, (kind, 0)))?;
+            ensure(environment.info.power == 0.0, || format!("power {}", environment.info.power))?;
+            let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
+            laws::nothing(&environment::Light::new(&environment, &sampler))?;
+            Ok("power 0, pdf 0, invert ZERO_DENSITY".into())
+        };
+        table.lights.push(Light {
+            case: "all-black map".into(),
+            client,
+            got: verdict(),
+            accuracy: None,
+            peers: Answers::default(),
+        });
+    }
+    for (name, value, replaced) in [("NaN", f32::NAN, 0.0), ("+Inf", f32::INFINITY, 2.0), ("negative", -1.0, 0.0)] {
+        let mut image = Image::new(64, 32, |x, _| 1.0 + (x % 2) as f32);
+        let good = {
+            let mut good = image.clone();
+            good.texels[11 * 64 + 37] = replaced;
+            good
+        };
+        image.texels[11 * 64 + 37] = value;
+        let verdict = || -> Verdict {
+            let failure = fails(Environment::new(&map(&image, (raw::WIS_FILTER_BILINEAR, 0))), raw::WIS_INVALID_TEXEL)?;
+            let place = (failure.diagnostic.x, failure.diagnostic.y);
+            ensure(place == (37, 11), || format!("{place:?}"))?;
+            let kind = (raw::WIS_FILTER_BILINEAR, raw::WIS_ENVIRONMENT_SANITISE);
+            let [mended, good] = [&image, &good].map(|image| Environment::new(&map(image, kind)));
+            let (mended, good) = (mended?.info, good?.info);
+            ensure(mended.sanitised == 1 && mended.power == good.power, || {
+                format!("{} replaced, power {}", mended.sanitised, mended.power)
+            })?;
+            Ok("INVALID_TEXEL at 37, 11; sanitised: one replaced".into())
+        };
+        table.lights.push(Light {
+            case: format!("a texel that is {name}"),
+            client: "bilinear",
+            got: verdict(),
+            accuracy: None,
+            peers: Answers::default(),
+        });
+    }
+}
+
+/// Other layouts, down to one texel a face; their accuracy is measured by the crate's own tests.
+fn faces(table: &mut Table) {
+    for (name, layout, width, height) in [
+        ("cube map of one texel a face", raw::WIS_LAYOUT_CUBE, 1, 6),
+        ("cube map of 5 x 5 a face", raw::WIS_LAYOUT_CUBE, 5, 30),
+        ("octahedral map of one texel", raw::WIS_LAYOUT_OCTAHEDRAL, 1, 1),
+        ("octahedral map of 7 x 7", raw::WIS_LAYOUT_OCTAHEDRAL, 7, 7),
+    ] {
+        let image = Image::new(width, height, |x, y| 1.0 + (3 * x + y) as f32);
+        for (kind, client) in [(raw::WIS_FILTER_BILINEAR, "bilinear"), (raw::WIS_FILTER_NEAREST, "nearest")] {
+            let verdict = || -> Verdict {
+                let environment = Environment::new(&Map { layout, ..map(&image, (kind, 0)) })?;
+                let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
+                let density = environment::Light::new(&environment, &sampler);
+                laws::legal(&density)?;
+                let mass = laws::mass(&density, 512)?;
+                ensure((mass - 1.0).abs() < 2e-3, || format!("it integrates to {mass}"))?;
+                Ok("legal; the density integrates to 1 within 2e-3".into())
+            };
+            table.lights.push(Light {
+                case: name.into(),
+                client,
+                got: verdict(),
+                accuracy: None,
+                peers: Answers::default(),
+            });
+        }
+    }
+}

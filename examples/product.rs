@@ -265,24 +265,9 @@ fn main() {
         ("none divided", Config { divided: 0, ..full }),
         ("24 divided", Config { divided: 24, ..full }),
         ("no mixture", Config { mixture: Mixture::NONE, ..full }),
+        ("not widened", Config { mixture: Mixture { resolved: 0.0, ..Mixture::TUNED }, ..full }),
     ];
     let maps = maps();
-    let mut variants = variants.to_vec();
-    if std::env::var("WIS_TUNE").is_ok() {
-        for (n, s) in [
-            (0.3, 0.35),
-            (0.3, 0.2),
-            (0.3, 0.1),
-            (0.2, 0.35),
-            (0.2, 0.5),
-            (0.15, 0.5),
-            (0.15, 0.7),
-            (0.1, 0.5),
-            (0.1, 0.9),
-        ] {
-            variants.push(("tune", Config { mixture: Mixture { narrow: n, share: s }, ..full }));
-        }
-    }
     let only = std::env::var("WIS_LAB").unwrap_or_default();
     for (name, material) in materials() {
         let mut errors = vec![(0.0, 0.0); variants.len()];

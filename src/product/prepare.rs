@@ -79,7 +79,14 @@ pub fn prepare(
     let guide = environment.guide();
     let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
     let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
-    let mut stage = Stage::new(guide, &surface, mirror, cone, config);
+    let widened = peak::widened(point.material, &config.mixture);
+    let seen = match &widened {
+        Some(material) => {
+            Surface::new(&Point { material, ..*point }, &environment.frame()).map_err(PrepareError::Point)?
+        }
+        None => surface,
+    };
+    let mut stage = Stage::new(guide, &seen, mirror, cone, config);
     run(level, Evaluate { stage: &mut stage });
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();

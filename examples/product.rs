@@ -272,10 +272,11 @@ fn main() {
     for (name, material) in materials() {
         let mut errors = vec![(0.0, 0.0); variants.len()];
         let mut times = [0.0; 5];
-        let mut bytes = 0;
+        let (mut bytes, mut environment_bytes) = (0, 0);
         for map in &maps {
             let words = map.build();
             let environment = Environment::view(bytemuck::cast_slice(&words)).expect("built");
+            environment_bytes = environment.as_bytes().len();
             let memory = vec![0u128; most_bytes(MAX_DIVIDED) / 16];
             let mut bench = Bench { map, environment, level: Level::detect(), memory };
             if only == "prepare" {
@@ -301,14 +302,14 @@ fn main() {
             }
             bytes = bytes.max(bench.prepare(&point(&material, 0), &full));
         }
-        for ((variant, _), (error, stored)) in variants.iter().zip(errors) {
+        for ((variant, _), (error, stored)) in variants.iter().zip(errors).filter(|(_, (error, _))| *error > 0.0) {
             println!(
                 "{name:10} mean, {variant:14} error at {N} samples {error:.4}, of the stored integral {stored:.4}"
             );
         }
         let [prepare, t64, t1, p64, p1] = times;
         println!(
-            "{name:10} prepare {prepare:.0} ns, sample {t64:.0} in 64, {t1:.0} alone; pdf {p64:.0} in 64, {p1:.0} alone; {bytes} bytes"
+            "{name:10} prepare {prepare:.0} ns, sample {t64:.0} in 64, {t1:.0} alone; pdf {p64:.0} in 64, {p1:.0} alone; {bytes} bytes over {environment_bytes}"
         );
     }
 }

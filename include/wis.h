@@ -12,7 +12,8 @@
  *
  * Order of use. Once for a map: wis_environment_size, wis_environment_init. Once for a thread: wis_sampler_size,
  * wis_sampler_init. Once for a material: wis_material_init. At a hit: wis_direct. Renderers that combine light samples with
- * their own BRDF samples (multiple importance sampling) call wis_sample and wis_pdf instead. Structured importance sampling
+ * their own BRDF samples (multiple importance sampling) call wis_sample and wis_pdf instead, with a product of light and BRDF
+ * (wis_product_prepare) or without. Structured importance sampling
  * stands in wis_lights.h; wavelet trees, their products and integrals in wis_wavelets.h.
  *
  * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold

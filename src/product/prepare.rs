@@ -397,6 +397,12 @@ impl Kernel for Write<'_, '_> {
         let (whole, parts) = leaves.split_at_mut_checked(cells / LANES).unwrap_or_default();
         for (group, (out, corners)) in whole.iter_mut().zip(&stage.corners).enumerate() {
             let [a, b, c, d] = *corners;
+            // Corners that count are above 0; half of all groups lie below the horizon.
+            let zero = <F as Num>::splat(0.0);
+            if <F as Num>::bits(Num::lt(zero, <F as Num>::load(a))) == 0 {
+                *out = [[0; LANES]; 4];
+                continue;
+            }
             let load = |corner: [f32; LANES]| <F as Num>::load(corner) * scale;
             let mut corners = [load(a), load(b), load(c), load(d)];
             if stage.constant {

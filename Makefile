@@ -24,7 +24,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple test mutants \
+.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple check test mutants \
 	check-aarch64 clean
 
 help: ## list the targets
@@ -44,7 +44,7 @@ header: ## write the C headers in include/ from the Rust sources
 
 install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
 	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
-	install -m 644 include/wis.h include/wis_lights.h include/wis_wavelets.h include/wis.hpp $(ROOT)/include
+	install -m 644 include/wis.h include/wis_lights.h include/wis_wavelets.h include/wis.hpp include/wis_wavelets.hpp $(ROOT)/include
 	cp -P $(LIB)/libwis.* $(ROOT)/lib
 	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
 	cp -R packaging/licences/* $(ROOT)/share/licenses/wis
@@ -54,6 +54,9 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
+
+$(BUILD)/minimal-cpp: lib
+	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
 
 $(BUILD)/wavelets: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/wavelets.c $(LIB)/libwis.a -o $@
@@ -120,6 +123,9 @@ triple: lib ## measure triple product integrals and write docs/triple-2004.md
 
 check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an emulator
 	scripts/check-aarch64.sh
+
+check: ## after each change: format, lints and the laws of the renderer's path, in a minute
+	scripts/check.sh
 
 test: ## run everything that continuous integration runs
 	scripts/setup.sh test

@@ -1,6 +1,6 @@
-// wavelets.c in C++11: wis.hpp owns the memory, and a failure is an exception.
+// wavelets.c in C++11: wis_wavelets.hpp owns the memory, and a failure is an exception.
 #define WIS_HPP_THROW
-#include "wis.hpp"
+#include "wis_wavelets.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -39,11 +39,11 @@ static void run() {
     config.format = WIS_FORMAT_F32;
     config.storage = WIS_STORAGE_PYRAMID;
     config.pixels = map.data();
-    wis::environment environment;
+    wis::wavelets::environment environment;
     environment.init(config);
 
     // 2. The product of light, BRDF and cosine at a shading point; one object for each thread.
-    wis::product product;
+    wis::wavelets::product product;
     product.init(wis::sized<wis_wavelet_product_config>());
     product.prepare(environment, make_query());
 

@@ -119,7 +119,7 @@ typedef struct wis_diagnostic {
   uint32_t reserved;
   /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
   uint64_t bytes_needed;
-  /// The field at fault of the struct that the argument points to, as "normal" or "lobe[1].b": a static string. Null if
+  /// The field at fault of the struct that the argument points to, as `normal` or `lobe[1].b`: a static string. Null if
   /// the argument is no struct, or no field in particular is at fault.
   const char *field;
 } wis_diagnostic;
@@ -340,7 +340,8 @@ typedef struct wis_sampler_config {
   uint32_t rays;
   /// Candidates for each ray, 1 to 256; 0: the library's choice.
   uint32_t candidates_per_ray;
-  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known.
+  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on hits that come with numbers of
+  /// yours (`u` of wis_direct) share products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
   /// Always 0.
   uint32_t reserved;
@@ -364,48 +365,6 @@ enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 
 /// Where the last call on this sampler that failed was at fault: argument, field and element.
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
-
-/// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one
-/// of them calls wis_visibility_cache_end_pass alone. Nothing to free.
-typedef struct wis_visibility_cache wis_visibility_cache;
-
-/// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
-/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number.
-enum wis_status wis_visibility_cache_size(uint32_t places,
-                                          struct wis_memory_size *size,
-                                          struct wis_diagnostic *diagnostic);
-
-/// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
-enum wis_status wis_visibility_cache_init(uint32_t places,
-                                          void *memory,
-                                          size_t bytes,
-                                          struct wis_visibility_cache **cache,
-                                          struct wis_diagnostic *diagnostic);
-
-/// Records what rays from a point saw: `reached[k]` is not 0 where the ray along `wi[k]` reached the light. Of the point only
-/// `visibility`, `visibility_key` and `seed` are read; with a null `visibility` or the key 0 nothing is recorded. Directions that
-/// are not of unit length are left out. Rays of wis_direct and others are welcome alike. Threads may record at once.
-///
-/// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before
-/// wis_visibility_cache_end_pass. That holds to the last digit if each pass has seeds of its own. With one seed over all passes a
-/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %.
-enum wis_status wis_visibility_cache_record(const struct wis_point *point,
-                                            size_t count,
-                                            const float *wi,
-                                            size_t wi_stride,
-                                            const uint8_t *reached);
-
-/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
-/// place.
-enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache);
-
-/// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
-/// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
-/// instead.
-enum wis_status wis_visibility_key(const float position[3],
-                                   const float normal[3],
-                                   float cell,
-                                   uint32_t *visibility_key);
 
 /// Lobes of a material.
 #define WIS_MAX_LOBES 4
@@ -500,6 +459,48 @@ typedef struct wis_point {
 enum wis_status wis_material_init(struct wis_material *material,
                                   struct wis_diagnostic *diagnostic);
 
+/// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one
+/// of them calls wis_visibility_cache_end_pass alone. Nothing to free.
+typedef struct wis_visibility_cache wis_visibility_cache;
+
+/// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
+/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number.
+enum wis_status wis_visibility_cache_size(uint32_t places,
+                                          struct wis_memory_size *size,
+                                          struct wis_diagnostic *diagnostic);
+
+/// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
+enum wis_status wis_visibility_cache_init(uint32_t places,
+                                          void *memory,
+                                          size_t bytes,
+                                          struct wis_visibility_cache **cache,
+                                          struct wis_diagnostic *diagnostic);
+
+/// Records what rays from a point saw: `reached[k]` is not 0 where the ray along `wi[k]` reached the light. Of the point only
+/// `visibility`, `visibility_key` and `seed` are read; with a null `visibility` or the key 0 nothing is recorded. Directions that
+/// are not of unit length are left out. Rays of wis_direct and others are welcome alike. Threads may record at once.
+///
+/// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before
+/// wis_visibility_cache_end_pass. That holds to the last digit if each pass has seeds of its own. With one seed over all passes a
+/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %.
+enum wis_status wis_visibility_cache_record(const struct wis_point *point,
+                                            size_t count,
+                                            const float *wi,
+                                            size_t wi_stride,
+                                            const uint8_t *reached);
+
+/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
+/// place.
+enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache);
+
+/// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
+/// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
+/// instead.
+enum wis_status wis_visibility_key(const float position[3],
+                                   const float normal[3],
+                                   float cell,
+                                   uint32_t *visibility_key);
+
 /// A direction to trace, and what the light that comes from it counts.
 typedef struct wis_ray {
   /// The direction towards the light, unit length, world space.
@@ -513,8 +514,10 @@ typedef struct wis_ray {
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a sequence of your own; they are read where hits share
-/// a product only. It takes about 30 ns for each candidate, of which a single ray has 16.
+/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
+/// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
+/// fall with the spread of your numbers. Without `u`, and for fewer hits, rays are chosen among candidates: about 30 ns for each, of
+/// which a single ray has 16.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,
@@ -591,6 +594,8 @@ typedef struct wis_wave {
   struct wis_ints_in visibility_key;
   /// What rays of earlier passes saw. Null: not known.
   struct wis_visibility_cache *visibility;
+  /// Two numbers for each ray, ray after ray, from a well-spread sequence of your own; null: none. As `u` of wis_direct.
+  struct wis_floats_in u;
   /// Four numbers for each ray, ray after ray: direction and weight.
   struct wis_floats_out ray;
   /// How many rays each point has.
@@ -635,7 +640,7 @@ typedef struct wis_product_info {
   uint32_t bytes;
   /// Cells that are divided.
   uint32_t divided_cells;
-  /// The share of u[0] that draws from narrow lobes; 0: there are none.
+  /// The share of `u[0]` that draws from narrow lobes; 0: there are none.
   float lobe_share;
   /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility.
   double integral;

@@ -1,20 +1,21 @@
-// wis for C++11: the C headers with classes that own the memory of environments, products, trees, maps of visibility, pools and
-// lists of lights. A prior is a plain struct that needs none.
+// wis for C++11: wis.h with classes that own the memory of environments, samplers, products,
+// caches of visibility and pools.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //
-// Every call passes the status of the C call through, which its header documents, and get() gives its handles for the calls
-// that have no member here. Nothing throws, unless WIS_HPP_THROW is defined before this file is included: then a
-// status other than WIS_OK is thrown as wis::error.
+// Calls that make something answer a result, which holds a value or a status; all others answer the status of the C call, which
+// wis.h documents. Nothing throws, unless WIS_HPP_THROW is defined before this file is included: then a status other than WIS_OK
+// is thrown as wis::error. Materials, points, waves, rays and priors are the plain structs of wis.h; sized<wis_point>() begins
+// one. The wrapper of wis_lights.h and wis_wavelets.h is wis_wavelets.hpp.
 #ifndef WIS_HPP
 #define WIS_HPP
 
-#include "wis_lights.h"
-#include "wis_wavelets.h"
+#include "wis.h"
 
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <utility>
 #ifdef WIS_HPP_THROW
 #include <stdexcept>
 #endif
@@ -36,6 +37,30 @@ inline status pass(status answer) {
 #else
 inline status pass(status answer) noexcept { return answer; }
 #endif
+
+/// A value, or the status that tells why there is none: `if (!made) log(wis::message(made.code()));`.
+template <class T> class result {
+public:
+    result(T &&value) : value_(std::move(value)), code_(WIS_OK) {}
+    result(const T &value) : value_(value), code_(WIS_OK) {}
+    result(status code) : value_(), code_(pass(code)) {}
+    explicit operator bool() const noexcept { return code_ == WIS_OK; }
+    status code() const noexcept { return code_; }
+    /// Of a result without a value: an empty T.
+    T &operator*() noexcept { return value_; }
+    const T &operator*() const noexcept { return value_; }
+    T *operator->() noexcept { return &value_; }
+    const T *operator->() const noexcept { return &value_; }
+
+private:
+    T value_;
+    status code_;
+};
+
+/// A sentence for a log.
+inline const char *message(status code) noexcept { return wis_status_string(static_cast<std::uint32_t>(code)); }
+/// WIS_VERSION of the library that is linked.
+inline std::uint32_t version() noexcept { return wis_version(); }
 
 /// A struct that begins with its size, with every other field 0.
 template <class T> T sized() noexcept {
@@ -91,238 +116,275 @@ private:
     moving<std::size_t> bytes_;
 };
 
-/// An environment and its memory. Const once built: threads may share it.
+/// An environment map as a distribution of directions, and its memory. Const once built, but for turn: threads may share it.
 class environment {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_wavelet_light_config &config, wis_wavelet_light_info *info = nullptr,
-                wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
+    static result<environment> build(const wis_environment_config &config, wis_diagnostic *diagnostic = nullptr) {
         wis_memory_size need;
-        const status measured = wis_wavelet_light_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
+        environment built;
         memory scratch;
-        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
-            return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_wavelet_light_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
-                                         &handle_.value, info, diagnostic));
+        const status measured = wis_environment_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return measured;
+        if (!built.memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
+            return WIS_MEMORY_TOO_SMALL;
+        const status done = wis_environment_init(&config, built.memory_.data(), need.bytes, scratch.data(),
+                                                 need.scratch_bytes, &built.handle_.value, diagnostic);
+        if (done != WIS_OK) return done;
+        return result<environment>(std::move(built));
     }
-    const wis_wavelet_light *get() const noexcept { return handle_; }
-
-    status sample(const float (&u)[2], wis_drawn &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
-                  const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_light_sample(handle_, distribution, world_from_map, u, &out));
+    /// A copy of bytes that an earlier build wrote. For bytes that stay where they are, see opened.
+    static result<environment> copy(const void *bytes, std::size_t count, wis_diagnostic *diagnostic = nullptr) {
+        environment copied;
+        if (!copied.memory_.reserve(count, WIS_ALIGNMENT)) return WIS_MEMORY_TOO_SMALL;
+        if (count != 0) std::memcpy(copied.memory_.data(), bytes, count);
+        const status done = wis_environment_open(copied.memory_.data(), count, &copied.handle_.value, diagnostic);
+        if (done != WIS_OK) return done;
+        return result<environment>(std::move(copied));
     }
-    status pdf(const float (&wi)[3], float &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
-               const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_light_pdf(handle_, distribution, world_from_map, wi, &out));
+    /// The handle of bytes that stay yours, such as a mapped file.
+    static result<const wis_environment *> opened(const void *bytes, std::size_t count,
+                                                  wis_diagnostic *diagnostic = nullptr) {
+        const wis_environment *handle = nullptr;
+        const status done = wis_environment_open(bytes, count, &handle, diagnostic);
+        if (done != WIS_OK) return done;
+        return handle;
     }
-    status invert(const float (&wi)[3], float (&u)[2], std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
-                  const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_light_invert(handle_, distribution, world_from_map, wi, u));
+    const wis_environment *get() const noexcept { return handle_; }
+    operator const wis_environment *() const noexcept { return handle_; }
+    /// What was built; its `bytes` behind get() are all that needs to be saved.
+    result<wis_environment_info> describe() const {
+        wis_environment_info info = sized<wis_environment_info>();
+        const status done = wis_environment_describe(handle_, &info);
+        if (done != WIS_OK) return done;
+        return info;
+    }
+    /// Another rotation, in place; null is the identity.
+    status turn(const float *world_from_map, wis_diagnostic *diagnostic = nullptr) {
+        return pass(wis_environment_turn(memory_.data(), memory_.bytes(), world_from_map, &handle_.value, diagnostic));
     }
 
 private:
+    friend class environment_build;
     memory memory_;
-    moving<const wis_wavelet_light *> handle_;
+    moving<const wis_environment *> handle_;
 };
 
-/// The product at one shading point after another, in memory that is reserved once. One for each thread.
-class product {
+/// A build that threads share: begin, then the items of passes 0, 1 and 2 in turn, then finish.
+class environment_build {
 public:
-    /// Reserves the memory, and copies the configuration with its matrix and its prior: both pointers may go away
-    /// afterwards. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        config_.size = 0;
+    /// What `config` points to must stay until finish.
+    status begin(const wis_environment_config &config, wis_diagnostic *diagnostic = nullptr) {
         wis_memory_size need;
-        const status measured = wis_wavelet_product_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
         config_ = config;
-        config_.world_from_map = nullptr;
-        config_.prior = nullptr;
-        turned_ = config.world_from_map != nullptr;
-        if (turned_) std::memcpy(matrix_, config.world_from_map, sizeof matrix_);
-        set_prior(config.prior);
-        return WIS_OK;
+        const status measured = wis_environment_size(&config_, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!built_.memory_.reserve(need.bytes, need.align) || !scratch_.reserve(need.scratch_bytes, need.align))
+            return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_environment_begin(&config_, scratch_.data(), scratch_.bytes(), items_, diagnostic));
     }
-    /// Another prior for the preparations to come, such as what the last pass counted; copied, too. Null: none.
-    void set_prior(const wis_prior *prior) noexcept {
-        seen_ = prior != nullptr;
-        if (seen_) prior_ = *prior;
+    /// How many items a pass has.
+    std::uint32_t items(std::uint32_t pass) const noexcept { return pass < 3 ? items_[pass] : 0; }
+    /// Works on some items of a pass. Threads may call this at once for different items.
+    status run(std::uint32_t number, std::uint32_t first, std::uint32_t count, wis_diagnostic *diagnostic = nullptr) {
+        const bool writes = number == 2;
+        return pass(wis_environment_run(&config_, writes ? built_.memory_.data() : nullptr,
+                                        writes ? built_.memory_.bytes() : 0, scratch_.data(), scratch_.bytes(), number,
+                                        first, count, diagnostic));
     }
-    /// WIS_NOT_BUILT, here and below, if init was not called, or failed.
-    status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
-        const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
-                                        diagnostic));
-    }
-    status prepare(const environment &light, const wis_wavelet_callback &brdf, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
-        const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
-                                                 &handle_.value, diagnostic));
-    }
-    /// For a query with tabulated lobes.
-    status prepare(const environment &light, const wis_wavelet_table &table, const wis_wavelet_query &query,
-                   wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
-        const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
-                                              &handle_.value, diagnostic));
-    }
-    const wis_wavelet_product *get() const noexcept { return handle_; }
-
-    /// Whether a hit may use the product: see reuse_cone.
-    status covers(const environment &light, const wis_wavelet_query &query, bool &out) const {
-        std::uint32_t answer = 0;
-        const status asked = wis_wavelet_product_covers(light.get(), handle_, &query, &answer);
-        out = answer == 1;
-        return pass(asked);
-    }
-    status estimate(const environment &light, double &luminance) const {
-        return pass(wis_wavelet_product_estimate(light.get(), handle_, &luminance));
-    }
-    status sample(const environment &light, const float (&u)[2], wis_drawn &out) const {
-        return pass(wis_wavelet_product_sample(light.get(), handle_, u, &out));
-    }
-    status pdf(const environment &light, const float (&wi)[3], float &out) const {
-        return pass(wis_wavelet_product_pdf(light.get(), handle_, wi, &out));
-    }
-    status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
-        return pass(wis_wavelet_product_invert(light.get(), handle_, wi, u));
+    result<environment> finish(wis_diagnostic *diagnostic = nullptr) {
+        const status done = wis_environment_finish(&config_, built_.memory_.data(), built_.memory_.bytes(), scratch_.data(),
+                                                   scratch_.bytes(), &built_.handle_.value, diagnostic);
+        if (done != WIS_OK) return done;
+        return result<environment>(std::move(built_));
     }
 
 private:
-    /// Whether init succeeded and the memory was not moved away.
-    bool is_ready(wis_diagnostic *diagnostic) const noexcept {
-        const bool ready = config_.size != 0 && memory_.data();
-        if (!ready && diagnostic) *diagnostic = wis_diagnostic();
-        return ready;
-    }
-    /// The configuration with pointers to what this object keeps, wherever it was moved to.
-    wis_wavelet_product_config config() const noexcept {
-        wis_wavelet_product_config own = config_;
-        if (turned_) own.world_from_map = matrix_;
-        if (seen_) own.prior = &prior_;
-        return own;
-    }
-    memory memory_;
-    /// Without its pointers.
-    wis_wavelet_product_config config_ = wis_wavelet_product_config();
-    bool turned_ = false, seen_ = false;
-    float matrix_[9] = {};
-    wis_prior prior_ = wis_prior();
-    moving<const wis_wavelet_product *> handle_;
+    wis_environment_config config_ = wis_environment_config();
+    std::uint32_t items_[3] = {};
+    memory scratch_;
+    environment built_;
 };
 
-/// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
-class tree {
+/// The shapes of up to four lobes.
+inline result<wis_material> make_material(const wis_lobe *lobes, std::uint32_t count, wis_diagnostic *diagnostic = nullptr) {
+    wis_material made = sized<wis_material>();
+    made.lobe_count = count;
+    for (std::uint32_t i = 0; i < count && i < WIS_MAX_LOBES; i++) made.lobe[i] = lobes[i];
+    const status done = wis_material_init(&made, diagnostic);
+    if (done != WIS_OK) return done;
+    return made;
+}
+
+/// One thread's working memory.
+class sampler {
 public:
-    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_tree_config &config, wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
+    static result<sampler> make(const wis_sampler_config &config = sized<wis_sampler_config>(),
+                                wis_diagnostic *diagnostic = nullptr) {
         wis_memory_size need;
-        const status measured = wis_tree_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(),
-                                  &handle_.value, info, diagnostic));
+        sampler made;
+        const status measured = wis_sampler_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return measured;
+        if (!made.memory_.reserve(need.bytes, need.align)) return WIS_MEMORY_TOO_SMALL;
+        const status done = wis_sampler_init(&config, made.memory_.data(), need.bytes, &made.handle_.value, diagnostic);
+        if (done != WIS_OK) return done;
+        return result<sampler>(std::move(made));
     }
-    /// The product of two or three trees, none of them this one.
-    status multiply(const tree &e, const tree &f, const tree *g = nullptr, wis_tree_info *info = nullptr,
-                    wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        const wis_tree *third = g ? g->get() : nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_multiply_size(e.get(), f.get(), third, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_multiply(e.get(), f.get(), third, memory_.data(), memory_.bytes(), scratch.data(),
-                                      scratch.bytes(), &handle_.value, info, diagnostic));
+    wis_sampler *get() const noexcept { return handle_; }
+    operator wis_sampler *() const noexcept { return handle_; }
+    /// Where the last call that failed was at fault.
+    result<wis_diagnostic> fault() const {
+        wis_diagnostic where = wis_diagnostic();
+        const status done = wis_sampler_fault(handle_, &where);
+        if (done != WIS_OK) return done;
+        return where;
     }
-    /// The tree of any sparse set of wavelets, raised to `least`.
-    status of_wavelets(double mean, const wis_wavelets *wavelets, std::uint32_t count, double least,
-                       wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_of_wavelets_size(count, wavelets, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_.value,
-                                         info, diagnostic));
-    }
-    /// The weighted sum of 1 to WIS_MAX_BLEND trees, none of them this one.
-    status blend(const wis_tree *const *trees, const double *weights, std::uint32_t count,
-                 wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_blend_size(count, trees, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_blend(count, trees, weights, memory_.data(), memory_.bytes(), scratch.data(),
-                                   scratch.bytes(), &handle_.value, info, diagnostic));
-    }
-    /// The luminance of an environment in another frame.
-    status of_environment(const environment &light, const wis_rotated_config &config, wis_tree_info *info = nullptr,
-                          wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_of_environment_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_of_environment(light.get(), &config, memory_.data(), memory_.bytes(), scratch.data(),
-                                            scratch.bytes(), &handle_.value, info, diagnostic));
-    }
-    const wis_tree *get() const noexcept { return handle_; }
+    status begin_pixel() { return pass(wis_sampler_begin_pixel(handle_)); }
 
-    status average(double &out) const { return pass(wis_tree_average(handle_, &out)); }
-    /// As many numbers in `u` and `point` as the tree has axes.
-    status sample(const float *u, float *point, float &pdf) const {
-        return pass(wis_tree_sample(handle_, u, point, &pdf));
+    /// The rays to trace at a point: how many there are of at most `rays`. `u`: null, or two numbers for each.
+    result<std::uint32_t> direct(const wis_environment *light, const wis_point &point, std::uint32_t rays, wis_ray *ray,
+                                 const float *u = nullptr) {
+        std::uint32_t count = 0;
+        const status done = wis_direct(handle_, light, &point, rays, u, ray, &count);
+        if (done != WIS_OK) return done;
+        return count;
     }
-    status pdf(const float *point, float &out) const { return pass(wis_tree_pdf(handle_, point, &out)); }
+    /// The rays of `count` points.
+    status direct_wave(const wis_environment *light, std::size_t count, const wis_wave &wave) {
+        return pass(wis_direct_wave(handle_, light, count, &wave));
+    }
+
+    /// Many elements of the density of a product, or with null, of the light; strides in bytes, 0: packed.
+    status sample(const wis_environment *light, const wis_product *product, std::size_t count, const float *u,
+                  wis_drawn *drawn, std::size_t u_stride = 0, std::size_t drawn_stride = 0) {
+        return pass(wis_sample(handle_, light, product, count, u, u_stride, drawn, drawn_stride));
+    }
+    status pdf(const wis_environment *light, const wis_product *product, std::size_t count, const float *wi, float *pdf,
+               std::size_t wi_stride = 0, std::size_t pdf_stride = 0) {
+        return pass(wis_pdf(handle_, light, product, count, wi, wi_stride, pdf, pdf_stride));
+    }
+    status invert(const wis_environment *light, const wis_product *product, std::size_t count, const float *wi, float *u,
+                  std::uint8_t *statuses, std::size_t wi_stride = 0, std::size_t u_stride = 0) {
+        return pass(wis_invert(handle_, light, product, count, wi, wi_stride, u, u_stride, statuses));
+    }
+    /// One element.
+    result<wis_drawn> sample(const wis_environment *light, const wis_product *product, const float (&u)[2]) {
+        wis_drawn drawn = wis_drawn();
+        const status done = wis_sample(handle_, light, product, 1, u, 0, &drawn, 0);
+        if (done != WIS_OK) return done;
+        return drawn;
+    }
+    result<float> pdf(const wis_environment *light, const wis_product *product, const float (&wi)[3]) {
+        float density = 0.0f;
+        const status done = wis_pdf(handle_, light, product, 1, wi, 0, &density, 0);
+        if (done != WIS_OK) return done;
+        return density;
+    }
+    /// WIS_ZERO_DENSITY or WIS_UNREACHABLE where no u leads to `wi`.
+    status invert(const wis_environment *light, const wis_product *product, const float (&wi)[3], float (&u)[2]) {
+        std::uint8_t element = WIS_OK;
+        const status done = wis_invert(handle_, light, product, 1, wi, 0, u, 0, &element);
+        return pass(done != WIS_OK ? done : static_cast<status>(element));
+    }
 
 private:
-    bool reserve(const wis_memory_size &need, memory &scratch) noexcept {
-        return memory_.reserve(need.bytes, need.align) && scratch.reserve(need.scratch_bytes, need.align);
-    }
     memory memory_;
-    moving<const wis_tree *> handle_;
+    moving<wis_sampler *> handle_;
 };
 
-/// Visibility in 8 bits, and its memory. Const once built: threads may share it.
-class visibility {
+/// Products at some points, one behind the other, in memory that is reserved once. One for each thread.
+class products {
 public:
-    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const tree &seen, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
+    /// Room for `most` products.
+    static result<products> make(std::size_t most, const wis_product_config &config = sized<wis_product_config>(),
+                                 wis_diagnostic *diagnostic = nullptr) {
         wis_memory_size need;
-        const status measured = wis_visibility_size(seen.get(), &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_visibility_init(seen.get(), memory_.data(), memory_.bytes(), &handle_.value, diagnostic));
+        products made;
+        const status measured = wis_product_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return measured;
+        if (most > SIZE_MAX / (need.bytes + sizeof(std::size_t))) return WIS_OVERFLOW;
+        if (!made.memory_.reserve(most * need.bytes, need.align) ||
+            !made.offsets_.reserve(most * sizeof(std::size_t), alignof(std::size_t)))
+            return WIS_MEMORY_TOO_SMALL;
+        made.config_ = config;
+        return result<products>(std::move(made));
     }
-    const wis_visibility *get() const noexcept { return handle_; }
-
-    /// The integral of what is seen of a function.
-    status product_integral(const tree &function, double &out) const {
-        return pass(wis_visibility_product_integral(function.get(), handle_, &out));
+    /// Prepares products at `count` points, in place of the former ones.
+    status prepare(sampler &with, const wis_environment *light, std::size_t count, const wis_point *points) {
+        size_ = 0;
+        if (count > offsets_.bytes() / sizeof(std::size_t)) return pass(WIS_MEMORY_TOO_SMALL);
+        const status done = wis_product_prepare(with, light, &config_, count, points, memory_.data(), memory_.bytes(),
+                                                static_cast<std::size_t *>(offsets_.data()), &bytes_.value);
+        if (done == WIS_OK) size_ = count;
+        return pass(done);
+    }
+    std::size_t size() const noexcept { return size_; }
+    /// Bytes that are in use, from product 0 on.
+    std::size_t bytes() const noexcept { return size_ ? bytes_.value : 0; }
+    /// Null if there is none.
+    const wis_product *operator[](std::size_t i) const noexcept {
+        if (i >= size_) return nullptr;
+        const std::size_t offset = static_cast<const std::size_t *>(offsets_.data())[i];
+        return reinterpret_cast<const wis_product *>(static_cast<const char *>(memory_.data()) + offset);
     }
 
 private:
-    memory memory_;
-    moving<const wis_visibility *> handle_;
+    wis_product_config config_ = wis_product_config();
+    memory memory_, offsets_;
+    moving<std::size_t> size_, bytes_;
 };
+
+/// What was prepared.
+inline result<wis_product_info> describe(const wis_environment *light, const wis_product *product) {
+    wis_product_info info = sized<wis_product_info>();
+    const status done = wis_product_describe(light, product, &info);
+    if (done != WIS_OK) return done;
+    return info;
+}
+/// Whether a product serves another hit well.
+inline result<bool> covers(const wis_product *product, const wis_point &point) {
+    std::uint32_t answer = 0;
+    const status done = wis_product_covers(product, &point, &answer);
+    if (done != WIS_OK) return done;
+    return answer == 1;
+}
+
+/// What rays saw from places of the scene in earlier passes, and its memory: `point.visibility = cache`.
+class visibility_cache {
+public:
+    static result<visibility_cache> make(std::uint32_t places, wis_diagnostic *diagnostic = nullptr) {
+        wis_memory_size need;
+        visibility_cache made;
+        const status measured = wis_visibility_cache_size(places, &need, diagnostic);
+        if (measured != WIS_OK) return measured;
+        if (!made.memory_.reserve(need.bytes, need.align)) return WIS_MEMORY_TOO_SMALL;
+        const status done =
+            wis_visibility_cache_init(places, made.memory_.data(), need.bytes, &made.handle_.value, diagnostic);
+        if (done != WIS_OK) return done;
+        return result<visibility_cache>(std::move(made));
+    }
+    wis_visibility_cache *get() const noexcept { return handle_; }
+    operator wis_visibility_cache *() const noexcept { return handle_; }
+    /// Between passes; no other call may use the cache meanwhile.
+    status end_pass() { return pass(wis_visibility_cache_end_pass(handle_)); }
+
+private:
+    memory memory_;
+    moving<wis_visibility_cache *> handle_;
+};
+
+/// Records what rays from a point saw in the cache that the point names; stride in bytes, 0: packed.
+inline status record_visibility(const wis_point &point, std::size_t count, const float *wi, const std::uint8_t *reached,
+                                std::size_t wi_stride = 0) {
+    return pass(wis_visibility_cache_record(&point, count, wi, wi_stride, reached));
+}
+/// A key for the piece of surface about a position.
+inline result<std::uint32_t> visibility_key(const float (&position)[3], const float (&normal)[3], float cell = 0.0f) {
+    std::uint32_t key = 0;
+    const status done = wis_visibility_key(position, normal, cell, &key);
+    if (done != WIS_OK) return done;
+    return key;
+}
 
 /// Picks from candidates, in memory that grows as it must. One for each thread.
 class pool {
@@ -352,30 +414,31 @@ private:
     moving<double> weight_sum_;
 };
 
-/// A lat-long map as directional lights (structured importance sampling).
-class lights {
-public:
-    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_environment_config &map, const wis_strata_config &config,
-                wis_diagnostic *diagnostic = nullptr) {
-        count_ = 0;
-        wis_memory_size need;
-        const status measured = wis_strata_size(&map, &config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
-            return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_strata_lights(&map, &config, scratch.data(), need.scratch_bytes,
-                                      static_cast<wis_light *>(memory_.data()), &count_.value, nullptr, diagnostic));
-    }
-    std::uint32_t size() const noexcept { return count_; }
-    const wis_light *begin() const noexcept { return static_cast<const wis_light *>(memory_.data()); }
-    const wis_light *end() const noexcept { return begin() + count_; }
+/// Counts rays into a prior; `world_from_map` is null or nine numbers. Stride in bytes, 0: packed.
+inline status count_rays(wis_prior &prior, const float *world_from_map, std::size_t count, const float *wi,
+                         const std::uint8_t *visible, std::size_t wi_stride = 0) {
+    return pass(wis_prior_count(&prior, world_from_map, count, wi, wi_stride, visible));
+}
+inline status add(wis_prior &prior, const wis_prior &other) { return pass(wis_prior_add(&prior, &other)); }
+inline status halve(wis_prior &prior) { return pass(wis_prior_halve(&prior)); }
+/// The factors of a prior for candidates of a pool; strides in bytes, 0: packed.
+inline status weights(const wis_prior &prior, const float *world_from_map, std::size_t count, const float *wi, float *weight,
+                      std::size_t wi_stride = 0, std::size_t weight_stride = 0) {
+    return pass(wis_prior_weights(&prior, world_from_map, count, wi, wi_stride, weight, weight_stride));
+}
 
-private:
-    memory memory_;
-    moving<std::uint32_t> count_;
-};
+/// A seed for a pixel in a pass.
+inline std::uint32_t pixel_seed(std::uint32_t x, std::uint32_t y, std::uint32_t pass) noexcept {
+    return wis_pixel_seed(x, y, pass);
+}
+/// Points of the Hammersley set of `total` points, two numbers each; stride in bytes, 0: packed.
+inline status hammersley(std::uint32_t first, std::uint32_t count, std::uint32_t total, float *out, std::size_t stride = 0) {
+    return pass(wis_points_hammersley(first, count, total, out, stride));
+}
+/// Points of an Owen-scrambled Sobol sequence, two numbers each; stride in bytes, 0: packed.
+inline status sobol(std::uint32_t seed, std::uint32_t first, std::size_t count, float *out, std::size_t stride = 0) {
+    return pass(wis_points_sobol(seed, first, count, out, stride));
+}
 
 } // namespace wis
 

@@ -26,8 +26,12 @@ for compiler in g++ clang++; do
         for header in wis wis_lights wis_wavelets; do
             compile $compiler -std=$standard -x c++ ../../include/$header.h
         done
+        for header in wis wis_wavelets; do
+            compile $compiler -std=$standard -x c++ ../../include/$header.hpp
+        done
         compile $compiler -std=$standard twice.cpp
         compile $compiler -std=$standard wrapper.cpp
         compile $compiler -std=$standard -DWIS_HPP_THROW wrapper.cpp
+        compile $compiler -std=$standard -fno-exceptions ../minimal.cpp
     done
 done

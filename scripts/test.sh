@@ -44,16 +44,20 @@ install_staged() {
     make --no-print-directory install BUILD="$build" DESTDIR="$stage" PREFIX=/opt/wis
 }
 
-# The C++ twin must print what the C program prints.
+# Twins in C++ and Rust must print what the C programs print.
 minimal() {
-    make --no-print-directory "$build/minimal" "$build/wavelets" "$build/wavelets-cpp" BUILD="$build" &&
-        "$build/minimal" && "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
+    make --no-print-directory "$build/minimal" "$build/minimal-cpp" "$build/wavelets" "$build/wavelets-cpp" BUILD="$build" &&
+        "$build/minimal" > "$logs/minimal.txt" && "$build/minimal-cpp" > "$logs/minimal-cpp.txt" &&
+        cargo run --quiet --example minimal > "$logs/minimal-rs.txt" && cat "$logs/minimal.txt" &&
+        diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" && diff "$logs/minimal.txt" "$logs/minimal-rs.txt" &&
+        "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
         diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
         make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured"
 }
 
 minimal_valgrind() {
     valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal" &&
+        valgrind --quiet --error-exitcode=1 --leak-check=full "$build/minimal-cpp" &&
         valgrind --quiet --error-exitcode=1 --leak-check=full "$build/wavelets" &&
         valgrind --quiet --error-exitcode=1 --leak-check=full "$build/measured"
 }
@@ -98,6 +102,7 @@ aarch64() {
 cargo_step format fmt --all --check
 cargo_step clippy clippy --workspace --all-targets --exclude wis-capi -- -D warnings
 cargo_step clippy-capi clippy --package wis-capi -- -D warnings
+step crate scripts/check-crate.sh
 step header-bytes cargo run --quiet --package xtask -- header --check
 step rust-tests cargo test --workspace --exclude wis-ffi-tests --no-fail-fast
 aarch64

@@ -1,33 +1,51 @@
-//! `wis`: product importance sampling of environment light x BRDF x cosine.
-//!
-//! The kernel allocates nothing, prints nothing, keeps no global state and never panics. Everything it
-//! builds lives in memory that the caller gives and holds no pointer, so it can be copied, saved and mapped.
-//!
-//! Data flows one way: a folder or file imports only what stands before it in this list, and nothing imports `lights` or
-//! `wavelets` but `ffi`.
-//! `status`, `numeric`, `simd`, `sphere`, `points`, `pool`, `prior`, `visibility`, `light`, `brdf`, `product`, `direct`, `lights`,
-//! `wavelets`, `ffi`.
+#![doc = include_str!("../docs/crate.md")]
+// A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
+// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `prior`,
+// `visibility`, `light`, `brdf`, `product`, `direct`, `render`, `lights`, `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 
+#[doc(hidden)]
 pub mod brdf;
+#[doc(hidden)]
 pub mod direct;
+#[doc(hidden)]
 pub mod light;
 #[cfg(feature = "lights")]
 pub mod lights;
+#[doc(hidden)]
 pub mod numeric;
 pub mod points;
 pub mod pool;
 pub mod prior;
+#[doc(hidden)]
 pub mod product;
+mod render;
+#[doc(hidden)]
 pub mod sample;
+#[doc(hidden)]
 #[allow(unsafe_code)]
 pub mod simd;
+#[doc(hidden)]
 pub mod sphere;
+#[doc(hidden)]
 pub mod status;
 pub mod visibility;
 #[cfg(feature = "wavelets")]
 pub mod wavelets;
 
+#[doc(hidden)]
 #[allow(unsafe_code)]
 pub mod ffi;
+
+pub use brdf::material::{Kind, Material, Shape};
+pub use brdf::point::{Fault, Point, Target};
+pub use direct::Ray;
+pub use direct::sampler::{Config, Sampler, Sequence};
+pub use light::batch::Drawn;
+pub use light::chart::Layout;
+pub use light::environment::{BuildError, Environment, Size};
+pub use light::plan::Filter;
+pub use render::{Block, Map};
+pub use simd::Level;
+pub use status::Status;

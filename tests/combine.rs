@@ -1,10 +1,9 @@
 //! Products of two or three trees, and weighted sums, as trees: against pixels, vectors, and through C.
 
-mod stored;
-
+use crate::stored;
+use crate::stored::{EPS, Random, Stored, cases, doubles, floats, integer};
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
-use stored::{EPS, Random, Stored, cases, doubles, floats, integer};
 use wis::ffi::wavelets::tree::combine::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};

@@ -4,14 +4,14 @@
 //! number of its tests. Each test finds a fault of 2 % (`LARGEST_MISSED`) with a chance of .99 (`POWER`): it prints the
 //! smallest fault that it finds, and a larger one than that fails.
 
-mod support;
-
-use support::maps::{Filter, HDR_MAPS, hdr_maps, one_texel, sky, sun};
-use support::partition::Cell;
-use support::scenes::{GRID, ShadingPoint, grid, matrices};
-use support::statistics::{LARGEST_MISSED, Mean, chi_square, chi_square_smallest_fault, corrected, kolmogorov_smirnov};
-use support::vector::{single, unit};
-use support::*;
+use crate::support::maps::{Filter, HDR_MAPS, hdr_maps, one_texel, sky, sun};
+use crate::support::partition::Cell;
+use crate::support::scenes::{GRID, ShadingPoint, grid, matrices};
+use crate::support::statistics::{
+    LARGEST_MISSED, Mean, chi_square, chi_square_smallest_fault, corrected, kolmogorov_smirnov,
+};
+use crate::support::vector::{single, unit};
+use crate::support::*;
 use wis::ffi::wavelets::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
 };

@@ -1,14 +1,12 @@
 //! The environment: integration of input maps in all layouts and formats, storages, and the light alone as a
 //! distribution.
 
-mod support;
-
+use crate::support::maps::{Filter, one_texel, sky};
+use crate::support::vector::{V3, unit};
+use crate::support::*;
 use serde_json::Value;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
-use support::maps::{Filter, one_texel, sky};
-use support::vector::{V3, unit};
-use support::*;
 use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_FORMAT_F16, WIS_LAYOUT_CUBE,
     WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,

@@ -1,8 +1,7 @@
 //! The Haar transform against its vectors, its inverse and its norm.
 
-mod stored;
-
-use stored::{Random, cases, doubles, integer, number};
+use crate::stored;
+use crate::stored::{Random, cases, doubles, integer, number};
 use wis::status::Status;
 use wis::wavelets::haar;
 

@@ -1,8 +1,7 @@
 //! Degenerate inputs: black, hot, huge, denormal and contradictory images.
 
-mod stored;
-
-use stored::{EPS, Stored, array, bits, doubles, floats, integer, number, vectors};
+use crate::stored;
+use crate::stored::{EPS, Stored, array, bits, doubles, floats, integer, number, vectors};
 use wis::wavelets::inner::{self, Product};
 use wis::wavelets::warp;
 

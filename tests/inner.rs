@@ -1,8 +1,7 @@
 //! Products of two stored trees: exact averages against vectors and against the naive product of the pixels.
 
-mod stored;
-
-use stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
+use crate::stored;
+use crate::stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
 use wis::status::Status;
 use wis::wavelets::inner::{self, Product};
 use wis::wavelets::warp::{self, ONE_MINUS_EPSILON};

@@ -473,7 +473,7 @@ fn short_memory() {
     let config = LightConfig { error_budget: 0.01, ..config(WIS_LAYOUT_LATLONG, 256, 128, &smooth) };
     let expected = build(&config);
     let most = size(&config);
-    assert!(expected.len() <= 16 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
+    assert!(expected.len() <= 48 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
     let mut scratch = Memory::new(most.scratch_bytes, 0);
     let (mut handle, mut at) = (null(), Diagnostic::default());
     let mut short = Memory::new(64, 0xa5);

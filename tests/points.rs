@@ -1,8 +1,6 @@
 //! Point sets: nets in every prefix and aligned block, independence of pixels, golden values.
 
-mod stored;
-
-use stored::bits;
+use crate::stored::bits;
 use wis::points::{dimension_seed, hammersley, pixel_seed, sobol};
 
 /// Whether every elementary interval of area 2^-k holds one of the 2^k points: a (0,k,2)-net.

@@ -1,9 +1,7 @@
 //! Picks from a pool: as many as asked for, in proportion to the weights, spread over the sphere, without bias.
 
-mod support;
-
+use crate::support::{Memory, Random};
 use std::ptr::null_mut;
-use support::{Memory, Random};
 use wis::ffi::MemorySize;
 use wis::ffi::pool::{wis_pool_pick, wis_pool_size};
 use wis::pool::{Pick, key, places, sort};

@@ -1,13 +1,11 @@
 //! The visibility prior: a factor that leaves the pdf exact and the estimate unbiased, and lowers the variance in shadow.
 
-mod support;
-
+use crate::support::maps::{Filter, sky, sun};
+use crate::support::scenes::{ShadingPoint, grid, lobes};
+use crate::support::statistics::Mean;
+use crate::support::vector::unit;
+use crate::support::{Environment, Random, product_config, query};
 use std::ptr::null;
-use support::maps::{Filter, sky, sun};
-use support::scenes::{ShadingPoint, grid, lobes};
-use support::statistics::Mean;
-use support::vector::unit;
-use support::{Environment, Random, product_config, query};
 use wis::ffi::prior::{wis_prior_add, wis_prior_count, wis_prior_halve, wis_prior_weights};
 use wis::ffi::wavelets::product::ProductConfig;
 use wis::prior::{Prior, WIS_PRIOR_CELLS};

@@ -1,9 +1,7 @@
 //! Many shading points in one call: the bytes and bits of as many single calls.
 
-mod support;
-
+use crate::support::{Environment, Memory, Random, ggx, lambert, maps, normalise, product_config, query};
 use std::ptr::{null, null_mut};
-use support::{Environment, Memory, Random, ggx, lambert, maps, normalise, product_config, query};
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::products::*;
 use wis::ffi::{Diagnostic, MemorySize};

@@ -1,12 +1,9 @@
 //! Numbers beyond the range of a float or a double: a status, never infinity or NaN with WIS_OK. And integrals of functions
 //! that are nowhere negative are not.
 
-mod stored;
-mod support;
-
+use crate::stored::Random;
+use crate::support::{Map, Memory};
 use std::ptr::{null, null_mut};
-use stored::Random;
-use support::{Map, Memory};
 use wis::ffi::wavelets::environment::{Environment, WIS_WAVELET_LIGHT_NEAREST};
 use wis::ffi::wavelets::haar::*;
 use wis::ffi::wavelets::tree::combine::*;

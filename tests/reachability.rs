@@ -1,14 +1,12 @@
 //! The density is positive wherever radiance x BRDF x cosine is, some u leads there, and no weight is out of bounds
 //! (rule 36 of the design: zero failures). The client looks maps up bilinearly.
 
-mod support;
-
+use crate::support::maps::{Filter, checker, hdr_maps, horizon, one_texel, sky, sun};
+use crate::support::quadrature::Scene;
+use crate::support::scenes::{ShadingPoint, grid};
+use crate::support::vector::{V3, add, cross, luminance, scale, single, unit};
+use crate::support::*;
 use std::f64::consts::TAU;
-use support::maps::{Filter, checker, hdr_maps, horizon, one_texel, sky, sun};
-use support::quadrature::Scene;
-use support::scenes::{ShadingPoint, grid};
-use support::vector::{V3, add, cross, luminance, scale, single, unit};
-use support::*;
 use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_EXACT_ZERO;
 use wis::sphere::direction_f64;
 

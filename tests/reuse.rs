@@ -1,10 +1,8 @@
 //! A product that serves several hits: the pdf is above 0 wherever any of them reflects light, estimates have no bias,
 //! and hits that it does not cover are told so.
 
-mod support;
-
+use crate::support::{Map, Product, Random, eval, ggx, lambert, normalise, product_config, query};
 use std::ptr::null_mut;
-use support::{Map, Product, Random, eval, ggx, lambert, normalise, product_config, query};
 use wis::ffi::wavelets::product::{
     ProductConfig, wis_wavelet_product_covers, wis_wavelet_product_prepare, wis_wavelet_product_size,
 };

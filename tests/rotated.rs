@@ -1,9 +1,8 @@
 //! Rotated maps: against the environment itself, for rotations and mirrors, and what is added.
 
-mod support;
-
+use crate::support;
+use crate::support::{Memory, Random};
 use std::ptr::{null, null_mut};
-use support::{Memory, Random};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::tree::rotated::*;

@@ -1,10 +1,8 @@
 //! Lanes answer the bits of scalar operations, and the wide walk those of the scalar walk, on portable lanes and on
 //! every kind that this processor has. Products are the same bytes at every level of the processor.
 
-mod support;
-
-use support::statistics::Mean;
-use support::{Map, Random, ggx, lambert, lane_points, product_config, query};
+use crate::support::statistics::Mean;
+use crate::support::{Map, Random, ggx, lambert, lane_points, product_config, query};
 use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_NEAREST;
 use wis::ffi::wavelets::product::ProductConfig;
 use wis::numeric::{max, min, sqrt};

@@ -1,11 +1,8 @@
 //! Sparse sets of wavelets, rooted or not: products without decompression, terms for an error, and trees of them.
 
-mod stored;
-mod support;
-
+use crate::stored::{Random, Stored};
+use crate::support::Memory;
 use std::ptr::{null, null_mut};
-use stored::{Random, Stored};
-use support::Memory;
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::tree::sparse::*;
 use wis::ffi::wavelets::tree::*;

@@ -1,13 +1,11 @@
 //! Directions and the square, lat-long and cube layouts: the vectors, round trips, folds, areas.
 
-mod support;
-
+use crate::support::Random;
+use crate::support::scenes::{matrices, rows};
+use crate::support::vector::{self, V3, add, cross, distance, length, rotate, scale, single, sub};
 use glam::Vec3;
 use serde_json::Value;
 use std::f64::consts::PI;
-use support::Random;
-use support::scenes::{matrices, rows};
-use support::vector::{self, V3, add, cross, distance, length, rotate, scale, single, sub};
 use wis::sphere::{
     Frame, SPHERE, cell_chord, cube, cube_direction, cube_plane, cube_solid_angle, direction, direction_f64, latlong,
     latlong_direction, latlong_solid_angle, square, unit,

@@ -1,8 +1,7 @@
 //! The split rule: which side a point takes, and the way back.
 
-mod stored;
-
-use stored::{EPS, Random};
+use crate::stored;
+use crate::stored::{EPS, Random};
 use wis::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
 use wis::wavelets::tree::Tree;
 use wis::wavelets::warp;

@@ -1,11 +1,9 @@
 //! Structured importance sampling: the oracle's strata, what every stratification has, and hard maps.
 
-mod stored;
-mod support;
-
+use crate::stored::{cases, doubles, floats, integer, number};
+use crate::support;
+use crate::support::{Map, Memory};
 use std::ptr::{null, null_mut};
-use stored::{cases, doubles, floats, integer, number};
-use support::{Map, Memory};
 use wis::ffi::MemorySize;
 use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
 use wis::ffi::lights::jitter::{

@@ -1,9 +1,8 @@
 //! Tabulated BRDFs: the directions of a slice, what a table means, and products of it.
 
-mod support;
-
+use crate::support;
+use crate::support::{Environment, Map, Memory, Random, eval, lambert, normalise, product_config, query};
 use std::ptr::{null, null_mut};
-use support::{Environment, Map, Memory, Random, eval, lambert, normalise, product_config, query};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
 use wis::ffi::wavelets::product::*;

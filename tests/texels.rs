@@ -1,12 +1,11 @@
 //! The compensated distribution that keeps the texels of a map: its tables, its directions, its densities.
 
-mod support;
-
+use crate::support;
+use crate::support::maps::sky;
+use crate::support::scenes::matrices;
+use crate::support::vector::{rotate, single};
+use crate::support::{Environment, Map, Random, lane_points, normalise};
 use std::f64::consts::{PI, TAU};
-use support::maps::sky;
-use support::scenes::matrices;
-use support::vector::{rotate, single};
-use support::{Environment, Map, Random, lane_points, normalise};
 use wis::ffi::wavelets::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_LAYOUT_CUBE, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_COMPENSATED,
     WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,

@@ -1,8 +1,7 @@
 //! Trees: building, pruning to a budget, and what makes stored bytes invalid.
 
-mod stored;
-
-use stored::{Random, Stored, cases, doubles, integer};
+use crate::stored;
+use crate::stored::{Random, Stored, cases, doubles, integer};
 use wis::status::Status;
 use wis::wavelets::tree::{self, Link, Tree};
 use wis::wavelets::{morton, prune};

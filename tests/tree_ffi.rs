@@ -1,10 +1,8 @@
 //! Trees, transforms and point sets through the C boundary: results, and what each wrong argument answers.
 
-mod stored;
-
+use crate::stored::{Random, Stored};
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
-use stored::{Random, Stored};
 use wis::ffi::points::*;
 use wis::ffi::wavelets::haar::*;
 use wis::ffi::wavelets::tree::*;

@@ -1,8 +1,6 @@
 //! Tripling coefficients and triple product integrals against the vectors, enumeration and sums over pixels.
 
-mod stored;
-
-use stored::{Random, Stored, vectors};
+use crate::stored::{Random, Stored, vectors};
 use wis::numeric::exp2i;
 use wis::sphere;
 use wis::wavelets::approximate;

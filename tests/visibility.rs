@@ -1,10 +1,8 @@
 //! Visibility in 8 bits: what is lost, what is refused, and integrals with it; blends of approximations; grids of
 //! directions.
 
-mod support;
-
+use crate::support::{Memory, Random, normalise};
 use std::ptr::{null, null_mut};
-use support::{Memory, Random, normalise};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::grid::*;
 use wis::ffi::wavelets::tree::*;

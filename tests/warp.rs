@@ -1,8 +1,7 @@
 //! The warp: exact vectors, the laws of sample, pdf and invert, and the batch against one point at a time.
 
-mod stored;
-
-use stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
+use crate::stored;
+use crate::stored::{EPS, Random, Stored, array, bits, cases, doubles, floats, integer, number};
 use wis::status::Status;
 use wis::wavelets::prune;
 use wis::wavelets::tree::Tree;

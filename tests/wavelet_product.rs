@@ -1,16 +1,14 @@
 //! Products: what lobes mean, budgets, callbacks, estimates, and what they gain over the light alone.
 
-mod support;
-
+use crate::support::maps::{Filter, hdr_maps, photograph, sky, sun};
+use crate::support::material::Material;
+use crate::support::quadrature::Scene;
+use crate::support::scenes::{grid, lobes, matrices, views};
+use crate::support::statistics::Mean;
+use crate::support::vector::{dot, luminance, single, unit};
+use crate::support::*;
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
-use support::maps::{Filter, hdr_maps, photograph, sky, sun};
-use support::material::Material;
-use support::quadrature::Scene;
-use support::scenes::{grid, lobes, matrices, views};
-use support::statistics::Mean;
-use support::vector::{dot, luminance, single, unit};
-use support::*;
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_RGB};
 use wis::ffi::wavelets::product::{

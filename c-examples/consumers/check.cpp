@@ -1,5 +1,5 @@
-// The consumer of check.c in C++11, through wis.hpp.
-#include <wis.hpp>
+// The consumer of check.c in C++11, through wis_wavelets.hpp.
+#include <wis_wavelets.hpp>
 
 #include <cstdio>
 #include <vector>
@@ -10,7 +10,7 @@ namespace {
 
 const unsigned samples = 64;
 
-bool densities_agree(const wis::environment &environment, const wis::product &product) {
+bool densities_agree(const wis::wavelets::environment &environment, const wis::wavelets::product &product) {
     for (unsigned i = 0; i < samples; i++) {
         const float u[2] = {(i + 0.5f) / samples, (i * 37 % samples + 0.5f) / samples};
         wis_drawn sample;
@@ -22,7 +22,7 @@ bool densities_agree(const wis::environment &environment, const wis::product &pr
     return true;
 }
 
-bool lights_carry_the_power(const std::vector<float> &pixels, const wis::environment &environment) {
+bool lights_carry_the_power(const std::vector<float> &pixels, const wis::wavelets::environment &environment) {
     const wis_wavelet_light_config same = map_config(pixels);
     auto map = wis::sized<wis_environment_config>();
     map.layout = same.layout;
@@ -49,7 +49,7 @@ bool product_is_that_of_averages() {
     plane.depth = line.depth = 1;
     plane.pixels = values;
     line.pixels = halves;
-    wis::tree e, f, product;
+    wis::wavelets::tree e, f, product;
     double average = 0.0;
     return e.init(plane) == WIS_OK && f.init(line) == WIS_OK && product.multiply(e, f) == WIS_OK &&
            product.average(average) == WIS_OK && average == (1.0 + 2.0 + 3.0 * 3.0 + 3.0 * 4.0) / 4.0;
@@ -60,8 +60,8 @@ bool product_is_that_of_averages() {
 int main() {
     const std::vector<float> pixels = paint();
 
-    wis::environment environment;
-    wis::product product;
+    wis::wavelets::environment environment;
+    wis::wavelets::product product;
     const auto config = wis::sized<wis_wavelet_product_config>();
     const bool passed = environment.init(map_config(pixels)) == WIS_OK && product.init(config) == WIS_OK &&
                         product.prepare(environment, lambert()) == WIS_OK && densities_agree(environment, product) &&

@@ -1,5 +1,5 @@
-// What a class of wis.hpp was given at init may change or go away afterwards, and objects may be moved.
-#include <wis.hpp>
+// What a class of wis_wavelets.hpp was given at init may change or go away afterwards, and objects may be moved.
+#include <wis_wavelets.hpp>
 
 #include <cstdio>
 #include <cstring>
@@ -19,7 +19,7 @@ void expect(bool holds, const char *what) {
     failures++;
 }
 
-std::vector<char> bytes_of(const wis::environment &light, const wis::product &product) {
+std::vector<char> bytes_of(const wis::wavelets::environment &light, const wis::wavelets::product &product) {
     auto info = wis::sized<wis_wavelet_product_info>();
     if (wis_wavelet_product_describe(light.get(), product.get(), &info) != WIS_OK) return {};
     const char *const start = reinterpret_cast<const char *>(product.get());
@@ -27,7 +27,7 @@ std::vector<char> bytes_of(const wis::environment &light, const wis::product &pr
 }
 
 // A matrix and a prior that die, spoiled, before the first preparation.
-void init_with_what_dies(wis::product &product) {
+void init_with_what_dies(wis::wavelets::product &product) {
     const float turned[9] = {0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f};
     const std::unique_ptr<float[]> matrix(new float[9]);
     const std::unique_ptr<wis_prior> prior(new wis_prior(wis::sized<wis_prior>()));
@@ -45,8 +45,8 @@ void init_with_what_dies(wis::product &product) {
 }
 
 // Without init, or after one that failed, a preparation says that nothing is built.
-void products_need_init(const wis::environment &light) {
-    wis::product product;
+void products_need_init(const wis::wavelets::environment &light) {
+    wis::wavelets::product product;
     expect(product.prepare(light, lambert()) == WIS_NOT_BUILT, "a forgotten init");
     expect(product.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "an init");
     expect(product.prepare(light, lambert()) == WIS_OK, "a preparation");
@@ -59,8 +59,8 @@ void products_need_init(const wis::environment &light) {
     expect(diagnostic.argument == 0 && !diagnostic.field, "no argument is at fault");
 }
 
-void products_keep_matrix_and_prior(const wis::environment &light) {
-    wis::product plain, kept;
+void products_keep_matrix_and_prior(const wis::wavelets::environment &light) {
+    wis::wavelets::product plain, kept;
     expect(plain.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "a plain product");
     expect(plain.prepare(light, lambert()) == WIS_OK, "a plain preparation");
     init_with_what_dies(kept);
@@ -68,7 +68,7 @@ void products_keep_matrix_and_prior(const wis::environment &light) {
     const std::vector<char> first = bytes_of(light, kept);
     expect(!first.empty() && first != bytes_of(light, plain), "the matrix and the prior count");
 
-    wis::product moved(std::move(kept));
+    wis::wavelets::product moved(std::move(kept));
     expect(bytes_of(light, moved) == first, "a product that was moved");
     expect(moved.prepare(light, lambert()) == WIS_OK && bytes_of(light, moved) == first, "its next preparation");
     expect(kept.get() == nullptr, "nothing is left of it");
@@ -92,12 +92,12 @@ void pools_own_what_they_write_to() {
 } // namespace
 
 int main() {
-    wis::environment light;
+    wis::wavelets::environment light;
     expect(light.init(map_config(paint())) == WIS_OK, "an environment");
     products_need_init(light);
     products_keep_matrix_and_prior(light);
     pools_own_what_they_write_to();
-    const wis::environment moved(std::move(light));
+    const wis::wavelets::environment moved(std::move(light));
     float pdf = 0.0f;
     const float up[3] = {0.0f, 0.0f, 1.0f};
     expect(moved.pdf(up, pdf) == WIS_OK && light.get() == nullptr, "an environment that was moved");

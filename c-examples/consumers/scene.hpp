@@ -1,7 +1,7 @@
 // The scene of scene.h for the consumers in C++11.
 #ifndef SCENE_HPP
 #define SCENE_HPP
-#include <wis.hpp>
+#include <wis_wavelets.hpp>
 
 #include <vector>
 

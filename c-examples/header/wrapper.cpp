@@ -1,15 +1,15 @@
-// wis.hpp stands alone, may be included twice, and each member of its classes compiles.
-#include <wis.hpp>
-#include <wis.hpp>
+// wis_wavelets.hpp stands alone, may be included twice, and each member of its classes compiles.
+#include <wis_wavelets.hpp>
+#include <wis_wavelets.hpp>
 
-int use_trees(const wis::environment &environment, wis::tree &tree, wis::visibility &visibility, wis::pool &pool);
-int use_trees(const wis::environment &environment, wis::tree &tree, wis::visibility &visibility, wis::pool &pool) {
+int use_trees(const wis::wavelets::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility, wis::pool &pool);
+int use_trees(const wis::wavelets::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility, wis::pool &pool) {
     const wis_tree *const trees[] = {tree.get()};
     const double weights[] = {1.0};
     const float wi[] = {0.0f, 0.0f, 1.0f}, weight[] = {1.0f}, u[] = {0.5f, 0.5f};
     float point[2], pdf = 0.0f;
     double integral = 0.0;
-    wis::tree blend, product;
+    wis::wavelets::tree blend, product;
     const wis::status answers[] = {
         tree.init(wis::sized<wis_tree_config>()),
         tree.of_wavelets(1.0, nullptr, 0, 0.0),
@@ -29,8 +29,8 @@ int use_trees(const wis::environment &environment, wis::tree &tree, wis::visibil
     return failures;
 }
 
-int use_wrapper(wis::environment &environment, wis::product &product);
-int use_wrapper(wis::environment &environment, wis::product &product) {
+int use_wrapper(wis::wavelets::environment &environment, wis::wavelets::product &product);
+int use_wrapper(wis::wavelets::environment &environment, wis::wavelets::product &product) {
     const float u[2] = {0.5f, 0.5f};
     float pdf = 0.0f, back[2];
     double luminance = 0.0;

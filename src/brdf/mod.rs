@@ -9,3 +9,4 @@ pub mod material;
 pub mod phong;
 pub mod point;
 pub mod surface;
+pub mod vector;

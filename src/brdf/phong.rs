@@ -1,6 +1,7 @@
 //! Phong's lobe about the mirror direction.
 
 use super::ggx::sin_cos_whole;
+use super::vector::{any_tangent, cross};
 use crate::numeric::{max, min};
 use crate::simd::Num;
 use core::f32::consts::PI;
@@ -18,8 +19,8 @@ impl Phong {
     pub fn new(exponent: f32, wo: [f32; 3]) -> Phong {
         let [x, y, z] = wo;
         let mirror = [-x, -y, z];
-        let across = super::surface::any_tangent(mirror);
-        Phong { exponent, axes: [across, super::surface::cross(mirror, across), mirror] }
+        let across = any_tangent(mirror);
+        Phong { exponent, axes: [across, cross(mirror, across), mirror] }
     }
 
     /// The cosine to the mirror direction, raised to the exponent.

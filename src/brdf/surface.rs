@@ -5,29 +5,12 @@ use super::lambert;
 use super::material::{Kind, MAX_LOBES};
 use super::phong::Phong;
 use super::point::{Fault, Point};
+use super::vector::{any_tangent, dot};
 use crate::numeric::{LUMINANCE, ONE_MINUS_EPSILON, min, sqrt};
 use crate::simd::Num;
 use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
-
-/// The inner product.
-#[inline(always)]
-pub fn dot<F: Num>(a: [F; 3], b: [f32; 3]) -> F {
-    a[0] * F::splat(b[0]) + a[1] * F::splat(b[1]) + a[2] * F::splat(b[2])
-}
-
-/// The cross product.
-pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    Vec3::from_array(a).cross(Vec3::from_array(b)).to_array()
-}
-
-/// A unit vector normal to a unit vector: Frisvad's method in the branch-free form of Duff et al. 2017.
-pub fn any_tangent([x, y, z]: [f32; 3]) -> [f32; 3] {
-    let sign = if z < 0.0 { -1.0 } else { 1.0 };
-    let a = -1.0 / (sign + z);
-    [1.0 + sign * x * x * a, sign * x * y * a, -sign * x]
-}
 
 /// A lobe at a point.
 #[derive(Clone, Copy, Debug)]

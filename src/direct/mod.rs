@@ -10,6 +10,7 @@ pub mod joint;
 pub mod pick;
 pub mod ray;
 pub mod sampler;
+pub mod shared;
 
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;

@@ -2,6 +2,7 @@
 
 use super::candidates::Candidates;
 use super::joint::Turn;
+use super::shared::{self, Ring};
 use super::{Ray, Request, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
@@ -47,7 +48,12 @@ impl Config {
 
     /// Bytes of working memory.
     pub fn bytes(&self) -> usize {
-        5 * 4 * self.most_candidates()
+        self.shared_bytes() + 5 * 4 * self.most_candidates()
+    }
+
+    /// Bytes of the products that hits share.
+    fn shared_bytes(&self) -> usize {
+        if shared::is_worth(self.hits_per_pixel) { shared::bytes() } else { 0 }
     }
 }
 
@@ -67,14 +73,17 @@ pub struct Sequence {
 pub struct Sampler<'a> {
     level: Level,
     config: Config,
+    shared: Option<Ring<'a>>,
     scratch: &'a mut [f32],
 }
 
 impl<'a> Sampler<'a> {
-    /// A sampler in memory of [`Config::bytes`], aligned to 4.
+    /// A sampler in memory of [`Config::bytes`], aligned to 16: zeros, or what a sampler of the same configuration left.
     pub fn new(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
         let memory = memory.get_mut(..config.bytes())?;
-        Some(Sampler { level, config, scratch: bytemuck::try_cast_slice_mut(memory).ok()? })
+        let (shared, scratch) = memory.split_at_mut_checked(config.shared_bytes())?;
+        let shared = if shared.is_empty() { None } else { Some(Ring::new(shared)) };
+        Some(Sampler { level, config, shared, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
     }
 
     /// The instructions that it uses.
@@ -88,10 +97,15 @@ impl<'a> Sampler<'a> {
     }
 
     /// Forgets what hits of the last pixel shared.
-    pub fn begin_pixel(&mut self) {}
+    pub fn begin_pixel(&mut self) {
+        if let Some(shared) = &mut self.shared {
+            shared.clear();
+        }
+    }
 
     /// The rays to trace at a point: their number, at most `rays` and the room in `out`. A sampler that was made for fewer rays
-    /// answers those.
+    /// answers those. `u`: two numbers for each ray from the client's own sequence, from which they are drawn if hits share products;
+    /// empty: none.
     ///
     /// # Errors
     /// What is wrong with the point.
@@ -101,6 +115,7 @@ impl<'a> Sampler<'a> {
         point: &Point<'_>,
         at: Sequence,
         rays: usize,
+        u: &[[f32; 2]],
         out: &mut [Ray],
     ) -> Result<usize, Fault> {
         let frame = environment.frame();
@@ -108,6 +123,9 @@ impl<'a> Sampler<'a> {
         let rays = rays.min(self.config.rays as usize).min(out.len());
         if rays == 0 || !(environment.header().power > 0.0) {
             return Ok(0);
+        }
+        if let (Some(shared), Some(u), None) = (&mut self.shared, u.get(..rays), point.target) {
+            return shared.direct(self.level, environment, point, u, out);
         }
         let light = environment.light();
         let turn = Turn::new(at.seed, at.turn, at.stream);

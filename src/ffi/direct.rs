@@ -4,7 +4,7 @@ use super::light::{EnvironmentObject, environment as view};
 use super::material::{PointData, failure, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::factors;
-use super::{Failure, out, pointer, slice_mut};
+use super::{Failure, out, slice, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
 use crate::status::Status;
@@ -14,8 +14,10 @@ use crate::status::Status;
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a sequence of your own; they are read where hits share
-/// a product only. It takes about 30 ns for each candidate, of which a single ray has 16.
+/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
+/// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
+/// fall with the spread of your numbers. Without `u`, and for fewer hits, rays are chosen among candidates: about 30 ns for each, of
+/// which a single ray has 16.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `ray` to `rays` elements.
@@ -39,14 +41,12 @@ pub unsafe extern "C" fn wis_direct(
             if rays > sampler.config().rays {
                 return Err(Failure::new(Status::InvalidArgument, 4));
             }
-            if !u.is_null() {
-                pointer(u, 5)?;
-            }
+            let u: &[[f32; 2]] = if u.is_null() { &[] } else { slice(u.cast(), rays as usize, 5)? };
             let room = slice_mut(ray, rays as usize, 6)?;
             let counted = out(ray_count, 7)?;
             let at = Sequence { seed: data.seed, turn: data.turn, stream: data.stream };
             let got = sampler
-                .direct(&environment, &data.kernel(&material, seen, target.as_ref()), at, rays as usize, room)
+                .direct(&environment, &data.kernel(&material, seen, target.as_ref()), at, rays as usize, u, room)
                 .map_err(|fault| failure(fault, 3))?;
             counted.write(got as u32);
             Ok(())

@@ -50,7 +50,7 @@ pub struct GridInfo {
     pub bytes: u32,
     /// Cells that are divided.
     pub divided_cells: u32,
-    /// The share of u[0] that draws from narrow lobes; 0: there are none.
+    /// The share of `u[0]` that draws from narrow lobes; 0: there are none.
     pub lobe_share: f32,
     /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility.
     pub integral: f64,

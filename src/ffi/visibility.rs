@@ -176,6 +176,9 @@ pub unsafe extern "C" fn wis_visibility_cache_record(
     answer(null_mut(), || {
         // SAFETY: the caller's contract; indices stay below `count`.
         unsafe {
+            if count == 0 {
+                return Ok(());
+            }
             let point = sized(point, 1)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 3)?;
             let reached = slice(reached, count, 5)?;

@@ -87,6 +87,8 @@ pub struct DirectWave {
     pub visibility_key: IntsIn,
     /// What rays of earlier passes saw. Null: not known.
     pub visibility: *mut VisibilityCacheObject,
+    /// Two numbers for each ray, ray after ray, from a well-spread sequence of your own; null: none. As `u` of wis_direct.
+    pub u: FloatsIn,
     /// Four numbers for each ray, ray after ray: direction and weight.
     pub ray: FloatsOut,
     /// How many rays each point has.
@@ -174,6 +176,7 @@ impl DirectWave {
         self.turn.check(true, c"turn")?;
         self.stream.check(true, c"stream")?;
         self.visibility_key.check(true, c"visibility_key")?;
+        self.u.check(true, c"u")?;
         self.ray.check(c"ray")?;
         super::pointer(self.count, 4).map_err(|failure| failure.of(c"count"))?;
         if self.material_count > 0 {
@@ -224,7 +227,15 @@ impl DirectWave {
             }
             point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
             let at = Sequence { seed: self.seed.read(i), turn: self.turn.read(i), stream: self.stream.read(i) };
-            sampler.direct(environment, &point, at, self.rays as usize, rays).map_err(|fault| failure(fault, 4))
+            let mut numbers = [[0.0; 2]; WIS_WAVE_RAYS];
+            for (ray, number) in
+                numbers.iter_mut().enumerate().take(self.rays as usize).filter(|_| !self.u.first.is_null())
+            {
+                *number = [self.u.read(i, 2 * ray), self.u.read(i, 2 * ray + 1)];
+            }
+            let given = if self.u.first.is_null() { 0 } else { self.rays as usize };
+            let u = numbers.get(..given).unwrap_or_default();
+            sampler.direct(environment, &point, at, self.rays as usize, u, rays).map_err(|fault| failure(fault, 4))
         }
     }
 }

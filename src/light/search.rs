@@ -222,7 +222,9 @@ pub fn write_starts(masses: impl Iterator<Item = f64> + Clone, scale: u32, write
     let left = if total > 0.0 { f64::from(scale.saturating_sub(used)) / total } else { 0.0 };
     let (mut sum, mut before) = (0.0, 0);
     for (index, mass) in masses.enumerate() {
-        write(index, (sum * left) as u32 + before);
+        // Rounding must leave nothing to cells without mass behind the last one with some.
+        let start = if total > 0.0 && sum >= total { scale } else { (sum * left) as u32 + before };
+        write(index, start);
         sum += mass;
         before += units(mass);
     }

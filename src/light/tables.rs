@@ -116,7 +116,7 @@ impl Block {
 
     /// Whether the words of its tables lie closer towards the ends.
     #[inline(always)]
-    pub(super) fn to_ends(&self) -> bool {
+    pub(super) fn words_at_ends(&self) -> bool {
         self.to_ends != 0
     }
 

@@ -159,31 +159,38 @@ impl Texels<'_> {
                 *out = if below == 0.0 { here } else { here + (at_row(y + 1) - here) * below };
             }
         }
-        if self.plan.of.exact_zero {
+        if self.black_is_dark() {
             self.spread(tile, corners);
         }
     }
 
-    /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density.
+    /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density: those
+    /// of lit patches, and of the patches around these.
     fn spread(&self, tile: &Tile, corners: &mut Corners) {
         for (j, row) in (0..=tile.grid[1]).zip(corners.chunks_exact_mut(BLOCK + 1)) {
             for (i, corner) in (0..=tile.grid[0]).zip(row.iter_mut()).filter(|(_, corner)| !(**corner > 0.0)) {
                 let [(x, _), (y, _)] = [self.texel_at(0, tile.edge(0, i)), self.texel_at(1, tile.edge(1, j))];
-                *corner = self.spread_from(tile.face, [x, y], -1..=2);
+                *corner = self.spread_from(tile.face, [x, y], -2..=2);
             }
         }
     }
 
-    /// What black keeps of the brightest texel beside it.
+    /// Whether a texel can have no light at all.
+    fn black_is_dark(&self) -> bool {
+        !(self.light(0.0) > 0.0)
+    }
+
+    /// What black keeps of the brightest texel beside it: little enough that samples are not wasted on it.
     fn spread_from(&self, face: u32, [x, y]: [i64; 2], beside: core::ops::RangeInclusive<i64>) -> f32 {
-        const SHARE: f32 = 1.0 / 8192.0;
+        const SHARE: f32 = 1.0 / (1 << 20) as f32;
+        const LEAST: f32 = f32::from_bits(1);
         let mut brightest = 0.0f32;
         for dy in beside.clone() {
             for dx in beside.clone() {
                 brightest = brightest.max(self.texel_near(face, x + dx, y + dy));
             }
         }
-        SHARE * brightest
+        if brightest > 0.0 { (SHARE * brightest).max(LEAST) } else { 0.0 }
     }
 
     /// As [`Texels::texel`], for places up to two beyond the border.
@@ -203,6 +210,7 @@ impl Texels<'_> {
         if bilinear {
             self.corners(tile, &mut corners);
         }
+        let black_is_dark = self.black_is_dark();
         let rows = mass.chunks_exact_mut(BLOCK).zip(corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1));
         for (j, (mass, pair)) in (0..tile.grid[1]).zip(rows) {
             let (above, below) = pair.split_at(BLOCK + 1);
@@ -216,7 +224,10 @@ impl Texels<'_> {
                     Layout::Cube => self.cube_weights(x, y),
                     _ => self.column_weights(x, weights),
                 };
-                *mass = if bilinear {
+                *mass = if bilinear && black_is_dark && c00.min(c01).min(c10.min(c11)) <= 0.0 {
+                    // No texel at its corners is lit. At a dark corner a sample would have no density.
+                    0.0
+                } else if bilinear {
                     let upper = w00 * f64::from(c00) + w01 * f64::from(c01);
                     upper + (w10 * f64::from(c10) + w11 * f64::from(c11))
                 } else {
@@ -239,7 +250,11 @@ impl Texels<'_> {
         };
         let [x, y] = [(x / (*refined).max(1)).min(last[0]), row.min(last[1])];
         let light = self.inner(face, x, y);
-        if of.exact_zero && !(light > 0.0) { self.spread_from(face, [x.into(), y.into()], -1..=1) } else { light }
+        if self.black_is_dark() && !(light > 0.0) {
+            self.spread_from(face, [x.into(), y.into()], -1..=1)
+        } else {
+            light
+        }
     }
 
     /// The light of each patch of a tile whose step is 0, for a nearest client: row by row, [`BLOCK`] + 1 in each.

@@ -231,7 +231,7 @@ impl<const N: usize> Walk<N> {
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let key = self.units[1][lane] as i32 as u32;
-            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.to_ends());
+            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
             light.prefetch_lines(&block, found.0);
             self.put_inner(1, lane, found);
         }
@@ -239,13 +239,15 @@ impl<const N: usize> Walk<N> {
             let block = light.block(self.block[lane]);
             let line = block.line(self.part[1][lane] as usize, light.bilinear);
             let key = self.units[0][lane] as i32 as u32;
-            let found = find16(&light.lines, line, block.grid[0].into(), key, block.to_ends());
+            let found = find16(&light.lines, line, block.grid[0].into(), key, block.words_at_ends());
             self.put_patch(light, lane, &block, line, found.0);
             self.put_inner(0, lane, found);
         }
     }
 
     /// Finds the patches at columns and rows of faces; where their numbers begin and end only if `numbers`.
+    // By number: so the compiler sees that every lane is one.
+    #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     pub(super) fn at(&mut self, light: &Light<'_>, face: &Ints<N>, at: [&Ints<N>; 2], numbers: bool, count: usize) {
         let count = count.min(N);
@@ -285,8 +287,8 @@ impl<const N: usize> Walk<N> {
             let (x, y) = (self.part[0][lane] as usize, self.part[1][lane] as usize);
             let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
-            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.to_ends())));
-            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.to_ends())));
+            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.words_at_ends())));
+            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.words_at_ends())));
             self.put_patch(light, lane, &block, line, x);
             if numbers {
                 let c = light.cell(self.cell[lane]);

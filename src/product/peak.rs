@@ -133,7 +133,7 @@ impl Peak {
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
         let [t, b, n] = self.axes;
-        let wi = [crate::brdf::surface::dot(d, t), crate::brdf::surface::dot(d, b), crate::brdf::surface::dot(d, n)];
+        let wi = [crate::brdf::vector::dot(d, t), crate::brdf::vector::dot(d, b), crate::brdf::vector::dot(d, n)];
         let mut density = F::splat(0.0);
         for (share, narrow) in self.lobes.iter().flatten() {
             let here = match narrow {

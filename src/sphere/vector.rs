@@ -1,9 +1,7 @@
 //! Eight vectors of three components. Components are written out one by one, here and wherever lanes are computed:
 //! closures are not always inlined, and lanes must be.
 
-use super::wide;
 use crate::simd::{LANES, Lanes};
-use crate::sphere::Frame;
 use glam::Vec3;
 
 /// Eight vectors.
@@ -43,10 +41,4 @@ pub fn subtract<F: Lanes>(a: V3<F>, b: V3<F>) -> V3<F> {
 #[inline(always)]
 pub fn add<F: Lanes>(a: V3<F>, b: V3<F>) -> V3<F> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-/// The world directions of points of the square.
-#[inline(always)]
-pub fn direction_in<F: Lanes>(frame: &Frame, s: [F; 2]) -> V3<F> {
-    wide::to_world(frame, wide::direction(s))
 }

@@ -98,3 +98,9 @@ fn horner<F: Lanes, const N: usize>(c: [f32; N], t: F) -> F {
     }
     sum
 }
+
+/// The world directions of points of the square.
+#[inline(always)]
+pub fn direction_in<F: Lanes>(frame: &Frame, s: [F; 2]) -> V3<F> {
+    to_world(frame, direction(s))
+}

@@ -73,7 +73,7 @@ pub trait Brdf {
     /// is as sound but means nothing. It is not negative above the horizon, and not positive below it.
     ///
     /// # Errors
-    /// [`Status::CallbackFailed`] if there is no such value.
+    /// `Status::CallbackFailed` if there is no such value.
     fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()>;
 }
 
@@ -144,8 +144,8 @@ impl<'a> Lobes<'a> {
     /// Checks and prepares a query; a tabulated lobe needs a table.
     ///
     /// # Errors
-    /// [`Status::InvalidTransform`] for a normal or wo that is not of unit length, or a tangent that is needed and
-    /// is parallel to the normal; [`Status::InvalidArgument`] for anything else out of its range. The lobes come first, so
+    /// `Status::InvalidTransform` for a normal or wo that is not of unit length, or a tangent that is needed and
+    /// is parallel to the normal; `Status::InvalidArgument` for anything else out of its range. The lobes come first, so
     /// that a wrong alpha is not taken for an anisotropy without tangent.
     pub fn new(query: &Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Fault> {
         if query.flags & !(WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED) != 0 {

@@ -22,7 +22,7 @@ pub struct Pruning {
 
 /// Chooses the squares to keep: the smallest tree at a price per square whose error is at most `budget`. Budget 0
 /// drops only constant squares. `savings` receives, per square of the complete tree, what keeping it saves: for
-/// [`write`].
+/// [`write()`].
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] if the tree is not complete, `savings` has not one entry per square, or the budget

@@ -1,9 +1,9 @@
 //! One call of a function of the header: its arguments, what it may write, and what it answered.
 
-use crate::block::{Block, SENTINEL};
-use crate::header::{Function, Parameter};
-use crate::scene::{Scene, Value};
-use crate::table::{Entry, TABLE};
+use super::block::{Block, SENTINEL};
+use super::header::{Function, Parameter};
+use super::scene::{Scene, Value};
+use super::table::{Entry, TABLE};
 use wis::ffi::Diagnostic;
 use wis::status::Status;
 

@@ -48,9 +48,9 @@ mod word {
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[test]
 fn any_control_word() {
-    use crate::call::Call;
-    use crate::header::functions;
-    use crate::scene::Scene;
+    use super::call::Call;
+    use super::header::functions;
+    use super::scene::Scene;
 
     let scene = Scene::new();
     for function in functions().iter().filter(|function| function.answers_status) {

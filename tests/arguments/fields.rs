@@ -1,9 +1,9 @@
 //! Which field of a struct, and which element of an array, a diagnostic names.
 
-use crate::block::Block;
-use crate::call::{Call, field};
-use crate::objects::{self, function};
-use crate::scene::{Scene, numbers};
+use super::block::Block;
+use super::call::{Call, field};
+use super::objects::{self, function};
+use super::scene::{Scene, numbers};
 use std::ptr::null;
 use wis::ffi::light::*;
 use wis::ffi::lights::strata::StrataConfig;

@@ -1,9 +1,9 @@
 //! Environments, products and trees other than the scene's: built with one argument changed.
 
-use crate::block::Block;
-use crate::call::Call;
-use crate::header::{Function, functions};
-use crate::scene::Scene;
+use super::block::Block;
+use super::call::Call;
+use super::header::{Function, functions};
+use super::scene::Scene;
 use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo};
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 

@@ -1,9 +1,9 @@
 //! Building in passes: in order, with one configuration, with every row; and the rows that the client gives.
 
-use crate::block::Block;
-use crate::call::Call;
-use crate::objects::function;
-use crate::scene::Scene;
+use super::block::Block;
+use super::call::Call;
+use super::objects::function;
+use super::scene::Scene;
 use std::ffi::c_void;
 use std::ptr::null;
 use wis::ffi::wavelets::environment::*;

@@ -1,9 +1,9 @@
 //! Null and misaligned pointers, short blocks, wrong struct sizes and strides: the same faults at every function.
 
-use crate::block::{Block, SENTINEL};
-use crate::call::{Call, field};
-use crate::header::{Function, Parameter, begins_with_size, functions};
-use crate::scene::{Scene, numbers};
+use super::block::{Block, SENTINEL};
+use super::call::{Call, field};
+use super::header::{Function, Parameter, begins_with_size, functions};
+use super::scene::{Scene, numbers};
 use wis::direct::Ray;
 use wis::ffi::light::{LightConfig, LightInfo};
 use wis::ffi::lights::strata::StrataConfig;

@@ -1,7 +1,7 @@
 //! A valid argument for every parameter of the header, from which the tests then spoil one at a time.
 
-use crate::block::{Block, SENTINEL, plain};
-use crate::header::{Function, Parameter};
+use super::block::{Block, SENTINEL, plain};
+use super::header::{Function, Parameter};
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::direct::Ray;

@@ -1,9 +1,9 @@
 //! What a size query answers is enough, to the byte, for every configuration.
 
-use crate::block::Block;
-use crate::call::Call;
-use crate::objects::function;
-use crate::scene::{Scene, numbers};
+use super::block::Block;
+use super::call::Call;
+use super::objects::function;
+use super::scene::{Scene, numbers};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;

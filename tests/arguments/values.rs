@@ -1,10 +1,10 @@
 //! Values out of range in structs, matrices, directions, random numbers and what callbacks return.
 
-use crate::block::Block;
-use crate::call::Call;
-use crate::header::{Function, functions};
-use crate::objects::{self, function};
-use crate::scene::{Scene, numbers};
+use super::block::Block;
+use super::call::Call;
+use super::header::{Function, functions};
+use super::objects::{self, function};
+use super::scene::{Scene, numbers};
 use std::ffi::{c_int, c_void};
 use std::ptr::null;
 use wis::ffi::light::*;

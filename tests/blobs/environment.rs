@@ -1,8 +1,8 @@
 //! Environments as stored bytes.
 
-use crate::block::{Block, SENTINEL};
+use super::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, put, word};
+use crate::arguments::block::{Block, SENTINEL};
 use crate::support::{Map, build, ggx, lambert, product_config, query};
-use crate::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, put, word};
 use std::mem::offset_of;
 use std::ptr::{dangling, null_mut};
 use wis::ffi::wavelets::environment::*;

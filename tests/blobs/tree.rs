@@ -1,7 +1,7 @@
 //! Trees as stored bytes.
 
-use crate::block::{Block, SENTINEL, plain};
-use crate::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, word};
+use super::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, word};
+use crate::arguments::block::{Block, SENTINEL, plain};
 use std::ptr::{dangling, null, null_mut};
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};

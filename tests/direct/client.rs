@@ -1,6 +1,6 @@
 //! Clients in f64: BRDFs written apart from the library's, radiance, visibility, and the integral that rays estimate.
 
-use crate::light::TURNED;
+use super::light::TURNED;
 use crate::support::Map;
 use crate::support::maps::Filter;
 use crate::support::quadrature::GAUSS;

@@ -1,8 +1,8 @@
 //! Hits of a pixel share their random numbers: the error of their mean falls faster than that of independent ones (rule 39).
 
-use crate::client::{self, Client};
-use crate::light::{Light, TURNED, Thread};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread};
+use super::maps;
 use crate::support::Random;
 use crate::support::maps::Filter;
 use crate::support::vector::{add, cross, dot, rotate_back, scale, unit};

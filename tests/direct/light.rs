@@ -63,7 +63,7 @@ impl Light {
 pub struct Thread {
     level: Level,
     config: Config,
-    memory: Vec<u32>,
+    memory: Vec<u64>,
 }
 
 impl Thread {
@@ -74,14 +74,45 @@ impl Thread {
 
     pub fn with(level: Level, config: Config) -> Thread {
         // Nothing of what stood there may remain.
-        Thread { level, config, memory: vec![u32::MAX; config.bytes().div_ceil(4)] }
+        let mut thread = Thread { level, config, memory: vec![u64::MAX; config.bytes().div_ceil(8)] };
+        thread.begin_pixel();
+        thread
+    }
+
+    fn sampler(&mut self) -> Sampler<'_> {
+        Sampler::new(self.level, self.config, bytemuck::cast_slice_mut(&mut self.memory)).unwrap()
+    }
+
+    pub fn begin_pixel(&mut self) {
+        self.sampler().begin_pixel();
     }
 
     /// The rays of a call.
     pub fn direct(&mut self, environment: &Environment<'_>, point: &Point<'_>, at: Sequence, rays: usize) -> Vec<Ray> {
+        self.call(environment, point, at, rays, &[])
+    }
+
+    /// The rays of a call for numbers of the client's.
+    pub fn direct_by(
+        &mut self,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        at: Sequence,
+        u: &[[f32; 2]],
+    ) -> Vec<Ray> {
+        self.call(environment, point, at, u.len(), u)
+    }
+
+    fn call(
+        &mut self,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        at: Sequence,
+        rays: usize,
+        u: &[[f32; 2]],
+    ) -> Vec<Ray> {
         let mut out = vec![Ray { wi: [f32::NAN; 3], weight: f32::NAN }; rays];
-        let mut sampler = Sampler::new(self.level, self.config, bytemuck::cast_slice_mut(&mut self.memory)).unwrap();
-        let count = sampler.direct(environment, point, at, rays, &mut out).unwrap();
+        let count = self.sampler().direct(environment, point, at, rays, u, &mut out).unwrap();
         assert!(count <= rays, "{count} rays of {rays}");
         out.truncate(count);
         out

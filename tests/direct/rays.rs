@@ -1,8 +1,8 @@
 //! Rays of a call: how many, where, and the same bits whatever the processor and the unit of radiance.
 
-use crate::client::{self, Client};
-use crate::light::{Light, Thread, description, first_hit, mean_of};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, Thread, description, first_hit, mean_of};
+use super::maps;
 use crate::support::maps::one_texel;
 use crate::support::statistics::corrected;
 use crate::support::vector::{dot, single, unit};
@@ -150,7 +150,7 @@ fn rays_are_no_more_than_the_sampler_was_made_for() {
 fn light_below_the_surface() {
     let map = one_texel(20, 4);
     let light = Light::build(&map, &Description { exact_zero: true, ..description(&map) });
-    let lit = crate::support::vector::rotate(&crate::light::TURNED, map.direction(20.5, 4.5));
+    let lit = crate::support::vector::rotate(&super::light::TURNED, map.direction(20.5, 4.5));
     let normal = single(unit(lit.map(|c| -c)));
     let material = Material::new(&[Shape::LAMBERT]).unwrap();
     let point = Point::new(&material, normal, normal);

@@ -1,8 +1,8 @@
 //! The client's own BRDF as the target: means stay right, errors fall, and failures are answers.
 
-use crate::client::{self, Client};
-use crate::light::{Light, TURNED, Thread, first_hit, mean_of};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread, first_hit, mean_of};
+use super::maps;
 use crate::support::maps::Filter;
 use crate::support::statistics::{LARGEST_MISSED, corrected};
 use crate::support::vector::rotate_back;
@@ -80,13 +80,13 @@ fn failures_and_bad_values_are_told() {
     let client = Client::new(&[Shape::LAMBERT], client::lambert);
     let light = Light::of(&maps()[0].1);
     let config = Config { rays: 4, candidates_per_ray: 0, hits_per_pixel: 0, reserved: 0 };
-    let mut memory = vec![0u32; config.bytes().div_ceil(4)];
+    let mut memory = vec![0u64; config.bytes().div_ceil(8)];
     let mut sampler = Sampler::new(Level::detect(), config, bytemuck::cast_slice_mut(&mut memory)).unwrap();
     let mut answer = |value| {
         let target = Answers(value);
         let point = Point { target: Some(&target), ..client.point() };
         let mut rays = [Ray::default(); 4];
-        sampler.direct(&light.environment(), &point, first_hit(1), 4, &mut rays)
+        sampler.direct(&light.environment(), &point, first_hit(1), 4, &[], &mut rays)
     };
     for bad in [None, Some(f32::NAN), Some(f32::INFINITY), Some(-1.0)] {
         assert_eq!(answer(bad), Err(Fault::Target), "{bad:?}");

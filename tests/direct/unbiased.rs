@@ -2,9 +2,9 @@
 //!
 //! Each comparison is a z-test; all of them are one family of significance 1e-4, and each finds a fault of 2 % with power 0.99.
 
-use crate::client::{self, Client};
-use crate::light::{Light, TURNED, Thread, description, first_hit, mean_of};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread, description, first_hit, mean_of};
+use super::maps;
 use crate::support::Map;
 use crate::support::maps::{Filter, horizon};
 use crate::support::statistics::{LARGEST_MISSED, corrected};

@@ -1,9 +1,9 @@
 //! The visibility cache: no pixel reads its own rays, nothing depends on threads, means stay right, and rays into shadows become
 //! rare (rule 27).
 
-use crate::client::{self, Client};
-use crate::light::{Light, TURNED, Thread};
-use crate::maps;
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread};
+use super::maps;
 use crate::support::Map;
 use crate::support::maps::Filter;
 use crate::support::statistics::{Mean, corrected};

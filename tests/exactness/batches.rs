@@ -1,8 +1,8 @@
 //! Batches with strides of any size give the bits of single calls.
 
+use super::{DISTRIBUTIONS, bits, maps};
 use crate::support::scenes::grid;
 use crate::support::{Environment, Product, Random, build};
-use crate::{DISTRIBUTIONS, bits, maps};
 use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
     WIS_WAVELET_LIGHT_NEAREST, wis_wavelet_light_pdf_lanes, wis_wavelet_light_pdf_n, wis_wavelet_light_sample_lanes,

@@ -1,7 +1,7 @@
 //! Hosts that flush denormals or round otherwise get the same bits, and their control word back (MXCSR of x86-64).
 
-use crate::DISTRIBUTIONS;
-use crate::determinism::colourful;
+use super::DISTRIBUTIONS;
+use super::determinism::colourful;
 use crate::support::scenes::{ShadingPoint, grid};
 use crate::support::{Map, Random, eval};
 use std::arch::asm;

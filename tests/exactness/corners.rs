@@ -1,7 +1,7 @@
 //! Samples at corners, edges and folds stay in their cells (rule 13 of the design).
 
-use crate::check;
-use crate::numbers::neighbours;
+use super::check;
+use super::numbers::neighbours;
 use crate::support::scenes::{ShadingPoint, lobes, rows};
 use crate::support::vector::{dot, scale, single, unit};
 use crate::support::{Environment, Map, Random, build_shared, next_down, query};

@@ -1,9 +1,9 @@
 //! Scalings of the light, threads, addresses and copies change no bit.
 
+use super::{DISTRIBUTIONS, bits};
 use crate::support::scenes::grid;
 use crate::support::vector::single;
 use crate::support::{Environment, Map, Memory, Product, Random, build, build_over, build_shared, product_config};
-use crate::{DISTRIBUTIONS, bits};
 use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
     WIS_WAVELET_LIGHT_RGB,

@@ -1,9 +1,9 @@
 //! Inversion leads back to the random numbers that a sample came from (rule 14 of the design).
 
-use crate::corners::CELLS;
+use super::corners::CELLS;
+use super::{DISTRIBUTIONS, maps};
 use crate::support::Random;
 use crate::support::scenes::{ShadingPoint, grid};
-use crate::{DISTRIBUTIONS, maps};
 use wis::ffi::wavelets::environment::{WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO};
 use wis::sphere::direction_f64;
 

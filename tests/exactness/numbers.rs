@@ -1,9 +1,9 @@
 //! Random numbers at both ends, out of range, and at the splits; and what there is to say when there is no sample.
 
+use super::{bits, check, maps};
 use crate::support::maps::sky;
 use crate::support::scenes::grid;
 use crate::support::{Map, Random, ggx, lambert, product_config, query};
-use crate::{bits, check, maps};
 use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_EXACT_ZERO};
 
 /// A point of the square and its nearest neighbours of 24 bits.

@@ -1,8 +1,8 @@
 //! Every platform computes the same bits: digests of environments, products, samples and pdfs, on record. Where the
 //! library is changed on purpose they change, on all platforms alike (`make check-aarch64` looks at another).
 
+use super::{DISTRIBUTIONS, bits};
 use crate::support::{Environment, Map, build, ggx, lambert, product_config, query};
-use crate::{DISTRIBUTIONS, bits};
 use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
     WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB,

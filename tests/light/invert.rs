@@ -71,7 +71,19 @@ fn shares_below_the_resolution_of_u_are_unreachable() {
     let map = Map::new(Layout::LatLong, 16, 32, |x, y| if (x, y) == (5, 11) { 1e4 } else { 1e-6 });
     for filter in [Filter::Nearest, Filter::Bilinear] {
         let built = Built::new(&map, &map.description(filter));
-        let (unreachable, _) = test(&built, 0.6);
-        println!("{filter:?}: {unreachable}");
+        let (unreachable, all) = test(&built, 0.6);
+        println!("{filter:?}: {unreachable} of {all}");
+        assert!(unreachable > 0 && unreachable <= all / 2);
+        // All that cannot be reached together has so small a share of the light.
+        let light = built.environment().light();
+        let mut random = Random(42);
+        let directions = (0..20_000).map(|_| single(random.direction()));
+        let shares = directions.map(|wi| match light.invert(&Frame::IDENTITY, wis::sphere::unit(wi).unwrap()) {
+            Inverted::Unreachable => f64::from(built.pdf(wi)) * 4.0 * std::f64::consts::PI / 20_000.0,
+            _ => 0.0,
+        });
+        let share: f64 = shares.sum();
+        println!("{share:e}");
+        assert!(share < 1e-4, "{share:e}");
     }
 }

@@ -5,6 +5,7 @@ use super::lookup::{Map, double, faces, single};
 use super::maps::{descriptions, layouts};
 use wis::light::chart::Layout;
 use wis::light::plan::Description;
+use wis::sphere::Frame;
 
 /// One texel in black: in the middle, at edges and at corners of a face; every other texel; two rows at the horizon.
 fn maps(layout: Layout, width: u32, height: u32) -> Vec<Map> {
@@ -69,6 +70,26 @@ fn everything_lit_in_small_maps_has_a_density() {
                 let map = Map::new(layout, width, height, |i, j| if (i, j) == (x, y) { 1.0 } else { 0.0 });
                 for of in descriptions(&map) {
                     test(&map, &Description { exact_zero: true, ..of });
+                }
+            }
+        }
+    }
+}
+
+/// Also where u leads to the very corners of patches, some of which are black.
+#[test]
+fn every_sample_has_a_density() {
+    let ends = [0.0, 1.0 / 16_777_216.0, 0.5, 1.0 - f32::EPSILON / 2.0];
+    let mut random = Random(34);
+    for (layout, width, height) in layouts(32) {
+        for map in maps(layout, width, height) {
+            for of in descriptions(&map) {
+                let built = Built::new(&map, &Description { exact_zero: true, ..of });
+                for i in 0..400 {
+                    let u = if i < 16 { [ends[i % 4], ends[i / 4]] } else { [random.f32(), random.f32()] };
+                    let (wi, pdf) = built.sample(&Frame::IDENTITY, u);
+                    assert!(pdf > 0.0 && pdf.is_finite(), "{of:?} {u:?}: {wi:?} {pdf}");
+                    assert_eq!(pdf.to_bits(), built.pdf(wi).to_bits());
                 }
             }
         }

@@ -22,7 +22,9 @@ fn every_cell_with_mass_has_its_share() {
     let sun = |at: usize, count: usize| -> Vec<f64> {
         (0..count).map(|i| if i == at { 1e6 } else { (i % 5) as f64 * (1.0 + i as f64) }).collect()
     };
-    let mut tables: Vec<Vec<f64>> = vec![vec![1.0; 16], vec![0.0; 16], vec![3.0], vec![1e-300, 1e300]];
+    let mut tables: Vec<Vec<f64>> = vec![vec![1.0; 16], vec![0.0; 16], vec![3.0], vec![1e-30, 1.0]];
+    tables.push(vec![0.1, 0.7, 0.0, 0.3, 0.1, 0.0, 0.0]);
+    tables.push(vec![0.0, 0.0, 1.0 / 3.0, 0.1, 1e-9, 0.0]);
     tables.extend((1..=16).flat_map(|count| (0..count).map(move |at| (at, count))).map(|(at, n)| sun(at, n)));
     for masses in tables {
         let total: f64 = masses.iter().sum();

@@ -28,7 +28,8 @@ const LIGHTS: &str = "## The light in tables
 and the pdf is above 0 at every corner, edge and half-texel shift of lit texels. The three columns are upper bounds on
 w = L / pdf over 32768 samples: its relative standard deviation (at most 0.01), its maximum over its mean (at most 1.05), and
 how far its mean is from the power of the environment (at most 0.001 of it). A row beyond these limits fails. L is the
-client's look-up in double precision, of texels no darker than 2^-16 of the mean unless black stays black.
+client's look-up in double precision, of texels no darker than 2^-16 of the mean. Where black stays black, only samples
+with L > 0 count: black texels beside lit ones have a pdf, too, which the client's rounding may need.
 
 ";
 

@@ -111,9 +111,12 @@ fn judge(image: &Image, kind: (u32, u32)) -> Result<Accuracy, String> {
     client::sobol(3, 0, &mut u)?;
     let (mut wi, mut pdf) = (vec![[0.0; 3]; POINTS], vec![0.0; POINTS]);
     density.sample_n(&u, &mut wi, &mut pdf)?;
-    let weights = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * environment.info.power));
-    let mean = weights().sum::<f64>() / POINTS as f64;
-    let variance = weights().map(|w| (w - mean) * (w - mean)).sum::<f64>() / POINTS as f64;
+    let all = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * environment.info.power));
+    // Black texels beside lit ones have a pdf for the sake of rounding.
+    let weights = || all().filter(|w| !exact || *w > 0.0);
+    let lit = weights().count() as f64;
+    let mean = weights().sum::<f64>() / lit;
+    let variance = weights().map(|w| (w - mean) * (w - mean)).sum::<f64>() / lit;
     let accuracy = Accuracy {
         deviation: variance.sqrt() / mean,
         maximum: weights().fold(0.0, f64::max) / mean,

@@ -3,7 +3,7 @@
 
 use super::distribution::{self, Table};
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
-use super::refine::{Refined, Spread};
+use super::spread::{Refined, Spread};
 use super::{Header, Storage};
 use crate::light::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
 use crate::numeric::{exp2i, exponent};
@@ -44,7 +44,7 @@ pub struct Config {
 const FLOOR: f64 = 1.0 / 65_536.0;
 /// No cell that is lit at all is darker than this share of the mean (rule 18).
 const LEAST: f64 = 1.0 / 18_446_744_073_709_551_616.0;
-/// What compensation leaves of a cell at or below the mean (rule 24).
+/// What compensation leaves of a cell at or below the mean (rule 41).
 const COMPENSATED: f64 = 1.0 / 64.0;
 
 impl Config {

@@ -47,7 +47,7 @@ pub fn written(layout: Layout, [rows, columns]: Texel) -> [u16; 2] {
     }
 }
 
-/// Rows and columns of a size that [`written`] wrote; 0 if there are none.
+/// Rows and columns of a size that `written` wrote; 0 if there are none.
 #[inline(always)]
 pub fn size(written: [u16; 2]) -> Texel {
     let [rows, columns] = written.map(u32::from);
@@ -66,7 +66,7 @@ pub fn fill(texels: [u16; 2], table: &mut Table, value: impl Fn(Texel) -> f64) -
 }
 
 impl<'a> Distribution<'a> {
-    /// A view of what [`fill`] wrote.
+    /// A view of what `fill` wrote.
     #[inline(always)]
     pub fn of_texels(
         texels: [u16; 2],
@@ -81,7 +81,7 @@ impl<'a> Distribution<'a> {
         }
     }
 
-    /// Whether texels are as [`fill`] writes them.
+    /// Whether texels are as `fill` writes them.
     pub fn is_sound(&self) -> bool {
         match self {
             Distribution::Tree(_) => true,

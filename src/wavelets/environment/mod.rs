@@ -15,6 +15,7 @@ mod octahedral;
 mod polygon;
 mod refine;
 mod shape;
+mod spread;
 mod texel_lanes;
 mod texels;
 
@@ -28,8 +29,9 @@ pub use integrate::Texels;
 pub use inverse::{Inverse, MOST_CELLS};
 pub use latlong::LatLong;
 pub use octahedral::Octahedral;
-pub use refine::{Refined, Refinement, Spread, refine};
+pub use refine::{Refinement, refine};
 pub use shape::{RowNumbers, Shape, Texel};
+pub use spread::{Refined, Spread};
 pub use texels::TexelMap;
 
 use crate::numeric::{ContentHash, exp2i};

@@ -9,24 +9,11 @@
 //! weight of 10 instead of 100.
 
 use super::build::{Config, Decoded, Dilated, Grid, mean};
-use super::integrate::{Moments, cell_average, cell_moments};
+use super::integrate::{cell_average, cell_moments};
+use super::spread::{Refined, Spread};
 use crate::status::{Result, Status};
 use crate::wavelets::morton;
 use crate::wavelets::tree::{Link, MAX_REFINED, Mark};
-
-/// A square below a cell, in the units of the input.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Refined {
-    /// Luminance of the children as it is sampled: the root of the mean square, or the average of what is below.
-    pub luminance: [f64; 4],
-    /// Average RGB of the children, if it is kept.
-    pub rgb: [[f32; 3]; 4],
-    /// What varies within the children: see [`Spread::variation`].
-    variation: [f64; 4],
-    /// The place of the square among those of its level along each axis.
-    index: [u32; 2],
-}
 
 /// Where the squares of a refinement are made.
 pub struct Refinement<'a> {
@@ -40,41 +27,6 @@ pub struct Refinement<'a> {
 
 /// Variation, summed over a level, that is not worth squares.
 const NEGLIGIBLE: f64 = 1.0 / 1024.0;
-
-/// The share of the brightest light in a region that is the least to store for it: a corner of a lamp that reaches into
-/// a dark cell then gives a weight of 32, however small it is (rule 33).
-const LEAST_OF_BRIGHTEST: f64 = 1.0 / 32.0;
-
-/// How light is spread within a region, relative to its mean. Scaling changes no bit.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Spread {
-    /// mean(L^2) / mean(L)^2 - 1
-    variance: f32,
-    brightest: f32,
-}
-
-impl Spread {
-    pub(super) fn of(moments: Moments) -> Spread {
-        let [first, second] = moments.average;
-        if first > 0.0 {
-            let variance = (second / (first * first) - 1.0).max(0.0) as f32;
-            Spread { variance, brightest: (moments.largest / first) as f32 }
-        } else {
-            Spread::default()
-        }
-    }
-
-    /// A value for a region of a mean, or more if that is little beside its brightest light.
-    pub(super) fn least(&self, value: f64, mean: f64) -> f64 {
-        value.max(mean * f64::from(self.brightest) * LEAST_OF_BRIGHTEST)
-    }
-
-    /// What sampling a region of a share of the sphere uniformly adds to the variance, times the mean over the sphere.
-    fn variation(&self, mean: f64, area: f64) -> f64 {
-        f64::from(self.variance) * mean * area
-    }
-}
 
 /// Chooses and integrates the squares below cells. Returns how many there are; without any, marks mean nothing.
 ///

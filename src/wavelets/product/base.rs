@@ -1,6 +1,5 @@
 //! The first values of the BRDF at a shading point: on a grid of 8 x 8 cells of the square, and at its peaks.
 
-use super::build::bounded;
 use crate::numeric::{exp2i, exponent, max};
 use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
@@ -14,10 +13,38 @@ use crate::wavelets::wide::ALL;
 pub const SIDE: usize = 8;
 /// Directions of the base: 81 grid points, of which the folded edges leave these.
 pub const BASE: usize = 66;
+/// The finest base, of [`SIDE`] x [`SIDE`] leaves.
+pub const FINEST: u32 = 3;
 /// Eight directions each that hold the base and, behind it, the peaks.
 const GROUPS: usize = (BASE + MAX_PEAKS).div_ceil(LANES);
 /// A row of grid points. Point `j` stands at `1 + j`, so that the eight points before and behind eight can be read.
 pub type Row = [f32; 16];
+
+/// The squares of a complete tree.
+pub const fn complete(level: u32) -> u32 {
+    ((1 << (2 * level)) - 1) / 3
+}
+
+/// The least room for squares: the base is written as if it were the finest.
+pub const LEAST_SQUARES: u32 = complete(FINEST);
+
+/// The level of the leaves of the base for a budget of squares.
+pub fn level_of_base(squares: u32) -> u32 {
+    match squares {
+        LEAST_SQUARES.. => FINEST,
+        5.. => 2,
+        _ => 1,
+    }
+}
+
+/// Values above this multiple of the largest of the base are cut, so that products stay finite; so are their negatives.
+const LARGEST: f32 = 1e9;
+
+/// Values within what is stored.
+#[inline(always)]
+pub fn bounded<F: Lanes>(values: F) -> F {
+    values.min(F::splat(LARGEST)).max(F::splat(-LARGEST))
+}
 
 /// The grid points of the square and their directions in map space, component by component, eight at a time.
 struct Grid {

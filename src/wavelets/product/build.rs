@@ -1,14 +1,14 @@
 //! Building a product: which cells to refine. Up to eight are split side by side.
 
-use super::base::{BASE, Base};
+use super::base::{BASE, Base, bounded, level_of_base};
 use super::cells::{Batch, COLUMNS, Cell, NEAR, Room, Scratch};
 use super::peak::{Narrow, is_narrow};
-use super::start::level_of_base;
 use super::weigh::{Eight, Families, Floors, leaf_weight, worth};
 use super::{LEAF, Node};
 use crate::numeric::{exp2i, inverse_power, max};
 use crate::simd::{LANES, Lanes};
-use crate::sphere::vector::{V3, direction_in, splat};
+use crate::sphere::vector::{V3, splat};
+use crate::sphere::wide::direction_in;
 use crate::sphere::{Frame, cell_chord, square};
 use crate::status::{Result, Status};
 use crate::wavelets::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
@@ -358,15 +358,6 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             parents.squares.map(|square| self.child_square(square, c))
         }
     }
-}
-
-/// Values above this multiple of the largest of the base are cut, so that products stay finite; so are their negatives.
-const LARGEST: f32 = 1e9;
-
-/// Values within what is stored.
-#[inline(always)]
-pub fn bounded<F: Lanes>(values: F) -> F {
-    values.min(F::splat(LARGEST)).max(F::splat(-LARGEST))
 }
 
 /// The index of child `c` of a cell, both axes in one number.

@@ -5,7 +5,7 @@
 //! by its `3 base + 1` leaves, at the front; every later square q stands at node `4 q + 1` before three of its children.
 //! Leaves are numbered from the first one on, later squares among them.
 
-use super::start::LEAST_SQUARES;
+use super::base::LEAST_SQUARES;
 use super::{LEAF, Node};
 use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::simd::{LANES, Lanes};
@@ -37,7 +37,7 @@ impl Cell {
         self.rest[1]
     }
 
-    /// [`NEAR`] if it lies near a narrow lobe's peak, else 0. Only such cells have children near it.
+    /// `NEAR` if it lies near a narrow lobe's peak, else 0. Only such cells have children near it.
     pub fn near(&self) -> u32 {
         self.rest[2].to_bits()
     }

@@ -31,7 +31,7 @@ const LEAF_FLOOR: f32 = 0.05;
 /// A node of the tree: four numbers and four words.
 ///
 /// A square, an inner node, holds the average products of its four children and their links: where they stand, with
-/// [`LEAF`] set if they are leaves. A leaf, a cell in which the BRDF is bilinear but nowhere below its floor, holds BRDF x
+/// `LEAF` set if they are leaves. A leaf, a cell in which the BRDF is bilinear but nowhere below its floor, holds BRDF x
 /// cosine at its corners, which may be negative below the horizon; the environment's square for it, or [`NO_SQUARE`]; four
 /// times the environment's square above it plus the child that contains it, or [`NO_SQUARE`]; its index along axis 1, plus
 /// 2^16 times that along axis 2; and its level: it is one of 2^level cells along each axis.

@@ -1,6 +1,6 @@
 //! The start of a product: a complete tree of a few levels, whose leaves are made row by row. A smooth BRDF needs no more.
 
-use super::base::{Base, CENTRES, Row, SIDE};
+use super::base::{Base, CENTRES, FINEST, Row, SIDE, complete, level_of_base};
 use super::build::{Builder, sum_of_lanes};
 use super::cells::{COLUMNS, NEAR};
 use super::weigh::{Eight, Raised, leaf_weight, worth};
@@ -12,8 +12,6 @@ use crate::wavelets::lobe::Brdf;
 use crate::wavelets::tree::{NO_SQUARE, Tree};
 use crate::wavelets::wide::ALL;
 
-/// The finest base, of [`SIDE`] x [`SIDE`] leaves.
-const FINEST: u32 = 3;
 /// The most leaves of the base.
 const CELLS: usize = SIDE * SIDE;
 /// The last of them: a mask by which the compiler sees that an index is one.
@@ -24,23 +22,6 @@ const MORTON: [usize; SIDE] = [0, 1, 4, 5, 16, 17, 20, 21];
 /// The Morton codes of a row of cells.
 fn codes(x: usize) -> [usize; SIDE] {
     MORTON.map(|y| 2 * MORTON[x & (SIDE - 1)] + y)
-}
-
-/// The squares of a complete tree.
-const fn complete(level: u32) -> u32 {
-    ((1 << (2 * level)) - 1) / 3
-}
-
-/// The least room for squares: the base is written as if it were the finest.
-pub const LEAST_SQUARES: u32 = complete(FINEST);
-
-/// The level of the leaves of the base for a budget of squares.
-pub fn level_of_base(squares: u32) -> u32 {
-    match squares {
-        LEAST_SQUARES.. => FINEST,
-        5.. => 2,
-        _ => 1,
-    }
 }
 
 /// The light in the quarters of each leaf of the base, in Morton order, and the environment's square for the leaf.

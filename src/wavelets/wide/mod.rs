@@ -9,10 +9,8 @@ mod split;
 use crate::simd::{self, Kernel, LANES, Lanes, Level};
 use crate::sphere::{Frame, SPHERE, wide};
 use crate::wavelets::descent::{self, Density, Sample, Sampled};
+pub use split::ALL;
 use split::{quad_density, take_quad};
-
-/// Every lane.
-pub const ALL: u32 = (1 << LANES) - 1;
 
 /// What decides where eight walks go.
 pub trait Walker<F: Lanes> {

@@ -1,8 +1,11 @@
 //! The split rule of [`crate::wavelets::split`] in eight lanes, bit for bit.
 
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::Lanes;
+use crate::simd::{LANES, Lanes};
 use crate::wavelets::split::SMALLEST_SPLIT;
+
+/// Every lane.
+pub const ALL: u32 = (1 << LANES) - 1;
 
 /// The probabilities of the lower sides of splits by two masses.
 #[inline(always)]
@@ -10,7 +13,7 @@ fn lower_side<F: Lanes>(lower: F, upper: F) -> F {
     let (zero, smallest, largest) = (F::splat(0.0), F::splat(SMALLEST_SPLIT), F::splat(ONE_MINUS_EPSILON));
     let ratio = lower / (lower + upper);
     let ordinary = F::and(smallest.le(ratio), ratio.le(largest));
-    if F::bits(ordinary) == crate::wavelets::wide::ALL {
+    if F::bits(ordinary) == ALL {
         return ratio;
     }
     let (has_lower, has_upper) = (zero.lt(lower), zero.lt(upper));

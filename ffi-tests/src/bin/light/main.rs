@@ -66,10 +66,10 @@ fn main() -> Result<()> {
     if options.times {
         return times();
     }
-    let (lights, points) = if quick { (quick_lights(), 1 << 17) } else { (lights()?, 1 << 21) };
+    let (lights, points) = if quick { (quick_lights(), 1 << 17) } else { (lights()?, 1 << 20) };
     let fits = fits(&lights, points)?;
     let timed = if quick { Light::room(512) } else { data::light("venice_sunset_1k.hdr")? };
-    let rounds = if quick { 24 } else { 200 };
+    let rounds = if quick { 24 } else { 100 };
     let speeds = [timed.clone().bilinear(), timed.clone()].map(|light| speeds(&light, rounds));
     let [bilinear, nearest] = speeds;
     let widths: Vec<usize> = (6..=if quick { 10 } else { 14 }).map(|k| 1 << k).collect();
@@ -78,11 +78,11 @@ fn main() -> Result<()> {
     let smooth = [Light::sky(1024), room].map(Light::bilinear);
     let steps: &[f32] = if quick { &[0.01] } else { &[0.0, 0.003, 0.01, 0.03, 0.1] };
     let budgets = size::budgets(&smooth, steps, points / 4)?;
-    let (counts, repeats) = if quick { (vec![4], 4) } else { (vec![1, 4, 16], 12) };
+    let (counts, repeats) = if quick { (vec![4], 4) } else { (vec![1, 4, 16], 8) };
     let effort = Effort { methods: Vec::new(), counts: counts.clone(), repeats, timed: if quick { 4 } else { 16 } };
     let (shaded, materials) = shaded(quick)?;
-    let scene = data::scene("spot.obj", View::Points(if quick { 60 } else { 300 }))?;
-    let cells = equal::cells(&scene, &shaded, &materials, &effort, (&options.cache, if quick { 512 } else { 16384 }))?;
+    let scene = data::scene("spot.obj", View::Points(if quick { 60 } else { 150 }))?;
+    let cells = equal::cells(&scene, &shaded, &materials, &effort, (&options.cache, if quick { 512 } else { 4096 }))?;
     let speeds = [bilinear?, nearest?];
     let timed = timed.name;
     let points = scene.points.len();
@@ -206,5 +206,5 @@ fn shaded(quick: bool) -> Result<Shaded> {
     lights.push((Light::room(1024).bilinear(), false));
     lights.extend(sun(512));
     lights.push((Light::field(1024).bilinear(), true));
-    Ok((lights, vec![Material::lambert(), Material::ggx(0.5), Material::ggx(0.2)]))
+    Ok((lights, vec![Material::lambert(), Material::ggx(0.2)]))
 }

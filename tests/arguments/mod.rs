@@ -4,7 +4,7 @@
 //! The header drives the tests: what it declares is called, with every parameter spoiled in turn. A function that is
 //! missing in the table, or a parameter that has no valid value, fails.
 
-mod block;
+pub mod block;
 mod call;
 mod control;
 mod extremes;
@@ -15,8 +15,6 @@ mod passes;
 mod pointers;
 mod scene;
 mod sizes;
-#[path = "../support/mod.rs"]
-mod support;
 mod table;
 mod values;
 

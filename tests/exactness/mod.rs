@@ -9,12 +9,10 @@ mod determinism;
 mod inversion;
 mod numbers;
 mod platform;
-#[path = "../support/mod.rs"]
-mod support;
 
-use support::maps::{checker, horizon, one_texel, sky, sun};
-use support::scenes::grid;
-use support::{Map, Random};
+use crate::support::maps::{checker, horizon, one_texel, sky, sun};
+use crate::support::scenes::grid;
+use crate::support::{Map, Random};
 use wis::ffi::wavelets::environment::{
     WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
     WIS_WAVELET_LIGHT_NEAREST,

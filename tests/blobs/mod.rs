@@ -1,15 +1,11 @@
 //! Stored bytes that were cut or changed: the calls that open them answer WIS_CORRUPT or ask for more bytes and
 //! write nothing; whatever they do accept can be used without harm.
 
-#[path = "../arguments/block.rs"]
-mod block;
 mod environment;
-#[path = "../support/mod.rs"]
-mod support;
 mod tree;
 
-use block::Block;
-use support::Random;
+use crate::arguments::block::Block;
+use crate::support::Random;
 use wis::ffi::Diagnostic;
 use wis::numeric::ContentHash;
 use wis::status::Status;

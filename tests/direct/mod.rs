@@ -4,14 +4,13 @@ mod client;
 mod joint;
 mod light;
 mod rays;
-#[path = "../support/mod.rs"]
-mod support;
+mod shared;
 mod target;
 mod unbiased;
 mod visibility;
 
-use support::Map;
-use support::maps::{sky, sun};
+use crate::support::Map;
+use crate::support::maps::{sky, sun};
 
 /// Light that is smooth, and light of which one disc of half a degree gives the most.
 fn maps() -> [(&'static str, Map); 2] {

@@ -1,19 +1,17 @@
 //! The light against look-ups of its own map that are written here a second time, in f64.
 
-#[path = "../support/statistics.rs"]
-#[allow(dead_code)]
-mod statistics;
+use crate::support::statistics;
 
 mod bits;
 mod budget;
 mod build;
-mod built;
+pub mod built;
 mod bytes;
 mod chi_square;
 mod degenerate;
 mod invert;
-mod lookup;
-mod maps;
+pub mod lookup;
+pub mod maps;
 mod reach;
 mod weights;
 mod words;

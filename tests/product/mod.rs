@@ -1,18 +1,5 @@
 //! The product of light and BRDF: a density that is exact, positive wherever it must be, and the same on every level.
 
-#[path = "../light/built.rs"]
-#[allow(dead_code)]
-mod built;
-#[path = "../light/lookup.rs"]
-#[allow(dead_code)]
-mod lookup;
-#[path = "../light/maps.rs"]
-#[allow(dead_code)]
-mod maps;
-#[path = "../support/statistics.rs"]
-#[allow(dead_code)]
-mod statistics;
-
 mod bits;
 mod chi_square;
 mod client;
@@ -24,3 +11,6 @@ mod prepared;
 mod reach;
 mod share;
 mod weights;
+
+use crate::light::{built, lookup, maps};
+use crate::support::statistics;

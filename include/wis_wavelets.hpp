@@ -1,0 +1,276 @@
+// wis_wavelets.h and wis_lights.h for C++11: classes that own the memory of octahedral lights, their products, trees, maps of
+// visibility and lists of lights. Conventions are those of wis.hpp.
+// SPDX-License-Identifier: MIT OR Apache-2.0
+#ifndef WIS_WAVELETS_HPP
+#define WIS_WAVELETS_HPP
+
+#include "wis.hpp"
+#include "wis_lights.h"
+#include "wis_wavelets.h"
+
+namespace wis {
+
+/// A lat-long map as directional lights (structured importance sampling).
+class lights {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_environment_config &map, const wis_strata_config &config,
+                wis_diagnostic *diagnostic = nullptr) {
+        count_ = 0;
+        wis_memory_size need;
+        const status measured = wis_strata_size(&map, &config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
+            return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_strata_lights(&map, &config, scratch.data(), need.scratch_bytes,
+                                      static_cast<wis_light *>(memory_.data()), &count_.value, nullptr, diagnostic));
+    }
+    std::uint32_t size() const noexcept { return count_; }
+    const wis_light *begin() const noexcept { return static_cast<const wis_light *>(memory_.data()); }
+    const wis_light *end() const noexcept { return begin() + count_; }
+
+private:
+    memory memory_;
+    moving<std::uint32_t> count_;
+};
+
+namespace wavelets {
+
+/// An environment and its memory. Const once built: threads may share it.
+class environment {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_wavelet_light_config &config, wis_wavelet_light_info *info = nullptr,
+                wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_wavelet_light_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
+            return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_wavelet_light_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
+                                         &handle_.value, info, diagnostic));
+    }
+    const wis_wavelet_light *get() const noexcept { return handle_; }
+
+    status sample(const float (&u)[2], wis_drawn &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+                  const float *world_from_map = nullptr) const {
+        return pass(wis_wavelet_light_sample(handle_, distribution, world_from_map, u, &out));
+    }
+    status pdf(const float (&wi)[3], float &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+               const float *world_from_map = nullptr) const {
+        return pass(wis_wavelet_light_pdf(handle_, distribution, world_from_map, wi, &out));
+    }
+    status invert(const float (&wi)[3], float (&u)[2], std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
+                  const float *world_from_map = nullptr) const {
+        return pass(wis_wavelet_light_invert(handle_, distribution, world_from_map, wi, u));
+    }
+
+private:
+    memory memory_;
+    moving<const wis_wavelet_light *> handle_;
+};
+
+/// The product at one shading point after another, in memory that is reserved once. One for each thread.
+class product {
+public:
+    /// Reserves the memory, and copies the configuration with its matrix and its prior: both pointers may go away
+    /// afterwards. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        config_.size = 0;
+        wis_memory_size need;
+        const status measured = wis_wavelet_product_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        config_ = config;
+        config_.world_from_map = nullptr;
+        config_.prior = nullptr;
+        turned_ = config.world_from_map != nullptr;
+        if (turned_) std::memcpy(matrix_, config.world_from_map, sizeof matrix_);
+        set_prior(config.prior);
+        return WIS_OK;
+    }
+    /// Another prior for the preparations to come, such as what the last pass counted; copied, too. Null: none.
+    void set_prior(const wis_prior *prior) noexcept {
+        seen_ = prior != nullptr;
+        if (seen_) prior_ = *prior;
+    }
+    /// WIS_NOT_BUILT, here and below, if init was not called, or failed.
+    status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
+                                        diagnostic));
+    }
+    status prepare(const environment &light, const wis_wavelet_callback &brdf, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
+                                                 &handle_.value, diagnostic));
+    }
+    /// For a query with tabulated lobes.
+    status prepare(const environment &light, const wis_wavelet_table &table, const wis_wavelet_query &query,
+                   wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
+        const wis_wavelet_product_config own = config();
+        return pass(wis_wavelet_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
+                                              &handle_.value, diagnostic));
+    }
+    const wis_wavelet_product *get() const noexcept { return handle_; }
+
+    /// Whether a hit may use the product: see reuse_cone.
+    status covers(const environment &light, const wis_wavelet_query &query, bool &out) const {
+        std::uint32_t answer = 0;
+        const status asked = wis_wavelet_product_covers(light.get(), handle_, &query, &answer);
+        out = answer == 1;
+        return pass(asked);
+    }
+    status estimate(const environment &light, double &luminance) const {
+        return pass(wis_wavelet_product_estimate(light.get(), handle_, &luminance));
+    }
+    status sample(const environment &light, const float (&u)[2], wis_drawn &out) const {
+        return pass(wis_wavelet_product_sample(light.get(), handle_, u, &out));
+    }
+    status pdf(const environment &light, const float (&wi)[3], float &out) const {
+        return pass(wis_wavelet_product_pdf(light.get(), handle_, wi, &out));
+    }
+    status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
+        return pass(wis_wavelet_product_invert(light.get(), handle_, wi, u));
+    }
+
+private:
+    /// Whether init succeeded and the memory was not moved away.
+    bool is_ready(wis_diagnostic *diagnostic) const noexcept {
+        const bool ready = config_.size != 0 && memory_.data();
+        if (!ready && diagnostic) *diagnostic = wis_diagnostic();
+        return ready;
+    }
+    /// The configuration with pointers to what this object keeps, wherever it was moved to.
+    wis_wavelet_product_config config() const noexcept {
+        wis_wavelet_product_config own = config_;
+        if (turned_) own.world_from_map = matrix_;
+        if (seen_) own.prior = &prior_;
+        return own;
+    }
+    memory memory_;
+    /// Without its pointers.
+    wis_wavelet_product_config config_ = wis_wavelet_product_config();
+    bool turned_ = false, seen_ = false;
+    float matrix_[9] = {};
+    wis_prior prior_ = wis_prior();
+    moving<const wis_wavelet_product *> handle_;
+};
+
+/// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
+class tree {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const wis_tree_config &config, wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(),
+                                  &handle_.value, info, diagnostic));
+    }
+    /// The product of two or three trees, none of them this one.
+    status multiply(const tree &e, const tree &f, const tree *g = nullptr, wis_tree_info *info = nullptr,
+                    wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        const wis_tree *third = g ? g->get() : nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_multiply_size(e.get(), f.get(), third, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_multiply(e.get(), f.get(), third, memory_.data(), memory_.bytes(), scratch.data(),
+                                      scratch.bytes(), &handle_.value, info, diagnostic));
+    }
+    /// The tree of any sparse set of wavelets, raised to `least`.
+    status of_wavelets(double mean, const wis_wavelets *wavelets, std::uint32_t count, double least,
+                       wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_of_wavelets_size(count, wavelets, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_.value,
+                                         info, diagnostic));
+    }
+    /// The weighted sum of 1 to WIS_MAX_BLEND trees, none of them this one.
+    status blend(const wis_tree *const *trees, const double *weights, std::uint32_t count,
+                 wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_blend_size(count, trees, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_blend(count, trees, weights, memory_.data(), memory_.bytes(), scratch.data(),
+                                   scratch.bytes(), &handle_.value, info, diagnostic));
+    }
+    /// The luminance of an environment in another frame.
+    status of_environment(const environment &light, const wis_rotated_config &config, wis_tree_info *info = nullptr,
+                          wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_tree_of_environment_size(&config, &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        memory scratch;
+        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_tree_of_environment(light.get(), &config, memory_.data(), memory_.bytes(), scratch.data(),
+                                            scratch.bytes(), &handle_.value, info, diagnostic));
+    }
+    const wis_tree *get() const noexcept { return handle_; }
+
+    status average(double &out) const { return pass(wis_tree_average(handle_, &out)); }
+    /// As many numbers in `u` and `point` as the tree has axes.
+    status sample(const float *u, float *point, float &pdf) const {
+        return pass(wis_tree_sample(handle_, u, point, &pdf));
+    }
+    status pdf(const float *point, float &out) const { return pass(wis_tree_pdf(handle_, point, &out)); }
+
+private:
+    bool reserve(const wis_memory_size &need, memory &scratch) noexcept {
+        return memory_.reserve(need.bytes, need.align) && scratch.reserve(need.scratch_bytes, need.align);
+    }
+    memory memory_;
+    moving<const wis_tree *> handle_;
+};
+
+/// Visibility in 8 bits, and its memory. Const once built: threads may share it.
+class visibility {
+public:
+    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    status init(const tree &seen, wis_diagnostic *diagnostic = nullptr) {
+        handle_ = nullptr;
+        wis_memory_size need;
+        const status measured = wis_visibility_size(seen.get(), &need, diagnostic);
+        if (measured != WIS_OK) return pass(measured);
+        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
+        return pass(wis_visibility_init(seen.get(), memory_.data(), memory_.bytes(), &handle_.value, diagnostic));
+    }
+    const wis_visibility *get() const noexcept { return handle_; }
+
+    /// The integral of what is seen of a function.
+    status product_integral(const tree &function, double &out) const {
+        return pass(wis_visibility_product_integral(function.get(), handle_, &out));
+    }
+
+private:
+    memory memory_;
+    moving<const wis_visibility *> handle_;
+};
+
+} // namespace wavelets
+} // namespace wis
+
+#endif

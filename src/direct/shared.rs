@@ -1,0 +1,129 @@
+//! Products that hits of a pixel share, for clients that hand in well-spread numbers of their own.
+//!
+//! Such numbers keep their spread through the warp of one product, and lose it in a choice among candidates. A hit draws from a
+//! product of an earlier hit that covers it; else one is prepared in its place. Beginning a pixel forgets them all.
+
+use super::Ray;
+use crate::brdf::point::{Fault, Point};
+use crate::light::batch::{Drawn, samples};
+use crate::light::environment::Environment;
+use crate::numeric::clamp_u;
+use crate::product::density::Shaded;
+use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
+use crate::product::stored::{Product, most_bytes};
+use crate::simd::Level;
+
+/// Products that are kept: of the last materials and sides of a surface that a pixel saw.
+const KEPT: usize = 4;
+/// How far normals may turn before a hit gets a product of its own, in radians: hits of a pixel on a smooth mesh.
+const CONE: f32 = 0.1;
+/// From so many hits of a pixel on, the spread of the client's numbers outweighs the choice among candidates.
+const MANY_HITS: u32 = 16;
+/// Rays that are drawn together.
+const TOGETHER: usize = 16;
+/// What stands before the products: how many there are, and which is next to go.
+const STATE: usize = 16;
+
+/// Whether a pixel with so many hits shares products.
+pub fn is_worth(hits_per_pixel: u32) -> bool {
+    hits_per_pixel >= MANY_HITS
+}
+
+/// The bytes of a ring.
+pub fn bytes() -> usize {
+    STATE + KEPT * most_bytes(DIVIDED)
+}
+
+/// The products of a pixel, in memory aligned to 8.
+#[derive(Debug)]
+pub struct Ring<'a> {
+    memory: &'a mut [u8],
+}
+
+impl<'a> Ring<'a> {
+    /// The ring in memory of [`bytes`]; what was there before stays.
+    pub fn new(memory: &'a mut [u8]) -> Ring<'a> {
+        Ring { memory }
+    }
+
+    /// Forgets all products.
+    pub fn clear(&mut self) {
+        self.memory.iter_mut().take(STATE).for_each(|byte| *byte = 0);
+    }
+
+    /// How many products there were so far: the last [`KEPT`] of them are kept.
+    fn prepared(&self) -> usize {
+        let state = self.memory.first_chunk::<8>().copied().unwrap_or_default();
+        u64::from_le_bytes(state) as usize
+    }
+
+    fn slot(&mut self, number: usize) -> Option<&mut [u8]> {
+        let size = most_bytes(DIVIDED);
+        self.memory.get_mut(STATE + number % KEPT * size..)?.get_mut(..size)
+    }
+
+    /// The number of the product that serves a point: one that covers it, or a new one.
+    fn serve(&mut self, level: Level, environment: &Environment<'_>, point: &Point<'_>) -> Result<usize, Fault> {
+        let prepared = self.prepared();
+        for number in (prepared.saturating_sub(KEPT)..prepared).rev() {
+            let product = self.slot(number).and_then(|bytes| Product::view(bytes));
+            let covers = |product: Product<'_>| {
+                product.header.environment == environment.header().content_id && product.header.covers(point)
+            };
+            if product.is_some_and(covers) {
+                return Ok(number);
+            }
+        }
+        let config = Config { cone: CONE, ..Config::default() };
+        let memory = self.slot(prepared).unwrap_or_default();
+        match prepare(level, environment, point, &config, memory) {
+            Ok(_) => {}
+            Err(PrepareError::Point(fault)) => return Err(fault),
+            // The memory is as long as any product, and aligned: this is never reached, and answers no rays.
+            Err(_) => return Ok(usize::MAX),
+        }
+        if let Some(state) = self.memory.first_chunk_mut::<8>() {
+            *state = (prepared as u64).wrapping_add(1).to_le_bytes();
+        }
+        Ok(prepared)
+    }
+
+    /// A ray for each of the client's numbers; those below the horizon of the point are left out. Answers how many there are.
+    ///
+    /// # Errors
+    /// What is wrong with the point.
+    pub fn direct(
+        &mut self,
+        level: Level,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        u: &[[f32; 2]],
+        out: &mut [Ray],
+    ) -> Result<usize, Fault> {
+        let number = self.serve(level, environment, point)?;
+        let Some(product) = self.slot(number).and_then(|bytes| Product::view(bytes)) else { return Ok(0) };
+        let shaded = Shaded { light: environment.light(), product };
+        let whole = point.whole_sphere || point.material.transmits();
+        let (frame, [nx, ny, nz]) = (environment.frame(), point.normal);
+        // One over the density of rays.
+        let rays = u.len() as f32;
+        let mut written = 0;
+        for u in u.chunks(TOGETHER) {
+            let (mut numbers, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
+            for (number, &[x, y]) in numbers.iter_mut().zip(u) {
+                *number = [clamp_u(x), clamp_u(y)];
+            }
+            let numbers = numbers.get(..u.len()).unwrap_or_default();
+            samples(level, &shaded, &frame, numbers, drawn.get_mut(..u.len()).unwrap_or_default());
+            for Drawn { wi, pdf } in drawn.into_iter().take(u.len()) {
+                let [x, y, z] = wi;
+                let counts = pdf > 0.0 && (whole || nx * x + ny * y + nz * z > 0.0);
+                if let (true, Some(ray)) = (counts, out.get_mut(written)) {
+                    *ray = Ray { wi, weight: 1.0 / (rays * pdf) };
+                    written += 1;
+                }
+            }
+        }
+        Ok(written)
+    }
+}

@@ -1,0 +1,192 @@
+//! What a renderer in Rust calls, without `unsafe`: a map, memory, and the densities of a sampler.
+
+use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
+use crate::light::batch::{Drawn, pdfs, samples};
+use crate::light::chart::Layout;
+use crate::light::decode::Pixels;
+use crate::light::density::Inverted;
+use crate::light::environment::{BuildError, Environment, Size};
+use crate::light::pixels::Format;
+use crate::light::plan::{Description, Filter, Plan};
+use crate::numeric::clamp_u;
+use crate::sphere::{Frame, unit};
+use crate::status::{Result, Status};
+use bytemuck::{Pod, Zeroable};
+use core::fmt;
+
+/// 64 bytes, aligned to 64: `vec![Block::ZERO; Block::count(bytes)]` is memory for any object.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct Block([u8; 64]);
+
+impl Block {
+    /// Zeros.
+    pub const ZERO: Block = Block([0; 64]);
+
+    /// How many blocks hold so many bytes.
+    pub const fn count(bytes: usize) -> usize {
+        bytes.div_ceil(size_of::<Block>())
+    }
+
+    /// The bytes of blocks, to read an object from.
+    pub fn bytes(blocks: &[Block]) -> &[u8] {
+        bytemuck::cast_slice(blocks)
+    }
+
+    /// The bytes of blocks, to build an object in.
+    pub fn bytes_mut(blocks: &mut [Block]) -> &mut [u8] {
+        bytemuck::cast_slice_mut(blocks)
+    }
+}
+
+/// An environment map of 32-bit floats, and how the renderer looks it up.
+#[derive(Clone, Copy, Debug)]
+pub struct Map<'p> {
+    /// How directions lie on it.
+    pub layout: Layout,
+    /// Texels in a row, 1 to 32768.
+    pub width: u32,
+    /// Rows, 1 to 32768; of a cube map all six faces.
+    pub height: u32,
+    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+    pub channels: u32,
+    /// Row by row, `width * height * channels` numbers.
+    pub pixels: &'p [f32],
+    /// How the renderer looks the map up.
+    pub filter: Filter,
+    /// Lat-long only: the first and the last row of texels lie at the poles.
+    pub rows_at_poles: bool,
+    /// Black texels get the density 0; otherwise no texel counts as darker than 2^-16 of the mean.
+    pub exact_zero: bool,
+    /// Proportional to max(L - mean, L / 64) (Karlik et al. 2019), for multiple importance sampling with BRDF samples.
+    pub compensated: bool,
+    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0 keeps every texel.
+    pub error_budget: f32,
+    /// NaN, infinite and negative channels are replaced and counted instead of rejected.
+    pub sanitise: bool,
+    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4.
+    pub world_from_map: [f32; 9],
+}
+
+impl<'p> Map<'p> {
+    /// A lat-long map, +z up, that the renderer looks up bilinearly.
+    pub fn latlong(width: u32, height: u32, channels: u32, pixels: &'p [f32]) -> Map<'p> {
+        Map {
+            layout: Layout::LatLong,
+            width,
+            height,
+            channels,
+            pixels,
+            filter: Filter::Bilinear,
+            rows_at_poles: false,
+            exact_zero: false,
+            compensated: false,
+            error_budget: 0.0,
+            sanitise: false,
+            world_from_map: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        }
+    }
+
+    fn plan(&self) -> Result<Plan> {
+        Plan::new(&Description {
+            layout: self.layout,
+            width: self.width,
+            height: self.height,
+            filter: self.filter,
+            rows_at_poles: self.rows_at_poles,
+            exact_zero: self.exact_zero,
+            compensated: self.compensated,
+            budget: self.error_budget,
+        })
+    }
+
+    /// What a build takes: bytes of the environment, exactly without an error budget and at most with one, and of scratch memory.
+    ///
+    /// # Errors
+    /// [`Status::InvalidArgument`] for a field out of its range, [`Status::Overflow`] for a map that is too large.
+    pub fn size(&self) -> Result<Size> {
+        self.plan()?.size()
+    }
+
+    /// Builds the environment in `memory`; `scratch` may be freed afterwards. Sizes are those of [`Map::size`].
+    ///
+    /// # Errors
+    /// [`BuildError::Row`] tells which row holds a texel that is NaN, infinite or negative, [`BuildError::TooSmall`] how many
+    /// bytes are needed, [`BuildError::Status`] what else is wrong.
+    pub fn build_in<'a>(
+        &self,
+        memory: &'a mut [Block],
+        scratch: &mut [Block],
+    ) -> core::result::Result<Environment<'a>, BuildError> {
+        let frame = Frame::new(&self.world_from_map).ok_or(Status::InvalidTransform)?;
+        let plan = self.plan()?;
+        let length = (self.width as usize).checked_mul(self.channels as usize).ok_or(Status::Overflow)?;
+        if !matches!(self.channels, 1 | 3 | 4) || Some(self.pixels.len()) != length.checked_mul(self.height as usize) {
+            return Err(Status::InvalidArgument.into());
+        }
+        let pixels = Pixels { channels: self.channels, format: Format::F32, sanitise: self.sanitise };
+        let row = |y: u32| {
+            let first = y as usize * length;
+            self.pixels.get(first..first + length).map(bytemuck::cast_slice)
+        };
+        Environment::build_in(&plan, &pixels, &frame, row, Block::bytes_mut(memory), Block::bytes_mut(scratch))
+    }
+}
+
+impl Config {
+    /// A sampler for calls of at most so many rays, with the library's choice for everything else.
+    pub fn for_rays(rays: u32) -> Config {
+        Config { rays: rays.clamp(1, MAX_RAYS as u32), candidates_per_ray: 0, hits_per_pixel: 0, reserved: 0 }
+    }
+}
+
+/// The light alone, for renderers that combine techniques themselves.
+impl Sampler<'_> {
+    /// Draws directions in proportion to the light, one for each `u`, as many as there is room for. A pdf of 0 means that the
+    /// light is black.
+    pub fn sample(&self, environment: &Environment<'_>, u: &[[f32; 2]], out: &mut [Drawn]) {
+        samples(self.level(), &environment.light(), &environment.frame(), u, out);
+    }
+
+    /// The pdf of directions in the light, per steradian: the very bits of [`Sampler::sample`]. 0 for directions that are not of
+    /// unit length within 1e-3.
+    pub fn pdf(&self, environment: &Environment<'_>, wi: &[[f32; 3]], out: &mut [f32]) {
+        pdfs(self.level(), &environment.light(), &environment.frame(), wi, out);
+    }
+
+    /// The `u` that leads to a direction.
+    ///
+    /// # Errors
+    /// [`Status::InvalidTransform`] for a direction that is not of unit length, [`Status::ZeroDensity`] where nothing leads
+    /// there, [`Status::Unreachable`] where no u of 24 bits does.
+    pub fn invert(&self, environment: &Environment<'_>, wi: [f32; 3]) -> Result<[f32; 2]> {
+        let direction = unit(wi).ok_or(Status::InvalidTransform)?;
+        match environment.light().invert(&environment.frame(), direction) {
+            Inverted::To(u) => Ok(u.map(clamp_u)),
+            Inverted::Unreachable => Err(Status::Unreachable),
+            Inverted::Zero => Err(Status::ZeroDensity),
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.message().to_str().unwrap_or("unknown status"))
+    }
+}
+
+impl core::error::Error for Status {}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BuildError::Row(row, _) => {
+                write!(f, "row {row} of the map holds a texel that is NaN, infinite or negative")
+            }
+            BuildError::TooSmall(bytes) => write!(f, "the memory is too small: {bytes} bytes are needed"),
+            BuildError::Status(status) => status.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for BuildError {}

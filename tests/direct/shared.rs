@@ -1,0 +1,128 @@
+//! Products that hits of a pixel share: unbiased for hits that differ in normal, view and texture; forgotten between pixels.
+
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread};
+use super::maps;
+use crate::support::Random;
+use crate::support::maps::Filter;
+use crate::support::statistics::{Mean, corrected};
+use crate::support::vector::{V3, add, cross, rotate_back, scale, single, unit};
+use wis::brdf::material::Shape;
+use wis::brdf::point::Point;
+use wis::direct::Ray;
+use wis::direct::sampler::{Config, Sequence};
+use wis::points::sobol;
+use wis::simd::Level;
+
+const HITS: u32 = 16;
+
+fn sharing(level: Level) -> Thread {
+    Thread::with(level, Config { rays: 4, candidates_per_ray: 0, hits_per_pixel: HITS, reserved: 0 })
+}
+
+/// The client with its normal turned: across the surface of a smooth mesh, and now and then farther than a product reaches.
+fn turned(client: &Client, random: &mut Random) -> Client {
+    let across = cross(client.normal, client.tangent);
+    let reach = if random.f64() < 0.1 { 0.8 } else { 0.1 };
+    let tilt = [0; 2].map(|_| reach * (random.f64() - 0.5));
+    let offset = add(scale(client.tangent, tilt[0]), scale(across, tilt[1]));
+    Client { normal: unit(add(client.normal, offset)), ..client.clone() }
+}
+
+/// What the rays of a hit bring.
+fn brings(rays: &[Ray], response: impl Fn(V3) -> f64, radiance: impl Fn(V3) -> f64) -> f64 {
+    let each = rays.iter().map(|ray| {
+        let wi = ray.wi.map(f64::from);
+        f64::from(ray.weight) * response(wi) * radiance(wi)
+    });
+    each.sum()
+}
+
+/// The mean over pixels of hits with products of one another is the mean of their own integrals, which candidates estimate without
+/// any sharing; both are random, and their difference finds a fault of 2 %.
+#[test]
+fn shared_products_are_unbiased() {
+    for (name, map) in maps() {
+        let light = Light::of(&map);
+        let lambert = Client::new(&[Shape::LAMBERT], client::lambert);
+        let glossy = Client::new(&[Shape::ggx(0.3, 0.3)], client::ggx_03);
+        for (what, client) in [("Lambert", lambert), ("GGX", glossy)] {
+            let (mut shares, mut own) = (sharing(Level::detect()), Thread::new(4));
+            let (mut difference, mut size) = (Mean::default(), 0.0);
+            for pixel in 0..12_000 {
+                let mut random = Random(u64::from(pixel));
+                shares.begin_pixel();
+                let mut sum = 0.0;
+                for turn in 0..HITS {
+                    let hit = turned(&client, &mut random);
+                    // A texture: it changes weights only, and no product knows it.
+                    let texture = 0.2 + random.f64();
+                    let point = Point { weight: [[texture as f32; 3]; 4], ..hit.point() };
+                    let radiance = |wi: V3| map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi))[0] * texture;
+                    let at = Sequence { seed: pixel, turn, stream: 0 };
+                    let u = [sobol(pixel, turn)];
+                    let environment = light.environment();
+                    let with = brings(&shares.direct_by(&environment, &point, at, &u), |wi| hit.response(wi), radiance);
+                    let without = brings(&own.direct(&environment, &point, at, 1), |wi| hit.response(wi), radiance);
+                    sum += (with - without) / f64::from(HITS);
+                    size += without / f64::from(HITS);
+                }
+                difference.add(sum);
+            }
+            let (mean, size) = (difference.mean, size / difference.count);
+            let error = difference.standard_error();
+            println!(
+                "{name}, {what}: {mean} of {size}, {:.2} standard errors, each {:.2} %",
+                mean / error,
+                100.0 * error / size
+            );
+            assert!(difference.p_value(0.0, 0.0) > corrected(4), "{name}, {what}: {mean} of {size}");
+            assert!(6.3 * error < 0.02 * size);
+        }
+    }
+}
+
+#[test]
+fn rays_are_the_same_on_every_level_and_after_every_pixel() {
+    let (_, map) = &maps()[1];
+    let light = Light::of(map);
+    let client = Client::new(&[Shape::LAMBERT, Shape::ggx(0.4, 0.15)], client::mixture);
+    let pixel = |thread: &mut Thread, pixel: u32| {
+        thread.begin_pixel();
+        let mut random = Random(u64::from(pixel));
+        let mut bits = Vec::new();
+        for turn in 0..HITS {
+            let hit = turned(&client, &mut random);
+            let u = [0, 1, 2].map(|k| sobol(pixel, 3 * turn + k));
+            let at = Sequence { seed: pixel, turn, stream: 0 };
+            for ray in thread.direct_by(&light.environment(), &hit.point(), at, &u) {
+                assert!(ray.weight > 0.0 && ray.weight < f32::INFINITY);
+                bits.extend(ray.wi.map(f32::to_bits));
+                bits.push(ray.weight.to_bits());
+            }
+        }
+        bits
+    };
+    let (mut thread, mut baseline) = (sharing(Level::detect()), sharing(Level::BASELINE));
+    let forth: Vec<_> = (0..40).map(|k| pixel(&mut thread, k)).collect();
+    let back: Vec<_> = (0..40).rev().map(|k| pixel(&mut baseline, k)).collect();
+    assert!(forth.iter().eq(back.iter().rev()));
+}
+
+/// The client's numbers lead through one product: the same numbers give the same direction at hits that share it.
+#[test]
+fn hits_share_a_product() {
+    let light = Light::of(&maps()[0].1);
+    let client = Client::new(&[Shape::LAMBERT], client::lambert);
+    let mut thread = sharing(Level::detect());
+    thread.begin_pixel();
+    let other = Client { normal: unit(add(client.normal, scale(client.tangent, 0.05))), ..client.clone() };
+    let far = Client { normal: client.tangent, tangent: client.normal, ..client.clone() };
+    let [here, there, away, again] = [&client, &other, &far, &client].map(|client| {
+        let at = Sequence { seed: 1, turn: 0, stream: 0 };
+        thread.direct_by(&light.environment(), &client.point(), at, &[[0.3, 0.7]])
+    });
+    assert_eq!((&here, &here), (&there, &again));
+    assert_ne!(here, away);
+    assert_eq!(single(here[0].wi.map(f64::from)), here[0].wi);
+}

@@ -1,0 +1,6 @@
+//! The repository about itself: who imports whom, and that what is written down in two places agrees.
+
+mod imports;
+mod inventory;
+mod pages;
+mod shared;

@@ -1,0 +1,97 @@
+//! What comments and pages cite exists.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The repository's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
+}
+
+pub fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// All files with one of the extensions below a folder.
+pub fn files(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of the repository") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files(&path, extensions, found);
+        } else if path.extension().is_some_and(|e| extensions.iter().any(|extension| e == *extension)) {
+            found.push(path);
+        }
+    }
+}
+
+/// The numbers of rules that a text cites: "rule 13", "rules 12 and 13", "rules 12 to 14".
+fn cited(text: &str) -> Vec<u32> {
+    let words: Vec<&str> = text.split_whitespace().filter(|word| !word.starts_with("//") && *word != "*").collect();
+    let number = |word: &str| {
+        let digits: String = word.chars().skip_while(|c| *c == '(').take_while(char::is_ascii_digit).collect();
+        digits.parse::<u32>().ok()
+    };
+    let mut cited = Vec::new();
+    for (i, word) in words.iter().enumerate() {
+        if matches!(word.trim_start_matches('('), "rule" | "rules") {
+            let joined = |word: &&&str| number(word).is_some() || matches!(**word, "and" | "to" | "or");
+            cited.extend(words[i + 1..].iter().take_while(joined).filter_map(|word| number(word)));
+        }
+    }
+    cited
+}
+
+#[test]
+fn cited_rules_stand_in_the_design() {
+    let design = read("docs/design.md");
+    let mut sources = Vec::new();
+    for folder in ["src", "tests", "ffi-tests/src", "ffi-tests/tests", "benches", "xtask/src", "c-examples", "include"]
+    {
+        files(&root().join(folder), &["rs", "c", "h", "hpp", "cpp"], &mut sources);
+    }
+    let mut missing = Vec::new();
+    let mut found = 0;
+    for path in sources {
+        let text = fs::read_to_string(&path).expect("a source");
+        for rule in cited(&text) {
+            found += 1;
+            if !design.contains(&format!("\n**{rule}. ")) {
+                missing.push(format!("{}: rule {rule}", path.display()));
+            }
+        }
+    }
+    assert!(found >= 10, "{found} citations were found");
+    assert!(missing.is_empty(), "not in docs/design.md:\n{}", missing.join("\n"));
+}
+
+#[test]
+fn citations_are_found_in_every_form() {
+    assert_eq!(cited("as the (rule 13 of the design) says, or\n//! (rules 12 and\n//! 14)"), [13, 12, 14]);
+    assert_eq!(cited("rule of thumb, the rule 5: no"), [5]);
+}
+
+/// Functions of wis.h that wis.hpp does not call yet; a name that ends in `_` stands for all that begin with it.
+const NOT_WRAPPED: [&str; 0] = [];
+
+#[test]
+fn the_wrapper_covers_the_header() {
+    let called = |text: &str| -> Vec<String> {
+        let code: Vec<&str> = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+        let code = code.join("\n");
+        let names = code.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '(')));
+        let names = names.flat_map(|word| word.split_inclusive('('));
+        names
+            .filter_map(|word| word.strip_suffix('('))
+            .filter(|name| name.starts_with("wis_"))
+            .map(String::from)
+            .collect()
+    };
+    let header = read("include/wis.h");
+    let functions = called(header.split_once("#ifndef WIS_H").expect("a guard").1);
+    let wrapper = called(&read("include/wis.hpp"));
+    assert!(functions.len() >= 30, "{functions:?}");
+    let allowed =
+        |name: &str| NOT_WRAPPED.iter().any(|not| name == *not || (not.ends_with('_') && name.starts_with(not)));
+    let missing: Vec<&String> = functions.iter().filter(|name| !wrapper.contains(name) && !allowed(name)).collect();
+    assert!(missing.is_empty(), "not in wis.hpp: {missing:?}");
+}

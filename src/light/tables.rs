@@ -151,11 +151,16 @@ pub fn decode(word: u16) -> f32 {
     if word == 0 { 0.0 } else { f32::from_bits(bits) }
 }
 
-/// As [`decode`], without a branch.
+/// As [`decode`], of a word above 0.
 #[inline(always)]
-pub fn unpacked(word: u16) -> f32 {
-    let lit = u32::from(word != 0).wrapping_neg();
-    f32::from_bits(((u32::from(word) << 12) + (EXPONENT_OF_WORD_0 << 23)) & lit)
+pub fn decode_wide(word: u32) -> f32 {
+    f32::from_bits((word << 12).wrapping_add(EXPONENT_OF_WORD_0 << 23))
+}
+
+/// As [`encode`].
+#[inline(always)]
+pub fn encode_wide(value: f32) -> u32 {
+    encode(value).into()
 }
 
 /// The nearest corner in 16 bits to a value in [0, 1], of which 1 is the largest; above 0 if the value is.

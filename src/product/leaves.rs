@@ -2,7 +2,7 @@
 
 use super::stored::Leaves;
 use crate::light::guide::{Column, Guide};
-use crate::light::tables::{encode, unpacked};
+use crate::light::tables::{decode_wide, encode_wide};
 use crate::simd::{LANES, Lanes, Num};
 
 /// No leaf that counts is darker than this share of the brightest value about it.
@@ -62,13 +62,19 @@ pub fn largest<F: Num>([a, b, c, d]: [F; 4]) -> F {
 pub fn store<F: Lanes>(corners: &Corners<F>, out: &mut Leaves) -> F {
     let mut sum = <F as Num>::splat(0.0);
     for (corner, words) in corners.iter().zip(out) {
-        let values = Num::store(*corner);
-        let mut stored = [0.0; LANES];
-        for ((word, kept), &value) in words.iter_mut().zip(&mut stored).zip(&values) {
-            *word = encode(value);
-            *kept = unpacked(*word);
+        // Loops of their own, so that each becomes a few vector instructions.
+        let (mut wide, mut stored) = ([0u32; LANES], [0.0; LANES]);
+        for (word, value) in wide.iter_mut().zip(Num::store(*corner)) {
+            *word = encode_wide(value);
         }
-        sum = sum + <F as Num>::load(stored);
+        for (kept, &word) in stored.iter_mut().zip(&wide) {
+            *kept = decode_wide(word);
+        }
+        for (out, &word) in words.iter_mut().zip(&wide) {
+            *out = word as u16;
+        }
+        let zero = <F as Num>::splat(0.0);
+        sum = sum + <F as Num>::only(Num::lt(zero, *corner), <F as Num>::load(stored));
     }
     sum * <F as Num>::splat(0.25)
 }

@@ -19,13 +19,15 @@ pub struct Mixture {
     pub narrow: f32,
     /// The share of numbers that draws from an infinitely narrow lobe, where no other lobe reflects.
     pub share: f32,
+    /// The grid sees no lobe of a smaller width than this: a peak that it cannot resolve would have all of it or nothing.
+    pub resolved: f32,
 }
 
 impl Mixture {
     /// The least error at 16 samples on the maps for tuning among those with which no weight exceeds 50.
-    pub const TUNED: Mixture = Mixture { narrow: 0.15, share: 0.7 };
+    pub const TUNED: Mixture = Mixture { narrow: 0.15, share: 0.7, resolved: 0.08 };
     /// The grid alone.
-    pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0 };
+    pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0, resolved: 0.0 };
 }
 
 /// Phong lobes are drawn with this share of their exponent: a lamp on the flank of such a lobe, which falls exponentially, would
@@ -61,6 +63,29 @@ pub fn width(shape: &Shape, cosine: f32) -> f32 {
         // Directions turn by twice the angle of half vectors.
         Kind::Phong => 0.5 * libm::acosf(libm::powf(2.0, -1.0 / (shape.a + 1.0))),
     }
+}
+
+/// A material whose lobes are all as wide as the grid resolves; `None` if they are.
+pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
+    let mut shapes = [Shape::LAMBERT; MAX_LOBES];
+    let lobes = material.lobes();
+    let least = mixture.resolved;
+    if lobes.iter().all(|shape| width(shape, 1.0) >= least) {
+        return None;
+    }
+    for (out, shape) in shapes.iter_mut().zip(lobes) {
+        *out = match shape.kind {
+            Kind::Phong => Shape { a: min(shape.a, exponent(least)), ..*shape },
+            _ if shape.kind.is_ggx() => Shape { a: max(shape.a, least), b: max(shape.b, least), ..*shape },
+            _ => *shape,
+        };
+    }
+    Some(Material::checked(shapes.get(..lobes.len()).unwrap_or(&[]), material.hash()))
+}
+
+/// The exponent of a Phong lobe of this width.
+fn exponent(width: f32) -> f32 {
+    -core::f32::consts::LN_2 / libm::logf(max(libm::cosf(2.0 * width), f32::MIN_POSITIVE)) - 1.0
 }
 
 /// The lobes of a point as a product keeps them, and the share of numbers that draws from narrow ones.

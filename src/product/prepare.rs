@@ -79,7 +79,14 @@ pub fn prepare(
     let guide = environment.guide();
     let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
     let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
-    let mut stage = Stage::new(guide, &surface, mirror, cone, config);
+    let widened = peak::widened(point.material, &config.mixture);
+    let seen = match &widened {
+        Some(material) => {
+            Surface::new(&Point { material, ..*point }, &environment.frame()).map_err(PrepareError::Point)?
+        }
+        None => surface,
+    };
+    let mut stage = Stage::new(guide, &seen, mirror, cone, config);
     run(level, Evaluate { stage: &mut stage });
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();
@@ -390,6 +397,12 @@ impl Kernel for Write<'_, '_> {
         let (whole, parts) = leaves.split_at_mut_checked(cells / LANES).unwrap_or_default();
         for (group, (out, corners)) in whole.iter_mut().zip(&stage.corners).enumerate() {
             let [a, b, c, d] = *corners;
+            // Corners that count are above 0; half of all groups lie below the horizon.
+            let zero = <F as Num>::splat(0.0);
+            if <F as Num>::bits(Num::lt(zero, <F as Num>::load(a))) == 0 {
+                *out = [[0; LANES]; 4];
+                continue;
+            }
             let load = |corner: [f32; LANES]| <F as Num>::load(corner) * scale;
             let mut corners = [load(a), load(b), load(c), load(d)];
             if stage.constant {

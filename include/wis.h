@@ -168,6 +168,9 @@ uint32_t wis_version(void);
 /// +Inf by the largest finite luminance of the map.
 #define WIS_ENVIRONMENT_SANITISE 8
 
+/// No products will be prepared with it, nor shared by hits: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+#define WIS_ENVIRONMENT_LIGHT_ONLY 16
+
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
 /// aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may
 /// use it at once. Nothing to free.

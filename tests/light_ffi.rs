@@ -182,7 +182,9 @@ fn for_each_config(mut test: impl FnMut(&str, LightConfig)) {
         let pixels = texels(width * height * 3);
         for filter in [WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST] {
             let flags: &[u32] = match layout {
-                WIS_LAYOUT_LATLONG => &[0, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_COMPENSATED],
+                WIS_LAYOUT_LATLONG => {
+                    &[0, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_LIGHT_ONLY]
+                }
                 _ => &[0, WIS_ENVIRONMENT_EXACT_ZERO],
             };
             for &flags in flags {
@@ -223,6 +225,7 @@ fn the_same_bytes_as_in_rust() {
             rows_at_poles: config.flags & WIS_ENVIRONMENT_ROWS_AT_POLES != 0,
             exact_zero: config.flags & WIS_ENVIRONMENT_EXACT_ZERO != 0,
             compensated: config.flags & WIS_ENVIRONMENT_COMPENSATED != 0,
+            light_only: config.flags & WIS_ENVIRONMENT_LIGHT_ONLY != 0,
             budget: config.error_budget,
         };
         let plan = Plan::new(&description).unwrap();
@@ -470,10 +473,11 @@ fn stored_bytes() {
 #[test]
 fn short_memory() {
     let smooth: Vec<f32> = (0..256 * 128).map(|i| 1.0 + (i / 256) as f32 / 128.0).collect();
-    let config = LightConfig { error_budget: 0.01, ..config(WIS_LAYOUT_LATLONG, 256, 128, &smooth) };
+    let flags = WIS_ENVIRONMENT_LIGHT_ONLY;
+    let config = LightConfig { error_budget: 0.01, flags, ..config(WIS_LAYOUT_LATLONG, 256, 128, &smooth) };
     let expected = build(&config);
     let most = size(&config);
-    assert!(expected.len() <= 48 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
+    assert!(expected.len() <= 16 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
     let mut scratch = Memory::new(most.scratch_bytes, 0);
     let (mut handle, mut at) = (null(), Diagnostic::default());
     let mut short = Memory::new(64, 0xa5);

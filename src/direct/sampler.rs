@@ -124,7 +124,8 @@ impl<'a> Sampler<'a> {
         if rays == 0 || !(environment.header().power > 0.0) {
             return Ok(0);
         }
-        if let (Some(shared), Some(u), None) = (&mut self.shared, u.get(..rays), point.target) {
+        let shares = self.shared.as_mut().filter(|_| point.target.is_none() && environment.guide().is_some());
+        if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
             return shared.direct(self.level, environment, point, u, out);
         }
         let light = environment.light();

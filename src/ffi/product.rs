@@ -167,6 +167,7 @@ fn refused(error: PrepareError, row: usize) -> Failure {
         // A lobe's number stands in the row of a single point; of many the point counts.
         PrepareError::Point(fault) => failure(fault, 5).in_row(5, row),
         PrepareError::TooSmall(bytes) => Failure::too_small(6, bytes),
+        PrepareError::Status(Status::NotBuilt) => Failure::new(Status::NotBuilt, 2),
         PrepareError::Status(status) => Failure::new(status, 6),
     }
 }

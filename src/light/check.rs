@@ -22,7 +22,7 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     let colours = environment.colours().iter().flatten().all(|c| c.is_finite());
     tops && maps
         && colours
-        && environment.guide().is_sound()
+        && environment.guide().is_none_or(|guide| guide.is_sound())
         && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
 }
 

@@ -72,6 +72,7 @@ const BILINEAR: u32 = 1;
 const ROWS_AT_POLES: u32 = 2;
 const EXACT_ZERO: u32 = 4;
 const COMPENSATED: u32 = 8;
+const LIGHT_ONLY: u32 = 16;
 
 /// Lines begin at a multiple of this, so that those of a full block of a bilinear light are cache lines.
 const LINE: usize = 64;
@@ -94,7 +95,7 @@ struct Sections {
 
 impl Sections {
     /// `None` if the sum overflows.
-    fn new(grid: [u32; 2], faces: u32, small_blocks: [u32; 2], lengths: Lengths) -> Option<Sections> {
+    fn new(grid: [u32; 2], guide: usize, small_blocks: [u32; 2], lengths: Lengths) -> Option<Sections> {
         let cells = grid[0] as usize * grid[1] as usize;
         let mut at = size_of::<Header>();
         let mut put = |count: usize, size: usize, align: usize| {
@@ -105,7 +106,7 @@ impl Sections {
         let sections = Sections {
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
-            guide: put(guide::length(grid, faces), 4, LINE)?,
+            guide: put(guide, 4, LINE)?,
             tops: put(tops(grid) + WINDOW, 4, 4)?,
             cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
@@ -118,8 +119,13 @@ impl Sections {
     }
 
     fn of_plan(plan: &Plan, lengths: Lengths) -> Option<Sections> {
-        Sections::new(plan.grid, plan.chart.faces(), [plan.small_blocks(0), plan.small_blocks(1)], lengths)
+        Sections::new(plan.grid, guide_length(plan), [plan.small_blocks(0), plan.small_blocks(1)], lengths)
     }
+}
+
+/// The numbers of the guide.
+fn guide_length(plan: &Plan) -> usize {
+    if plan.of.light_only { 0 } else { guide::length(plan.grid, plan.chart.faces()) }
 }
 
 /// Numbers in the tables of cells: of rows, then of the columns of each.
@@ -349,6 +355,7 @@ impl<'a> Environment<'a> {
             rows_at_poles: flag(ROWS_AT_POLES),
             exact_zero: flag(EXACT_ZERO),
             compensated: flag(COMPENSATED),
+            light_only: flag(LIGHT_ONLY),
             budget: h.budget,
         }
     }
@@ -356,7 +363,7 @@ impl<'a> Environment<'a> {
     /// Whether the header is one that a build of this version writes, and the bytes are those that were written.
     pub(super) fn header_is_sound(&self) -> bool {
         let h = self.header;
-        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED;
+        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED | LIGHT_ONLY;
         if h.magic != MAGIC || h.flags & !known != 0 || h.layout > 2 || h.reserved != 0 {
             return false;
         }
@@ -364,7 +371,7 @@ impl<'a> Environment<'a> {
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
         let sections =
-            Sections::new(h.grid, chart.faces(), [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
+            Sections::new(h.grid, guide_length(&plan), [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
         let hash = hash(self.bytes);
         plan.chart == chart
             && plan.grid == h.grid
@@ -410,11 +417,14 @@ impl<'a> Environment<'a> {
         }
     }
 
-    /// What products must know of the cells.
+    /// What products must know of the cells; `None` if it was built for the light alone.
     #[inline(always)]
-    pub fn guide(&self) -> Guide<'a> {
+    pub fn guide(&self) -> Option<Guide<'a>> {
+        if self.header.flags & LIGHT_ONLY != 0 {
+            return None;
+        }
         let (grid, faces) = (self.header.grid, if self.header.layout == 1 { 6 } else { 1 });
-        Guide::new(grid, faces, part(self.bytes, self.header.sections.guide, guide::length(grid, faces)))
+        Some(Guide::new(grid, faces, part(self.bytes, self.header.sections.guide, guide::length(grid, faces))))
     }
 
     /// The light of each cell as a colour, over the power: its luminance is the cell's probability.
@@ -605,7 +615,8 @@ impl<'a> Writer<'a> {
             flags: flag(plan.of.filter == Filter::Bilinear, BILINEAR)
                 | flag(plan.of.rows_at_poles, ROWS_AT_POLES)
                 | flag(plan.of.exact_zero, EXACT_ZERO)
-                | flag(plan.of.compensated, COMPENSATED),
+                | flag(plan.of.compensated, COMPENSATED)
+                | flag(plan.of.light_only, LIGHT_ONLY),
             width: plan.of.width,
             height: plan.of.height,
             patches: axis.map(|a| a.patches),
@@ -636,7 +647,10 @@ impl<'a> Writer<'a> {
 
 /// Writes the guide of an environment whose tables are complete.
 fn write_guide(plan: &Plan, start: usize, bytes: &mut [u8]) {
-    let (faces, length) = (plan.chart.faces(), guide::length(plan.grid, plan.chart.faces()));
+    let (faces, length) = (plan.chart.faces(), guide_length(plan));
+    if length == 0 {
+        return;
+    }
     let mut corners = [0.0; 3 * guide::MAX_CORNERS];
     if let Some(environment) = Environment::view(bytes) {
         guide::write_corners(&environment.light(), &mut corners);

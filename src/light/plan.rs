@@ -39,6 +39,8 @@ pub struct Description {
     pub exact_zero: bool,
     /// max(L - mean, L / 64) in place of the luminance L (Karlik et al. 2019).
     pub compensated: bool,
+    /// No products will be prepared with it: what only they read is left out.
+    pub light_only: bool,
     /// The relative standard deviation of L / pdf that may be added; 0 keeps every patch.
     pub budget: f32,
 }

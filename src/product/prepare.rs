@@ -76,7 +76,7 @@ pub fn prepare(
 ) -> Result<usize, PrepareError> {
     let surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
     let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
-    let guide = environment.guide();
+    let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
     let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
     let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
     let widened = peak::widened(point.material, &config.mixture);

@@ -27,6 +27,7 @@ pub fn description(map: &Map) -> Description {
         rows_at_poles: false,
         exact_zero: false,
         compensated: false,
+        light_only: false,
         budget: 0.0,
     }
 }

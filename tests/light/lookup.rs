@@ -43,6 +43,7 @@ impl Map {
             rows_at_poles: false,
             exact_zero: false,
             compensated: false,
+            light_only: false,
             budget: 0.0,
         }
     }

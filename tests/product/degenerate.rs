@@ -7,10 +7,14 @@ use super::points::{materials, view};
 use super::prepared::Prepared;
 use wis::brdf::material::{Kind, Material, Shape};
 use wis::brdf::point::Point;
+use wis::direct::Ray;
+use wis::direct::sampler::{self as direct, Sampler};
 use wis::light::chart::Layout;
 use wis::light::plan::{Description, Filter};
-use wis::product::prepare::Config;
+use wis::product::prepare::{Config, PrepareError, prepare};
 use wis::product::stored::most_bytes;
+use wis::simd::Level;
+use wis::status::Status;
 
 /// Draws and queries; answers how many samples have a density.
 fn exercise(prepared: &Prepared<'_>) -> usize {
@@ -154,4 +158,32 @@ fn products_are_small() {
             }
         }
     }
+}
+
+/// A light that was built without what products need says so, and hits that would share one get rays by candidates.
+#[test]
+fn a_light_alone_has_no_products() {
+    let map = Map::of_directions(Layout::LatLong, 64, 32, sky);
+    let with = Built::new(&map, &map.description(Filter::Bilinear));
+    let alone = Built::new(&map, &Description { light_only: true, ..map.description(Filter::Bilinear) });
+    let saved = with.bytes().len() - alone.bytes().len();
+    assert!((30_000..40_000).contains(&saved), "{saved}");
+    let (_, material) = &materials()[0];
+    let point = view(material, [0.0, 0.6, 0.8], 40.0, 1.0);
+    let mut memory = vec![0u64; most_bytes(8).div_ceil(8)];
+    let bytes = bytemuck::cast_slice_mut(&mut memory);
+    let refused = prepare(Level::BASELINE, &alone.environment(), &point, &Config::default(), bytes);
+    assert_eq!(refused, Err(PrepareError::Status(Status::NotBuilt)));
+    let rays = |built: &Built, hits_per_pixel| {
+        let config = direct::Config { rays: 4, candidates_per_ray: 0, hits_per_pixel, reserved: 0 };
+        let mut memory = vec![0u64; config.bytes().div_ceil(8)];
+        let mut sampler = Sampler::new(Level::BASELINE, config, bytemuck::cast_slice_mut(&mut memory)).unwrap();
+        let mut rays = [Ray::default(); 4];
+        let u = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]];
+        let count = sampler.direct(&built.environment(), &point, direct::Sequence::default(), 4, &u, &mut rays);
+        (count, rays.map(|ray| ray.wi.map(f32::to_bits)))
+    };
+    assert_eq!(rays(&alone, 64), rays(&alone, 0));
+    assert_eq!(rays(&alone, 64), rays(&with, 0));
+    assert_ne!(rays(&with, 64), rays(&with, 0));
 }

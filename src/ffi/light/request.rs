@@ -3,9 +3,9 @@
 use super::super::{Checked, Failure, frame, sized};
 use super::rows::{PixelRows, Source};
 use super::{
-    ALL_FLAGS, LightConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_ROWS_AT_POLES,
-    WIS_ENVIRONMENT_SANITISE, WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE,
-    WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
+    ALL_FLAGS, LightConfig, WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_LIGHT_ONLY,
+    WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST, WIS_FORMAT_F16,
+    WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
 };
 use crate::light::chart::Layout;
 use crate::light::decode::Pixels;
@@ -96,6 +96,7 @@ pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<
         rows_at_poles: has(WIS_ENVIRONMENT_ROWS_AT_POLES),
         exact_zero: has(WIS_ENVIRONMENT_EXACT_ZERO),
         compensated: has(WIS_ENVIRONMENT_COMPENSATED),
+        light_only: has(WIS_ENVIRONMENT_LIGHT_ONLY),
         // -0 is 0.
         budget: c.error_budget.abs(),
     })

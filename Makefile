@@ -5,6 +5,8 @@ DESTDIR ?=
 BUILD   ?= build
 CARGO   ?= cargo
 OBJCOPY ?= objcopy
+# Empty: the renderer's part alone, wis.h.
+FEATURES ?= lights wavelets
 
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -30,8 +32,8 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
 
-lib: ## build the static and the shared library into build/lib
-	$(CARGO) build --release --package wis-capi
+lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone
+	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES)'
 	install -d $(LIB)
 	rm -f $(LIB)/libwis.*
 	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a
@@ -44,7 +46,8 @@ header: ## write the C headers in include/ from the Rust sources
 
 install: lib ## install libraries, headers, licences, pkg-config file and CMake package: PREFIX=/usr/local DESTDIR=
 	install -d $(ROOT)/include $(ROOT)/lib/pkgconfig $(ROOT)/lib/cmake/wis $(ROOT)/share/licenses/wis
-	install -m 644 include/wis.h include/wis_lights.h include/wis_wavelets.h include/wis.hpp include/wis_wavelets.hpp $(ROOT)/include
+	install -m 644 include/wis.h include/wis.hpp $(addprefix include/wis_,$(addsuffix .h,$(FEATURES))) $(ROOT)/include
+	$(if $(and $(filter lights,$(FEATURES)),$(filter wavelets,$(FEATURES))),install -m 644 include/wis_wavelets.hpp $(ROOT)/include)
 	cp -P $(LIB)/libwis.* $(ROOT)/lib
 	install -m 644 LICENSE-MIT LICENSE-APACHE $(ROOT)/share/licenses/wis
 	cp -R packaging/licences/* $(ROOT)/share/licenses/wis

@@ -108,6 +108,7 @@ step rust-tests cargo test --workspace --exclude wis-ffi-tests --no-fail-fast
 aarch64
 step install install_staged
 step header scripts/check-header.sh
+step size scripts/check-size.sh "$installed/lib" "$logs/size"
 step symbols scripts/check-symbols.sh "$installed/lib"
 step licences scripts/check-licences.sh "$installed"
 step mathematics scripts/check-mathematics.sh "$installed" "$logs/mathematics"

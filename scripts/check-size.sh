@@ -1,0 +1,47 @@
+#!/bin/sh
+# The code that a renderer links: check-size.sh <folder of the whole library> <output folder>
+#
+# Prints .text beside its goal. Fails where it is above the goal and has grown by more than 5 % since it was last recorded here.
+set -eu
+cd "$(dirname "$0")/.."
+whole=$1
+out=$2
+mkdir -p "$out"
+
+# name, goal, bytes on record
+goals="
+renderer-shared 200000 791726
+whole-shared    400000 1563466
+static-minimal  128000 224808
+"
+
+text() { size -A "$1" | awk '$1 == ".text" { print $2 }'; }
+
+make --no-print-directory lib FEATURES= BUILD="$out/renderer" > "$out/renderer.log" 2>&1 || { cat "$out/renderer.log"; exit 1; }
+cc -std=c99 -O2 -Iinclude -ffunction-sections -Wl,--gc-sections c-examples/minimal.c "$whole/libwis.a" -o "$out/minimal"
+"$out/minimal"
+
+measured() {
+    case $1 in
+        renderer-shared) text "$(readlink -f "$out/renderer/lib/libwis.so")" ;;
+        whole-shared) text "$(readlink -f "$whole/libwis.so")" ;;
+        static-minimal) text "$out/minimal" ;;
+    esac
+}
+
+grown=0
+printf '%-16s %8s %8s %8s\n' .text bytes goal recorded
+for name in renderer-shared whole-shared static-minimal; do
+    read -r goal recorded << END
+$(echo "$goals" | awk -v name="$name" '$1 == name { print $2, $3 }')
+END
+    bytes=$(measured "$name")
+    verdict=""
+    [ "$bytes" -le "$goal" ] || verdict="above its goal"
+    if [ "$bytes" -gt "$goal" ] && [ "$bytes" -gt $((recorded + recorded / 20)) ]; then
+        verdict="has grown"
+        grown=$((grown + 1))
+    fi
+    printf '%-16s %8d %8d %8d %s\n' "$name" "$bytes" "$goal" "$recorded" "$verdict"
+done
+[ "$grown" = 0 ]

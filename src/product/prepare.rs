@@ -233,14 +233,9 @@ impl Stage<'_> {
     #[inline(always)]
     fn lay<F: Lanes>(&mut self, values: &[f32; MAX_CORNERS]) {
         let zero = <F as Num>::splat(0.0);
-        for (group, (out, weights)) in self
-            .corners
-            .iter_mut()
-            .zip(self.weights.chunks_exact_mut(LANES))
-            .enumerate()
-            .take(self.guide.cells() / LANES)
-        {
+        for (group, out) in self.corners.iter_mut().enumerate().take(self.guide.cells() / LANES) {
             let first = group * LANES;
+            let Some(weights) = self.weights.get_mut(first..first + LANES) else { continue };
             let counts = reaches::<F>(&self.guide, self.surface, &self.cone, first);
             if <F as Num>::bits(counts) == 0 {
                 continue;
@@ -320,12 +315,13 @@ impl Stage<'_> {
         }
         let share = if self.heaviest.room() > DIVIDED { HEAVY_OF_MANY } else { HEAVY };
         let least = share * Num::store(sum).iter().sum::<f32>();
-        for (first, weights) in (0..).step_by(LANES).zip(self.weights.chunks_exact(LANES)) {
+        for first in (0..self.weights.len()).step_by(LANES) {
+            let weights = self.weights.get(first..).unwrap_or(&[]);
             let mut bits = <F as Num>::bits(Num::lt(<F as Num>::splat(least), <F as Num>::read(weights)));
             while bits != 0 {
                 let lane = bits.trailing_zeros();
                 bits &= bits - 1;
-                self.heaviest.offer(first + lane, weights.get(lane as usize).copied().unwrap_or(0.0));
+                self.heaviest.offer(first as u32 + lane, weights.get(lane as usize).copied().unwrap_or(0.0));
             }
         }
         let mut largest = <F as Num>::splat(self.largest);

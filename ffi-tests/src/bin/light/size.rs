@@ -102,7 +102,7 @@ pub fn budgets(lights: &[Light], budgets: &[f32], points: usize) -> Result<Vec<B
     let mut all = Vec::new();
     for light in lights {
         for &budget in budgets {
-            let environment = light.tables(0, budget)?;
+            let environment = light.tables(raw::WIS_ENVIRONMENT_LIGHT_ONLY, budget)?;
             let sampler = std::cell::RefCell::new(wis_ffi_tests::environment::Sampler::new(1, 0, 0)?);
             let density = wis_ffi_tests::environment::Light::new(&environment, &sampler);
             let deviation = super::fit::fit(light, &[&density], points)?[0].deviation();

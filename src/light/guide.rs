@@ -96,22 +96,15 @@ impl<'a> Guide<'a> {
         self.corner_count
     }
 
-    /// The directions of the corners from `first` on.
-    #[inline(always)]
-    pub fn corner<F: Num>(&self, first: usize) -> [F; 3] {
-        self.three(self.corners, self.corner_count, first)
+    /// The directions of all corners: x, y and z.
+    pub fn corner_directions(&self) -> [&'a [f32]; 3] {
+        columns(self.corners, self.corner_count)
     }
 
-    /// The directions of the middles of a cell's parts from `first` on.
+    /// The directions of the middles of a cell's parts: x, y and z.
     #[inline(always)]
-    pub fn middle<F: Num>(&self, cell: usize, first: usize) -> [F; 3] {
-        self.three(self.middles, MIDDLES, 3 * MIDDLES * cell + first)
-    }
-
-    #[inline(always)]
-    fn three<F: Num>(&self, numbers: &[f32], stride: usize, first: usize) -> [F; 3] {
-        let at = |k: usize| F::read(numbers.get(first + k * stride..).unwrap_or(&[]));
-        [at(0), at(1), at(2)]
+    pub fn middles(&self, cell: usize) -> [&'a [f32]; 3] {
+        columns(self.middles.get(3 * MIDDLES * cell..).unwrap_or(&[]), MIDDLES)
     }
 
     /// A number of the cells from `first` on: the one that stands `further` behind a column.
@@ -136,6 +129,13 @@ impl<'a> Guide<'a> {
         all.iter().map(|part| part.len()).sum::<usize>() == length
             && all.iter().all(|part| part.iter().all(|x| x.abs() <= LARGEST))
     }
+}
+
+/// The first three columns of `count` numbers each; empty if they are too few.
+#[inline(always)]
+fn columns(numbers: &[f32], count: usize) -> [&[f32]; 3] {
+    let column = |k: usize| numbers.get(k * count..(k + 1) * count).unwrap_or(&[]);
+    [column(0), column(1), column(2)]
 }
 
 /// What is written of one cell.

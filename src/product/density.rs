@@ -3,15 +3,16 @@
 //! The density is F over the light's numbers, times the light's density, over F's integral. As for the light, the pdf is one
 //! function of the f32 world direction, and a sample's pdf is that function at the direction that it returns.
 
+use super::peak::Peak;
 use super::stored::{PART_ENDS, Product};
-use crate::light::batch::Density;
+use crate::light::batch::{Density, Drawn};
 use crate::light::density::{Inverted, clamp_u, to_world};
 use crate::light::guide::{MIDDLES, PARTS};
 use crate::light::search::find;
 use crate::light::tables::{Light, Located, decode, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
-use crate::simd::{LANES, Num};
+use crate::simd::{LANES, Num, Step};
 use crate::sphere::Frame;
 use glam::Vec3;
 
@@ -228,28 +229,40 @@ impl<'a> Shaded<'a> {
         leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
     }
 
-    /// The density of located directions, given in map space.
+    /// The density of directions of map space of unit length, and where they are.
     #[inline(always)]
-    fn density<F: Num>(&self, map: [F; 3], located: &Located<F>) -> F {
-        let grid = self.grid(located);
+    fn find<F: Num>(&self, map: [F; 3]) -> (F, Located<F>) {
+        let located = self.light.locate(map, true);
+        (self.mixed(map, self.grid(&located)), located)
+    }
+
+    /// The density of directions of map space for that of the grid.
+    #[inline(always)]
+    fn mixed<F: Num>(&self, map: [F; 3], grid: F) -> F {
         match &self.product.peak {
             None => grid,
             Some(peak) => F::splat(1.0 - peak.share) * grid + F::splat(peak.share) * peak.density(map),
         }
     }
 
-    /// As [`Density::sample`], of a product without narrow lobes.
+    /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
-    fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], Located<F>) {
-        let (cells, numbers) = self.cells(u);
-        self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers))
+    fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
+        F::call(SampleGrid { shaded: self, frame, u })
+    }
+
+    /// World directions for numbers of the narrow lobes, and their densities.
+    #[inline(always)]
+    fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak, u: [F; 2]) -> ([F; 3], F) {
+        let world = to_world(frame, peak.sample(u));
+        (world, self.pdf(frame, world))
     }
 
     /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].
     pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
         let (map, _) = self.light.valid(frame, wi.to_array());
-        let located = self.light.locate::<f32>(map, true);
-        if !(self.density(map, &located) > 0.0) {
+        let (density, located) = self.find::<f32>(map);
+        if !(density > 0.0) {
             return Inverted::Zero;
         }
         let peak = self.product.peak.map_or(0.0, |peak| peak.share);
@@ -299,26 +312,125 @@ impl Density for Shaded<'_> {
     #[inline(always)]
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let u = [clamp_u(u[0]), clamp_u(u[1])];
-        let Some(peak) = &self.product.peak else {
-            let (world, located) = self.sample_grid(frame, u);
-            return (world, self.grid(&located));
-        };
-        let (share, last) = (F::splat(peak.share), F::splat(ONE_MINUS_EPSILON));
-        let from_peak = u[0].lt(share);
-        let in_peak = (u[0] * F::splat(1.0 / peak.share)).min(last);
-        let in_grid = ((u[0] - share) * F::splat(1.0 / (1.0 - peak.share))).max(F::splat(0.0)).min(last);
-        let (grid, _) = self.sample_grid(frame, [in_grid, u[1]]);
-        let lobe = to_world(frame, peak.sample([in_peak, u[1]]));
-        let select = |k: usize| F::select(from_peak, lobe[k], grid[k]);
-        let world = [select(0), select(1), select(2)];
-        (world, self.pdf(frame, world))
+        let Some(peak) = &self.product.peak else { return self.sample_grid(frame, u) };
+        let from_peak = u[0].lt(F::splat(peak.share));
+        let lanes = F::bits(from_peak);
+        if lanes == 0 {
+            return self.sample_grid(frame, [of_grid(peak.share, u[0]), u[1]]);
+        }
+        let drawn = self.sample_peak(frame, peak, [of_peak(peak.share, u[0]), u[1]]);
+        if lanes.count_ones() as usize == F::WIDTH {
+            return drawn;
+        }
+        let other = self.sample_grid(frame, [of_grid(peak.share, u[0]), u[1]]);
+        let select = |k: usize| F::select(from_peak, drawn.0[k], other.0[k]);
+        ([select(0), select(1), select(2)], F::select(from_peak, drawn.1, other.1))
+    }
+
+    /// Numbers that draw from narrow lobes and those that draw from the grid fill lanes of their own.
+    #[inline(always)]
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+        let share = self.product.peak.map_or(0.0, |peak| peak.share);
+        for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            let count = u.len().min(out.len());
+            let (mut order, mut behind_grid, mut peak) = ([0u8; TOGETHER], 0, count);
+            for (number, &[first, _]) in (0..).zip(u).take(count) {
+                let place = if clamp_u(first) < share {
+                    peak -= 1;
+                    peak
+                } else {
+                    behind_grid += 1;
+                    behind_grid - 1
+                };
+                put(&mut order, place, number);
+            }
+            let mut first = 0;
+            while first < count {
+                let from_peak = first >= behind_grid;
+                let end = (first + F::WIDTH).min(if from_peak { count } else { behind_grid });
+                let lanes = order.get(first..end).unwrap_or(&[]);
+                first = end;
+                let (mut across, mut down) = (F::floats(), F::floats());
+                for (lane, &number) in lanes.iter().enumerate() {
+                    let [x, y] = u.get(usize::from(number)).copied().unwrap_or_default();
+                    put(across.as_mut(), lane, x);
+                    put(down.as_mut(), lane, y);
+                }
+                let (across, down) = (clamp_u(F::load(across)), clamp_u(F::load(down)));
+                let (wi, pdf) = match &self.product.peak {
+                    Some(peak) if from_peak => self.sample_peak(frame, peak, [of_peak(share, across), down]),
+                    peak => {
+                        let across = if peak.is_some() { of_grid(share, across) } else { across };
+                        self.sample_grid(frame, [across, down])
+                    }
+                };
+                let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
+                let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+                for (&number, (((&x, &y), &z), &pdf)) in lanes.iter().zip(drawn) {
+                    put(out, number.into(), Drawn { wi: [x, y, z], pdf });
+                }
+            }
+        }
     }
 
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        let (map, valid) = self.light.valid(frame, wi);
-        F::only(valid, self.density(map, &self.light.locate(map, true)))
+        F::call(Pdf { shaded: self, frame, wi })
     }
+}
+
+struct SampleGrid<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    u: [F; 2],
+}
+
+impl<F: Num> Step for SampleGrid<'_, F> {
+    type Output = ([F; 3], F);
+
+    #[inline(always)]
+    fn run(self) -> ([F; 3], F) {
+        let SampleGrid { shaded, frame, u } = self;
+        let (cells, numbers) = shaded.cells(u);
+        let (world, located) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
+        let grid = shaded.grid(&located);
+        if shaded.product.peak.is_none() {
+            return (world, grid);
+        }
+        let (map, _) = shaded.light.valid(frame, world);
+        (world, shaded.mixed(map, grid))
+    }
+}
+
+struct Pdf<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    wi: [F; 3],
+}
+
+impl<F: Num> Step for Pdf<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        let (map, valid) = self.shaded.light.valid(self.frame, self.wi);
+        F::only(valid, self.shaded.find(map).0)
+    }
+}
+
+/// Directions whose numbers are put in order together.
+const TOGETHER: usize = 64;
+
+/// The number of narrow lobes that a first number stands for which draws from them.
+#[inline(always)]
+fn of_peak<F: Num>(share: f32, u: F) -> F {
+    (u * F::splat(1.0 / share)).min(F::splat(ONE_MINUS_EPSILON))
+}
+
+/// The number of the grid that any other stands for.
+#[inline(always)]
+fn of_grid<F: Num>(share: f32, u: F) -> F {
+    ((u - F::splat(share)) * F::splat(1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
 }
 
 /// The leaf of a whole cell.

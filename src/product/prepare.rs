@@ -1,7 +1,7 @@
 //! Preparing a product: BRDF x cosine at the corners of the light's cells, then leaves, then the tables above them.
 
 use super::choose::Heaviest;
-use super::corners::{Cone, response};
+use super::corners::{Cone, respond};
 use super::divide::{Middles, middles, part};
 use super::leaves::{FLOOR, corner_values, largest, store, tilted};
 use super::peak::{self, Mixture};
@@ -210,13 +210,13 @@ impl Stage<'_> {
     fn evaluate<F: Lanes>(&mut self, values: &mut [f32; MAX_CORNERS]) {
         let zero = <F as Num>::splat(0.0);
         let (mut largest, mut sum, mut above) = (zero, zero, zero);
-        for (group, out) in values.chunks_exact_mut(LANES).enumerate().take(self.guide.corners() / LANES) {
-            let value = response::<F>(self.surface, &self.cone, self.guide.corner::<F>(group * LANES));
+        respond::<F>(self.surface, &self.cone, self.guide.corner_directions(), values);
+        for value in values.chunks_exact(LANES).take(self.guide.corners() / LANES) {
+            let value = <F as Num>::read(value);
             let positive = Num::max(value, zero);
             largest = Num::max(largest, positive);
             sum = sum + Num::min(positive, <F as Num>::splat(LARGEST_SUMMED));
             above = above + <F as Num>::only(Num::lt(zero, value), <F as Num>::splat(1.0));
-            out.copy_from_slice(&Num::store(value));
         }
         self.largest = highest(largest);
         let sum: f32 = Num::store(sum).iter().sum();
@@ -271,16 +271,22 @@ impl Stage<'_> {
                 count += 1;
             }
         }
+        let looked_at: &[usize] = if self.peak == [0.0; 3] { &LOOKED_AT } else { &LOOKED_AT_IF_NARROW };
         for cells in cells.get(..count).unwrap_or(&[]).chunks(LANES) {
-            let mut largest = <F as Num>::splat(0.0);
-            let looked_at: &[usize] = if self.peak == [0.0; 3] { &LOOKED_AT } else { &LOOKED_AT_IF_NARROW };
-            for &part in looked_at {
-                let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-                for (lane, &cell) in cells.iter().enumerate() {
-                    [x[lane % LANES], y[lane % LANES], z[lane % LANES]] = self.guide.middle::<f32>(cell as usize, part);
+            let mut directions = [[0.0; MOST_LOOKED_AT * LANES]; 3];
+            for (lane, &cell) in cells.iter().enumerate() {
+                for (out, middles) in directions.iter_mut().zip(self.guide.middles(cell as usize)) {
+                    for (out, &part) in out.chunks_exact_mut(LANES).zip(looked_at) {
+                        out[lane % LANES] = middles.get(part).copied().unwrap_or(0.0);
+                    }
                 }
-                let d = [<F as Num>::load(x), <F as Num>::load(y), <F as Num>::load(z)];
-                largest = Num::max(largest, response::<F>(self.surface, &self.cone, d));
+            }
+            let mut values = [0.0; MOST_LOOKED_AT * LANES];
+            let directions = directions.each_ref().map(|column| column.get(..looked_at.len() * LANES).unwrap_or(&[]));
+            respond::<F>(self.surface, &self.cone, directions, &mut values);
+            let mut largest = <F as Num>::splat(0.0);
+            for values in values.chunks_exact(LANES) {
+                largest = Num::max(largest, <F as Num>::read(values));
             }
             for (&cell, value) in cells.iter().zip(Num::store(largest)) {
                 let mass = self.guide.column::<f32>(Column::Mass, 0, cell as usize);
@@ -342,7 +348,9 @@ const CLOSER: usize = 2 * LANES;
 /// The parts whose middles are looked at: opposite ones of the inner four.
 const LOOKED_AT: [usize; 2] = [5, 10];
 /// The same under a narrow lobe, whose flank may lie at any side of the light.
-const LOOKED_AT_IF_NARROW: [usize; 5] = [0, 3, 6, 12, 15];
+const LOOKED_AT_IF_NARROW: [usize; MOST_LOOKED_AT] = [0, 3, 6, 12, 15];
+/// How many parts of a cell are looked at, at most.
+const MOST_LOOKED_AT: usize = 5;
 
 /// Values above this are not summed as they are: the sum of all corners stays finite.
 const LARGEST_SUMMED: f32 = f32::MAX / (2 * MAX_CORNERS) as f32;

@@ -52,7 +52,7 @@ mod scalar;
 mod sse2;
 mod table;
 
-pub use level::{Kernel, Level, detect, run};
+pub use level::{Kernel, Level, Step, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
 pub use num::Num;
@@ -154,6 +154,12 @@ pub trait Lanes:
     fn mask(bits: u32) -> Self::Mask;
     /// The lanes of a mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u32;
+
+    /// Runs a step that computes with these lanes as a function of its own.
+    #[inline(always)]
+    fn call<S: Step>(step: S) -> S::Output {
+        level::call(step)
+    }
 
     /// As [`Lanes::gather`], row by row.
     #[inline(always)]

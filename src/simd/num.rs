@@ -1,7 +1,7 @@
 //! Numbers of any width: one `f32`, or eight in lanes. A kernel that is generic over [`Num`] is written once; a call for
 //! one element runs it at width 1, a batch at width 8, with the same bits.
 
-use super::{LANES, Lanes};
+use super::{LANES, Lanes, Step};
 use crate::numeric;
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -18,6 +18,8 @@ pub trait Num:
     /// A whole number for each lane.
     type Ints: Copy + AsRef<[u32]> + AsMut<[u32]>;
 
+    /// Runs a step that computes with these numbers as a function of its own: for what is long and used in several places.
+    fn call<S: Step>(step: S) -> S::Output;
     /// The same number in all lanes.
     fn splat(x: f32) -> Self;
     /// The numbers of an array.
@@ -94,6 +96,11 @@ impl Num for f32 {
     type Mask = bool;
     type Floats = [f32; 1];
     type Ints = [u32; 1];
+
+    #[inline(always)]
+    fn call<S: Step>(step: S) -> S::Output {
+        super::level::call(step)
+    }
 
     #[inline(always)]
     fn splat(x: f32) -> f32 {
@@ -206,6 +213,11 @@ impl<F: Lanes> Num for F {
     type Mask = <F as Lanes>::Mask;
     type Floats = [f32; LANES];
     type Ints = [u32; LANES];
+
+    #[inline(always)]
+    fn call<S: Step>(step: S) -> S::Output {
+        <F as Lanes>::call(step)
+    }
 
     #[inline(always)]
     fn splat(x: f32) -> F {

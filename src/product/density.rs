@@ -9,7 +9,7 @@ use crate::light::batch::{Density, Drawn};
 use crate::light::density::{Inverted, clamp_u, to_world};
 use crate::light::guide::{MIDDLES, PARTS};
 use crate::light::search::find;
-use crate::light::tables::{Light, Located, decode, decoded};
+use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
 use crate::simd::{LANES, Num, Step};
@@ -36,13 +36,49 @@ struct Leaf {
     width: f32,
 }
 
-/// Numbers that lead to leaves, one for each lane.
-struct Numbers<F: Num> {
-    /// The cells.
-    cells: F::Ints,
-    leaves: Leaves<F>,
-    /// What is left of the numbers (w, v) inside the leaves.
-    rest: [F; 2],
+/// Leaves and numbers of lanes, written lane by lane and read together.
+#[derive(Clone, Copy, Debug)]
+struct Found<const N: usize> {
+    cell: [u32; N],
+    /// Pairs of corner words: of the upper and of the lower row.
+    corner: [[u32; N]; 2],
+    /// Where the leaves begin in the cells' numbers (w, v).
+    start: [[f32; N]; 2],
+    width: [f32; N],
+    /// The numbers: those of the cells, or what is left of them inside the leaves.
+    numbers: [[f32; N]; 2],
+}
+
+impl<const N: usize> Found<N> {
+    /// Lanes with these numbers.
+    #[inline(always)]
+    fn new<F: Num>(numbers: [F; 2]) -> Found<N> {
+        let mut lanes = [[0.0; N]; 2];
+        for (out, numbers) in lanes.iter_mut().zip(numbers) {
+            for (out, &x) in out.iter_mut().zip(numbers.store().as_ref()) {
+                *out = x;
+            }
+        }
+        Found { cell: [0; N], corner: [[0; N]; 2], start: [[0.0; N]; 2], width: [0.0; N], numbers: lanes }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, leaf: &Leaf, [a, b, c, d]: [u16; 4]) {
+        let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
+        self.corner[0][lane] = pair(a, b);
+        self.corner[1][lane] = pair(c, d);
+        self.start[0][lane] = leaf.start[0];
+        self.start[1][lane] = leaf.start[1];
+        self.width[lane] = leaf.width;
+    }
+
+    #[inline(always)]
+    fn leaves<F: Num>(&self) -> Leaves<F> {
+        let ([a, b], [c, d]) =
+            (decoded::<F>(F::read_ints(&self.corner[0])), decoded::<F>(F::read_ints(&self.corner[1])));
+        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
+        Leaves { shape, start: [F::read(&self.start[0]), F::read(&self.start[1])], width: F::read(&self.width) }
+    }
 }
 
 /// Leaves, one for each lane.
@@ -158,68 +194,69 @@ impl<'a> Shaded<'a> {
         (index, rest(t, [start, end]))
     }
 
-    /// Leaves as lanes.
-    #[inline(always)]
-    fn gather<F: Num>(&self, leaf: impl Fn(usize) -> Leaf) -> Leaves<F> {
-        let (mut top, mut bottom) = (F::ints(), F::ints());
-        let (mut across, mut down, mut width) = (F::floats(), F::floats(), F::floats());
-        for lane in 0..F::WIDTH {
-            let leaf = leaf(lane);
-            let [a, b, c, d] = self.words(leaf.at).map(u32::from);
-            put(top.as_mut(), lane, a | b << 16);
-            put(bottom.as_mut(), lane, c | d << 16);
-            put(across.as_mut(), lane, leaf.start[0]);
-            put(down.as_mut(), lane, leaf.start[1]);
-            put(width.as_mut(), lane, leaf.width);
+    /// Finds the leaves that numbers of the grid lead to, and what is left of those.
+    // A function of its own: it is the same at all levels.
+    #[inline(never)]
+    fn search_all<const N: usize>(&self, found: &mut Found<N>) {
+        for lane in 0..N {
+            let (cell, leaf, rest) = self.search([found.numbers[0][lane], found.numbers[1][lane]]);
+            found.cell[lane] = cell;
+            found.numbers[0][lane] = rest[0];
+            found.numbers[1][lane] = rest[1];
+            found.put(lane, &leaf, self.words(leaf.at));
         }
-        let ([a, b], [c, d]) = (decoded::<F>(top), decoded::<F>(bottom));
-        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
-        Leaves { shape, start: [F::load(across), F::load(down)], width: F::load(width) }
     }
 
-    /// The leaves that numbers in [0, 1 - 2^-24]^2 lead to.
-    #[inline(always)]
-    fn numbers<F: Num>(&self, u: [F; 2]) -> Numbers<F> {
-        let (across, down) = (u[0].store(), u[1].store());
-        let mut found = [Leaf::default(); LANES];
-        let (mut cells, mut w, mut v) = (F::ints(), F::floats(), F::floats());
-        for (lane, found) in found.iter_mut().enumerate().take(F::WIDTH) {
-            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-            let (cell, leaf, rest) = self.search([of(&across), of(&down)]);
-            *found = leaf;
-            put(cells.as_mut(), lane, cell);
-            put(w.as_mut(), lane, rest[0]);
-            put(v.as_mut(), lane, rest[1]);
+    /// Finds the leaves that hold numbers of cells.
+    #[inline(never)]
+    fn locate_all<const N: usize>(&self, found: &mut Found<N>) {
+        for lane in 0..N {
+            let leaf = self.leaf_at(found.cell[lane], [found.numbers[0][lane], found.numbers[1][lane]]);
+            found.put(lane, &leaf, self.words(leaf.at));
         }
-        let leaves = self.gather::<F>(|lane| found.get(lane).copied().unwrap_or_default());
-        Numbers { cells, leaves, rest: [F::load(w), F::load(v)] }
     }
 
     /// The numbers of cells that numbers in [0, 1 - 2^-24]^2 lead to.
     #[inline(always)]
     fn cells<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
-        let Numbers { cells, leaves, rest } = self.numbers(u);
-        let inside = leaves.shape.sample(rest);
+        if F::WIDTH == 1 { self.cells_of::<F, 1>(u) } else { self.cells_of::<F, LANES>(u) }
+    }
+
+    #[inline(always)]
+    fn cells_of<F: Num, const N: usize>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
+        let mut found = Found::<N>::new(u);
+        self.search_all(&mut found);
+        let leaves = found.leaves::<F>();
+        let inside = leaves.shape.sample([F::read(&found.numbers[0]), F::read(&found.numbers[1])]);
         let last = F::splat(ONE_MINUS_EPSILON);
         let at = |k: usize| (leaves.start[k] + inside[k] * leaves.width).min(last);
-        (cells, [at(0), at(1)])
+        (F::read_ints(&found.cell), [at(0), at(1)])
     }
 
     /// The leaves of located directions, and the positions in them.
     #[inline(always)]
     fn leaves<F: Num>(&self, located: &Located<F>) -> (Leaves<F>, [F; 2]) {
         let numbers = located.numbers(&self.light);
-        let (w, v) = (numbers[0].store(), numbers[1].store());
-        let leaves = self.gather::<F>(|lane| {
-            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-            let cell = located.patch.cell.as_ref().get(lane).copied().unwrap_or(0);
-            self.leaf_at(cell, [of(&w), of(&v)])
-        });
+        let leaves = if F::WIDTH == 1 {
+            self.leaves_of::<F, 1>(located.patch.cell, numbers)
+        } else {
+            self.leaves_of::<F, LANES>(located.patch.cell, numbers)
+        };
         let scale = F::splat(1.0) / leaves.width;
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let at = |k: usize| ((numbers[k] - leaves.start[k]) * scale).max(zero).min(one);
         let inside = [at(0), at(1)];
         (leaves, inside)
+    }
+
+    #[inline(always)]
+    fn leaves_of<F: Num, const N: usize>(&self, cells: F::Ints, numbers: [F; 2]) -> Leaves<F> {
+        let mut found = Found::<N>::new(numbers);
+        for (out, &cell) in found.cell.iter_mut().zip(cells.as_ref()) {
+            *out = cell;
+        }
+        self.locate_all(&mut found);
+        found.leaves()
     }
 
     /// The density of located directions by the grid.
@@ -285,7 +322,8 @@ impl<'a> Shaded<'a> {
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
     fn outer(&self, cell: u32, [w, v]: [f32; 2]) -> [f32; 2] {
         let leaf = self.leaf_at(cell, [w, v]);
-        let Leaves { shape, .. } = self.gather::<f32>(|_| leaf);
+        let [a, b, c, d] = self.words(leaf.at).map(|word| decode_wide(word.into()));
+        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
         let mut u = shape.invert([(w - leaf.start[0]) / leaf.width, (v - leaf.start[1]) / leaf.width]);
         if let Some(number) = self.divided(cell) {
             let part = leaf.start.map(|start| (start * PARTS as f32) as usize % PARTS);

@@ -45,7 +45,7 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn call<S: Step>(step: S) -> S::Output {
         // SAFETY: whoever chose this type found AVX2.
-        unsafe { super::level::call_avx2(step) }
+        unsafe { super::step::call_avx2(step) }
     }
 
     #[inline(always)]

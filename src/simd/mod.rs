@@ -50,9 +50,10 @@ mod portable;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
+mod step;
 mod table;
 
-pub use level::{Kernel, Level, Step, detect, run};
+pub use level::{Kernel, Level, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
 pub use num::Num;
@@ -60,6 +61,7 @@ pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
+pub use step::Step;
 pub use table::Table;
 
 use core::ops::{Add, Div, Mul, Sub};
@@ -158,7 +160,7 @@ pub trait Lanes:
     /// Runs a step that computes with these lanes as a function of its own.
     #[inline(always)]
     fn call<S: Step>(step: S) -> S::Output {
-        level::call(step)
+        step::call(step)
     }
 
     /// As [`Lanes::gather`], row by row.

@@ -99,7 +99,7 @@ impl Num for f32 {
 
     #[inline(always)]
     fn call<S: Step>(step: S) -> S::Output {
-        super::level::call(step)
+        super::step::call(step)
     }
 
     #[inline(always)]

@@ -5,6 +5,21 @@ use super::{LANES, Lanes};
 use crate::numeric;
 use core::ops::{Add, Div, Mul, Sub};
 
+/// A computation on numbers of one kind that runs as a function of its own: what many kernels share, or few calls reach. Cold
+/// code costs as much as cold tables, so it pays to have it once. What it calls must be inlined into it to be fast.
+pub trait Apart<F> {
+    /// What it answers.
+    type Output;
+    /// Computes.
+    fn run(self) -> Self::Output;
+}
+
+/// Runs a computation in a function of its own.
+#[inline(never)]
+pub(super) fn apart<F, K: Apart<F>>(computation: K) -> K::Output {
+    computation.run()
+}
+
 /// One number, or one for each lane.
 pub trait Num:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + 'static
@@ -61,6 +76,8 @@ pub trait Num:
 
     /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
     fn halves(ints: Self::Ints, add: u32) -> [Self; 2];
+    /// Runs a computation as a function of its own, compiled for these numbers.
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output;
 
     /// `a` where the mask is set, elsewhere 0.
     #[inline(always)]
@@ -178,6 +195,11 @@ impl Num for f32 {
     #[inline(always)]
     fn or(a: bool, b: bool) -> bool {
         a | b
+    }
+
+    #[inline(always)]
+    fn apart<K: Apart<f32>>(computation: K) -> K::Output {
+        apart(computation)
     }
 
     #[inline(always)]
@@ -305,6 +327,11 @@ impl<F: Lanes> Num for F {
     #[inline(always)]
     fn of_ints(ints: [u32; LANES]) -> F {
         F::from_index(F::index(ints))
+    }
+
+    #[inline(always)]
+    fn apart<K: Apart<F>>(computation: K) -> K::Output {
+        <F as Lanes>::apart(computation)
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use super::phong::Phong;
 use super::point::{Fault, Point};
 use super::vector::{any_tangent, dot};
 use crate::numeric::{LUMINANCE, ONE_MINUS_EPSILON, min, sqrt};
-use crate::simd::{Num, Step};
+use crate::simd::{Apart, Num};
 use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -177,7 +177,7 @@ impl Surface {
     /// Without lobes: the cosine, drawn with its distribution.
     #[inline(always)]
     pub fn eval<F: Num>(&self, wi: [F; 3]) -> (F, F) {
-        F::call(Eval { surface: self, wi })
+        F::apart(Eval { surface: self, wi })
     }
 
     /// The luminance of BRDF x cosine, as [`Surface::eval`] has it: for a step that needs nothing else.
@@ -238,7 +238,7 @@ impl Surface {
     /// reflects to the lower side, or transmits to the upper: [`Surface::eval`] counts no density there.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        F::call(Sample { surface: self, u })
+        F::apart(Sample { surface: self, u })
     }
 
     #[inline(always)]
@@ -285,7 +285,7 @@ struct Eval<'a, F: Num> {
     wi: [F; 3],
 }
 
-impl<F: Num> Step for Eval<'_, F> {
+impl<F: Num> Apart<F> for Eval<'_, F> {
     type Output = (F, F);
 
     #[inline(always)]
@@ -299,7 +299,7 @@ struct Sample<'a, F: Num> {
     u: [F; 2],
 }
 
-impl<F: Num> Step for Sample<'_, F> {
+impl<F: Num> Apart<F> for Sample<'_, F> {
     type Output = [F; 3];
 
     #[inline(always)]

@@ -196,6 +196,23 @@ unsafe fn readable(header: *const Header) -> Checked<*const Header> {
     Ok(header)
 }
 
+/// The instructions that a sampler was made for, for a call that needs nothing else of it; notes where the call fails.
+///
+/// # Safety
+/// As [`with_sampler`].
+#[inline(always)]
+pub(super) unsafe fn with_level(sampler: *mut SamplerObject, body: impl FnOnce(Level) -> Checked<()>) -> Status {
+    // SAFETY: the caller's contract; the level was detected on this machine when the sampler was made.
+    unsafe {
+        let header = match header(sampler) {
+            Ok(header) => header,
+            Err(failure) => return failure.status,
+        };
+        let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
+        answer(&raw mut (*header).fault, || body(level))
+    }
+}
+
 /// Opens a sampler for a call, and notes where the call fails.
 ///
 /// # Safety

@@ -2,7 +2,7 @@
 
 use super::light::{EnvironmentObject, environment as view};
 use super::product::{ProductObject, shaded};
-use super::sampler::{SamplerObject, with_sampler};
+use super::sampler::{SamplerObject, with_level};
 use super::{Strided, StridedMut};
 use crate::light::batch::{Density, Drawn, pdfs, samples};
 use crate::light::density::Inverted;
@@ -13,7 +13,7 @@ use crate::sphere::{Frame, unit};
 use crate::status::Status;
 
 /// So many directions are copied together: their numbers stay in the nearest cache.
-const TOGETHER: usize = 64;
+const TOGETHER: usize = 32;
 /// A call for as few needs no room for more, which would take as long to clear as a sample.
 const FEW: usize = 4;
 
@@ -39,14 +39,14 @@ pub unsafe extern "C" fn wis_sample(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |sampler| {
+        with_level(sampler, |level| {
             let environment = view(environment, 2)?;
             let shaded = shaded(product, &environment, 3)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
             match &shaded {
-                Some(shaded) => sample_all(sampler.level(), shaded, &environment.frame(), count, &u, &out),
-                None => sample_all(sampler.level(), &environment.light(), &environment.frame(), count, &u, &out),
+                Some(shaded) => sample_all(level, shaded, &environment.frame(), count, &u, &out),
+                None => sample_all(level, &environment.light(), &environment.frame(), count, &u, &out),
             }
             Ok(())
         })
@@ -120,14 +120,14 @@ pub unsafe extern "C" fn wis_pdf(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |sampler| {
+        with_level(sampler, |level| {
             let environment = view(environment, 2)?;
             let shaded = shaded(product, &environment, 3)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
             match &shaded {
-                Some(shaded) => pdf_all(sampler.level(), shaded, &environment.frame(), count, &wi, &pdf),
-                None => pdf_all(sampler.level(), &environment.light(), &environment.frame(), count, &wi, &pdf),
+                Some(shaded) => pdf_all(level, shaded, &environment.frame(), count, &wi, &pdf),
+                None => pdf_all(level, &environment.light(), &environment.frame(), count, &wi, &pdf),
             }
             Ok(())
         })
@@ -203,7 +203,7 @@ pub unsafe extern "C" fn wis_invert(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |_| {
+        with_level(sampler, |_| {
             let environment = view(environment, 2)?;
             let shaded = shaded(product, &environment, 3)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;

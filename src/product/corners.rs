@@ -1,8 +1,7 @@
 //! BRDF x cosine in directions of map space, as the grid interpolates it.
 
 use crate::brdf::surface::Surface;
-use crate::simd::{Num, Step};
-use core::marker::PhantomData;
+use crate::simd::{Apart, Num};
 
 /// How far normals of other hits may lie from this one, for which cosines are widened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,23 +19,22 @@ pub struct Cone {
 /// reaches 0 at the lower corners only.
 #[inline(always)]
 pub fn respond<F: Num>(surface: &Surface, cone: &Cone, directions: [&[f32]; 3], out: &mut [f32]) {
-    F::call(Respond { surface, cone, directions, out, lanes: PhantomData::<F> });
+    F::apart(Respond { surface, cone, directions, out });
 }
 
-struct Respond<'a, F> {
+struct Respond<'a> {
     surface: &'a Surface,
     cone: &'a Cone,
     directions: [&'a [f32]; 3],
     out: &'a mut [f32],
-    lanes: PhantomData<F>,
 }
 
-impl<F: Num> Step for Respond<'_, F> {
+impl<F: Num> Apart<F> for Respond<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Respond { surface, cone, directions: [x, y, z], out, .. } = self;
+        let Respond { surface, cone, directions: [x, y, z], out } = self;
         let width = F::WIDTH;
         let groups = x.chunks_exact(width).zip(y.chunks_exact(width)).zip(z.chunks_exact(width));
         for (((x, y), z), out) in groups.zip(out.chunks_exact_mut(width)) {

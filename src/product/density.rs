@@ -12,7 +12,7 @@ use crate::light::search::find;
 use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
-use crate::simd::{LANES, Num, Step};
+use crate::simd::{Apart, LANES, Num};
 use crate::sphere::Frame;
 use glam::Vec3;
 
@@ -285,7 +285,7 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        F::call(SampleGrid { shaded: self, frame, u })
+        F::apart(SampleGrid { shaded: self, frame, u })
     }
 
     /// World directions for numbers of the narrow lobes, and their densities.
@@ -413,7 +413,7 @@ impl Density for Shaded<'_> {
 
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        F::call(Pdf { shaded: self, frame, wi })
+        F::apart(Pdf { shaded: self, frame, wi })
     }
 }
 
@@ -423,7 +423,7 @@ struct SampleGrid<'a, F: Num> {
     u: [F; 2],
 }
 
-impl<F: Num> Step for SampleGrid<'_, F> {
+impl<F: Num> Apart<F> for SampleGrid<'_, F> {
     type Output = ([F; 3], F);
 
     #[inline(always)]
@@ -446,7 +446,7 @@ struct Pdf<'a, F: Num> {
     wi: [F; 3],
 }
 
-impl<F: Num> Step for Pdf<'_, F> {
+impl<F: Num> Apart<F> for Pdf<'_, F> {
     type Output = F;
 
     #[inline(always)]

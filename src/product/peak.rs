@@ -10,7 +10,7 @@ use crate::brdf::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::phong::Phong;
 use crate::brdf::surface::Surface;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
-use crate::simd::{Num, Step};
+use crate::simd::{Apart, Num};
 
 /// How much of a product's numbers draws from narrow lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,7 +132,7 @@ impl Peak {
     /// Densities of directions of map space.
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        F::call(PeakDensity { peak: self, d })
+        F::apart(PeakDensity { peak: self, d })
     }
 
     #[inline(always)]
@@ -154,7 +154,7 @@ impl Peak {
     /// Directions of map space; the first number chooses the lobe, too.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        F::call(SamplePeak { peak: self, u })
+        F::apart(SamplePeak { peak: self, u })
     }
 
     #[inline(always)]
@@ -187,7 +187,7 @@ struct PeakDensity<'a, F: Num> {
     d: [F; 3],
 }
 
-impl<F: Num> Step for PeakDensity<'_, F> {
+impl<F: Num> Apart<F> for PeakDensity<'_, F> {
     type Output = F;
 
     #[inline(always)]
@@ -201,7 +201,7 @@ struct SamplePeak<'a, F: Num> {
     u: [F; 2],
 }
 
-impl<F: Num> Step for SamplePeak<'_, F> {
+impl<F: Num> Apart<F> for SamplePeak<'_, F> {
     type Output = [F; 3];
 
     #[inline(always)]

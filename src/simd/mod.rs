@@ -50,19 +50,17 @@ mod portable;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
-mod step;
 mod table;
 
 pub use level::{Kernel, Level, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
-pub use num::Num;
+pub use num::{Apart, Num};
 pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
-pub use step::Step;
-pub use table::Table;
+pub use table::{Blob, Table};
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -157,10 +155,10 @@ pub trait Lanes:
     /// The lanes of a mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u32;
 
-    /// Runs a step that computes with these lanes as a function of its own.
+    /// Runs a computation as a function of its own, compiled for these lanes.
     #[inline(always)]
-    fn call<S: Step>(step: S) -> S::Output {
-        step::call(step)
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output {
+        num::apart(computation)
     }
 
     /// As [`Lanes::gather`], row by row.

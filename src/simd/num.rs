@@ -1,9 +1,24 @@
 //! Numbers of any width: one `f32`, or eight in lanes. A kernel that is generic over [`Num`] is written once; a call for
 //! one element runs it at width 1, a batch at width 8, with the same bits.
 
-use super::{LANES, Lanes, Step};
+use super::{LANES, Lanes};
 use crate::numeric;
 use core::ops::{Add, Div, Mul, Sub};
+
+/// A computation on numbers of one kind that runs as a function of its own: what many kernels share, or few calls reach. Cold
+/// code costs as much as cold tables, so it pays to have it once. What it calls must be inlined into it to be fast.
+pub trait Apart<F> {
+    /// What it answers.
+    type Output;
+    /// Computes.
+    fn run(self) -> Self::Output;
+}
+
+/// Runs a computation in a function of its own.
+#[inline(never)]
+pub(super) fn apart<F, K: Apart<F>>(computation: K) -> K::Output {
+    computation.run()
+}
 
 /// One number, or one for each lane.
 pub trait Num:
@@ -18,8 +33,6 @@ pub trait Num:
     /// A whole number for each lane.
     type Ints: Copy + AsRef<[u32]> + AsMut<[u32]>;
 
-    /// Runs a step that computes with these numbers as a function of its own: for what is long and used in several places.
-    fn call<S: Step>(step: S) -> S::Output;
     /// The same number in all lanes.
     fn splat(x: f32) -> Self;
     /// The numbers of an array.
@@ -63,6 +76,8 @@ pub trait Num:
 
     /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
     fn halves(ints: Self::Ints, add: u32) -> [Self; 2];
+    /// Runs a computation as a function of its own, compiled for these numbers.
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output;
 
     /// `a` where the mask is set, elsewhere 0.
     #[inline(always)]
@@ -96,11 +111,6 @@ impl Num for f32 {
     type Mask = bool;
     type Floats = [f32; 1];
     type Ints = [u32; 1];
-
-    #[inline(always)]
-    fn call<S: Step>(step: S) -> S::Output {
-        super::step::call(step)
-    }
 
     #[inline(always)]
     fn splat(x: f32) -> f32 {
@@ -188,6 +198,11 @@ impl Num for f32 {
     }
 
     #[inline(always)]
+    fn apart<K: Apart<f32>>(computation: K) -> K::Output {
+        apart(computation)
+    }
+
+    #[inline(always)]
     fn bits(mask: bool) -> u32 {
         mask.into()
     }
@@ -213,11 +228,6 @@ impl<F: Lanes> Num for F {
     type Mask = <F as Lanes>::Mask;
     type Floats = [f32; LANES];
     type Ints = [u32; LANES];
-
-    #[inline(always)]
-    fn call<S: Step>(step: S) -> S::Output {
-        <F as Lanes>::call(step)
-    }
 
     #[inline(always)]
     fn splat(x: f32) -> F {
@@ -317,6 +327,11 @@ impl<F: Lanes> Num for F {
     #[inline(always)]
     fn of_ints(ints: [u32; LANES]) -> F {
         F::from_index(F::index(ints))
+    }
+
+    #[inline(always)]
+    fn apart<K: Apart<F>>(computation: K) -> K::Output {
+        <F as Lanes>::apart(computation)
     }
 
     #[inline(always)]

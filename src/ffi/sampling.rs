@@ -13,7 +13,7 @@ use crate::sphere::{Frame, unit};
 use crate::status::Status;
 
 /// So many directions are copied together: their numbers stay in the nearest cache.
-const TOGETHER: usize = 32;
+const TOGETHER: usize = 64;
 /// A call for as few needs no room for more, which would take as long to clear as a sample.
 const FEW: usize = 4;
 

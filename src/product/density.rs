@@ -389,7 +389,9 @@ impl Density for Shaded<'_> {
                 let lanes = order.get(first..end).unwrap_or(&[]);
                 first = end;
                 let (mut across, mut down) = (F::floats(), F::floats());
-                for (lane, &number) in lanes.iter().enumerate() {
+                // Lanes that are left over draw the same once more: nothing that another lane does not do, too.
+                for lane in 0..F::WIDTH {
+                    let number = lanes.get(lane).or(lanes.first()).copied().unwrap_or(0);
                     let [x, y] = u.get(usize::from(number)).copied().unwrap_or_default();
                     put(across.as_mut(), lane, x);
                     put(down.as_mut(), lane, y);

@@ -406,12 +406,8 @@ pub(crate) unsafe fn packed<'a, const N: usize, const M: usize>(
     if !apart || from.stride != size_of::<[f32; N]>() || to.stride != size_of::<[f32; M]>() {
         return None;
     }
-    // SAFETY: checked to be aligned and of a length that an object can have; they do not overlap, and the rest is this
-    // function's contract.
-    unsafe {
-        let from = core::slice::from_raw_parts(from.start.cast(), count);
-        Some((from, core::slice::from_raw_parts_mut(to.start.cast(), count)))
-    }
+    // SAFETY: they do not overlap; the rest is this function's contract.
+    unsafe { Some((slice(from.start.cast(), count, 0).ok()?, slice_mut(to.start.cast(), count, 0).ok()?)) }
 }
 
 /// The bytes from an element of `n` floats to the next, checked for `count` of them.

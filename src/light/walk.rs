@@ -108,12 +108,7 @@ impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
-        let u = self.patch.shape(light).invert(self.position);
-        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        let Patches { start, width, .. } = self.patch;
-        let w = (start[0] + u[0] * width[0]).max(first).min(last);
-        let v = (start[1] + u[1] * width[1]).max(first).min(last);
-        [w, v]
+        F::apart(Numbers { light, located: self })
     }
 }
 
@@ -467,6 +462,24 @@ fn ints<F: Num, const N: usize>(of: &Ints<N>, first: usize) -> F::Ints {
 #[inline(always)]
 fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
+}
+
+/// [`Located::numbers`].
+struct Numbers<'a, F: Num> {
+    light: &'a Light<'a>,
+    located: &'a Located<F>,
+}
+
+impl<F: Num> Apart<F> for Numbers<'_, F> {
+    type Output = [F; 2];
+
+    #[inline(always)]
+    fn run(self) -> [F; 2] {
+        let Located { patch, position, .. } = self.located;
+        let u = patch.shape(self.light).invert(*position);
+        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
+    }
 }
 
 /// [`Light::sample_in`].

@@ -176,7 +176,7 @@ impl Light<'_> {
     pub fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
         let mut walk = Walk::<TOGETHER>::new();
         // Of each lane: the position, the solid angle, and whether it is of unit length.
-        let mut places = [[0.0; TOGETHER]; 4];
+        let mut places = [[0.5; TOGETHER]; 4];
         for (wi, out) in wi.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             for (group, wi) in wi.chunks(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;

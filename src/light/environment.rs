@@ -381,7 +381,7 @@ impl<'a> Environment<'a> {
     }
 
     /// The tables.
-    #[inline(always)]
+    #[inline(never)]
     pub fn light(&self) -> Light<'a> {
         let h = self.header;
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };

@@ -108,12 +108,7 @@ impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
-        let u = self.patch.shape(light).invert(self.position);
-        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        let Patches { start, width, .. } = self.patch;
-        let w = (start[0] + u[0] * width[0]).max(first).min(last);
-        let v = (start[1] + u[1] * width[1]).max(first).min(last);
-        [w, v]
+        F::apart(Numbers { light, located: self })
     }
 }
 
@@ -181,21 +176,25 @@ pub(super) struct Walk<const N: usize> {
 }
 
 impl<const N: usize> Walk<N> {
+    // What it begins with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
+    // far memory.
     #[inline(always)]
     pub(super) fn new() -> Self {
+        const WHOLE: u32 = 1;
+        const NUMBER: f32 = 0.5;
         Walk {
-            cell: [0; N],
-            face: [0; N],
-            light: [0.0; N],
-            numbers: [[0.0; N]; 2],
-            block: [0; N],
-            outer: [[[0.0; N]; 2]; 2],
-            units: [[0.0; N]; 2],
-            inner: [[[0; N]; 2]; 2],
-            from: [[0; N]; 2],
-            behind: [[0; N]; 2],
-            share: [0.0; N],
-            corner: [[0; N]; 2],
+            cell: [WHOLE; N],
+            face: [WHOLE; N],
+            light: [NUMBER; N],
+            numbers: [[NUMBER; N]; 2],
+            block: [WHOLE; N],
+            outer: [[[NUMBER; N]; 2]; 2],
+            units: [[NUMBER; N]; 2],
+            inner: [[[WHOLE; N]; 2]; 2],
+            from: [[WHOLE; N]; 2],
+            behind: [[WHOLE; N]; 2],
+            share: [NUMBER; N],
+            corner: [[WHOLE; N]; 2],
         }
     }
 
@@ -248,7 +247,7 @@ impl<const N: usize> Walk<N> {
             let block = light.block(self.block[lane]);
             let key = self.units[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
-            light.prefetch_lines(&block, found.0);
+            light.prefetch_lines(block, found.0);
             self.put_inner(1, lane, found);
         }
         for lane in 0..count {
@@ -258,7 +257,7 @@ impl<const N: usize> Walk<N> {
             let starts = line + block.corners(light.bilinear);
             let found = find16(&light.words, starts, block.grid[0].into(), key, block.words_at_ends());
             self.put_inner(0, lane, found);
-            self.put_patch(light, lane, &block, line);
+            self.put_patch(light, lane, block, line);
         }
     }
 
@@ -302,7 +301,7 @@ impl<const N: usize> Walk<N> {
             let block = light.block(self.block[lane]);
             let row = self.behind[1][lane] >> block.step(1);
             light.words.prefetch(block.rows as usize);
-            light.prefetch_lines(&block, row as usize);
+            light.prefetch_lines(block, row as usize);
             self.behind[0][lane] >>= block.step(0);
             self.behind[1][lane] = row;
         }
@@ -320,7 +319,7 @@ impl<const N: usize> Walk<N> {
             }
             self.put_inner(1, lane, (y, cell16(&light.words, block.rows as usize, rows, y, block.words_at_ends())));
             self.put_inner(0, lane, (x, cell16(&light.words, starts, columns, x, block.words_at_ends())));
-            self.put_patch(light, lane, &block, line);
+            self.put_patch(light, lane, block, line);
         }
     }
 
@@ -465,6 +464,24 @@ fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
 }
 
+/// [`Located::numbers`].
+struct Numbers<'a, F: Num> {
+    light: &'a Light<'a>,
+    located: &'a Located<F>,
+}
+
+impl<F: Num> Apart<F> for Numbers<'_, F> {
+    type Output = [F; 2];
+
+    #[inline(always)]
+    fn run(self) -> [F; 2] {
+        let Located { patch, position, .. } = self.located;
+        let u = patch.shape(self.light).invert(*position);
+        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
+    }
+}
+
 /// [`Light::sample_in`].
 struct Draw<'a, F: Num> {
     light: &'a Light<'a>,
@@ -598,13 +615,26 @@ impl Light<'_> {
     }
 
     #[inline(always)]
-    fn cell(&self, index: u32) -> Cell {
-        self.cells.get(index as usize).copied().unwrap_or_default()
+    fn cell(&self, index: u32) -> &Cell {
+        const NONE: &Cell = &Cell {
+            origin: [0; 2],
+            patches: [0; 2],
+            blocks: [0; 2],
+            side: [0; 2],
+            face: 0,
+            reserved: 0,
+            starts: 0,
+            first: 0,
+            probability: 0.0,
+            padding: 0,
+        };
+        self.cells.get(index as usize).unwrap_or(NONE)
     }
 
     #[inline(always)]
-    fn block(&self, index: u32) -> Block {
-        self.blocks.get(index as usize).copied().unwrap_or_default()
+    fn block(&self, index: u32) -> &Block {
+        const NONE: &Block = &Block { rows: 0, lines: 0, share: 0.0, grid: [0; 2], steps: 0, to_ends: 0 };
+        self.blocks.get(index as usize).unwrap_or(NONE)
     }
 
     /// Two words that stand side by side, the first one low.

@@ -40,6 +40,7 @@
 //! let level = wis::simd::Level::from_code(wis::simd::detect());
 //! ```
 
+mod apart;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod level;
@@ -52,10 +53,11 @@ mod scalar;
 mod sse2;
 mod table;
 
+pub use apart::Apart;
 pub use level::{Kernel, Level, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
-pub use num::{Apart, Num};
+pub use num::Num;
 pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
@@ -158,7 +160,7 @@ pub trait Lanes:
     /// Runs a computation as a function of its own, compiled for these lanes.
     #[inline(always)]
     fn apart<K: Apart<Self>>(computation: K) -> K::Output {
-        num::apart(computation)
+        apart::apart(computation)
     }
 
     /// As [`Lanes::gather`], row by row.

@@ -1,24 +1,10 @@
 //! Numbers of any width: one `f32`, or eight in lanes. A kernel that is generic over [`Num`] is written once; a call for
 //! one element runs it at width 1, a batch at width 8, with the same bits.
 
+use super::apart::{Apart, apart};
 use super::{LANES, Lanes};
 use crate::numeric;
 use core::ops::{Add, Div, Mul, Sub};
-
-/// A computation on numbers of one kind that runs as a function of its own: what many kernels share, or few calls reach. Cold
-/// code costs as much as cold tables, so it pays to have it once. What it calls must be inlined into it to be fast.
-pub trait Apart<F> {
-    /// What it answers.
-    type Output;
-    /// Computes.
-    fn run(self) -> Self::Output;
-}
-
-/// Runs a computation in a function of its own.
-#[inline(never)]
-pub(super) fn apart<F, K: Apart<F>>(computation: K) -> K::Output {
-    computation.run()
-}
 
 /// One number, or one for each lane.
 pub trait Num:

@@ -5,7 +5,7 @@
 
 use super::tables::Light;
 use crate::numeric::{max, min, sqrt};
-use crate::simd::{LANES, Num};
+use crate::simd::LANES;
 
 /// Parts of a cell's numbers along each axis.
 pub const PARTS: usize = 4;
@@ -107,19 +107,33 @@ impl<'a> Guide<'a> {
         columns(self.middles.get(3 * MIDDLES * cell..).unwrap_or(&[]), MIDDLES)
     }
 
-    /// A number of the cells from `first` on: the one that stands `further` behind a column.
+    /// A number of a cell.
     #[inline(always)]
-    pub fn column<F: Num>(&self, column: Column, further: usize, first: usize) -> F {
-        F::read(self.columns.get((column as usize + further) * self.cells + first..).unwrap_or(&[]))
+    pub fn number(&self, column: Column, cell: usize) -> f32 {
+        self.columns.get(column as usize * self.cells + cell).copied().unwrap_or(0.0)
+    }
+
+    /// A number of all cells, eight by eight: the one that stands `further` behind a column.
+    #[inline(always)]
+    pub fn groups(&self, column: Column, further: usize) -> &'a [[f32; LANES]] {
+        let first = (column as usize + further) * self.cells;
+        bytemuck::try_cast_slice(self.columns.get(first..first + self.cells).unwrap_or(&[])).unwrap_or(&[])
     }
 
     /// The first corner of a cell, and from there to the one below it.
     #[inline(always)]
     pub fn corner_of(&self, cell: usize) -> (usize, usize) {
-        let [columns, rows] = self.face_grid;
-        let (row, column) = (cell / columns.max(1), cell % columns.max(1));
+        let [columns, rows] = self.face_grid.map(|n| n.max(1) as u32);
+        let (row, column) = (cell as u32 / columns, cell as u32 % columns);
         // A face has one row of corners more than of cells.
-        ((row + row / rows.max(1)) * (columns + 1) + column, columns + 1)
+        (((row + row / rows) * (columns + 1) + column) as usize, columns as usize + 1)
+    }
+
+    /// The columns of cells on a face.
+    #[inline(always)]
+    pub fn row_length(&self) -> usize {
+        let [columns, _] = self.face_grid;
+        columns
     }
 
     /// Whether all numbers are such that products of them are finite.

@@ -31,6 +31,7 @@ pub mod piecewise;
 pub mod plot;
 pub mod points;
 pub mod pool;
+pub mod products;
 pub mod reference;
 pub mod report;
 pub mod rgl;

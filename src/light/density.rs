@@ -64,7 +64,7 @@ impl<F: Num> Apart<F> for ToWorld<'_, F> {
 
     #[inline(always)]
     fn run(self) -> ([F; 3], Located<F>) {
-        self.light.to_world_here(self.frame, self.drawn)
+        self.light.world_of(self.frame, self.drawn)
     }
 }
 
@@ -76,7 +76,7 @@ impl Light<'_> {
     }
 
     #[inline(always)]
-    fn to_world_here<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
+    fn world_of<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
         let mut world = to_world(frame, self.direction_of(drawn));
         let (mut located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
         let mut strayed = F::bits(strayed);

@@ -391,6 +391,9 @@ impl<const N: usize> StridedMut<N> {
     }
 }
 
+/// Elements to read, and elements to write.
+pub(crate) type Packed<'a, const N: usize, const M: usize> = (&'a [[f32; N]], &'a mut [[f32; M]]);
+
 /// Elements to read and elements to write as slices, if both stand close together and have no byte in common.
 ///
 /// # Safety
@@ -400,7 +403,7 @@ pub(crate) unsafe fn packed<'a, const N: usize, const M: usize>(
     from: &Strided<N>,
     to: &StridedMut<M>,
     count: usize,
-) -> Option<(&'a [[f32; N]], &'a mut [[f32; M]])> {
+) -> Option<Packed<'a, N, M>> {
     let (begin, end) = (from.start.addr(), from.start.addr() + count * from.stride);
     let apart = end <= to.start.addr() || to.start.addr() + count * to.stride <= begin;
     if !apart || from.stride != size_of::<[f32; N]>() || to.stride != size_of::<[f32; M]>() {

@@ -64,11 +64,10 @@ fn lines(area: &Area, title: &str, [x, y]: [&str; 2], lines: &[Line]) -> Drawn {
     if all().next().is_none() {
         return Ok(());
     }
-    let mut chart = ChartBuilder::on(&area)
-        .margin(6)
-        .x_label_area_size(36)
-        .y_label_area_size(54)
-        .build_cartesian_2d((left * 0.9..right * 1.1).log_scale(), (low * 0.9..high * 1.1).log_scale())?;
+    let mut chart = ChartBuilder::on(&area).margin(6).x_label_area_size(36).y_label_area_size(54).build_cartesian_2d(
+        (left * 0.9..right * 1.1).log_scale().with_key_points(ticks(left * 0.9, right * 1.1)),
+        (low * 0.9..high * 1.1).log_scale().with_key_points(ticks(low * 0.9, high * 1.1)),
+    )?;
     chart
         .configure_mesh()
         .x_desc(x)
@@ -84,6 +83,12 @@ fn lines(area: &Area, title: &str, [x, y]: [&str; 2], lines: &[Line]) -> Drawn {
         chart.draw_series(line.points.iter().map(|&p| Circle::new(p, 3, style.color.filled())))?;
     }
     Ok(())
+}
+
+/// 1, 2 and 5 times powers of ten.
+fn ticks(low: f64, high: f64) -> Vec<f64> {
+    let all = (-6..8).flat_map(|power| [1.0, 2.0, 5.0].map(|k| k * 10f64.powi(power)));
+    all.filter(|tick| (low..high).contains(tick)).collect()
 }
 
 /// Error against time in a grid: lights from the left, materials downwards.

@@ -8,6 +8,7 @@ mod build;
 pub mod built;
 mod bytes;
 mod chi_square;
+mod compare;
 mod degenerate;
 mod invert;
 pub mod lookup;

@@ -4,7 +4,7 @@
 //! light itself answers what the renderer would then see, because density times power is luminance. The hypothesis with the
 //! least error wins if it is far ahead of the light as it was built.
 
-use super::batch::{Drawn, pdfs, samples};
+use super::batch::pdfs;
 use super::chart::{Chart, Layout};
 use super::environment::Environment;
 use super::plan::Filter;
@@ -126,7 +126,8 @@ pub fn compare(
     radiance: &mut dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool,
 ) -> Result<Comparison, usize> {
     let map = Map::of(level, environment);
-    let seen = map.look(radiance)?;
+    let mut seen = Seen { wi: [[0.0, 0.0, 1.0]; DIRECTIONS], luminance: [0.0; DIRECTIONS] };
+    map.look(radiance, &mut seen)?;
     let as_built = map.in_frame(&seen, &map.frame);
     let (frame, of_frame, fit) = map.best_frame(&seen, as_built);
     let (look_up, of_look_up, explained) = map.best_look_up(&seen, &frame, fit);
@@ -175,10 +176,13 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// Calls the renderer. Steps are not inlined into each other, so that they share the stack: fibers have as little as 16 kB.
+    /// Calls the renderer. Steps are not inlined into each other, so that they share the stack.
     #[inline(never)]
-    fn look(&self, radiance: &mut dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool) -> Result<Seen, usize> {
-        let mut seen = Seen { wi: [[0.0, 0.0, 1.0]; DIRECTIONS], luminance: [0.0; DIRECTIONS] };
+    fn look(
+        &self,
+        radiance: &mut dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool,
+        seen: &mut Seen,
+    ) -> Result<(), usize> {
         let parts = seen.wi.chunks_mut(TOGETHER).zip(seen.luminance.chunks_mut(TOGETHER));
         for (part, (wi, luminances)) in parts.enumerate() {
             let first = part * TOGETHER;
@@ -195,27 +199,22 @@ impl<'a> Map<'a> {
                 }
             }
         }
-        Ok(seen)
+        Ok(())
     }
 
     /// Directions from number `first` on.
     #[inline(never)]
     fn choose(&self, first: u32, wi: &mut [[f32; 3]]) {
         const HALF: u32 = DIRECTIONS as u32 / 2;
-        if first >= HALF {
-            for (index, out) in (first - HALF..).zip(wi) {
-                *out = direction(hammersley(index, HALF)).to_array();
+        for (index, out) in (first..).zip(wi) {
+            if index >= HALF {
+                *out = direction(hammersley(index - HALF, HALF)).to_array();
+                continue;
             }
-            return;
-        }
-        let (mut u, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
-        for (index, u) in (first..).zip(&mut u) {
-            *u = hammersley(index, HALF);
-        }
-        samples(self.level, &self.light, &self.frame, &u, &mut drawn);
-        for (out, drawn) in wi.iter_mut().zip(drawn) {
+            // One by one, which takes less of the stack than a batch.
+            let (drawn, pdf) = self.light.sample::<f32>(&self.frame, hammersley(index, HALF));
             // A black light has no samples.
-            *out = if drawn.pdf > 0.0 { drawn.wi } else { [0.0, 0.0, 1.0] };
+            *out = if pdf > 0.0 { drawn } else { [0.0, 0.0, 1.0] };
         }
     }
 
@@ -417,7 +416,7 @@ impl Axes {
 
     fn of(code: usize) -> Option<Axes> {
         let from = [code % 3, code / 3 % 3, code / 9 % 3];
-        let sign = [code / 27 & 1, code / 54 & 1, code / 108 & 1].map(|bit| if bit == 0 { 1.0 } else { -1.0 });
+        let sign = [code / 27, code / 54, code / 108].map(|half| if half % 2 == 0 { 1.0 } else { -1.0 });
         let permutes = from[0] != from[1] && from[1] != from[2] && from[2] != from[0];
         permutes.then_some(Axes { from, sign })
     }

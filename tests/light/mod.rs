@@ -9,6 +9,7 @@ pub mod built;
 mod bytes;
 mod chi_square;
 mod compare;
+mod conventions;
 mod degenerate;
 mod invert;
 pub mod lookup;

@@ -123,7 +123,7 @@ impl<'a> Guide<'a> {
     /// The first corner of a cell, and from there to the one below it.
     #[inline(always)]
     pub fn corner_of(&self, cell: usize) -> (usize, usize) {
-        let [columns, rows] = self.face_grid.map(|n| n.max(1) as u32);
+        let [columns, rows] = self.face_grid.map(|n| (n as u32).max(1));
         let (row, column) = (cell as u32 / columns, cell as u32 % columns);
         // A face has one row of corners more than of cells.
         (((row + row / rows) * (columns + 1) + column) as usize, columns as usize + 1)

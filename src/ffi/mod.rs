@@ -3,6 +3,7 @@
 //! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
+pub mod check;
 pub mod direct;
 pub mod light;
 #[cfg(feature = "lights")]

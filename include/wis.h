@@ -160,8 +160,8 @@ uint32_t wis_version(void);
 /// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
-/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For multiple
-/// importance sampling with BRDF samples.
+/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
+/// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
 /// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
@@ -521,6 +521,11 @@ typedef struct wis_ray {
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
 /// fall with the spread of your numbers. Without `u`, and for fewer hits, rays are chosen among candidates: about 30 ns for each, of
 /// which a single ray has 16.
+///
+/// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
+/// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
+/// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum stays unbiased. A single ray then
+/// has 8 to 16 candidates, and `u` is not read.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,

@@ -1,11 +1,16 @@
 #!/bin/sh
 # Runs the path tracer under each lat-long map of a folder and writes its page: pathtracer-page.sh PROGRAM MAPS PAGE
+# Results stay in PAGE.runs, and a file of them in place of MAPS writes the page alone.
 set -eu
 program=$1
 maps=$2
 page=$3
-runs=$(mktemp)
-trap 'rm -f "$runs"' EXIT
+runs=$page.runs
+if [ -f "$maps" ]; then
+    runs=$maps
+else
+    : > "$runs"
+fi
 
 # run KIND MAP STRATIFIED ARGUMENTS...: each line of the program's table, with what it belongs to.
 run() {
@@ -20,6 +25,7 @@ run() {
 
 for map in "$maps"/*.hdr; do
     case $map in *cross* | *probe*) continue ;; esac
+    [ -f "$map" ] || continue
     for stratified in 0 1; do
         run equal "$map" $stratified --most 64 --repeats 2 --reference 250 \
             --methods mis,compensated,direct,alone,product,reuse-base
@@ -32,6 +38,30 @@ done
 
 awk -v lines="$(cat c-examples/pathtracer/scene.h c-examples/pathtracer/bsdf.h c-examples/pathtracer/path.h | wc -l)" '
 function better(a, b) { return a < b ? a : b }
+function many(    i, k, m, part, last) {
+    print "## Candidates or shared products\n"
+    print "Efficiency of shared products over candidates at equal time. Above 1, sharing is better. Under a compensated light products are"
+    print "kept by the client, since the sampler always chooses candidates there. Under a plain light the sampler shares if the client"
+    print "hands in numbers, as one with a (0,2)-sequence should.\n"
+    print "| map | numbers | samples | compensated: absolute | compensated: relative | plain: absolute | plain: relative |\n| --- | --- | --- | --- | --- | --- | --- |"
+    for (i = 1; i <= count; i++) {
+        k = keys[i]; split(k, part, SUBSEP)
+        if (part[1] != "many") continue
+        printf "| %s | %s | %d |", part[2], name[part[3]], part[4]
+        for (m = 1; m <= 2; m++) printf " %.2fx |", cost(k, m, "direct") / cost(k, m, "reuse-base")
+        for (m = 1; m <= 2; m++) printf " %.2fx |", cost(k, m, "alone") / cost(k, m, "alone-shared")
+        print ""
+    }
+    print "\n## Convergence\n"
+    print "Slope of log relative error over log samples, from 16 to 256 samples per pixel. Independent samples have -1.\n"
+    print "| map | numbers | direct | direct alone |\n| --- | --- | --- | --- |"
+    for (i = 1; i <= count; i++) {
+        k = keys[i]; split(k, part, SUBSEP)
+        if (part[1] != "many" || part[4] != 16) continue
+        last = part[1] SUBSEP part[2] SUBSEP part[3] SUBSEP 256
+        printf "| %s | %s | %.2f | %.2f |\n", part[2], name[part[3]], log(error[last, 2, "direct"] / error[k, 2, "direct"]) / log(16), log(error[last, 2, "alone"] / error[k, 2, "alone"]) / log(16)
+    }
+}
 function cost(k, metric, method) { return seconds[k, method] * error[k, metric, method] }
 {
     k = $1 SUBSEP $2 SUBSEP $3 SUBSEP $4
@@ -39,6 +69,8 @@ function cost(k, metric, method) { return seconds[k, method] * error[k, metric, 
     error[k, 1, $5] = $8
     error[k, 2, $5] = $9
     if (!(k in seen)) { seen[k] = 1; keys[++count] = k }
+    if (!($2 in known)) { known[$2] = 1; names = names (names == "" ? "" : ", ") $2 }
+    kinds[$1]++
 }
 END {
     name[0] = "random"; name[1] = "(0,2)-sequence"; metric[1] = "absolute"; metric[2] = "relative"
@@ -64,7 +96,8 @@ END {
     print "# Light in a path tracer, at equal time\n"
     print "**Build the light compensated, let BSDF rays bring the map up to its mean, and let `wis_direct` bring the rest.**"
     printf "Against the better of MIS and compensated MIS, this wins %d of %d cells with random numbers, and %d of %d with a\n", won[0], total[0], won[1], total[1]
-    print "(0,2)-sequence. A cell is a map, a number of samples per pixel and a metric. Efficiency is 1 / (error x time).\n"
+    print "(0,2)-sequence. A cell is a map, a number of samples per pixel and a metric. Efficiency is 1 / (error x time)."
+    print "Maps of this run: " names ".\n"
     print "## Where it loses\n"
     if (losses == "") print "In no cell.\n"; else print "| map | numbers | samples per pixel | metric | efficiency over the better MIS |\n| --- | --- | --- | --- | --- |\n" losses
     print "## Efficiency over the better of MIS and compensated MIS\n"
@@ -81,28 +114,8 @@ END {
     print "- **direct alone**: `wis_direct` brings all light; BSDF rays that leave the scene bring none."
     print "- **product with MIS**: a product at each hit, `wis_sample`, and deferred MIS: one float in the path state."
     print "- **product kept by the client**: one product for each pixel and material (`wis_product_covers`), in the split of direct.\n"
-    print "## Candidates or shared products\n"
-    print "Efficiency of shared products over candidates at equal time. Above 1, sharing is better. Under a compensated light products are"
-    print "kept by the client, since the sampler always chooses candidates there. Under a plain light the sampler shares if the client"
-    print "hands in numbers, as one with a (0,2)-sequence should.\n"
-    print "| map | numbers | samples | compensated: absolute | compensated: relative | plain: absolute | plain: relative |\n| --- | --- | --- | --- | --- | --- | --- |"
-    for (i = 1; i <= count; i++) {
-        k = keys[i]; split(k, part, SUBSEP)
-        if (part[1] != "many") continue
-        printf "| %s | %s | %d |", part[2], name[part[3]], part[4]
-        for (m = 1; m <= 2; m++) printf " %.2fx |", cost(k, m, "direct") / cost(k, m, "reuse-base")
-        for (m = 1; m <= 2; m++) printf " %.2fx |", cost(k, m, "alone") / cost(k, m, "alone-shared")
-        print ""
-    }
-    print "\n## Convergence\n"
-    print "Slope of log relative error over log samples, from 16 to 256 samples per pixel. Independent samples have -1.\n"
-    print "| map | numbers | direct | direct alone |\n| --- | --- | --- | --- |"
-    for (i = 1; i <= count; i++) {
-        k = keys[i]; split(k, part, SUBSEP)
-        if (part[1] != "many" || part[4] != 16) continue
-        last = part[1] SUBSEP part[2] SUBSEP part[3] SUBSEP 256
-        printf "| %s | %s | %.2f | %.2f |\n", part[2], name[part[3]], log(error[last, 2, "direct"] / error[k, 2, "direct"]) / log(16), log(error[last, 2, "alone"] / error[k, 2, "alone"]) / log(16)
-    }
+    if (kinds["many"] == 0) print "Shared products and convergence were not measured in this run."
+    else many()
     print "\n## Each map\n"
     print "Error times seconds, relative to MIS (below 1 is better): absolute / relative.\n"
     print "| map | numbers | samples | compensated MIS | direct | direct alone | product with MIS |\n| --- | --- | --- | --- | --- | --- | --- |"

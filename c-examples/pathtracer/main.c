@@ -10,6 +10,7 @@
 static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0, 0},
                                  {"compensated", BY_LIGHT, BALANCE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
                                  {"direct", BY_DIRECT, BASE, false, 1, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"split", BY_LIGHT, BASE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
                                  {"alone", BY_DIRECT, NOTHING, false, 1, 0},
                                  {"alone-shared", BY_DIRECT, NOTHING, true, FOREVER, 0},
                                  {"product", BY_PRODUCT, BALANCE, false, 0, 0},
@@ -34,7 +35,7 @@ static const char HELP[] =
     "  --most N          up to so many (default: 16)\n"
     "  --rays N          rays for light at each hit, 1 to 4 (default: 1)\n"
     "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
-    "  --methods LIST    of mis,compensated,direct,alone,alone-shared,product,reuse,reuse-base\n"
+    "  --methods LIST    of mis,compensated,direct,split,alone,alone-shared,product,reuse,reuse-base\n"
     "  --out FILE.png    the last image\n"
     "  --reference N     samples per pixel of each of two references (default: 256)\n"
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 4)";

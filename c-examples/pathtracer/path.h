@@ -137,7 +137,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         Hit hit;
         Bsdf b;
         if (!scene_trace(origin, direction, &hit)) {
-            share = bounce > 0 && m->kind == BY_LIGHT ? share_of_bsdf(t, NULL, direction, pdf) : share;
+            share = bounce > 0 && m->kind == BY_LIGHT && m->escape == BALANCE ? share_of_bsdf(t, NULL, direction, pdf) : share;
             return share > 0 ? vec3_axpy(color, share, vec3_mul(beta, bounce == 0 ? light_radiance(&t->light, direction) : radiance(t, direction, true))) : color;
         }
         if (bounce == DEPTH) {

@@ -26,8 +26,8 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page relight hardcases report light sampler structured wavelets triple check test mutants \
-	check-aarch64 clean
+.PHONY: help lib header install demo pathtracer pathtracer-page relight hardcases report test-report check-pages light sampler \
+	structured wavelets triple check test mutants check-aarch64 clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -108,9 +108,16 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/hard-cases.md
 
-report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
+report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick) $(ARGS)
+	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
+
+test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
+	scripts/setup.sh browser
+	scripts/test-report.sh report/index.html $(BUILD)/test-report
+
+check-pages: ## say which measured pages were made from other sources than those that are there
+	scripts/check-pages.sh
 
 light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
 	scripts/setup.sh test

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian packages that a target needs and that are missing: setup.sh demo | relight | test
+# Installs the Debian packages that a target needs and that are missing: setup.sh demo | relight | test | browser
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -23,11 +23,16 @@ pkg-config    pkg-config
 valgrind      valgrind
 "
 
+browser_needs="
+chromium      chromium
+"
+
 case "${1:-}" in
     demo) needs=$demo_needs ;;
     relight) needs=$relight_needs ;;
     test) needs=$test_needs ;;
-    *) echo "usage: $0 demo | relight | test" >&2; exit 2 ;;
+    browser) needs=$browser_needs ;;
+    *) echo "usage: $0 demo | relight | test | browser" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

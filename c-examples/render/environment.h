@@ -3,15 +3,15 @@
 #define RENDER_ENVIRONMENT_H
 
 #include "light.h"
-#include "wis_wavelets.h"
+#include "wis.h"
 
 typedef struct Environment {
     void *memory; /* what the handle points into, from malloc */
-    const wis_wavelet_light *handle;
-    wis_wavelet_light_info info;
+    const wis_environment *handle;
 } Environment;
 
-wis_status environment_build(Environment *out, const Light *light, unsigned threads);
+/* flags: WIS_ENVIRONMENT_*. Free the environment even on failure. */
+wis_status environment_build(Environment *out, const Light *light, uint32_t flags, unsigned threads);
 
 void environment_free(Environment *environment);
 

@@ -6,17 +6,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "environment.h"
 #include "light.h"
 #include "scene.h"
 #include "vec3.h"
-#include "wis_wavelets.h"
 
 typedef enum Method {
     METHOD_ENVIRONMENT,     /* the light's density alone */
     METHOD_BRDF,            /* the BRDF's density alone */
     METHOD_MIS,             /* half of each, balance heuristic (Veach 1997) */
     METHOD_MIS_COMPENSATED, /* the same with the compensated light density (Karlik et al. 2019) */
-    METHOD_WIS,             /* the product of light, BRDF and cosine */
+    METHOD_WIS,             /* the rays that wis_direct chooses */
     METHOD_COUNT
 } Method;
 
@@ -25,17 +25,22 @@ const char *method_name(Method method);
 /* What all threads read. */
 typedef struct Lighting {
     const Light *light;
-    const wis_wavelet_light *environment;
-    wis_wavelet_product_config product;
+    Environment environment, compensated;
+    wis_material shapes[SCENE_OBJECTS];
 } Lighting;
+
+/* Builds both environments and the shapes of all materials. Free the lighting even on failure. */
+wis_status lighting_init(Lighting *out, const Light *light, unsigned threads);
+
+void lighting_free(Lighting *lighting);
 
 /* What each thread owns. */
 typedef struct Workspace {
-    void *product;
-    size_t product_bytes;
+    wis_sampler *sampler; /* from malloc */
     float (*u)[2];
-    float (*wi)[3];
     float *pdf;
+    wis_drawn *drawn;
+    wis_ray *ray;
 } Workspace;
 
 /* A direction and what it adds to the estimate if nothing blocks it. */
@@ -44,8 +49,8 @@ typedef struct LightSample {
     Vec3 radiance;
 } LightSample;
 
-/* Makes room for `capacity` samples at a point. Free the workspace even on failure. */
-wis_status workspace_init(Workspace *workspace, const Lighting *lighting, size_t capacity);
+/* Makes room for `capacity` samples at a point, at most 4096. Free the workspace even on failure. */
+wis_status workspace_init(Workspace *workspace, uint32_t capacity);
 
 void workspace_free(Workspace *workspace);
 
@@ -59,9 +64,5 @@ Vec3 sum_visible(const ShadingPoint *point, const LightSample *samples, uint32_t
 
 /* The sum of the radiances as if nothing blocked them. */
 Vec3 sum_unshadowed(const LightSample *samples, uint32_t count);
-
-/* wis' own estimate of the unshadowed luminance, without samples. */
-wis_status integrate_estimate(const Lighting *lighting, Workspace *workspace, const ShadingPoint *point,
-                              double *out);
 
 #endif

@@ -24,32 +24,8 @@ static bool load(Session *s) {
         return complain(o->env != NULL ? o->env : "the built-in sky", fault);
     }
     s->light.nearest = o->nearest;
-    if (!check(environment_build(&s->environment, &s->light, o->threads), "building the environment")) {
-        return false;
-    }
-    s->lighting.light = &s->light;
-    s->lighting.environment = s->environment.handle;
-    s->lighting.product.size = sizeof s->lighting.product;
-    s->lighting.product.cpu_level = wis_cpu_detect();
-    s->lighting.product.world_from_map = light_world_from_map;
-    return check(view_trace(&s->view, o->width, o->height), "tracing the view");
-}
-
-static bool estimate_products(Session *s) {
-    Workspace w = {0};
-    wis_status status = workspace_init(&w, &s->lighting, 1);
-    s->product_estimates = calloc(s->view.count, sizeof *s->product_estimates);
-    if (status == WIS_OK && s->product_estimates == NULL) {
-        status = WIS_MEMORY_TOO_SMALL;
-    }
-    for (size_t i = 0; i < s->reference.count && status == WIS_OK; i++) {
-        size_t point = s->reference.points[i];
-        double y = 0.0;
-        status = integrate_estimate(&s->lighting, &w, &s->view.points[point], &y);
-        s->product_estimates[point] = vec3_make((float)y, (float)y, (float)y);
-    }
-    workspace_free(&w);
-    return check(status, "estimating without samples");
+    return check(lighting_init(&s->lighting, &s->light, o->threads), "building the environment") &&
+           check(view_trace(&s->view, o->width, o->height), "tracing the view");
 }
 
 static bool render(Session *s) {
@@ -61,14 +37,7 @@ static bool render(Session *s) {
             return false;
         }
     }
-    if (!check(reference_render(&s->reference, &s->lighting, &s->view, &o->crop, o->reference_spp, o->threads),
-               "reference")) {
-        return false;
-    }
-    if (s->reference.count == 0) {
-        return complain("--crop", "no object is seen there");
-    }
-    return estimate_products(s);
+    return check(reference_render(&s->reference, &s->lighting, &s->view, o->reference_spp, o->threads), "reference");
 }
 
 static bool write_sheet(const Session *s) {
@@ -82,9 +51,8 @@ static bool write_sheet(const Session *s) {
         snprintf(panels[m].caption, sizeof panels[m].caption, "%s, %u samples, relative error %.3f",
                  method_name((Method)m), o->spp, metrics_relative(r, r->shadowed, s->difference));
     }
-    snprintf(caption, sizeof caption, "reference, %u samples, 1 of %u x %u pixels", o->reference_spp,
-             o->crop.stride, o->crop.stride);
-    return sheet_write(o->out, panels, caption, &s->light, &s->view, r, &o->crop) ||
+    snprintf(caption, sizeof caption, "reference, compensated MIS with %u samples", o->reference_spp);
+    return sheet_write(o->out, panels, caption, &s->light, &s->view, r) ||
            complain(o->out, "cannot be written");
 }
 
@@ -104,10 +72,9 @@ static void free_all(Session *s) {
         estimate_free(&s->estimates[m]);
     }
     free(s->difference);
-    free(s->product_estimates);
     reference_free(&s->reference);
     view_free(&s->view);
-    environment_free(&s->environment);
+    lighting_free(&s->lighting);
     light_free(&s->light);
 }
 

@@ -3,7 +3,6 @@
 #include "material.h"
 
 #include <stddef.h>
-#include <string.h>
 
 static float square(float x) {
     return x * x;
@@ -31,9 +30,9 @@ static void basis(Vec3 n, Vec3 *tangent, Vec3 *bitangent) {
 }
 
 /* Share of the reflected light that a lobe is expected to carry. */
-static float lobe_albedo(const wis_wavelet_lobe *lobe, float cos_o) {
+static float lobe_albedo(const Lobe *lobe, float cos_o) {
     Vec3 weight = vec3_load(lobe->weight);
-    if (lobe->kind == WIS_WAVELET_LOBE_GGX) {
+    if (lobe->kind == WIS_LOBE_GGX) {
         weight = vec3_mul(weight, fresnel_schlick(lobe->f0, cos_o));
     }
     return luminance(weight);
@@ -49,7 +48,7 @@ Bsdf bsdf_begin(const Material *material, Vec3 normal, Vec3 wo) {
     basis(normal, &b.tangent, &b.bitangent);
     for (uint32_t i = 0; i < material->lobe_count; i++) {
         b.choice[i] = lobe_albedo(&material->lobes[i], b.cos_o);
-        b.root_o[i] = smith_root(material->lobes[i].a, b.cos_o);
+        b.root_o[i] = smith_root(material->lobes[i].alpha, b.cos_o);
         total += b.choice[i];
     }
     for (uint32_t i = 0; i < material->lobe_count; i++) {
@@ -60,13 +59,13 @@ Bsdf bsdf_begin(const Material *material, Vec3 normal, Vec3 wo) {
 
 /* Adds a GGX lobe's f cos to *f_cos and returns its density of visible normals, reflected. */
 static float eval_ggx(const Bsdf *b, uint32_t i, Vec3 wi, float cos_i, Vec3 *f_cos) {
-    const wis_wavelet_lobe *lobe = &b->material->lobes[i];
-    float a2 = square(lobe->a);
+    const Lobe *lobe = &b->material->lobes[i];
+    float a2 = square(lobe->alpha);
     Vec3 half = vec3_normalise(vec3_add(wi, b->wo));
     float cos_h = vec3_dot(b->normal, half);
     float d = square(cos_h) * (a2 - 1.0f) + 1.0f;
     float distribution = a2 / (PI * square(d));
-    float root_i = smith_root(lobe->a, cos_i);
+    float root_i = smith_root(lobe->alpha, cos_i);
     float visibility = 0.5f / (b->cos_o * root_i + cos_i * b->root_o[i]);
     Vec3 fresnel = fresnel_schlick(lobe->f0, vec3_dot(b->wo, half));
     Vec3 reflectance = vec3_mul(vec3_load(lobe->weight), fresnel);
@@ -79,8 +78,8 @@ Vec3 bsdf_eval(const Bsdf *b, Vec3 wi, float *pdf) {
     float density = 0.0f;
     float cos_i = vec3_dot(b->normal, wi);
     for (uint32_t i = 0; cos_i > 0.0f && i < b->material->lobe_count; i++) {
-        const wis_wavelet_lobe *lobe = &b->material->lobes[i];
-        if (lobe->kind == WIS_WAVELET_LOBE_GGX) {
+        const Lobe *lobe = &b->material->lobes[i];
+        if (lobe->kind == WIS_LOBE_GGX) {
             density += b->choice[i] * eval_ggx(b, i, wi, cos_i, &f_cos);
         } else {
             f_cos = vec3_axpy(f_cos, cos_i / PI, vec3_load(lobe->weight));
@@ -144,23 +143,37 @@ static uint32_t choose_lobe(const Bsdf *b, float *u) {
 
 Vec3 bsdf_sample(const Bsdf *b, const float u[2]) {
     float u0 = u[0];
-    const wis_wavelet_lobe *lobe = &b->material->lobes[choose_lobe(b, &u0)];
+    const Lobe *lobe = &b->material->lobes[choose_lobe(b, &u0)];
     Vec3 wo, half;
-    if (lobe->kind != WIS_WAVELET_LOBE_GGX) {
+    if (lobe->kind != WIS_LOBE_GGX) {
         return to_world(b, sample_cosine(u0, u[1]));
     }
     wo = to_local(b, b->wo);
-    half = sample_visible_normal(lobe->a, wo, u0, u[1]);
+    half = sample_visible_normal(lobe->alpha, wo, u0, u[1]);
     return to_world(b, vec3_sub(vec3_scale(half, 2.0f * vec3_dot(wo, half)), wo));
 }
 
-wis_wavelet_query bsdf_query(const Bsdf *b) {
-    wis_wavelet_query query = {0};
-    query.size = sizeof query;
-    query.lobe_count = b->material->lobe_count;
-    vec3_store(b->normal, query.normal);
-    vec3_store(b->tangent, query.tangent);
-    vec3_store(b->wo, query.wo);
-    memcpy(query.lobe, b->material->lobes, sizeof b->material->lobes);
-    return query;
+wis_status material_shape(const Material *material, wis_material *out) {
+    wis_material shape = {0};
+    shape.size = sizeof shape;
+    shape.lobe_count = material->lobe_count;
+    for (uint32_t i = 0; i < material->lobe_count; i++) {
+        shape.lobe[i].kind = material->lobes[i].kind;
+        shape.lobe[i].a = shape.lobe[i].b = material->lobes[i].alpha;
+    }
+    *out = shape;
+    return wis_material_init(out, NULL);
+}
+
+wis_point bsdf_point(const Bsdf *b, const wis_material *shape) {
+    wis_point point = {0};
+    point.size = sizeof point;
+    point.material = shape;
+    vec3_store(b->normal, point.normal);
+    vec3_store(b->wo, point.wo);
+    for (uint32_t i = 0; i < b->material->lobe_count; i++) {
+        vec3_store(vec3_load(b->material->lobes[i].weight), point.weight[i]);
+        vec3_store(vec3_load(b->material->lobes[i].f0), point.f0[i]);
+    }
+    return point;
 }

@@ -3,14 +3,19 @@
 #define RENDER_MATERIAL_H
 
 #include "vec3.h"
-#include "wis_wavelets.h"
+#include "wis.h"
 
 #define MATERIAL_LOBES 2
+
+typedef struct Lobe {
+    uint32_t kind; /* WIS_LOBE_LAMBERT or WIS_LOBE_GGX */
+    float weight[3], f0[3], alpha;
+} Lobe;
 
 typedef struct Material {
     const char *name;
     uint32_t lobe_count;
-    wis_wavelet_lobe lobes[MATERIAL_LOBES];
+    Lobe lobes[MATERIAL_LOBES];
 } Material;
 
 /* A material seen from wo at a point: everything that does not depend on wi. */
@@ -30,7 +35,10 @@ Vec3 bsdf_eval(const Bsdf *bsdf, Vec3 wi, float *pdf);
 /* A direction from two numbers in [0, 1); it may lie below the horizon, where f is 0. */
 Vec3 bsdf_sample(const Bsdf *bsdf, const float u[2]);
 
-/* The same material as the question that wis_wavelet_product_prepare answers. */
-wis_wavelet_query bsdf_query(const Bsdf *bsdf);
+/* The shapes of a material's lobes, once. */
+wis_status material_shape(const Material *material, wis_material *out);
+
+/* A hit as wis knows it: directions, and what the lobes weigh there. `shape` is of material_shape. */
+wis_point bsdf_point(const Bsdf *bsdf, const wis_material *shape);
 
 #endif

@@ -19,7 +19,7 @@ static double rmse_over_mean(Sums s) {
 
 void metrics_difference(const Reference *r, const Vec3 *estimate, const Vec3 *truth, float *out) {
     for (size_t i = 0; i < r->count; i++) {
-        out[i] = luminance(estimate[r->points[i]]) - luminance(truth[i]);
+        out[i] = luminance(estimate[i]) - luminance(truth[i]);
     }
 }
 
@@ -35,7 +35,7 @@ double metrics_of_object(const Reference *r, const View *view, uint32_t object, 
                          const float *difference) {
     Sums s = {0};
     for (size_t i = 0; i < r->count; i++) {
-        if (view->points[r->points[i]].object == object) {
+        if (view->points[i].object == object) {
             s = add(s, truth[i], difference[i]);
         }
     }

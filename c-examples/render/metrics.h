@@ -1,12 +1,11 @@
-/* Errors of luminance against the reference, over the reference's points. */
+/* Errors of luminance against the reference, over all points of the view. */
 #ifndef RENDER_METRICS_H
 #define RENDER_METRICS_H
 
 #include "reference.h"
 #include "view.h"
 
-/* out[i] = luminance of the estimate minus that of the truth, i < reference->count; the estimate has a value
- * for each point of the view, the truth (shadowed or unshadowed) for each point of the reference. */
+/* out[i] = luminance of the estimate minus that of the truth (shadowed or unshadowed), i < reference->count. */
 void metrics_difference(const Reference *reference, const Vec3 *estimate, const Vec3 *truth, float *out);
 
 /* sqrt(mean d^2) / mean truth: ruled by bright points. */

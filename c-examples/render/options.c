@@ -17,13 +17,11 @@ void options_help(void) {
          "\n"
          "  --env FILE.hdr         lat-long light in Radiance format (default: $ENV, else a built-in sky)\n"
          "  --out FILE.png         the picture (default: render.png)\n"
-         "  --spp N                samples per shading point, at least 2 (default: 16)\n"
+         "  --spp N                samples per shading point, 2 to 4096 (default: 16)\n"
          "  --size WxH             pixels of one panel (default: 640x240)\n"
          "  --threads N            (default: one per processor)\n"
          "  --nearest              look the light up without filtering\n"
-         "  --crop X,Y,W,H,STRIDE  pixels that have a reference: every STRIDE-th of the rectangle\n"
-         "                         (default: every 3rd of a band that crosses the spheres)\n"
-         "  --reference-spp N      samples per reference pixel (default: 4096)\n"
+         "  --reference-spp N      samples per pixel of the reference (default: 2048)\n"
          "  --help");
 }
 
@@ -45,7 +43,7 @@ static Options defaults(void) {
     o.width = 640;
     o.height = 240;
     o.spp = 16;
-    o.reference_spp = 4096;
+    o.reference_spp = 2048;
     o.threads = processors();
     return o;
 }
@@ -66,19 +64,6 @@ static bool parse_numbers(const char *text, const char *separators, uint32_t *ou
         }
         text = end + 1;
     }
-}
-
-static bool parse_crop(const char *text, Crop *out) {
-    uint32_t n[5];
-    if (!parse_numbers(text, ",,,,", n)) {
-        return false;
-    }
-    out->x = n[0];
-    out->y = n[1];
-    out->width = n[2];
-    out->height = n[3];
-    out->stride = n[4];
-    return true;
 }
 
 static bool parse_size(const char *text, Options *o) {
@@ -105,8 +90,6 @@ static bool parse_value(Options *o, const char *name, const char *value) {
         return parse_numbers(value, "", &o->threads);
     } else if (strcmp(name, "--size") == 0) {
         return parse_size(value, o);
-    } else if (strcmp(name, "--crop") == 0) {
-        return parse_crop(value, &o->crop);
     } else {
         return false;
     }
@@ -128,15 +111,11 @@ static bool parse_flag(Options *o, const char *name) {
 static const char *complete(Options *o) {
     uint32_t batch = 2 * REFERENCE_BATCHES;
     o->reference_spp = (o->reference_spp + batch - 1) / batch * batch;
-    if (o->crop.stride == 0) {
-        Crop band = {0, o->height * 35 / 100, o->width, o->height / 2, 3};
-        o->crop = band;
-    }
     if (o->width < 16 || o->height < 16 || o->width > MAX_SIZE || o->height > MAX_SIZE) {
         return "--size must be from 16x16 to 8192x8192";
     }
-    if (o->spp < 2 || o->reference_spp < batch) {
-        return "--spp and --reference-spp must be at least 2";
+    if (o->spp < 2 || o->spp > 4096 || o->reference_spp < batch) {
+        return "--spp must be from 2 to 4096, and --reference-spp at least 2";
     }
     if (o->threads < 1 || o->threads > PARALLEL_MAX_THREADS) {
         return "--threads must be from 1 to 256";

@@ -14,7 +14,6 @@ typedef struct Options {
     uint32_t spp, reference_spp;
     uint32_t threads;
     bool nearest, help;
-    Crop crop;
 } Options;
 
 /* Fills *out from the defaults, the variable ENV and the arguments; on failure says why on stderr. */

@@ -19,26 +19,12 @@ typedef struct Task {
     Reference *reference;
 } Task;
 
-static bool in_crop(const ShadingPoint *p, const Crop *c) {
-    return p->x >= c->x && p->x - c->x < c->width && (p->x - c->x) % c->stride == 0 && p->y >= c->y &&
-           p->y - c->y < c->height && (p->y - c->y) % c->stride == 0;
-}
-
 static bool allocate(Reference *r, size_t capacity) {
-    r->points = calloc(capacity, sizeof *r->points);
     r->shadowed = calloc(capacity, sizeof *r->shadowed);
     r->unshadowed = calloc(capacity, sizeof *r->unshadowed);
     r->shadowed_error = calloc(capacity, sizeof *r->shadowed_error);
     r->unshadowed_error = calloc(capacity, sizeof *r->unshadowed_error);
-    return r->points && r->shadowed && r->unshadowed && r->shadowed_error && r->unshadowed_error;
-}
-
-static void choose_points(Reference *r, const View *view, const Crop *crop) {
-    for (size_t i = 0; i < view->count; i++) {
-        if (in_crop(&view->points[i], crop)) {
-            r->points[r->count++] = i;
-        }
-    }
+    return r->shadowed && r->unshadowed && r->shadowed_error && r->unshadowed_error;
 }
 
 /* Mean colour of the batches and the standard error of its luminance. */
@@ -59,12 +45,12 @@ static void average(const Vec3 batches[REFERENCE_BATCHES], Vec3 *mean, float *er
 
 static wis_status render_point(const Task *t, Worker *w, size_t index) {
     Reference *r = t->reference;
-    const ShadingPoint *point = &t->view->points[r->points[index]];
+    const ShadingPoint *point = &t->view->points[index];
     Vec3 shadowed[REFERENCE_BATCHES], unshadowed[REFERENCE_BATCHES];
     for (uint32_t batch = 0; batch < REFERENCE_BATCHES; batch++) {
         uint32_t pass = FIRST_PASS + 2 * batch;
         wis_status status =
-            integrate(METHOD_MIS, t->lighting, &w->workspace, point, pass, t->batch_spp, w->samples);
+            integrate(METHOD_MIS_COMPENSATED, t->lighting, &w->workspace, point, pass, t->batch_spp, w->samples);
         if (status != WIS_OK) {
             return status;
         }
@@ -94,15 +80,15 @@ static wis_status render_jobs(Task *t, unsigned threads) {
     return status;
 }
 
-wis_status reference_render(Reference *out, const Lighting *lighting, const View *view, const Crop *crop,
-                            uint32_t spp, unsigned threads) {
+wis_status reference_render(Reference *out, const Lighting *lighting, const View *view, uint32_t spp,
+                            unsigned threads) {
     Task t = {lighting, view, spp / REFERENCE_BATCHES, NULL, out};
-    wis_status status = workers_init(&t.workers, threads, lighting, t.batch_spp, t.batch_spp);
+    wis_status status = workers_init(&t.workers, threads, t.batch_spp, t.batch_spp);
+    out->count = view->count;
     if (status == WIS_OK && !allocate(out, view->count)) {
         status = WIS_MEMORY_TOO_SMALL;
     }
     if (status == WIS_OK) {
-        choose_points(out, view, crop);
         status = render_jobs(&t, threads);
     }
     workers_free(t.workers, threads);
@@ -110,7 +96,6 @@ wis_status reference_render(Reference *out, const Lighting *lighting, const View
 }
 
 void reference_free(Reference *reference) {
-    free(reference->points);
     free(reference->shadowed);
     free(reference->unshadowed);
     free(reference->shadowed_error);

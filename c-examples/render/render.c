@@ -68,7 +68,7 @@ static wis_status render_jobs(Task *t, unsigned threads) {
 wis_status estimate_render(Estimate *out, Method method, const Lighting *lighting, const View *view, uint32_t spp,
                            unsigned threads) {
     Task t = {lighting, view, method, spp, NULL, out};
-    wis_status status = workers_init(&t.workers, threads, lighting, spp, (size_t)POINTS_PER_JOB * spp);
+    wis_status status = workers_init(&t.workers, threads, spp, (size_t)POINTS_PER_JOB * spp);
     out->shadowed = calloc(view->count, sizeof *out->shadowed);
     out->unshadowed = calloc(view->count, sizeof *out->unshadowed);
     if (status == WIS_OK) {

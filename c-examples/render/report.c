@@ -15,7 +15,7 @@ static void print_setup(const Session *s) {
            s->light.height, o->nearest ? "without filtering" : "bilinearly");
     printf("view       %ux%u pixels, %zu shading points, %u samples each\n", o->width, o->height, s->view.count,
            o->spp);
-    printf("reference  MIS at %zu of the points, %u samples each\n\n", s->reference.count, o->reference_spp);
+    printf("reference  compensated MIS, %u samples each\n\n", o->reference_spp);
 }
 
 static void print_errors(double unshadowed, double relative, double absolute) {
@@ -74,8 +74,6 @@ static void print_materials(const Session *s) {
         metrics_difference(r, s->estimates[m].unshadowed, r->unshadowed, s->difference);
         print_material_row(s, method_name((Method)m), s->difference);
     }
-    metrics_difference(r, s->product_estimates, r->unshadowed, s->difference);
-    print_material_row(s, "wis, no samples", s->difference);
     print_material_row(s, "reference itself", r->unshadowed_error);
 }
 

@@ -10,14 +10,14 @@ static const Vec3 centres[SCENE_SPHERES] = {
 static const float radius = 1.0f;
 
 static const Material materials[SCENE_OBJECTS] = {
-    {"Lambert", 1, {{WIS_WAVELET_LOBE_LAMBERT, {0.75f, 0.68f, 0.60f}, {0}, 0, 0}}},
-    {"GGX .5", 1, {{WIS_WAVELET_LOBE_GGX, {1, 1, 1}, {0.95f, 0.64f, 0.54f}, 0.5f, 0.5f}}},
-    {"GGX .2", 1, {{WIS_WAVELET_LOBE_GGX, {1, 1, 1}, {1.00f, 0.78f, 0.34f}, 0.2f, 0.2f}}},
-    {"GGX .05", 1, {{WIS_WAVELET_LOBE_GGX, {1, 1, 1}, {0.91f, 0.92f, 0.92f}, 0.05f, 0.05f}}},
+    {"Lambert", 1, {{WIS_LOBE_LAMBERT, {0.75f, 0.68f, 0.60f}, {0}, 0}}},
+    {"GGX .5", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.95f, 0.64f, 0.54f}, 0.5f}}},
+    {"GGX .2", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {1.00f, 0.78f, 0.34f}, 0.2f}}},
+    {"GGX .05", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.91f, 0.92f, 0.92f}, 0.05f}}},
     {"mix", 2,
-     {{WIS_WAVELET_LOBE_LAMBERT, {0.12f, 0.30f, 0.42f}, {0}, 0, 0},
-      {WIS_WAVELET_LOBE_GGX, {1, 1, 1}, {0.06f, 0.06f, 0.06f}, 0.15f, 0.15f}}},
-    {"plane", 1, {{WIS_WAVELET_LOBE_LAMBERT, {0.5f, 0.5f, 0.5f}, {0}, 0, 0}}},
+     {{WIS_LOBE_LAMBERT, {0.12f, 0.30f, 0.42f}, {0}, 0},
+      {WIS_LOBE_GGX, {1, 1, 1}, {0.06f, 0.06f, 0.06f}, 0.15f}}},
+    {"plane", 1, {{WIS_LOBE_LAMBERT, {0.5f, 0.5f, 0.5f}, {0}, 0}}},
 };
 
 const Material *scene_material(uint32_t object) {

@@ -48,30 +48,12 @@ static void draw_points(Image *image, Corner c, const View *view, const Vec3 *ra
     }
 }
 
-/* A skipped pixel shows the reference's last point before it in its row and column; where there is no
- * reference at all, the panel stays dark. */
-static void draw_reference(Image *image, Corner c, const View *view, const Reference *r, const Crop *crop,
-                           float exposure) {
-    const Vec3 dark = {0.02f, 0.02f, 0.02f};
-    for (size_t i = 0; i < view->count; i++) {
-        image_set(image, c.x + view->points[i].x, c.y + view->points[i].y, dark, 1.0f);
-    }
-    for (size_t i = 0; i < r->count; i++) {
-        const ShadingPoint *p = &view->points[r->points[i]];
-        for (uint32_t y = p->y; y < p->y + crop->stride && y < view->height; y++) {
-            for (uint32_t x = p->x; x < p->x + crop->stride && x < view->width; x++) {
-                image_set(image, c.x + x, c.y + y, r->shadowed[i], exposure);
-            }
-        }
-    }
-}
-
 static void draw_caption(Image *image, Corner c, const char *caption) {
     image_text(image, c.x + 2, c.y - CAPTION + 4, caption);
 }
 
 bool sheet_write(const char *path, const SheetPanel panels[METHOD_COUNT], const char *reference_caption,
-                 const Light *light, const View *view, const Reference *reference, const Crop *crop) {
+                 const Light *light, const View *view, const Reference *reference) {
     Image image;
     bool written;
     float exposure = exposure_of(reference);
@@ -87,7 +69,7 @@ bool sheet_write(const char *path, const SheetPanel panels[METHOD_COUNT], const 
         draw_caption(&image, c, panels[i].caption);
     }
     draw_background(&image, last, light, view, exposure);
-    draw_reference(&image, last, view, reference, crop, exposure);
+    draw_points(&image, last, view, reference->shadowed, exposure);
     draw_caption(&image, last, reference_caption);
     written = image_write_png(&image, path);
     image_free(&image);

@@ -15,6 +15,6 @@ typedef struct SheetPanel {
 
 /* Writes the panels, and the reference as the last one, in two columns. Returns false if it cannot. */
 bool sheet_write(const char *path, const SheetPanel panels[METHOD_COUNT], const char *reference_caption,
-                 const Light *light, const View *view, const Reference *reference, const Crop *crop);
+                 const Light *light, const View *view, const Reference *reference);
 
 #endif

@@ -3,8 +3,8 @@
 
 #include <stdlib.h>
 
-static wis_status worker_init(Worker *worker, const Lighting *lighting, uint32_t spp, size_t samples) {
-    wis_status status = workspace_init(&worker->workspace, lighting, spp);
+static wis_status worker_init(Worker *worker, uint32_t spp, size_t samples) {
+    wis_status status = workspace_init(&worker->workspace, spp);
     worker->samples = malloc(samples * sizeof *worker->samples);
     if (status == WIS_OK && worker->samples == NULL) {
         status = WIS_MEMORY_TOO_SMALL;
@@ -12,7 +12,7 @@ static wis_status worker_init(Worker *worker, const Lighting *lighting, uint32_t
     return status;
 }
 
-wis_status workers_init(Worker **out, unsigned threads, const Lighting *lighting, uint32_t spp, size_t samples) {
+wis_status workers_init(Worker **out, unsigned threads, uint32_t spp, size_t samples) {
     wis_status status = WIS_OK;
     Worker *workers = calloc(threads, sizeof *workers);
     *out = workers;
@@ -20,7 +20,7 @@ wis_status workers_init(Worker **out, unsigned threads, const Lighting *lighting
         return WIS_MEMORY_TOO_SMALL;
     }
     for (unsigned i = 0; i < threads && status == WIS_OK; i++) {
-        status = worker_init(&workers[i], lighting, spp, samples);
+        status = worker_init(&workers[i], spp, samples);
     }
     return status;
 }

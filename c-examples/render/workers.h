@@ -15,7 +15,7 @@ typedef struct Worker {
 
 /* Gives every thread a workspace for spp samples a point and room for `samples` samples in all.
  * Free the workers even on failure. */
-wis_status workers_init(Worker **out, unsigned threads, const Lighting *lighting, uint32_t spp, size_t samples);
+wis_status workers_init(Worker **out, unsigned threads, uint32_t spp, size_t samples);
 
 void workers_free(Worker *workers, unsigned threads);
 

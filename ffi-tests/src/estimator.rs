@@ -139,7 +139,7 @@ impl Estimator {
 
     /// What other pixels saw, for the modes of the library that take it.
     pub fn set_prior(&mut self, prior: &raw::wis_prior) {
-        self.library.prior = *prior;
+        self.library.set_prior(prior);
     }
 
     /// The samples of a point in a pass; their contributions add up to the estimate.

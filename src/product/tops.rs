@@ -10,8 +10,11 @@ pub fn write(weights: &[f32], [columns, rows]: [u32; 2], tops: &mut [f32]) -> f3
     let (columns, rows) = (columns.max(1) as usize, rows as usize);
     let (of_rows, of_cells) = tops.split_at_mut_checked(rows + 1).unwrap_or_default();
     let mut total = 0.0;
-    let lines = of_cells.chunks_exact_mut(columns + 1).zip(weights.chunks_exact(columns));
-    for (start, (line, weights)) in of_rows.iter_mut().zip(lines) {
+    // Ranges in place of chunks, whose length the compiler would divide by, and could not show to be above 0.
+    for (row, start) in of_rows.iter_mut().enumerate().take(rows) {
+        let line =
+            of_cells.get_mut(row * (columns + 1)..).and_then(|cells| cells.get_mut(..=columns)).unwrap_or_default();
+        let weights = weights.get(row * columns..).and_then(|cells| cells.get(..columns)).unwrap_or_default();
         *start = total;
         let mut sum = 0.0;
         for (start, weight) in line.iter_mut().zip(weights) {

@@ -7,6 +7,7 @@ use glam::Vec3;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
+use wis_ffi_tests::before::Before;
 use wis_ffi_tests::client::{self, Block, Density, Environment, Map, Preparation, Product, raw};
 use wis_ffi_tests::data;
 use wis_ffi_tests::estimator::{Estimator, Lit, Setting};
@@ -223,7 +224,7 @@ fn budgets(out: &mut String, lights: &[Light]) -> Result<()> {
             let truth = truth(&setting, &points)?;
             for (budget, results) in BUDGETS.iter().zip(&mut results) {
                 (setting.preparation.max_evaluations, setting.preparation.max_squares) = (*budget, 1024);
-                results.push(error(Mode::Product.into(), &setting, &points, &truth)?);
+                results.push(error(Mode::Before(Before::Product).into(), &setting, &points, &truth)?);
             }
         }
         rows.iter_mut().zip(&results).for_each(|(row, results)| row.add(results));
@@ -274,14 +275,14 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
             let truth = truth(&whole, &points)?;
             base.preparation.max_evaluations = 66;
             let variants: [(&Setting, Method); 10] = [
-                (&whole, Mode::Product.into()),
-                (&coarse, Mode::Product.into()),
-                (&spread, Mode::Product.into()),
+                (&whole, Mode::Before(Before::Product).into()),
+                (&coarse, Mode::Before(Before::Product).into()),
+                (&spread, Mode::Before(Before::Product).into()),
                 (&whole, Peer::Environment.into()),
-                (&base, Mode::Product.into()),
-                (&whole, Mode::TreePool(4).into()),
-                (&whole, Mode::Pool(4).into()),
-                (&coarse, Mode::Pool(4).into()),
+                (&base, Mode::Before(Before::Product).into()),
+                (&whole, Mode::Before(Before::TreePool(4)).into()),
+                (&whole, Mode::Before(Before::Pool(4)).into()),
+                (&coarse, Mode::Before(Before::Pool(4)).into()),
                 (&whole, Peer::MisCompensated.into()),
                 (&whole, Peer::Ris(8, Candidates::Plain).into()),
             ];
@@ -315,7 +316,7 @@ fn sizes(out: &mut String) -> Result<()> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         let lit = Lit::new(&light, &environment)?;
         let setting = Setting::new(&lit, &material);
-        let [error, ns] = error(Mode::Product.into(), &setting, &points, &truth(&setting, &points)?)?;
+        let [error, ns] = error(Mode::Before(Before::Product).into(), &setting, &points, &truth(&setting, &points)?)?;
         let (bytes, texels) = (environment.info.bytes, light.luminance().len());
         let each = bytes as f64 / texels as f64;
         writeln!(out, "| {texels} | {ms:.0} | {bytes} | {each:.0} | {error:.3} | {:.1} |", ns / 1e3)?;

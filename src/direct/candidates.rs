@@ -1,5 +1,5 @@
-//! Candidates for rays, eight at a time: half from the light, half from the lobes, each with the library's own estimate of what
-//! it would bring.
+//! Candidates for rays, eight at a time: from the light and from the lobes, each with the library's own estimate of what it would
+//! bring.
 
 use super::joint::{Set, Turn};
 use crate::brdf::point::Target;
@@ -37,6 +37,8 @@ pub struct Draw<'a> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
+    /// How many candidates come from the light: a multiple of 8, the first ones. The lobes draw the others.
+    pub from_light: usize,
     /// Whether the client's own target follows: the lobes' values do not count.
     pub without_lobes: bool,
     /// What was seen from there, by cell of the world's directions, and how the world lies to map space.
@@ -44,19 +46,18 @@ pub struct Draw<'a> {
 }
 
 impl Draw<'_> {
-    /// Draws all candidates: the first half from the light.
+    /// Draws all candidates.
     #[inline(always)]
     pub fn run<F: Lanes>(&self, out: &mut Candidates<'_>) {
         let count = out.x.len();
-        let half = count / 2;
-        let (light_seed, light_first) = self.turn.set(Set::Light, half);
-        let (lobe_seed, lobe_first) = self.turn.set(Set::Lobes, half);
+        let (light_seed, light_first) = self.turn.set(Set::Light, self.from_light);
+        let (lobe_seed, lobe_first) = self.turn.set(Set::Lobes, self.from_light);
         for group in (0..count).step_by(LANES) {
-            let from_light = group < half;
+            let from_light = group < self.from_light;
             let (seed, first) = if from_light {
                 (light_seed, light_first + group as u32)
             } else {
-                (lobe_seed, lobe_first + (group - half) as u32)
+                (lobe_seed, lobe_first + (group - self.from_light) as u32)
             };
             let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
             for ((across, down), index) in across.iter_mut().zip(&mut down).zip(0..) {
@@ -69,7 +70,7 @@ impl Draw<'_> {
                 let direction = self.surface.to_map(self.surface.sample(u));
                 (direction, self.light.density(direction))
             };
-            self.weigh(direction, light, half as f32, group, out);
+            self.weigh(direction, light, group, out);
         }
     }
 
@@ -88,11 +89,12 @@ impl Draw<'_> {
 
     /// Weighs eight directions with their densities in the light, and writes them.
     #[inline(always)]
-    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
+    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, group: usize, out: &mut Candidates<'_>) {
         let zero = <F as Num>::splat(0.0);
         let local = self.surface.to_local(direction);
         let (value, lobes) = self.surface.eval(local);
-        let density = <F as Num>::splat(half) * (light + lobes);
+        let counts = [self.from_light, out.x.len() - self.from_light].map(|n| <F as Num>::splat(n as f32));
+        let density = counts[0] * light + counts[1] * lobes;
         // Lobes answer 0 in all components where they have no direction.
         let height = if self.surface.is_whole() {
             local[0] * local[0] + local[1] * local[1] + local[2] * local[2]

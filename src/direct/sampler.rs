@@ -2,6 +2,7 @@
 
 use super::candidates::Candidates;
 use super::joint::Turn;
+use super::several;
 use super::shared::{self, Ring};
 use super::{Ray, Request, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
@@ -49,7 +50,13 @@ impl Config {
     /// Bytes of working memory.
     #[inline(never)]
     pub fn bytes(&self) -> usize {
-        self.shared_bytes() + 5 * 4 * self.most_candidates()
+        let product = if self.takes_products() { several::bytes() } else { 0 };
+        self.shared_bytes() + product.max(5 * 4 * self.most_candidates())
+    }
+
+    /// Whether calls for several rays draw them from products: unless the client wants a number of candidates.
+    fn takes_products(&self) -> bool {
+        self.rays as usize >= several::SEVERAL && self.candidates_per_ray == 0
     }
 
     /// Bytes of the products that hits share.
@@ -129,13 +136,25 @@ impl<'a> Sampler<'a> {
         if rays == 0 || !(environment.header().power > 0.0) {
             return Ok(0);
         }
-        let shares = self.shared.as_mut().filter(|_| point.target.is_none() && environment.guide().is_some());
+        // Under a compensated light candidates win against shared products in time x error, whatever the client's numbers:
+        // measured in `c-examples/pathtracer` at 16, 64 and 256 hits.
+        let can_share = point.target.is_none() && environment.guide().is_some() && !environment.is_compensated();
+        let shares = self.shared.as_mut().filter(|_| can_share);
         if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
             return shared.direct(self.level, environment, point, u, out);
         }
-        let light = environment.light();
         let turn = Turn::new(at.seed, at.turn, at.stream);
-        let count = self.config.candidates(rays);
+        // The client's own target and what rays saw enter the choice among candidates, which no product knows.
+        let has_product = environment.guide().is_some() && point.target.is_none() && point.seen.is_none();
+        if has_product && rays >= several::SEVERAL && self.config.takes_products() {
+            let (memory, out) = (bytemuck::cast_slice_mut(self.scratch), out.get_mut(..rays).unwrap_or_default());
+            return several::direct(self.level, environment, point, turn, memory, out);
+        }
+        let light = environment.light();
+        let half = self.config.candidates(rays) / 2;
+        // What is left of a compensated light is lamps: they are found by drawing the light, however wide lobes reflect.
+        let lights_suffice = environment.is_compensated() && surface.is_wide();
+        let count = if lights_suffice { half } else { 2 * half };
         let mut columns = self.scratch.chunks_exact_mut(count.max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
@@ -147,6 +166,7 @@ impl<'a> Sampler<'a> {
             seen: point.seen,
             target: point.target,
             rays,
+            from_light: half,
             candidates: &mut candidates,
             out,
         };

@@ -17,10 +17,11 @@ pub mod shared;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
+use crate::product::density::Shaded;
 use crate::simd::{Kernel, Lanes};
 use crate::sphere::Frame;
 use crate::visibility::Factors;
-use candidates::{Candidates, Draw};
+use candidates::{Candidates, Counts, Draw};
 use joint::Turn;
 pub use ray::Ray;
 
@@ -55,8 +56,10 @@ pub struct Request<'a, 'b> {
     pub target: Option<&'a dyn Target>,
     /// How many rays may be traced.
     pub rays: usize,
-    /// How many candidates come from the light: a multiple of 8.
-    pub from_light: usize,
+    /// The product of light and lobes, if candidates come from it.
+    pub product: Option<&'a Shaded<'a>>,
+    /// How many candidates come from each source.
+    pub counts: Counts,
     /// Room for the candidates.
     pub candidates: &'a mut Candidates<'b>,
     /// The rays, at least as many as may be traced.
@@ -69,14 +72,13 @@ impl Kernel for Request<'_, '_> {
     /// How many rays there are; `None` if the target failed.
     #[inline(always)]
     fn run<F: Lanes>(self) -> Option<usize> {
-        let Request { light, frame, surface, turn, seen, target, rays, from_light, candidates, out } = self;
-        let seen = seen.map(|seen| (frame, seen));
-        let draw = Draw { light, surface, turn, from_light, without_lobes: target.is_some(), seen };
+        let Request { light, frame, surface, turn, seen, target, rays, product, counts, candidates, out } = self;
+        let draw = Draw { light, surface, turn, product, frame, counts, without_lobes: target.is_some(), seen };
         draw.run::<F>(candidates);
         if let Some(target) = target {
             candidates.weigh_by(target, frame)?;
         }
-        Some(pick::pick(candidates, rays, turn.pick(from_light), |ray, direction, weight| {
+        Some(pick::pick(candidates, rays, turn.pick(counts.product.max(counts.light)), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
                 let [x, y, z] = crate::light::density::to_world(frame, direction);
                 *out = Ray { wi: [x, y, z], weight };

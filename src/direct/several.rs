@@ -1,20 +1,21 @@
-//! Several rays at a hit: drawn from its own product, with points of the hit's turn.
+//! Several rays at a hit share a product of their own.
 //!
-//! One preparation serves them all. Such rays have less variance than picks among as many candidates as the same time pays for.
+//! One preparation serves them all. Where all lobes are wide, rays are samples of the product: they have less variance than picks among as
+//! many candidates as the same time pays for. Where a lobe is narrow, a product errs about its peak, and rays are picks among samples of
+//! the product, the light and the lobes.
 
 use super::Ray;
+use super::candidates::{Counts, FLOOR};
 use super::drawn::Source;
 use super::joint::{Set, Turn};
 use crate::brdf::point::{Fault, Point};
 use crate::light::environment::Environment;
 use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
 use crate::product::stored::{Product, most_bytes};
-use crate::simd::Level;
+use crate::simd::{LANES, Level};
 
 /// From so many rays on a product is worth its preparation: under the developer maps the least variance x time for every lobe.
 pub const SEVERAL: usize = 4;
-/// The share of rays that the light alone draws: what every candidate keeps of the mean weight, too (rule 24).
-const FROM_LIGHT: f32 = super::candidates::FLOOR;
 /// Points that are made together.
 const TOGETHER: usize = 16;
 
@@ -23,28 +24,44 @@ pub fn bytes() -> usize {
     most_bytes(DIVIDED)
 }
 
-/// The rays of a hit. `memory`: at least [`bytes`], aligned to 16. Answers how many there are.
+/// The product of a hit. `memory`: at least [`bytes`], aligned to 16. `None` if there is none.
 ///
 /// # Errors
 /// What is wrong with the point.
-pub fn direct(
+pub fn product<'a>(
     level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,
-    turn: Turn,
-    memory: &mut [u8],
-    out: &mut [Ray],
-) -> Result<usize, Fault> {
+    memory: &'a mut [u8],
+) -> Result<Option<Product<'a>>, Fault> {
     match prepare(level, environment, point, &Config::default(), memory) {
-        Ok(_) => {}
-        Err(PrepareError::Point(fault)) => return Err(fault),
-        // The memory is as long as any product, and aligned: this is never reached, and answers no rays.
-        Err(_) => return Ok(0),
+        Ok(_) => Ok(Product::view(memory)),
+        Err(PrepareError::Point(fault)) => Err(fault),
+        // The light was built without what products read: nothing else fails in memory that is long enough and aligned.
+        Err(_) => Ok(None),
     }
-    let Some(product) = Product::view(memory) else { return Ok(0) };
-    let source = Source { level, environment, product, from_light: FROM_LIGHT };
+}
+
+/// Of candidates, half come from the product; light and lobes share the others.
+pub fn counts(candidates: usize) -> Counts {
+    let quarter = (candidates / 4).next_multiple_of(LANES);
+    Counts { product: candidates.saturating_sub(2 * quarter), light: quarter, lobes: quarter }
+}
+
+/// Draws the rays of a hit from its product, with the points of its turn. Answers how many there are.
+///
+/// A share of [`FLOOR`] comes from the light alone, which bounds weights as the floor of candidates does (rule 24).
+pub fn draw(
+    level: Level,
+    environment: &Environment<'_>,
+    product: Product<'_>,
+    point: &Point<'_>,
+    turn: Turn,
+    out: &mut [Ray],
+) -> usize {
+    let source = Source { level, environment, product, from_light: FLOOR };
     let total = out.len();
-    let (seed, first) = turn.set(Set::Light, total);
+    let (seed, first) = turn.set(Set::Product, total);
     let mut written = 0;
     for begin in (0..total).step_by(TOGETHER) {
         let mut u = [[0.0; 2]; TOGETHER];
@@ -54,5 +71,5 @@ pub fn direct(
         let u = u.get(..TOGETHER.min(total - begin)).unwrap_or_default();
         written += source.rays(point, u, total, out.get_mut(written..).unwrap_or_default());
     }
-    Ok(written)
+    written
 }

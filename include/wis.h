@@ -521,8 +521,9 @@ typedef struct wis_ray {
 /// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
 /// fall with the spread of your numbers. Otherwise one to three rays are chosen among candidates, 8 to 16 for each at about 30 ns. Four
-/// rays and more are drawn from a product that the call prepares for about 1.5 us, at about 100 ns each. A visibility cache, a target or
-/// `candidates_per_ray` of your own mean candidates for any number of rays.
+/// rays and more are samples of a product that the call prepares for about 2 us, at about 100 ns each; up to 15 of them, if a lobe is
+/// narrower than 0.25, are picks among such samples and others. With a visibility cache, a target or `candidates_per_ray` of your own,
+/// rays are picks at any number.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays

@@ -169,7 +169,7 @@ impl<'a> Sampler<'a> {
             true => several::product(self.level, environment, point, self.product)?,
             false => None,
         };
-        if let (Some(product), true) = (product, surface.is_wide() && point.seen.is_none()) {
+        if let (Some(product), true) = (product, several::suffices(rays, &surface, point.seen.is_some())) {
             let out = out.get_mut(..rays).unwrap_or_default();
             return Ok(several::draw(self.level, environment, product, point, turn, out));
         }

@@ -1,7 +1,7 @@
 //! Several rays at a hit share a product of their own.
 //!
-//! One preparation serves them all. Where all lobes are wide, rays are samples of the product: they have less variance than picks among as
-//! many candidates as the same time pays for. Where a lobe is narrow, a product errs about its peak, and rays are picks among samples of
+//! One preparation serves them all. Rays are samples of the product: they have less variance than picks among as many candidates as the
+//! same time pays for. Where a lobe is narrow, a product errs about its peak and under suns. A few rays are then picks among samples of
 //! the product, the light and the lobes.
 
 use super::Ray;
@@ -9,6 +9,7 @@ use super::candidates::{Counts, FLOOR};
 use super::drawn::Source;
 use super::joint::{Set, Turn};
 use crate::brdf::point::{Fault, Point};
+use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
 use crate::product::stored::{Product, most_bytes};
@@ -16,6 +17,9 @@ use crate::simd::{LANES, Level};
 
 /// From so many rays on a product is worth its preparation: under the developer maps the least variance x time for every lobe.
 pub const SEVERAL: usize = 4;
+/// From so many rays on they are samples of the product even where a lobe is narrow. At 16 rays of GGX 0.2 picks have 1.5 times its variance
+/// under st_fagans and 0.6 times under rooitou, and take 1.5 times as long; at 4 rays 0.8 and 0.24 times.
+const MANY: usize = 16;
 /// Points that are made together.
 const TOGETHER: usize = 16;
 
@@ -40,6 +44,11 @@ pub fn product<'a>(
         // The light was built without what products read: nothing else fails in memory that is long enough and aligned.
         Err(_) => Ok(None),
     }
+}
+
+/// Whether so many rays are samples of the product, and not picks among its samples and others.
+pub fn suffices(rays: usize, surface: &Surface, seen: bool) -> bool {
+    !seen && (rays >= MANY || surface.is_wide())
 }
 
 /// Of candidates, half come from the product; light and lobes share the others.

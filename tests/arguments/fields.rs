@@ -4,7 +4,9 @@ use super::block::Block;
 use super::call::{Call, field};
 use super::objects::{self, function};
 use super::scene::{Scene, numbers};
+use std::ffi::{c_int, c_void};
 use std::ptr::null;
+use wis::ffi::check::CheckConfig;
 use wis::ffi::light::*;
 use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::wavelets::environment::*;
@@ -109,6 +111,31 @@ fn lights() {
     }
     let functions = ["size", "init", "begin", "run", "finish"].map(|name| format!("wis_environment_{name}"));
     check(&functions.each_ref().map(String::as_str), "config", faults);
+}
+
+#[test]
+fn comparisons() {
+    extern "C" fn negative(_: *mut c_void, _: usize, _: *const f32, rgb: *mut f32) -> c_int {
+        // SAFETY: the library gives room for 64 colours.
+        unsafe { rgb.add(4).write(-1.0) };
+        0
+    }
+    extern "C" fn fails(_: *mut c_void, _: usize, _: *const f32, _: *mut f32) -> c_int {
+        1
+    }
+    let faults: &[Fault<CheckConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("reserved", |c| c.reserved = 1, INVALID),
+        ("radiance", |c| c.radiance = None, NULL),
+        ("radiance", |c| c.radiance = Some(negative), Status::CallbackFailed),
+        ("radiance", |c| c.radiance = Some(fails), Status::CallbackFailed),
+    ];
+    let (scene, compare) = (Scene::new(), function("wis_check"));
+    for (name, edit, status) in faults {
+        let mut call = Call::valid(&scene, &compare);
+        call.edit("config", edit);
+        call.fails(name, *status, "config");
+    }
 }
 
 #[test]

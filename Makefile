@@ -115,9 +115,10 @@ light: lib ## measure the light beside version 0.1 and pbrt's tables, and write 
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
 
-sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and write docs/sampler.md
+sampler: lib ## measure products by themselves beside those of version 0.1, idea by idea, and write docs/sampler.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md
+	scripts/instruments.sh $(LIB) run --bin ablation -- $(BUILD)/ablation.md
+	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md $(BUILD)/ablation.md
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test

@@ -132,7 +132,6 @@ impl Environment {
 /// One thread's sampler and its memory.
 pub struct Sampler {
     memory: Block,
-    drawn: Vec<raw::wis_drawn>,
 }
 
 impl Sampler {
@@ -157,7 +156,7 @@ impl Sampler {
         let status =
             unsafe { raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, &mut diagnostic) };
         check_with(status, diagnostic)?;
-        Ok(Sampler { memory, drawn: Vec::new() })
+        Ok(Sampler { memory })
     }
 
     fn handle(&mut self) -> *mut raw::wis_sampler {
@@ -271,26 +270,38 @@ impl<'a> Light<'a> {
     }
 }
 
+/// Samples of one call.
+const TOGETHER: usize = 64;
+
+impl Light<'_> {
+    fn draw(&self, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
+        assert!(u.len() == drawn.len());
+        let mut sampler = self.sampler.borrow_mut();
+        // SAFETY: both handles are alive, and the arrays are of one length.
+        check(unsafe {
+            let (environment, numbers) = (self.environment.handle(), u.as_ptr().cast());
+            raw::wis_sample(sampler.handle(), environment, self.product, u.len(), numbers, 0, drawn.as_mut_ptr(), 0)
+        })
+    }
+}
+
 impl Density for Light<'_> {
     fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-        let (mut wi, mut pdf) = ([[0.0; 3]], [0.0]);
-        self.sample_n(&[u], &mut wi, &mut pdf)?;
-        Ok(raw::wis_drawn { wi: wi[0], pdf: pdf[0] })
+        let mut drawn = raw::wis_drawn::default();
+        self.draw(&[u], std::slice::from_mut(&mut drawn))?;
+        Ok(drawn)
     }
 
     fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
-        let mut sampler = self.sampler.borrow_mut();
-        let (own, drawn) = (sampler.handle(), &mut sampler.drawn);
-        drawn.resize(u.len(), raw::wis_drawn { wi: [0.0; 3], pdf: 0.0 });
-        let (u, count) = (u.as_ptr().cast(), u.len());
-        // SAFETY: both handles are alive, and the arrays hold `count` elements.
-        check(unsafe {
-            let environment = self.environment.handle();
-            raw::wis_sample(own, environment, self.product, count, u, 0, drawn.as_mut_ptr(), 0)
-        })?;
-        for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
-            (*wi, *pdf) = (drawn.wi, drawn.pdf);
+        // No heap: what a client allocates for a call would count as the call's time.
+        let mut room = [raw::wis_drawn::default(); TOGETHER];
+        for ((u, wi), pdf) in u.chunks(TOGETHER).zip(wi.chunks_mut(TOGETHER)).zip(pdf.chunks_mut(TOGETHER)) {
+            let drawn = &mut room[..u.len()];
+            self.draw(u, drawn)?;
+            for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
+                (*wi, *pdf) = (drawn.wi, drawn.pdf);
+            }
         }
         Ok(())
     }

@@ -32,6 +32,7 @@ pub mod peers;
 pub mod piecewise;
 pub mod points;
 pub mod pool;
+pub mod products;
 pub mod reference;
 pub mod rgl;
 pub mod scene;

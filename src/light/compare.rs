@@ -116,15 +116,14 @@ struct Map<'a> {
     tolerance: f32,
 }
 
+/// A renderer's radiance: writes the colour of each direction, and answers whether it could.
+pub type Radiance<'a> = dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool + 'a;
+
 /// Compares a renderer's radiance with an environment. `radiance` writes the colour of each direction, and answers whether it could.
 ///
 /// # Errors
 /// The number of the direction at which it could not, or at which a channel is NaN, infinite or negative.
-pub fn compare(
-    level: Level,
-    environment: &Environment<'_>,
-    radiance: &mut dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool,
-) -> Result<Comparison, usize> {
+pub fn compare(level: Level, environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
     let map = Map::of(level, environment);
     let mut seen = Seen { wi: [[0.0, 0.0, 1.0]; DIRECTIONS], luminance: [0.0; DIRECTIONS] };
     map.look(radiance, &mut seen)?;
@@ -178,11 +177,7 @@ impl<'a> Map<'a> {
 
     /// Calls the renderer. Steps are not inlined into each other, so that they share the stack.
     #[inline(never)]
-    fn look(
-        &self,
-        radiance: &mut dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool,
-        seen: &mut Seen,
-    ) -> Result<(), usize> {
+    fn look(&self, radiance: &mut Radiance<'_>, seen: &mut Seen) -> Result<(), usize> {
         let parts = seen.wi.chunks_mut(TOGETHER).zip(seen.luminance.chunks_mut(TOGETHER));
         for (part, (wi, luminances)) in parts.enumerate() {
             let first = part * TOGETHER;

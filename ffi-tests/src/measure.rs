@@ -15,6 +15,7 @@ use anyhow::Result;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
+use std::ops::Range;
 
 /// Groups of pixels by the visible part v of their light; `ALL` are all of them.
 pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
@@ -125,8 +126,18 @@ pub fn rows(
             continue;
         }
         for &count in &effort.counts {
-            let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, truth, method, pass, count));
-            let repeats = repeats.collect::<client::Result<_>>()?;
+            let of = |passes: Range<u32>| -> client::Result<Vec<Repeat>> {
+                passes.map(|pass| repeat(scene, setting, truth, method, pass, count)).collect()
+            };
+            // Repeats are independent: two threads share them. Times are taken afterwards, by one.
+            let half = effort.repeats / 2;
+            let repeats = std::thread::scope(|threads| {
+                let first = threads.spawn(|| of(0..half));
+                let second = of(half..effort.repeats)?;
+                let mut repeats = first.join().expect("a thread that does not panic")?;
+                repeats.extend(second);
+                client::Result::Ok(repeats)
+            })?;
             let times = time(scene, setting, method, count, effort.timed)?;
             rows.push(Row { method: method.name(), count, times, repeats });
         }

@@ -51,6 +51,9 @@ pub struct Options {
     /// Also writes the short form to this file, with its plots and a picture in a folder of its name
     #[arg(long)]
     docs: Option<PathBuf>,
+    /// Computes references and nothing else
+    #[arg(long)]
+    references: bool,
     /// Where references and measured cells are kept
     #[arg(long, default_value = "build/report")]
     cache: PathBuf,
@@ -70,7 +73,7 @@ fn main() -> Result<()> {
     let options = Options::parse();
     let studies = studies::all(&options)?;
     let (repeats, most) = if options.quick { (4, 1024) } else { (8, 4096) };
-    let bench = Bench { cache: options.cache.clone(), most, repeats };
+    let bench = Bench { cache: options.cache.clone(), most, repeats, references: options.references };
     let count = studies.iter().map(|study| study.lights.len() * study.materials.len()).sum::<usize>();
     let progress = ProgressBar::new(count as u64);
     progress.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} {elapsed} of {eta} left  {msg}")?);
@@ -79,6 +82,9 @@ fn main() -> Result<()> {
         cells.extend(bench.study(study, &progress)?);
     }
     progress.finish_and_clear();
+    if options.references {
+        return Ok(());
+    }
     check(&cells)?;
     let goals = goals::Measured::new(&studies, options.quick)?;
     let pictures = if options.quick { Vec::new() } else { pictures::all(&options, &bench)? };
@@ -108,6 +114,8 @@ pub struct Bench {
     /// The most samples of each technique in half of a reference.
     most: usize,
     repeats: u32,
+    /// Whether they are all that is wanted.
+    references: bool,
 }
 
 impl Bench {
@@ -119,7 +127,12 @@ impl Bench {
             let lit = Lit::new(&light, &environment)?;
             for material in &study.materials {
                 progress.set_message(format!("{}, {}, {}", study.name, light.name, material.name));
-                cells.push(self.cell(study, &Setting::new(&lit, material))?);
+                let setting = Setting::new(&lit, material);
+                if self.references {
+                    self.reference(&study.scene, &setting, self.most_of(&setting))?;
+                } else {
+                    cells.push(self.cell(study, &setting)?);
+                }
                 progress.inc(1);
             }
         }
@@ -127,9 +140,7 @@ impl Bench {
     }
 
     fn cell(&self, study: &Study, setting: &Setting) -> Result<Cell> {
-        // Measured materials are evaluated one by one, and slowly.
-        let measured = setting.material.measured.is_some();
-        let most = if measured { self.most / 8 } else { self.most };
+        let (measured, most) = (setting.material.measured.is_some(), self.most_of(setting));
         let is_shared = study.scene.hits > 1;
         let kept = |m: &Method| {
             (study.limit && !measured || !m.is_limit()) && (is_shared || !m.mode().is_some_and(|mode| mode.shares()))
@@ -146,6 +157,11 @@ impl Bench {
         let cell = measure(study.name, &study.scene, setting, &reference, &effort)?;
         std::fs::write(file, serde_json::to_vec(&cell)?)?;
         Ok(cell)
+    }
+
+    /// Measured materials are evaluated one by one, and slowly.
+    fn most_of(&self, setting: &Setting) -> usize {
+        if setting.material.measured.is_some() { self.most / 8 } else { self.most }
     }
 
     pub fn reference(&self, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {

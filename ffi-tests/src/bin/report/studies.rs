@@ -61,7 +61,7 @@ const MEASURED_FILES: [&str; 2] = ["satin_rosaline_rgb.bsdf", "cc_iris_purple_ge
 /// # Errors
 /// A map or a mesh that cannot be read.
 pub fn all(options: &Options) -> Result<Vec<Study>> {
-    let points = options.points.unwrap_or(if options.quick { 100 } else { 300 });
+    let points = options.points.unwrap_or(if options.quick { 100 } else { 240 });
     let (lights, lobes) = (lights(options)?, lobes(options)?);
     let fewer = |lights: &[Light]| -> Vec<Light> {
         let kept = |light: &&Light| light.name == SUN || FEWER.contains(&light.name.as_str()) || lights.len() <= 3;
@@ -77,20 +77,26 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
         spot.as_ref().map_or_else(|| Ok(Mesh::sphere(glam::Vec3::Z * 0.4, 0.4, 32)), |path| Mesh::load(path))?;
     let study = |name, scene| -> Result<Study> {
         let (materials, lights) = (lobes.clone(), lights.clone());
-        Ok(Study { name, scene, bilinear: true, lights, materials, counts: vec![1, 4, 16, 64], timed: 10, limit: true })
+        Ok(Study { name, scene, bilinear: true, lights, materials, counts: vec![1, 4, 16, 64], timed: 6, limit: true })
     };
     let small = |name, scene, materials: &[Material], counts: &[usize]| -> Result<Study> {
         let (lights, materials, counts) = (fewer(&lights), materials.to_vec(), counts.to_vec());
-        Ok(Study { name, scene, bilinear: true, lights, materials, counts, timed: 8, limit: false })
+        Ok(Study { name, scene, bilinear: true, lights, materials, counts, timed: 5, limit: false })
     };
     if options.quick {
         let main = study(MAIN, of_spot(View::Points(points))?)?;
         return Ok(vec![Study { counts: vec![1, 16], timed: 4, ..main }]);
     }
-    let per_pixel = View::Hits(points.div_ceil(16), 64);
+    let per_pixel = View::Hits(points.div_ceil(12), 64);
     let mut studies = vec![
         study(MAIN, of_spot(View::Points(points))?)?,
-        Study { bilinear: false, counts: vec![4, 16], limit: false, ..study(NEAREST, of_spot(View::Points(points))?)? },
+        Study {
+            bilinear: false,
+            counts: vec![4, 16],
+            timed: 4,
+            limit: false,
+            ..study(NEAREST, of_spot(View::Points(points))?)?
+        },
         small(HITS, of_spot(per_pixel)?, &lobes, &[1])?,
         small(TEXTURED, of_spot(per_pixel)?, &[Material::mix(0.1).textured(), Material::mix(0.3).textured()], &[1])?,
         small(SMOOTH, smooth(View::Points(points))?, &broad, &[1, 4, 16])?,

@@ -34,11 +34,13 @@ impl Situation {
     }
 }
 
-const SITUATIONS: [Situation; 12] = [
+const SITUATIONS: [Situation; 14] = [
     Situation::of("one shadow ray per hit", "`wis_direct`", MAIN, "direct", 1),
     Situation::of("4 rays per hit", "`wis_direct`", MAIN, "direct", 4),
     Situation::of("16 rays per hit", "`wis_direct`", MAIN, "direct", 16),
     Situation::of("64 rays per hit", "`wis_direct`", MAIN, "direct", 64),
+    Situation::of("4 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 4),
+    Situation::of("16 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 16),
     Situation::of("64 hits per pixel, well-spread numbers", "`wis_direct` with `u`", HITS, "direct, shared", 1),
     Situation::of("the same, textured", "`wis_direct` with `u`", TEXTURED, "direct, shared", 1),
     Situation::of(
@@ -536,8 +538,12 @@ fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Pa
         parts.push(Part::Plot(format!("error-{metric}.svg"), svg, caption));
     }
     let against = [Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
-    let caption = "Gain of `wis_direct` by lobe and number of rays, mean over lights: blue above 1 is ahead, red below 1 is behind.";
-    parts.push(Part::Plot("gains.svg".into(), plots::heat(main, "direct", &against, lobes)?, caption.into()));
+    for (method, call) in [("direct", "`wis_direct`"), ("product", "the product alone (`wis_sample`)")] {
+        let caption = format!(
+            "Gain of {call} by lobe and number of rays, mean over lights, cold caches: blue above 1 is ahead, red below 1 is behind."
+        );
+        parts.push(Part::Plot(format!("gains-{method}.svg"), plots::heat(main, method, &against, lobes)?, caption));
+    }
     let caption = "Variance over that of the limit, absolute metric, mean over lights. Lower is better; below 1 a method finds the light better than cells do.";
     parts.push(Part::Plot("limit.svg".into(), plots::distance(main, lobes)?, caption.into()));
     if !pictures.is_empty() {

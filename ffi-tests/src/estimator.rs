@@ -2,7 +2,7 @@
 //! computes eight samples side by side.
 
 use crate::batch::{Batch, Stream};
-use crate::client::{self, Environment, Preparation, raw};
+use crate::client::{self, Environment, Preparation};
 use crate::cost::Cost;
 use crate::dense::{Dense, Grid};
 use crate::environment;
@@ -135,11 +135,6 @@ impl Estimator {
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Estimator> {
         let (library, sampler) = (Library::new(setting, hits)?, Sampler::default());
         Ok(Estimator { library, dense: Dense::default(), dense_for: None, sampler })
-    }
-
-    /// What other pixels saw, for the modes of the library that take it.
-    pub fn set_prior(&mut self, prior: &raw::wis_prior) {
-        self.library.prior = *prior;
     }
 
     /// The samples of a point in a pass; their contributions add up to the estimate.

@@ -1,10 +1,10 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
 use crate::batch::{Batch, Stream};
-use crate::client::{self, Block, Density, raw};
+use crate::client::{self, Block, Density};
 use crate::cost::Cost;
 use crate::estimator::{Estimator, Pick, Setting};
-use crate::library::{Mode, prepare};
+use crate::library::prepare;
 use crate::light::octahedral_direction;
 use crate::material::Bsdf;
 use crate::method::Method;
@@ -213,38 +213,12 @@ fn repeat(
     count: usize,
 ) -> client::Result<Repeat> {
     let mut estimator = Estimator::new(setting, scene.hits)?;
-    let takes_prior = method.mode().is_some_and(Mode::takes_prior);
     let mut estimates = Vec::with_capacity(scene.points.len());
-    for (i, point) in scene.points.iter().enumerate() {
-        if takes_prior && point.hit == 0 {
-            estimator.set_prior(&learn(setting, scene, i / scene.hits, pass, count * scene.hits)?);
-        }
+    for point in &scene.points {
         let picks = estimator.picks(method, setting, point, pass, count)?;
         estimates.push(shadowed_and_not(scene, Cost::CHEAP, point, picks));
     }
     Ok(Repeat { errors: [0, 1, 2, 3].map(|region| truth.errors(&estimates, region)) })
-}
-
-/// What a pixel's tile saw in a pass: the rays of its other pixels, up to 64 each, whose points are their own.
-///
-/// # Errors
-/// Those of the library.
-pub fn learn(
-    setting: &Setting,
-    scene: &Scene,
-    pixel: usize,
-    pass: u32,
-    count: usize,
-) -> client::Result<raw::wis_prior> {
-    let (mut estimator, mut prior) = (Estimator::new(setting, 1)?, client::prior());
-    let matrix = setting.light.world_from_map();
-    for point in &scene.tiles[pixel] {
-        let picks = estimator.picks(Mode::Product, setting, point, pass, count.min(64))?;
-        let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
-        let visible: Vec<u8> = picks.iter().map(|pick| u8::from(scene.visible(point, pick.wi))).collect();
-        client::count(&mut prior, &matrix, &wi, &visible)?;
-    }
-    Ok(prior)
 }
 
 /// All repeats of a limit, point by point, since it is expensive to prepare. Its time is not measured.

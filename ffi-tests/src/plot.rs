@@ -88,14 +88,8 @@ const COLOURS: [RGBColor; 9] = [
 /// The library's methods are black and wide, each peer has a colour of its own.
 fn style(index: usize, name: &str) -> ShapeStyle {
     match name {
-        "wis by rule" => RGBColor(200, 0, 0).stroke_width(3),
         "wis" => BLACK.stroke_width(3),
         "wis + MIS" => RGBColor(130, 130, 130).stroke_width(3),
-        "wis reuse" => RGBColor(90, 0, 90).stroke_width(3),
-        "wis pool" => RGBColor(0, 100, 0).stroke_width(3),
-        "wis + prior" => RGBColor(0, 70, 160).stroke_width(3),
-        "wis pool + prior" => RGBColor(80, 190, 80).stroke_width(3),
-        "wis reuse + prior" => RGBColor(200, 0, 200).stroke_width(3),
         "wis tree pool" => RGBColor(120, 60, 0).stroke_width(3),
         "wis biased" => RGBColor(170, 170, 170).stroke_width(2),
         "wis ratio" => RGBColor(210, 210, 210).stroke_width(2),

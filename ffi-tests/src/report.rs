@@ -106,8 +106,7 @@ pub fn digest(out: &mut impl Write, run: &Run, cells: &[Cell], notes: &str) -> R
 
 /// A line for each cell.
 fn lines(out: &mut impl Write, cells: &[&Cell]) -> Result {
-    const METHODS: [&str; 8] =
-        ["MIS balance", "MIS compensated", "P(4)", "direct", "wis by rule", "wis", "wis reuse", "wis tree pool"];
+    const METHODS: [&str; 6] = ["MIS balance", "MIS compensated", "P(4)", "direct", "wis", "wis tree pool"];
     let Some(first) = cells.first() else { return Ok(()) };
     let count = counts(first).into_iter().rev().nth(1).or(counts(first).last().copied()).unwrap_or(1);
     let methods: Vec<&str> = METHODS.into_iter().filter(|name| row(first, name, count).is_some()).collect();
@@ -225,11 +224,9 @@ ships. Peers draw from the light's own texels by inverse cumulative distribution
 lists of peers: that of version 0.1, and the extended one with resampling from compensated candidates (\"comp.\"). The best
 peer of a list is chosen on the even repeats and scored, as wis, on the odd ones; intervals are bootstrap 95 % over these repeats.
 \"direct\" is what the library recommends: `wis_direct`, whose rays are all that the client evaluates. Names that begin with \"wis\"
-are modes of version 0.1, compared like peers; \"wis by rule\" is what that version recommended. A method that never finds a small light looks better than it is: its rare hits
+are modes of the wavelet product, compared like peers. A method that never finds a small light looks better than it is: its rare hits
 are outside the repeats. In a scene named \"64 hits\" each pixel is 64 hits of a path tracer with one light sample
-each; \"wis reuse\" prepares at the first hit with a cone of .05 radians, again where a hit's normal lies outside, four
-times at most, and falls back to compensated MIS from there on. Methods with \"+ prior\" read what 16 other pixels of the
-8 x 8 tile saw with as many samples each (at most 64); their time has the counting of the pixel's own rays.
+each.
 The limit is the product of light and BRDF x cosine on all 512 x 512 cells (those in which the light varies in 16 x 16
 parts), sampled directly or through a pool of four
 candidates a pick, whichever is better: what is left of its variance comes from visibility.

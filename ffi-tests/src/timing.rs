@@ -1,11 +1,11 @@
 //! What a method takes for a pixel in each cost model: with cold caches, since a renderer does other work between pixels, and
 //! with warm ones, since that work may be little.
 
-use crate::client::{self, raw};
+use crate::client;
 use crate::cold::Cold;
 use crate::cost::{Cost, MODELS};
 use crate::estimator::{Estimator, Pick, Setting};
-use crate::measure::{learn, shadowed_and_not};
+use crate::measure::shadowed_and_not;
 use crate::method::Method;
 use crate::scene::Scene;
 use crate::statistics::median;
@@ -51,15 +51,11 @@ pub fn time(
 ) -> client::Result<[Times; CACHES.len()]> {
     let all = scene.points.len() / scene.hits;
     let pixels: Vec<usize> = (0..pixels.min(all)).map(|i| i * all / pixels.min(all)).collect();
-    let takes_prior = method.mode().is_some_and(|mode| mode.takes_prior());
     let mut stopwatch =
         Stopwatch { estimator: Estimator::new(setting, scene.hits)?, picks: Vec::new(), ends: Vec::new() };
     let (mut cold, mut times) = (Cold::default(), [const { [const { Vec::new() }; MODELS.len()] }; CACHES.len()]);
     for (caches, times) in times.iter_mut().enumerate() {
         for (number, &pixel) in pixels.iter().enumerate() {
-            if takes_prior {
-                stopwatch.estimator.set_prior(&learn(setting, scene, pixel, PASS, count * scene.hits)?);
-            }
             for ((_, cost), times) in MODELS.into_iter().zip(&mut *times) {
                 if caches == 0 {
                     cold.touch();
@@ -105,12 +101,6 @@ impl Stopwatch {
         for (point, &end) in hits.iter().zip(&self.ends) {
             black_box(shadowed_and_not(scene, cost, point, &self.picks[first..end]));
             first = end;
-        }
-        if method.mode().is_some_and(|mode| mode.takes_prior()) {
-            // What this pass would teach the next one belongs to its time.
-            let (mut prior, matrix): (raw::wis_prior, _) = (client::prior(), setting.light.world_from_map());
-            let wi: Vec<[f32; 3]> = self.picks.iter().map(|pick| pick.wi.to_array()).collect();
-            client::count(&mut prior, &matrix, &wi, &vec![1; wi.len()])?;
         }
         let traced = Instant::now();
         let ns = |from: Instant, to: Instant| (to.duration_since(from).as_secs_f64() * 1e9 - clock()).max(0.0);

@@ -96,11 +96,7 @@ fn samples_follow_their_pdfs() {
             p_values.push(p);
         }
     };
-    for (name, distribution) in
-        [("plain", raw::WIS_DISTRIBUTION_PLAIN), ("compensated", raw::WIS_DISTRIBUTION_COMPENSATED)]
-    {
-        add(name, judge(&light.distribution(&environment, distribution)));
-    }
+    add("light", judge(&light.distribution(&environment)));
     for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.4)] {
         let setting = Setting::new(&lit, &material);
         if memory.bytes() == 0 {

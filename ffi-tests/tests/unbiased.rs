@@ -51,7 +51,6 @@ fn integrals(light: &Light, bsdf: &Bsdf) -> [f64; 2] {
 /// Estimates without and with the occluder.
 fn estimates(setting: &Setting, method: Method, samples: usize, count: u32) -> [Vec<f64>; 2] {
     let mut estimator = Estimator::new(setting, 1).unwrap();
-    estimator.set_prior(&learned(setting, 1 << 20, 256));
     let mut all = [Vec::new(), Vec::new()];
     for pass in 0..count {
         let picks = estimator.picks(method, setting, &point(), pass, samples).unwrap();
@@ -62,88 +61,14 @@ fn estimates(setting: &Setting, method: Method, samples: usize, count: u32) -> [
     all
 }
 
-/// What the samples of a pass learn of the occluder.
-fn learned(setting: &Setting, pass: u32, samples: usize) -> raw::wis_prior {
-    let mut prior = client::prior();
-    let mut estimator = Estimator::new(setting, 1).unwrap();
-    let picks = estimator.picks(Mode::Product, setting, &point(), pass, samples).unwrap();
-    let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
-    let visible: Vec<u8> = picks.iter().map(|pick| u8::from(open(pick.wi))).collect();
-    client::count(&mut prior, &setting.light.world_from_map(), &wi, &visible).unwrap();
-    prior
-}
-
-/// Rule 27: a prior made of samples with other random numbers leaves the estimate unbiased; one made of the very numbers
-/// that then draw the samples does not, and the test finds that out.
-#[test]
-fn a_prior_must_come_from_other_random_numbers() {
-    const SAMPLES: usize = 8;
-    let light = light();
-    let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment).unwrap();
-    let material = Material::lambert();
-    let setting = Setting::new(&lit, &material);
-    let expected = integrals(&light, &Bsdf::new(&material, &point()))[1];
-    let estimates = |other: u32| -> Vec<f64> {
-        let mut estimator = Estimator::new(&setting, 1).unwrap();
-        let estimate = |pass: u32| {
-            estimator.set_prior(&learned(&setting, pass ^ other, SAMPLES));
-            let picks = estimator.picks(Mode::Prior, &setting, &point(), pass, SAMPLES).unwrap();
-            picks.iter().filter(|pick| open(pick.wi)).map(|pick| f64::from(pick.contribution)).sum()
-        };
-        (0..200_000).map(estimate).collect()
-    };
-    let (apart, same) = (estimates(1 << 20), estimates(0));
-    let off = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64 / expected - 1.0;
-    println!("off by {:.5} and {:.5}", off(&apart), off(&same));
-    let (apart, same) = (z_test(&apart, expected), z_test(&same, expected));
-    println!("p of a prior from other numbers {apart:.3}, from the same {same:.2e}");
-    assert!(apart > SIGNIFICANCE, "{apart}");
-    assert!(same < SIGNIFICANCE, "{same}");
-}
-
-/// The hits of a pixel have the first product, others, or, when there are as many as may be, compensated MIS.
-#[test]
-fn hits_that_share_products_are_unbiased() {
-    const PASSES: u32 = 20_000;
-    let (light, first) = (light(), point());
-    let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment).unwrap();
-    // Six groups of three normals, each within the cone of its first.
-    let axis = first.normal.cross(first.wo).normalize();
-    let turned = |hit: u32| {
-        let angle = 0.25 * (hit % 6) as f32 + 0.02 * (hit / 6) as f32;
-        ShadingPoint { hit, normal: Quat::from_axis_angle(axis, angle) * first.normal, ..first }
-    };
-    let hits: Vec<ShadingPoint> = (0..18).map(turned).collect();
-    for material in [Material::lambert(), Material::mix(0.4)] {
-        let setting = Setting::new(&lit, &material);
-        let integral = |hit: &ShadingPoint| integrals(&light, &Bsdf::new(&material, hit))[0];
-        let expected = hits.iter().map(integral).sum::<f64>();
-        let mut estimator = Estimator::new(&setting, hits.len()).unwrap();
-        let mut estimate = |pass: u32| {
-            let of_hit = |hit: &ShadingPoint| -> f64 {
-                let picks = estimator.picks(Mode::Reuse, &setting, hit, pass, 1).unwrap();
-                picks.iter().map(|pick| f64::from(pick.contribution)).sum()
-            };
-            hits.iter().map(of_hit).sum()
-        };
-        let values: Vec<f64> = (0..PASSES).map(&mut estimate).collect();
-        let (p, fault) = (z_test(&values, expected), smallest_fault(&values, expected, SIGNIFICANCE / 2.0));
-        assert!(p > SIGNIFICANCE / 2.0, "{}: {p}", material.name);
-        assert!(fault <= 0.01, "{}: only a shift of {fault} would be found", material.name);
-    }
-}
-
 #[test]
 fn every_method_meets_quadrature_and_a_density_two_percent_off_does_not() {
     let light = light();
     let environment = light.environment().unwrap();
     let lit = Lit::new(&light, &environment).unwrap();
     let (mut names, mut sound, mut faulty, mut faults) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    // A pool of one candidate a pick is MIS; of a single one there is nothing to combine.
     let methods = Method::all().filter(|m| m.is_unbiased()).flat_map(|m| SAMPLES.map(|n| (m, n)));
-    let methods: Vec<_> = methods.chain([(Mode::Pool(1).into(), SAMPLES[1])]).collect();
+    let methods: Vec<_> = methods.collect();
     for material in [Material::lambert(), Material::mix(0.4)] {
         let setting = Setting::new(&lit, &material);
         let expected = integrals(&light, &Bsdf::new(&material, &point()));

@@ -216,10 +216,6 @@ impl Bench {
         let mut effort = self.effort.clone();
         if scene.hits > 1 {
             effort.counts = vec![1];
-        } else {
-            let sharing: Vec<String> =
-                Mode::ALL.into_iter().filter(|m| m.shares()).map(|m| m.name().to_string()).collect();
-            effort.methods.retain(|name| !sharing.contains(name));
         }
         if measured {
             let limits: Vec<String> = Method::all().filter(|m| m.is_limit()).map(Method::name).collect();

@@ -243,7 +243,7 @@ fn environment(light: &Light, flags: u32, resolution: u32) -> client::Result<Env
 
 /// Each idea switched off, one at a time.
 fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
-    const FLAGS: u32 = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_COMPENSATED;
+    const FLAGS: u32 = raw::WIS_WAVELET_LIGHT_NEAREST;
     head(out, "One idea switched off at a time", "what")?;
     let points = points(POINTS);
     let names = [
@@ -253,8 +253,6 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
         "no BRDF: the light alone",
         "base grid only",
         "tree pool",
-        "pool of compensated light",
-        "pool, cells in place of texels",
         "MIS, compensated",
         "RIS8",
     ];
@@ -273,15 +271,13 @@ fn ablation(out: &mut String, lights: &[Light]) -> Result<()> {
             let [whole, coarse, spread] = [&whole, &coarse, &spread].map(|lit| Setting::new(lit, &material));
             let truth = truth(&whole, &points)?;
             base.preparation.max_evaluations = 66;
-            let variants: [(&Setting, Method); 10] = [
+            let variants: [(&Setting, Method); 8] = [
                 (&whole, Mode::Product.into()),
                 (&coarse, Mode::Product.into()),
                 (&spread, Mode::Product.into()),
                 (&whole, Peer::Environment.into()),
                 (&base, Mode::Product.into()),
                 (&whole, Mode::TreePool(4).into()),
-                (&whole, Mode::Pool(4).into()),
-                (&coarse, Mode::Pool(4).into()),
                 (&whole, Peer::MisCompensated.into()),
                 (&whole, Peer::Ris(8, Candidates::Plain).into()),
             ];

@@ -178,7 +178,7 @@ fn with_densities<T>(light: &Light, run: impl FnOnce(&[&dyn Density]) -> Result<
     let (tables, pyramid, piecewise) = (light.tables(0, 0.0)?, light.environment()?, Piecewise::plain(light));
     let sampler = RefCell::new(environment::Sampler::new(1, 0, 0)?);
     let own = environment::Light::new(&tables, &sampler);
-    let pyramid = light.distribution(&pyramid, raw::WIS_DISTRIBUTION_PLAIN);
+    let pyramid = light.distribution(&pyramid);
     run(&[&own, &pyramid, &piecewise])
 }
 

@@ -26,11 +26,11 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer relight hardcases report light sampler structured wavelets triple check test mutants \
-	check-aarch64 clean
+.PHONY: help lib header install demo pathtracer relight hardcases report test-report check-pages light sampler structured wavelets \
+	triple check test mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
+	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone
 	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES)'
@@ -100,17 +100,25 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/hard-cases.md
 
-report: lib ## measure speed against error into report/: QUICK=1 for a check, ARGS='--map FILE --mesh FILE --peer RIS8'
+report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick) $(ARGS)
+	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
+
+test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
+	scripts/setup.sh browser
+	scripts/test-report.sh report/index.html $(BUILD)/test-report
+
+check-pages: ## say which measured pages were made from other sources than those that are there
+	scripts/check-pages.sh
 
 light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
 
-sampler: lib ## measure the sampler's costs, budgets and ideas one by one, and write docs/sampler.md
+sampler: lib ## measure products by themselves beside those of version 0.1, idea by idea, and write docs/sampler.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md
+	scripts/instruments.sh $(LIB) run --bin ablation -- $(BUILD)/ablation.md
+	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md $(BUILD)/ablation.md
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test
@@ -123,6 +131,29 @@ wavelets: lib ## go through the claims of wavelet importance sampling and write 
 triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
+
+renderers: lib ## run Mitsuba 3 as a client, test it, and write docs/renderers.md: QUICK=1 for a check
+	scripts/setup.sh renderers
+	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md)
+
+cycles: lib ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
+	scripts/test-renderers.sh $(BUILD) cycles
+
+test-renderers: renderers
+
+test-slow: ## what takes longer than a push may: mutants and real renderers
+	$(MAKE) mutants
+	$(MAKE) test-renderers QUICK=1
+
+dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz: no Rust is needed to use it
+	scripts/dist.sh $(BUILD)
+
+docs: ## write the reference of the C headers as HTML to build/docs/html
+	scripts/setup.sh docs
+	scripts/docs.sh $(BUILD)
+
+abi: ## record the binary interface of wis.h and wis_lights.h in packaging/abi.txt: see docs/abi.md
+	scripts/check-abi.sh --record
 
 check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an emulator
 	scripts/check-aarch64.sh

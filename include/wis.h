@@ -13,7 +13,8 @@
  * Order of use. Once for a map: wis_environment_size, wis_environment_init. Once for a thread: wis_sampler_size,
  * wis_sampler_init. Once for a material: wis_material_init. At a hit: wis_direct. Renderers that combine samples with their own
  * BRDF samples (multiple importance sampling) call wis_product_prepare at a hit, and wis_sample and wis_pdf. Renderers that work
- * in passes tell what their rays saw by wis_visibility_cache_record. Structured importance sampling stands in wis_lights.h;
+ * in passes tell what their rays saw by wis_visibility_cache_record. While you integrate: wis_check compares your radiance with
+ * the light that was built. Structured importance sampling stands in wis_lights.h;
  * wavelet trees, their products and integrals in wis_wavelets.h.
  *
  * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold
@@ -733,6 +734,90 @@ enum wis_status wis_invert(struct wis_sampler *sampler,
                            float *u,
                            size_t u_stride,
                            uint8_t *status);
+
+/// The environment is the light that you see.
+#define WIS_CAUSE_NONE 0
+
+/// Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike.
+#define WIS_CAUSE_SCALED 1
+
+/// You do not apply world_from_map, or you apply its inverse.
+#define WIS_CAUSE_FRAME 2
+
+/// Your map is rotated by 90, 180 or 270 degrees about the polar axis.
+#define WIS_CAUSE_TURNED 3
+
+/// Your map is mirrored: azimuth runs the other way.
+#define WIS_CAUSE_MIRRORED 4
+
+/// Your polar axis points the other way: rows from bottom to top.
+#define WIS_CAUSE_UPSIDE_DOWN 5
+
+/// Another axis is your polar axis: y up, for instance, in place of z.
+#define WIS_CAUSE_AXES 6
+
+/// You look texels up half a texel beside.
+#define WIS_CAUSE_SHIFTED 7
+
+/// Your first and last rows lie at the poles and those of the environment do not, or the other way round.
+#define WIS_CAUSE_ROWS 8
+
+/// You interpolate and the environment takes the nearest texel, or the other way round.
+#define WIS_CAUSE_FILTER 9
+
+/// Something else: another map, a rotation by another angle, a curve applied to the colours.
+#define WIS_CAUSE_OTHER 10
+
+/// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at
+/// least 0. Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+typedef int (*wis_radiance_fn)(void *user, size_t count, const float *wi, float *rgb);
+
+/// What the environment is compared with.
+typedef struct wis_check_config {
+  /// sizeof(wis_check_config).
+  uint32_t size;
+  /// Always 0.
+  uint32_t reserved;
+  /// Your radiance of the environment, as your integrator evaluates it.
+  wis_radiance_fn radiance;
+  /// Handed to `radiance`.
+  void *radiance_user;
+} wis_check_config;
+
+/// What was found. From `filter` on: what to build the environment with so that it is the light that you see.
+typedef struct wis_check_info {
+  /// sizeof(wis_check_info), set by the caller.
+  uint32_t size;
+  /// WIS_CAUSE_*: the likely cause of the difference.
+  uint32_t cause;
+  /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not
+  /// count.
+  float error;
+  /// The difference that is left with the fields below. Large: there is more than one mistake.
+  float explained;
+  /// Your radiance over that of the light.
+  float scale;
+  /// WIS_FILTER_*.
+  uint32_t filter;
+  /// WIS_ENVIRONMENT_ROWS_AT_POLES or 0.
+  uint32_t flags;
+  /// How far beside you look texels up along columns and rows, in texels: 0, 0.5 or -0.5. To be mended in your look-up.
+  float shift[2];
+  /// The row-major matrix.
+  float world_from_map[9];
+} wis_check_info;
+
+/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but
+/// many times the error, in silence. Call it once while you integrate the library, or in a test.
+///
+/// `radiance` of `config` is called four times, for 64 world directions each: half of them drawn from the light, half spread over the
+/// sphere. What your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
+/// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
+/// 5 ms besides `radiance`, and 20 kB of stack.
+enum wis_status wis_check(struct wis_sampler *sampler,
+                          const struct wis_environment *environment,
+                          const struct wis_check_config *config,
+                          struct wis_check_info *info);
 
 /// A candidate and how often it was picked.
 typedef struct wis_pick {

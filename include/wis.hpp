@@ -287,6 +287,21 @@ public:
         return pass(done != WIS_OK ? done : static_cast<status>(element));
     }
 
+    /// Compares your radiance with the light and names the likely mistake. `radiance(wi, rgb)` writes three floats for a world
+    /// direction of three.
+    template <class Radiance> result<wis_check_info> check(const wis_environment *light, Radiance radiance) {
+        wis_check_config config = sized<wis_check_config>();
+        config.radiance = [](void *user, std::size_t count, const float *wi, float *rgb) {
+            for (std::size_t i = 0; i < count; i++) (*static_cast<Radiance *>(user))(wi + 3 * i, rgb + 3 * i);
+            return 0;
+        };
+        config.radiance_user = &radiance;
+        wis_check_info info = sized<wis_check_info>();
+        const status done = wis_check(handle_, light, &config, &info);
+        if (done != WIS_OK) return done;
+        return info;
+    }
+
 private:
     memory memory_;
     moving<wis_sampler *> handle_;

@@ -24,6 +24,12 @@ while read -r line; do
     (cd "$out/readme" && rm -f main && env -u PKG_CONFIG_PATH PREFIX="$prefix" sh -c "$line && ./main")
 done < "$out/readme/lines"
 
+# From the sources, in the target folder of this repository, so that nothing is compiled twice.
+cmake -S c-examples/consumers/fetchcontent -B "$out/fetchcontent" -DFETCHCONTENT_SOURCE_DIR_WIS="$PWD" \
+    -DWIS_CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
+cmake --build "$out/fetchcontent"
+(cd "$out/fetchcontent" && ctest --output-on-failure)
+
 cmake -S c-examples/consumers/cmake -B "$out/cmake" -DCMAKE_PREFIX_PATH="$prefix"
 cmake --build "$out/cmake"
 cd "$out/cmake"

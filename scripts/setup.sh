@@ -1,5 +1,6 @@
 #!/bin/sh
-# Installs the Debian packages that a target needs and that are missing: setup.sh demo | relight | test
+# Installs the Debian packages that a target needs and that are missing:
+# setup.sh demo | relight | test | browser | renderers | docs
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -23,11 +24,25 @@ pkg-config    pkg-config
 valgrind      valgrind
 "
 
+browser_needs="
+chromium      chromium
+"
+renderers_needs="
+libllvm19     /usr/lib/x86_64-linux-gnu/libLLVM.so.19*
+python3-venv  python3
+"
+docs_needs="
+doxygen       doxygen
+"
+
 case "${1:-}" in
     demo) needs=$demo_needs ;;
     relight) needs=$relight_needs ;;
     test) needs=$test_needs ;;
-    *) echo "usage: $0 demo | relight | test" >&2; exit 2 ;;
+    browser) needs=$browser_needs ;;
+    renderers) needs=$renderers_needs ;;
+    docs) needs=$docs_needs ;;
+    *) echo "usage: $0 demo | relight | test | browser | renderers | docs" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

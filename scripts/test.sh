@@ -114,6 +114,10 @@ step licences scripts/check-licences.sh "$installed"
 step mathematics scripts/check-mathematics.sh "$installed" "$logs/mathematics"
 step freestanding scripts/check-freestanding.sh "$installed" "$logs/freestanding"
 step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
+step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
+step integrating scripts/check-integrating.sh "$logs/integrating"
+step abi scripts/check-abi.sh
+step dist scripts/dist.sh "$build" --check
 step minimal minimal
 step valgrind minimal_valgrind
 step demo demo

@@ -45,6 +45,7 @@ pub use direct::Ray;
 pub use direct::sampler::{Config, Sampler, Sequence};
 pub use light::batch::Drawn;
 pub use light::chart::Layout;
+pub use light::compare::{Cause, Comparison};
 pub use light::environment::{BuildError, Environment, Size};
 pub use light::plan::Filter;
 pub use render::{Block, Map};

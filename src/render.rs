@@ -3,6 +3,7 @@
 use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
 use crate::light::batch::{Drawn, pdfs, samples};
 use crate::light::chart::Layout;
+use crate::light::compare::{Comparison, compare};
 use crate::light::decode::Pixels;
 use crate::light::density::Inverted;
 use crate::light::environment::{BuildError, Environment, Size};
@@ -156,6 +157,26 @@ impl Sampler<'_> {
     /// unit length within 1e-3.
     pub fn pdf(&self, environment: &Environment<'_>, wi: &[[f32; 3]], out: &mut [f32]) {
         pdfs(self.level(), &environment.light(), &environment.frame(), wi, out);
+    }
+
+    /// Compares the renderer's radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like.
+    /// `radiance` gives the linear RGB that the renderer sees from a world direction; it is called 256 times. Costs 1 to 5 ms
+    /// besides.
+    ///
+    /// # Errors
+    /// [`Status::CallbackFailed`] for a radiance that is NaN, infinite or negative.
+    pub fn check(
+        &self,
+        environment: &Environment<'_>,
+        mut radiance: impl FnMut([f32; 3]) -> [f32; 3],
+    ) -> Result<Comparison> {
+        let mut all = |wi: &[[f32; 3]], rgb: &mut [[f32; 3]]| {
+            for (out, wi) in rgb.iter_mut().zip(wi) {
+                *out = radiance(*wi);
+            }
+            true
+        };
+        compare(self.level(), environment, &mut all).map_err(|_| Status::CallbackFailed)
     }
 
     /// The `u` that leads to a direction.

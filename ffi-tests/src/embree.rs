@@ -13,6 +13,10 @@ pub struct Hit {
     pub normal: Vec3,
     /// The number of the mesh.
     pub mesh: u32,
+    /// The number of the triangle.
+    pub triangle: u32,
+    /// The weights of its second and third corner.
+    pub weights: [f32; 2],
 }
 
 /// A committed Embree scene and its device.
@@ -61,7 +65,10 @@ impl Tracer {
         // SAFETY: the scene is committed; context and ray live through the call and are aligned by their types.
         unsafe { sys::rtcIntersect1(self.scene, &mut context(), &mut query) };
         let normal = Vec3::new(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z).normalize_or_zero();
-        (query.hit.geomID != u32::MAX).then_some(Hit { distance: query.ray.tfar, normal, mesh: query.hit.geomID })
+        let hit = query.hit;
+        let (distance, weights) = (query.ray.tfar, [hit.u, hit.v]);
+        let found = Hit { distance, normal, mesh: hit.geomID, triangle: hit.primID, weights };
+        (hit.geomID != u32::MAX).then_some(found)
     }
 
     /// Whether anything lies along a ray.

@@ -1,5 +1,5 @@
 //! The light in small tables and the calls that take a sampler: a Rust client of the C functions wis_environment_*,
-//! wis_sample, wis_pdf, wis_invert and wis_direct.
+//! wis_product_*, wis_sample, wis_pdf, wis_invert and wis_direct.
 
 use crate::client::{Block, Density, Result, Texels, check, check_with, raw, row_f16, row_f32};
 use std::cell::RefCell;
@@ -130,7 +130,9 @@ impl Environment {
 }
 
 /// One thread's sampler and its memory.
-pub struct Sampler(Block);
+pub struct Sampler {
+    memory: Block,
+}
 
 impl Sampler {
     /// For at most so many rays a call; 0 candidates for each leave their number to the library.
@@ -154,11 +156,11 @@ impl Sampler {
         let status =
             unsafe { raw::wis_sampler_init(&config, memory.start_mut(), memory.bytes(), &mut handle, &mut diagnostic) };
         check_with(status, diagnostic)?;
-        Ok(Sampler(memory))
+        Ok(Sampler { memory })
     }
 
     fn handle(&mut self) -> *mut raw::wis_sampler {
-        self.0.start_mut().cast()
+        self.memory.start_mut().cast()
     }
 
     /// What comes next belongs to another pixel.
@@ -170,7 +172,8 @@ impl Sampler {
         check(unsafe { raw::wis_sampler_begin_pixel(self.handle()) })
     }
 
-    /// Writes the rays to trace at a point and answers how many there are.
+    /// Writes the rays to trace at a point and answers how many there are; `u` are numbers of the caller's own, one pair for
+    /// each ray.
     ///
     /// # Errors
     /// Those of the library.
@@ -178,49 +181,127 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         point: &raw::wis_point,
+        u: Option<&[[f32; 2]]>,
         ray: &mut [raw::wis_ray],
     ) -> Result<usize> {
+        assert!(u.is_none_or(|u| u.len() == ray.len()));
         let mut count = 0;
         // SAFETY: handles, point and material are alive, and there is room for the rays.
         check(unsafe {
             let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
-            raw::wis_direct(self.handle(), environment.handle(), point, rays, null(), out, &mut count)
+            let u = u.map_or(null(), |u| u.as_ptr().cast());
+            raw::wis_direct(self.handle(), environment.handle(), point, rays, u, out, &mut count)
         })?;
         Ok(count as usize)
     }
+
+    /// Prepares products at points, in memory that grows as it must; writes where each begins and answers the bytes of all.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn prepare(
+        &mut self,
+        environment: &Environment,
+        config: &raw::wis_product_config,
+        points: &[raw::wis_point],
+        memory: &mut Block,
+        offset: &mut [usize],
+    ) -> Result<usize> {
+        assert!(offset.len() == points.len());
+        let mut size = raw::wis_memory_size::default();
+        // SAFETY: the pointers are to live locals.
+        check(unsafe { raw::wis_product_size(config, &mut size, null_mut()) })?;
+        if memory.bytes() < points.len() * size.bytes {
+            *memory = Block::new(points.len() * size.bytes);
+        }
+        let (mut used, count) = (0, points.len());
+        // SAFETY: handles, points and materials are alive, and there is room for as many products.
+        check(unsafe {
+            let (environment, point, offset) = (environment.handle(), points.as_ptr(), offset.as_mut_ptr());
+            let (memory, bytes) = (memory.start_mut(), memory.bytes());
+            let own = self.handle();
+            raw::wis_product_prepare(own, environment, config, count, point, memory, bytes, offset, &mut used)
+        })?;
+        Ok(used)
+    }
 }
 
-/// The light of an environment as a density, with the sampler of a thread.
+/// How products are prepared by default.
+pub fn product_config() -> raw::wis_product_config {
+    raw::wis_product_config { size: size_of::<raw::wis_product_config>() as u32, ..Default::default() }
+}
+
+/// The light of an environment, or its product with the BRDF at a point, as a density, with the sampler of a thread.
 pub struct Light<'a> {
     environment: &'a Environment,
     sampler: &'a RefCell<Sampler>,
+    product: *const raw::wis_product,
 }
 
 impl<'a> Light<'a> {
     pub fn new(environment: &'a Environment, sampler: &'a RefCell<Sampler>) -> Light<'a> {
-        Light { environment, sampler }
+        Light { environment, sampler, product: null() }
+    }
+
+    /// The product at a point, in memory that grows as it must.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn product(
+        environment: &'a Environment,
+        sampler: &'a RefCell<Sampler>,
+        point: &raw::wis_point,
+        memory: &'a mut Block,
+    ) -> Result<Light<'a>> {
+        let points = std::slice::from_ref(point);
+        sampler.borrow_mut().prepare(environment, &product_config(), points, memory, &mut [0])?;
+        Ok(Light { environment, sampler, product: memory.start().cast() })
+    }
+
+    /// What was prepared, of a product.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn describe(&self) -> Result<raw::wis_product_info> {
+        let mut info = raw::wis_product_info { size: size_of::<raw::wis_product_info>() as u32, ..Default::default() };
+        // SAFETY: environment and product are alive.
+        check(unsafe { raw::wis_product_describe(self.environment.handle(), self.product, &mut info) })?;
+        Ok(info)
+    }
+}
+
+/// Samples of one call.
+const TOGETHER: usize = 64;
+
+impl Light<'_> {
+    fn draw(&self, u: &[[f32; 2]], drawn: &mut [raw::wis_drawn]) -> Result<()> {
+        assert!(u.len() == drawn.len());
+        let mut sampler = self.sampler.borrow_mut();
+        // SAFETY: both handles are alive, and the arrays are of one length.
+        check(unsafe {
+            let (environment, numbers) = (self.environment.handle(), u.as_ptr().cast());
+            raw::wis_sample(sampler.handle(), environment, self.product, u.len(), numbers, 0, drawn.as_mut_ptr(), 0)
+        })
     }
 }
 
 impl Density for Light<'_> {
     fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-        let (mut wi, mut pdf) = ([[0.0; 3]], [0.0]);
-        self.sample_n(&[u], &mut wi, &mut pdf)?;
-        Ok(raw::wis_drawn { wi: wi[0], pdf: pdf[0] })
+        let mut drawn = raw::wis_drawn::default();
+        self.draw(&[u], std::slice::from_mut(&mut drawn))?;
+        Ok(drawn)
     }
 
     fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
-        let mut sampler = self.sampler.borrow_mut();
-        let mut drawn = vec![raw::wis_drawn { wi: [0.0; 3], pdf: 0.0 }; u.len()];
-        let (u, count) = (u.as_ptr().cast(), u.len());
-        // SAFETY: both handles are alive, and the arrays hold `count` elements.
-        check(unsafe {
-            let environment = self.environment.handle();
-            raw::wis_sample(sampler.handle(), environment, null(), count, u, 0, drawn.as_mut_ptr(), 0)
-        })?;
-        for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
-            (*wi, *pdf) = (drawn.wi, drawn.pdf);
+        // No heap: what a client allocates for a call would count as the call's time.
+        let mut room = [raw::wis_drawn::default(); TOGETHER];
+        for ((u, wi), pdf) in u.chunks(TOGETHER).zip(wi.chunks_mut(TOGETHER)).zip(pdf.chunks_mut(TOGETHER)) {
+            let drawn = &mut room[..u.len()];
+            self.draw(u, drawn)?;
+            for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
+                (*wi, *pdf) = (drawn.wi, drawn.pdf);
+            }
         }
         Ok(())
     }
@@ -237,7 +318,7 @@ impl Density for Light<'_> {
         // SAFETY: both handles are alive, and the arrays are of one length.
         check(unsafe {
             let (environment, directions) = (self.environment.handle(), wi.as_ptr().cast());
-            raw::wis_pdf(sampler.handle(), environment, null(), wi.len(), directions, 0, pdf.as_mut_ptr(), 0)
+            raw::wis_pdf(sampler.handle(), environment, self.product, wi.len(), directions, 0, pdf.as_mut_ptr(), 0)
         })
     }
 
@@ -246,7 +327,17 @@ impl Density for Light<'_> {
         // SAFETY: both handles are alive, and the arrays hold an element.
         check(unsafe {
             let environment = self.environment.handle();
-            raw::wis_invert(sampler.handle(), environment, null(), 1, wi.as_ptr(), 0, u.as_mut_ptr(), 0, &mut status)
+            raw::wis_invert(
+                sampler.handle(),
+                environment,
+                self.product,
+                1,
+                wi.as_ptr(),
+                0,
+                u.as_mut_ptr(),
+                0,
+                &mut status,
+            )
         })?;
         check(raw::wis_status::from(status)).map(|()| u)
     }

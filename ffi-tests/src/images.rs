@@ -1,46 +1,20 @@
 //! Pictures of a scene by several estimators side by side: the image above, its error below.
 
 use crate::client::Result;
-use crate::cost::Cost;
 use crate::estimator::{Estimator, Setting};
-use crate::measure::shadowed_and_not;
+use crate::light::Light;
 use crate::method::Method;
-use crate::reference::Reference;
 use crate::scene::{HEIGHT, Scene, WIDTH};
-use image::{GrayImage, Luma};
+use font8x8::{BASIC_FONTS, UnicodeFonts};
+use image::{GrayImage, Luma, Rgb, RgbImage};
 
 /// Pixels between neighbouring shading points: see `View::Image`.
 pub const STEP: u32 = 2;
 /// White between panels.
 const GAP: u32 = 4;
 
-/// The reference and some methods at a number of samples, from the left; errors below are |estimate - reference| over
-/// the mean of the image, black 0 and white 1. Radiance is scaled to a mean of .4 and gamma-corrected.
-///
-/// # Errors
-/// Those of the library.
-pub fn sheet(
-    scene: &Scene,
-    setting: &Setting,
-    reference: &Reference,
-    methods: &[Method],
-    count: usize,
-) -> Result<GrayImage> {
-    let truth: Vec<f64> = reference.values().iter().map(|v| v[0]).collect();
-    let mut pictures = Vec::with_capacity(methods.len());
-    for &method in methods {
-        let mut estimator = Estimator::new(setting, scene.hits)?;
-        let mut values = Vec::with_capacity(truth.len());
-        for point in &scene.points {
-            let picks = estimator.picks(method, setting, point, 0, count)?;
-            values.push(shadowed_and_not(scene, Cost::CHEAP, point, picks)[0]);
-        }
-        pictures.push(values);
-    }
-    Ok(side_by_side(scene, &truth, &pictures, 1.0))
-}
-
-/// The truth and pictures of it, laid out and scaled as in [`sheet`], but errors `gain` times as bright.
+/// The truth and pictures of it from the left, errors below: |picture - truth| over the mean of the truth, `gain` times as
+/// bright. Radiance is scaled to a mean of .4 and gamma-corrected.
 pub fn side_by_side(scene: &Scene, truth: &[f64], pictures: &[Vec<f64>], gain: f64) -> GrayImage {
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
     let tone = |value: f64| (0.4 * value / mean).min(1.0).powf(1.0 / 2.2);
@@ -64,4 +38,137 @@ pub fn side_by_side(scene: &Scene, truth: &[f64], pictures: &[Vec<f64>], gain: f
         draw(column, 1, &errors.collect::<Vec<_>>());
     }
     sheet
+}
+
+/// A picture of all pixels in colour: linear RGB of each point of a scene.
+pub type Picture = Vec<[f32; 3]>;
+
+/// Estimates every point in the colours of a light.
+///
+/// # Errors
+/// Those of the library.
+pub fn picture(
+    scene: &Scene,
+    setting: &Setting,
+    colours: &[Light; 3],
+    method: Method,
+    count: usize,
+) -> Result<Picture> {
+    let mut estimator = Estimator::new(setting, scene.hits)?;
+    let mut pixels = Vec::with_capacity(scene.points.len());
+    for point in &scene.points {
+        let mut rgb = [0.0; 3];
+        for pick in estimator.picks(method, setting, point, 0, count)? {
+            if scene.visible(point, pick.wi) {
+                let luminance = setting.light.radiance(pick.wi);
+                let share = pick.contribution / luminance.max(f32::MIN_POSITIVE);
+                rgb.iter_mut().zip(colours).for_each(|(sum, light)| *sum += share * light.radiance(pick.wi));
+            }
+        }
+        pixels.push(rgb);
+    }
+    Ok(pixels)
+}
+
+/// Panels of a row, all pixels of a scene each, with names inside them.
+pub struct Sheet {
+    image: RgbImage,
+    mean: f64,
+}
+
+/// Letters are twice as large as those of the font.
+const LETTER: u32 = 16;
+
+impl Sheet {
+    /// A sheet of so many columns and rows, for a mean luminance.
+    pub fn new(columns: u32, rows: u32, mean: f64) -> Sheet {
+        let size = [columns * (WIDTH + GAP) - GAP, rows * (HEIGHT + GAP) - GAP];
+        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), mean }
+    }
+
+    /// Draws a picture, scaled to a mean of .4 and gamma-corrected.
+    pub fn picture(&mut self, at: [u32; 2], scene: &Scene, picture: &[[f32; 3]], name: &str) {
+        let tone = |value: f32| (0.4 * f64::from(value) / self.mean).min(1.0).powf(1.0 / 2.2);
+        let colours: Vec<[f64; 3]> = picture.iter().map(|rgb| rgb.map(tone)).collect();
+        self.panel(at, scene, &colours, name);
+    }
+
+    /// Draws numbers between 0 and 1 in the colours of the scale.
+    pub fn errors(&mut self, at: [u32; 2], scene: &Scene, errors: &[f64], name: &str) {
+        let colours: Vec<[f64; 3]> = errors.iter().map(|&error| scale(error)).collect();
+        self.panel(at, scene, &colours, name);
+    }
+
+    fn panel(&mut self, at: [u32; 2], scene: &Scene, colours: &[[f64; 3]], name: &str) {
+        let origin = [at[0] * (WIDTH + GAP), at[1] * (HEIGHT + GAP)];
+        let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
+        pixels.for_each(|[x, y]| self.image.put_pixel(origin[0] + x, origin[1] + y, Rgb([24; 3])));
+        for (point, colour) in scene.points.iter().zip(colours) {
+            // Five bits: noise below is not seen and would double the file.
+            let byte = |c: f64| ((c * 31.0).round() * 255.0 / 31.0) as u8;
+            self.image.put_pixel(origin[0] + point.pixel[0], origin[1] + point.pixel[1], Rgb(colour.map(byte)));
+        }
+        self.text([origin[0] + 8, origin[1] + 8], name);
+    }
+
+    /// Draws the colours of errors from 0 to 1, with the names of both ends and a line of text above.
+    pub fn legend(&mut self, at: [u32; 2], title: &str, [low, high]: [&str; 2]) {
+        let origin = [at[0] * (WIDTH + GAP) + 40, at[1] * (HEIGHT + GAP) + HEIGHT / 2 - 24];
+        let width = WIDTH - 80;
+        for (x, y) in (0..width).flat_map(|x| (0..48).map(move |y| (x, y))) {
+            let colour = scale(f64::from(x) / f64::from(width - 1)).map(|c| (255.0 * c) as u8);
+            self.image.put_pixel(origin[0] + x, origin[1] + y, Rgb(colour));
+        }
+        self.text([origin[0], origin[1] - 30], title);
+        self.text([origin[0], origin[1] + 56], low);
+        self.text([origin[0] + width - LETTER * high.len() as u32, origin[1] + 56], high);
+    }
+
+    /// White letters on black.
+    fn text(&mut self, at: [u32; 2], text: &str) {
+        for (i, letter) in (0..).zip(text.chars()) {
+            let rows = BASIC_FONTS.get(letter).unwrap_or_default();
+            let places = (0..LETTER + 4).flat_map(|y| (0..LETTER).map(move |x| [x, y]));
+            for [x, y] in places {
+                let row = (y.wrapping_sub(2) / 2) as usize;
+                let is_set = rows.get(row).is_some_and(|row| row >> (x / 2) & 1 == 1);
+                let place = [at[0] + i * LETTER + x, at[1] + y];
+                if place[0] < self.image.width() && place[1] < self.image.height() {
+                    self.image.put_pixel(place[0], place[1], Rgb([if is_set { 255 } else { 0 }; 3]));
+                }
+            }
+        }
+    }
+
+    /// The sheet as PNG, at the best compression.
+    ///
+    /// # Errors
+    /// The encoder fails.
+    pub fn png(&self) -> image::ImageResult<Vec<u8>> {
+        use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+        let mut out = Vec::new();
+        let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive);
+        self.image.write_with_encoder(encoder)?;
+        Ok(out)
+    }
+}
+
+/// From black over violet and orange to light yellow.
+fn scale(value: f64) -> [f64; 3] {
+    const STOPS: [[f64; 3]; 5] =
+        [[0.0, 0.0, 0.02], [0.32, 0.07, 0.48], [0.72, 0.22, 0.47], [0.99, 0.53, 0.38], [0.99, 0.99, 0.75]];
+    let at = value.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let first = (at as usize).min(STOPS.len() - 2);
+    std::array::from_fn(|k| STOPS[first][k] + (STOPS[first + 1][k] - STOPS[first][k]) * (at - first as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_of_errors_becomes_lighter() {
+        let luminance = |value: f64| scale(value).iter().sum::<f64>();
+        assert!((1..=32).all(|i| luminance(f64::from(i) / 32.0) > luminance(f64::from(i - 1) / 32.0)));
+    }
 }

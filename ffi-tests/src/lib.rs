@@ -1,6 +1,7 @@
 //! Instruments that use the release library as a client does: through its C header only.
 
 pub mod batch;
+pub mod before;
 pub mod bilinear;
 pub mod client;
 pub mod cold;
@@ -26,13 +27,13 @@ pub mod measured;
 pub mod merl;
 pub mod mesh;
 pub mod method;
+pub mod page;
 pub mod peers;
 pub mod piecewise;
-pub mod plot;
 pub mod points;
 pub mod pool;
+pub mod products;
 pub mod reference;
-pub mod report;
 pub mod rgl;
 pub mod scene;
 pub mod statistics;

@@ -43,10 +43,24 @@ impl Light {
     /// # Errors
     /// A file that cannot be read or has another shape.
     pub fn load(path: &Path) -> Result<Light> {
+        Light::load_weighed(path, LUMINANCE)
+    }
+
+    /// The red, green and blue of such a map, as a light each.
+    ///
+    /// # Errors
+    /// A file that cannot be read or has another shape.
+    pub fn load_channels(path: &Path) -> Result<[Light; 3]> {
+        let [red, green, blue] =
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| Light::load_weighed(path, weights));
+        Ok([red?, green?, blue?])
+    }
+
+    fn load_weighed(path: &Path, weights: [f32; 3]) -> Result<Light> {
         let name = path.file_stem().and_then(|n| n.to_str()).unwrap_or("map");
         let image = match path.extension().and_then(|e| e.to_str()) {
-            Some("exr") => read_exr(path),
-            _ => read_radiance(path),
+            Some("exr") => read_exr(path, weights),
+            _ => read_radiance(path, weights),
         };
         let Image { width, height, luminance } = image.with_context(|| format!("map {}", path.display()))?;
         if width == height {
@@ -255,6 +269,19 @@ impl Light {
         [self.width, self.height]
     }
 
+    /// A light that is looked up bilinearly, as twice as many texels along each axis.
+    ///
+    /// # Panics
+    /// If it is not looked up bilinearly.
+    pub fn doubled(&self) -> Light {
+        let filter = self.filter.as_ref().expect("a light that is looked up bilinearly");
+        let [width, height] = self.size().map(|n| 2 * n);
+        let centre = |c: usize| F8::splat((c as f32 + 0.5) / 2.0);
+        let at = |i: usize| Position { column: centre(i % width), row: centre(i / width) };
+        let luminance = (0..width * height).map(|i| filter.at(at(i)).as_array_ref()[0]).collect();
+        Light { width, height, luminance, filter: None, name: self.name.clone(), ..*self }
+    }
+
     /// The texels, row by row.
     pub fn luminance(&self) -> &[f32] {
         &self.luminance
@@ -425,26 +452,33 @@ struct Image {
     luminance: Vec<f32>,
 }
 
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
 fn luminance(rgb: &[f32]) -> f32 {
-    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+    weighed(rgb, LUMINANCE)
 }
 
-fn read_radiance(path: &Path) -> Result<Image> {
+fn weighed(rgb: &[f32], weights: [f32; 3]) -> f32 {
+    weights[0] * rgb[0] + weights[1] * rgb[1] + weights[2] * rgb[2]
+}
+
+fn read_radiance(path: &Path, weights: [f32; 3]) -> Result<Image> {
     let mut reader = image::ImageReader::open(path)?.with_guessed_format()?;
     reader.no_limits();
     let image = reader.decode()?.into_rgb32f();
     let (width, height) = (image.width() as usize, image.height() as usize);
-    Ok(Image { width, height, luminance: image.as_raw().chunks_exact(3).map(luminance).collect() })
+    let luminance = image.as_raw().chunks_exact(3).map(|rgb| weighed(rgb, weights)).collect();
+    Ok(Image { width, height, luminance })
 }
 
-fn read_exr(path: &Path) -> Result<Image> {
+fn read_exr(path: &Path, weights: [f32; 3]) -> Result<Image> {
     let create = |size: exr::math::Vec2<usize>, _: &_| Image {
         width: size.width(),
         height: size.height(),
         luminance: vec![0.0; size.area()],
     };
-    let store = |image: &mut Image, at: exr::math::Vec2<usize>, (r, g, b, _): (f32, f32, f32, f32)| {
-        image.luminance[at.y() * image.width + at.x()] = luminance(&[r, g, b]);
+    let store = move |image: &mut Image, at: exr::math::Vec2<usize>, (r, g, b, _): (f32, f32, f32, f32)| {
+        image.luminance[at.y() * image.width + at.x()] = weighed(&[r, g, b], weights);
     };
     Ok(exr::prelude::read_first_rgba_layer_from_file(path, create, store)?.layer_data.channel_data.pixels)
 }

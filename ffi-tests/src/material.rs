@@ -23,6 +23,8 @@ pub struct Material {
     diffuse: f32,
     specular: f32,
     alpha: f32,
+    /// Whether the diffuse lobe has a texture.
+    pub textured: bool,
     /// In place of the lobes.
     pub measured: Option<&'static dyn Reflectance>,
     /// What the library is told of a measured material; without it, it calls back.
@@ -39,16 +41,36 @@ const FINER: [f64; 2] = [0.15, 0.1];
 const F0: f32 = 0.9;
 
 impl Material {
+    const PLAIN: Material = Material {
+        name: String::new(),
+        diffuse: 0.0,
+        specular: 0.0,
+        alpha: 1.0,
+        textured: false,
+        measured: None,
+        table: None,
+    };
+
     pub fn lambert() -> Material {
-        Material { name: "Lambert".into(), diffuse: 0.7, specular: 0.0, alpha: 1.0, measured: None, table: None }
+        Material { name: "Lambert".into(), diffuse: 0.7, specular: 0.0, alpha: 1.0, ..Material::PLAIN }
     }
 
     pub fn ggx(alpha: f32) -> Material {
-        Material { name: format!("GGX {alpha}"), diffuse: 0.0, specular: 1.0, alpha, measured: None, table: None }
+        Material { name: format!("GGX {alpha}"), diffuse: 0.0, specular: 1.0, alpha, ..Material::PLAIN }
     }
 
     pub fn mix(alpha: f32) -> Material {
-        Material { name: format!("mix {alpha}"), diffuse: 0.35, specular: 0.5, alpha, measured: None, table: None }
+        Material { name: format!("mix {alpha}"), diffuse: 0.35, specular: 0.5, alpha, ..Material::PLAIN }
+    }
+
+    /// The same with a texture on its diffuse lobe.
+    pub fn textured(self) -> Material {
+        Material { name: format!("textured {}", self.name), textured: true, ..self }
+    }
+
+    /// The weight of the diffuse lobe at a point.
+    fn diffuse_at(&self, point: &ShadingPoint) -> f32 {
+        if self.textured { self.diffuse * texture(point.origin) } else { self.diffuse }
     }
 
     /// A measured material from a file, which is kept until the program ends.
@@ -156,7 +178,8 @@ impl Material {
 
     /// A shading point for wis_direct, with the material of `lobes`.
     pub fn point(&self, point: &ShadingPoint, material: &raw::wis_material) -> raw::wis_point {
-        let (diffuse, specular) = if self.measured.is_some() { (0.5, 0.5) } else { (self.diffuse, self.specular) };
+        let (diffuse, specular) =
+            if self.measured.is_some() { (0.5, 0.5) } else { (self.diffuse_at(point), self.specular) };
         let mut weights = [diffuse, specular].into_iter().filter(|weight| *weight > 0.0);
         let mut at = raw::wis_point {
             size: size_of::<raw::wis_point>() as u32,
@@ -177,7 +200,7 @@ impl Material {
         if self.measured.is_some() {
             return client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated(grey(1.0))]);
         }
-        let diffuse = client::lambert(grey(self.diffuse));
+        let diffuse = client::lambert(grey(self.diffuse_at(point)));
         let specular = client::ggx(grey(self.specular), grey(F0), [self.alpha; 2]);
         let lobes: &[_] = match (self.diffuse > 0.0, self.specular > 0.0) {
             (true, true) => &[diffuse, specular],
@@ -186,6 +209,13 @@ impl Material {
         };
         client::query(point.normal.to_array(), point.wo.to_array(), lobes)
     }
+}
+
+/// The factor of a texture at a place: 3 to 97 %, in cubes of a fourteenth of the mesh with a gradient over them.
+fn texture(at: Vec3) -> f32 {
+    let cell = (at * 14.0).floor();
+    let checker = (cell.x + cell.y + cell.z).rem_euclid(2.0);
+    0.03 + 0.94 * checker * (0.5 + 0.5 * (3.0 * at.z + 2.0 * at.x).sin().abs())
 }
 
 /// A material at a shading point.
@@ -211,7 +241,8 @@ impl Bsdf {
         let normal = point.normal;
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let wo = Vec3::new(point.wo.dot(tangent), point.wo.dot(bitangent), point.wo.dot(normal).max(1e-6));
-        let &Material { diffuse, specular, alpha, .. } = material;
+        let &Material { specular, alpha, .. } = material;
+        let diffuse = material.diffuse_at(point);
         Bsdf {
             tangent: V8::splat(tangent),
             bitangent: V8::splat(bitangent),

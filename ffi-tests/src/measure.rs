@@ -1,10 +1,9 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
-use crate::batch::{Batch, Stream};
 use crate::client::{self, Block, Density};
 use crate::cost::Cost;
+use crate::environment::{self, Light};
 use crate::estimator::{Estimator, Pick, Setting};
-use crate::library::prepare;
 use crate::light::octahedral_direction;
 use crate::material::Bsdf;
 use crate::method::Method;
@@ -14,8 +13,9 @@ use crate::statistics::median;
 use crate::timing::{CACHES, Times, time};
 use anyhow::Result;
 use glam::Vec3;
-use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::ops::Range;
 
 /// Groups of pixels by the visible part v of their light; `ALL` are all of them.
 pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
@@ -23,9 +23,6 @@ pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
 pub const FEW: usize = 50;
 /// Batches whose cost for a sample is measured.
 pub const BATCHES: [usize; 4] = [1, 4, 16, 64];
-
-/// Samples that are drawn to time them.
-const TIMED: usize = 256;
 
 /// How much to measure.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -41,6 +38,8 @@ pub struct Effort {
 /// What was measured on one scene, light and material.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cell {
+    /// The group of cells that it belongs to.
+    pub study: String,
     pub scene: String,
     pub light: String,
     pub material: String,
@@ -48,22 +47,9 @@ pub struct Cell {
     pub pixels: [usize; 4],
     /// Samples of each technique in half of the reference, and the disagreement of the halves.
     pub reference: (usize, f64),
-    pub costs: Costs,
-    pub rows: Vec<Row>,
-}
-
-/// What the library's calls cost, medians over points with warm caches, in nanoseconds of processor time.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Costs {
-    pub prepare: f64,
-    /// For a sample in batches of `BATCHES`.
-    pub sample: [f64; 4],
-    pub pdf: f64,
-    pub product_bytes: usize,
-    /// The largest f L / (p I) on a grid of directions, over some points.
+    /// The largest f L cos / (p I) of the product on a grid of directions, over some points (rule 33).
     pub max_weight: f64,
-    /// What that must not exceed: lobes of a half-angle below .1 and measured ones have no bound (rule 33).
-    pub weight_bound: Option<f64>,
+    pub rows: Vec<Row>,
 }
 
 /// A method at a number of samples.
@@ -106,17 +92,18 @@ impl Row {
 ///
 /// # Errors
 /// Those of the library.
-pub fn measure(scene: &Scene, setting: &Setting, reference: &Reference, effort: &Effort) -> Result<Cell> {
+pub fn measure(study: &str, scene: &Scene, setting: &Setting, reference: &Reference, effort: &Effort) -> Result<Cell> {
     let truth = Truth::new(reference, scene.hits);
     let methods = Method::all().filter(|m| effort.methods.contains(&m.name()));
     let rows = rows(scene, setting, &truth, methods, effort)?;
     Ok(Cell {
+        study: study.into(),
         scene: scene.name.clone(),
         light: setting.light.name.clone(),
         material: setting.material.name.clone(),
         pixels: [0, 1, 2, 3].map(|region| truth.members(region).count()),
         reference: (reference.samples, reference.disagreement()),
-        costs: costs(scene, setting)?,
+        max_weight: max_weight(scene, setting)?,
         rows,
     })
 }
@@ -139,8 +126,18 @@ pub fn rows(
             continue;
         }
         for &count in &effort.counts {
-            let repeats = (0..effort.repeats).map(|pass| repeat(scene, setting, truth, method, pass, count));
-            let repeats = repeats.collect::<client::Result<_>>()?;
+            let of = |passes: Range<u32>| -> client::Result<Vec<Repeat>> {
+                passes.map(|pass| repeat(scene, setting, truth, method, pass, count)).collect()
+            };
+            // Repeats are independent: two threads share them. Times are taken afterwards, by one.
+            let half = effort.repeats / 2;
+            let repeats = std::thread::scope(|threads| {
+                let first = threads.spawn(|| of(0..half));
+                let second = of(half..effort.repeats)?;
+                let mut repeats = first.join().expect("a thread that does not panic")?;
+                repeats.extend(second);
+                client::Result::Ok(repeats)
+            })?;
             let times = time(scene, setting, method, count, effort.timed)?;
             rows.push(Row { method: method.name(), count, times, repeats });
         }
@@ -247,62 +244,20 @@ pub fn shadowed_and_not(scene: &Scene, cost: Cost, point: &ShadingPoint, picks: 
     })
 }
 
-/// Times the library's calls, with warm caches, on up to 200 points: the median over rounds of the mean over points, since asking for the
-/// time costs as much as a call.
-fn costs(scene: &Scene, setting: &Setting) -> client::Result<Costs> {
-    const ROUNDS: usize = 7;
-    let points: Vec<&ShadingPoint> = scene.points.iter().step_by(scene.points.len().div_ceil(200)).collect();
-    let mut memory = setting.preparation.memory()?;
-    let mut rounds = Vec::new();
-    for _ in 0..ROUNDS {
-        let start = processor_ns();
-        for point in &points {
-            prepare(setting, point, &mut memory)?;
-        }
-        rounds.push((processor_ns() - start) / points.len() as f64);
-    }
-    let mut draws = Batch::default();
-    let (mut sample_ns, mut pdf_ns, mut bytes) = (BATCHES.map(|_| Vec::new()), Vec::new(), Vec::new());
-    for point in points {
-        let product = prepare(setting, point, &mut memory)?;
-        bytes.push(product.describe()?.bytes as f64);
-        draws.begin(point.pixel, 0, 0);
-        let u = draws.points(Stream::Light, TIMED).to_vec();
-        let (mut wi, mut pdf) = (vec![[0.0; 3]; u.len()], vec![0.0; u.len()]);
-        for (batch, ns) in BATCHES.iter().zip(&mut sample_ns) {
-            let start = processor_ns();
-            for ((u, wi), pdf) in u.chunks(*batch).zip(wi.chunks_mut(*batch)).zip(pdf.chunks_mut(*batch)) {
-                product.sample_n(u, wi, pdf)?;
-            }
-            ns.push((processor_ns() - start) / u.len() as f64);
-        }
-        // A product that is black answers no direction; its pdf is asked for one that exists.
-        wi.iter_mut().filter(|w| **w == [0.0; 3]).for_each(|w| *w = Vec3::Z.to_array());
-        let start = processor_ns();
-        product.pdf_n(&wi, &mut pdf)?;
-        pdf_ns.push((processor_ns() - start) / wi.len() as f64);
-    }
-    Ok(Costs {
-        prepare: median(&rounds),
-        sample: sample_ns.map(|ns| median(&ns)),
-        pdf: median(&pdf_ns),
-        product_bytes: median(&bytes) as usize,
-        max_weight: max_weight(scene, setting, &mut memory)?,
-        weight_bound: setting.material.half_angle().filter(|&angle| angle >= 0.1).map(|_| 50.0),
-    })
-}
-
-/// The largest f L / (p I) on a grid of directions, one in each of its cells, over up to 16 points (rule 33).
+/// The largest f L / (p I) on a grid of directions, one in each of its cells, over up to 8 points (rule 33).
 ///
 /// Neither centres of cells nor their corners, and none of a power of two: a direction on the border of two texels belongs
 /// to either, as rounding has it, and may belong to one for the light and to the other for the library.
-fn max_weight(scene: &Scene, setting: &Setting, memory: &mut Block) -> client::Result<f64> {
+fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
     const SIDE: usize = 383;
+    let sampler = RefCell::new(environment::Sampler::new(1, 0, 1)?);
+    let (material, mut memory) = (environment::material(&setting.material.lobes())?, Block::new(0));
     let at = |c: usize| (c as f32 + 0.382) / SIDE as f32;
     let grid: Vec<Vec3> = (0..SIDE * SIDE).map(|i| octahedral_direction(at(i % SIDE), at(i / SIDE))).collect();
     let mut largest = 0.0_f64;
-    for point in scene.points.iter().step_by(scene.points.len().div_ceil(16)) {
-        let product = prepare(setting, point, memory)?;
+    for point in scene.points.iter().step_by(scene.points.len().div_ceil(8)) {
+        let at = setting.material.point(point, &material);
+        let product = Light::product(setting.tables, &sampler, &at, &mut memory)?;
         let bsdf = Bsdf::new(setting.material, point);
         let lit = |wi: &Vec3| (wi.to_array(), f64::from(bsdf.eval_one(*wi).0 * setting.light.radiance(*wi)));
         let (wi, reflected): (Vec<_>, Vec<_>) = grid.iter().map(lit).filter(|v| v.1 > 0.0).unzip();
@@ -313,10 +268,4 @@ fn max_weight(scene: &Scene, setting: &Setting, memory: &mut Block) -> client::R
         largest = weights.fold(largest, f64::max);
     }
     Ok(largest)
-}
-
-/// The processor time of this thread.
-fn processor_ns() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    now.tv_sec as f64 * 1e9 + now.tv_nsec as f64
 }

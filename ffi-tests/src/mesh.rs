@@ -60,6 +60,16 @@ impl Mesh {
         Mesh { vertices: (0..8).map(corner).collect(), triangles: triangles.collect() }
     }
 
+    /// Spheres and blocks that stand on z = 0.
+    pub fn toys() -> [Mesh; 4] {
+        [
+            Mesh::sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, 48),
+            Mesh::sphere(Vec3::new(0.75, -0.35, 0.25), 0.25, 32),
+            Mesh::block(Vec3::new(-0.95, -0.3, 0.0), Vec3::new(-0.65, 0.5, 0.9)),
+            Mesh::block(Vec3::new(-0.5, -0.8, 0.0), Vec3::new(-0.2, -0.6, 0.3)),
+        ]
+    }
+
     /// The square |x|, |y| <= half at z = 0, seen from above.
     pub fn ground(half: f32) -> Mesh {
         let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
@@ -92,6 +102,16 @@ impl Mesh {
             triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
         }
         Mesh { vertices, triangles }
+    }
+
+    /// The normal at each vertex: the mean of those of its triangles, by area.
+    pub fn normals(&self) -> Vec<Vec3> {
+        let mut normals = vec![Vec3::ZERO; self.vertices.len()];
+        for corners in &self.triangles {
+            let [a, b, c] = corners.map(|i| self.vertices[i as usize]);
+            corners.iter().for_each(|&i| normals[i as usize] += (b - a).cross(c - a));
+        }
+        normals.into_iter().map(Vec3::normalize_or_zero).collect()
     }
 
     /// The low and the high corner of the bounding box.

@@ -11,6 +11,7 @@ use crate::scene::{Scene, ShadingPoint};
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::PI;
+use std::ops::Range;
 use std::path::Path;
 
 /// Samples of each technique that are drawn at once.
@@ -71,19 +72,16 @@ impl Reference {
     fn converge(bound: f64, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
         let zeros = vec![[0.0; 2]; scene.points.len()];
         let mut sums = Reference { halves: [zeros.clone(), zeros], samples: 0 };
-        let mut batch = Batch::default();
         loop {
             let target = (2 * sums.samples).max(BLOCK);
-            for (pass, half) in PASSES.iter().zip(&mut sums.halves) {
-                for (point, sum) in scene.points.iter().zip(half) {
-                    let bsdf = Bsdf::new(setting.material, point);
-                    let turns = (sums.samples / BLOCK) as u32..(target / BLOCK) as u32;
-                    for turn in turns {
-                        batch.begin(point.pixel, pass.wrapping_add(point.hit), turn);
-                        add_block(&mut batch, scene, setting, point, &bsdf, sum)?;
-                    }
-                }
-            }
+            let turns = (sums.samples / BLOCK) as u32..(target / BLOCK) as u32;
+            // The halves are independent: each has a thread of its own.
+            let [first, second] = &mut sums.halves;
+            std::thread::scope(|threads| {
+                let other = threads.spawn(|| add(scene, setting, PASSES[1], turns.clone(), second));
+                add(scene, setting, PASSES[0], turns.clone(), first)?;
+                other.join().expect("a thread that does not panic")
+            })?;
             sums.samples = target;
             if target >= most || sums.scaled().disagreement() <= bound {
                 return Ok(sums.scaled());
@@ -95,6 +93,19 @@ impl Reference {
         let scale = |half: &Vec<[f64; 2]>| half.iter().map(|v| v.map(|x| x / self.samples as f64)).collect();
         Reference { halves: [scale(&self.halves[0]), scale(&self.halves[1])], samples: self.samples }
     }
+}
+
+/// Adds blocks to a half, at every point.
+fn add(scene: &Scene, setting: &Setting, pass: u32, turns: Range<u32>, half: &mut [[f64; 2]]) -> client::Result<()> {
+    let mut batch = Batch::default();
+    for (point, sum) in scene.points.iter().zip(half) {
+        let bsdf = Bsdf::new(setting.material, point);
+        for turn in turns.clone() {
+            batch.begin(point.pixel, pass.wrapping_add(point.hit), turn);
+            add_block(&mut batch, scene, setting, point, &bsdf, sum)?;
+        }
+    }
+    Ok(())
 }
 
 /// Adds a block of each technique, weighed by the balance heuristic.

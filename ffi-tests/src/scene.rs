@@ -2,13 +2,13 @@
 
 use crate::client;
 use crate::cost::Cost;
-use crate::embree::Tracer;
+use crate::embree::{Hit, Tracer};
 use crate::mesh::Mesh;
 use crate::points;
 use anyhow::{Result, bail};
 use glam::{Mat3, Vec3};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Rays start this far above the surface; the meshes are of unit size.
 const OFFSET: f32 = 1e-4;
@@ -25,7 +25,7 @@ pub struct ShadingPoint {
     pub hit: u32,
     /// Where shadow rays start.
     pub origin: Vec3,
-    /// The geometric normal on the side of the camera.
+    /// The normal on the side of the camera.
     pub normal: Vec3,
     /// To the camera.
     pub wo: Vec3,
@@ -37,8 +37,6 @@ pub struct Scene {
     pub tracer: Tracer,
     /// The hits of a pixel stand together.
     pub points: Vec<ShadingPoint>,
-    /// For each pixel, hits of other pixels of its tile.
-    pub tiles: Vec<Vec<ShadingPoint>>,
     /// Hits of a pixel.
     pub hits: usize,
 }
@@ -57,27 +55,29 @@ pub enum View {
 }
 
 impl Scene {
-    /// A mesh file on a ground plane.
+    /// A mesh file on a ground plane, with the geometric normals of its triangles.
     ///
     /// # Errors
     /// The mesh cannot be read, or nothing is seen.
     pub fn from_file(path: &Path, view: View) -> Result<Scene> {
-        let name = path.file_stem().and_then(|n| n.to_str()).unwrap_or("mesh");
-        Scene::new(name, &[Mesh::ground(4.0), Mesh::load(path)?], view)
+        Scene::of(&name_of(path), &Stage::outdoors(Mesh::load(path)?), view)
     }
 
-    /// What the report looks at, for each mesh, or spheres and blocks without one: so many pixels of one hit, and unless it is
-    /// quick a sixteenth of them with 64 hits, since each of these hits has a reference of its own.
+    /// The same with normals interpolated between the vertices.
     ///
     /// # Errors
-    /// A mesh cannot be read, or nothing is seen.
-    pub fn of_report(meshes: &[PathBuf], points: usize, quick: bool) -> Result<Vec<Scene>> {
-        let views = [View::Points(points), View::Hits(points.div_ceil(16), 64)];
-        let views = &views[..if quick { 1 } else { 2 }];
-        if meshes.is_empty() {
-            return views.iter().map(|&view| Scene::procedural(view)).collect();
-        }
-        meshes.iter().flat_map(|path| views.iter().map(|&view| Scene::from_file(path, view))).collect()
+    /// The mesh cannot be read, or nothing is seen.
+    pub fn smooth(path: &Path, view: View) -> Result<Scene> {
+        let stage = Stage { is_smooth: true, ..Stage::outdoors(Mesh::load(path)?) };
+        Scene::of(&format!("smooth {}", name_of(path)), &stage, view)
+    }
+
+    /// A mesh in a room with one window: most of the map is blocked.
+    ///
+    /// # Errors
+    /// Nothing is seen.
+    pub fn room(mesh: Mesh, view: View) -> Result<Scene> {
+        Scene::of("room", &Stage::indoors(mesh), view)
     }
 
     /// Meshes on a ground plane, turned about the axis that points up.
@@ -85,7 +85,7 @@ impl Scene {
     /// # Errors
     /// Nothing is seen.
     pub fn turned(name: &str, mesh: &Mesh, angle: f32, view: View) -> Result<Scene> {
-        Scene::new(name, &[Mesh::ground(4.0), mesh.turned(angle)], view)
+        Scene::of(name, &Stage::outdoors(mesh.turned(angle)), view)
     }
 
     /// Spheres and blocks on a ground plane.
@@ -93,38 +93,35 @@ impl Scene {
     /// # Errors
     /// Embree reports an error.
     pub fn procedural(view: View) -> Result<Scene> {
-        let meshes = [
-            Mesh::ground(4.0),
-            Mesh::sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, 48),
-            Mesh::sphere(Vec3::new(0.75, -0.35, 0.25), 0.25, 32),
-            Mesh::block(Vec3::new(-0.95, -0.3, 0.0), Vec3::new(-0.65, 0.5, 0.9)),
-            Mesh::block(Vec3::new(-0.5, -0.8, 0.0), Vec3::new(-0.2, -0.6, 0.3)),
-        ];
-        Scene::new("procedural", &meshes, view)
+        let meshes = std::iter::once(Mesh::ground(4.0)).chain(Mesh::toys());
+        Scene::of("procedural", &Stage::of(meshes.collect()), view)
     }
 
-    fn new(name: &str, meshes: &[Mesh], view: View) -> Result<Scene> {
-        let tracer = Tracer::new(meshes)?;
+    /// What a view shows of a stage.
+    ///
+    /// # Errors
+    /// Nothing is seen, or Embree reports an error.
+    pub fn of(name: &str, stage: &Stage, view: View) -> Result<Scene> {
+        let tracer = Tracer::new(&stage.meshes)?;
+        let normals = stage.is_smooth.then(|| stage.meshes.iter().map(Mesh::normals).collect());
         let walked = if let View::Around(_, angle) = view { angle } else { 0.0 };
-        let eye = Mat3::from_rotation_z(walked) * Vec3::new(1.1, -2.4, 1.0);
-        let camera = Camera::new(eye, Vec3::new(0.0, 0.0, 0.42));
-        let seen = |step: u32| camera.first_hits(&tracer, step);
+        let eye = Mat3::from_rotation_z(walked) * stage.eye;
+        let camera = Camera::new(eye, stage.target);
+        let surface = Surface { tracer: &tracer, meshes: &stage.meshes, normals };
         let (hits, points) = match view {
-            View::Points(count) => (1, thinned(&seen(1), count)),
-            View::Image(step) | View::Around(step, _) => (1, seen(step)),
+            View::Points(count) => (1, thinned(&camera.first_hits(&surface, 1), count)),
+            View::Image(step) | View::Around(step, _) => (1, camera.first_hits(&surface, step)),
             View::Hits(count, hits) => {
-                let pixels = thinned(&seen(1), count);
-                let within = pixels.iter().map(|pixel| camera.hits_within(&tracer, pixel.pixel, hits));
+                let pixels = thinned(&camera.first_hits(&surface, 1), count);
+                let within = pixels.iter().map(|pixel| camera.hits_within(&surface, pixel.pixel, hits));
                 (hits, within.filter(|within| within.len() == hits).flatten().collect())
             }
         };
         if points.is_empty() {
             bail!("scene {name}: no shading points");
         }
-        let pixels = points.iter().step_by(hits).map(|point| point.pixel);
-        let tiles = pixels.map(|pixel| camera.tile_of(&tracer, pixel)).collect();
         let name = if hits > 1 { format!("{name}, {hits} hits") } else { name.into() };
-        Ok(Scene { name, tracer, points, tiles, hits })
+        Ok(Scene { name, tracer, points, hits })
     }
 
     /// Tells scenes apart by their shading points.
@@ -153,6 +150,70 @@ impl Scene {
     }
 }
 
+/// Meshes, and where the camera stands.
+pub struct Stage {
+    meshes: Vec<Mesh>,
+    /// Whether normals are interpolated between vertices.
+    is_smooth: bool,
+    eye: Vec3,
+    target: Vec3,
+}
+
+impl Stage {
+    fn of(meshes: Vec<Mesh>) -> Stage {
+        Stage { meshes, is_smooth: false, eye: Vec3::new(1.1, -2.4, 1.0), target: Vec3::new(0.0, 0.0, 0.42) }
+    }
+
+    /// A mesh on a ground plane.
+    fn outdoors(mesh: Mesh) -> Stage {
+        Stage::of(vec![Mesh::ground(4.0), mesh])
+    }
+
+    /// A mesh in a room of 4 x 4 x 2.4 with a window of 1.6 x 1.1 to the right of the camera.
+    fn indoors(mesh: Mesh) -> Stage {
+        let block = |low: [f32; 3], high: [f32; 3]| Mesh::block(Vec3::from_array(low), Vec3::from_array(high));
+        let walls = vec![
+            Mesh::ground(2.2),
+            block([-2.2, -2.2, 2.4], [2.2, 2.2, 2.6]),
+            block([-2.2, -2.2, 0.0], [-2.0, 2.2, 2.4]),
+            block([-2.2, 2.0, 0.0], [2.2, 2.2, 2.4]),
+            block([-2.2, -2.2, 0.0], [2.2, -2.0, 2.4]),
+            block([2.0, -2.2, 0.0], [2.2, -0.8, 2.4]),
+            block([2.0, 0.8, 0.0], [2.2, 2.2, 2.4]),
+            block([2.0, -0.8, 0.0], [2.2, 0.8, 0.7]),
+            block([2.0, -0.8, 1.8], [2.2, 0.8, 2.4]),
+            mesh,
+        ];
+        Stage { eye: Vec3::new(-0.4, -1.9, 1.2), target: Vec3::new(0.1, 0.2, 0.55), ..Stage::of(walls) }
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_stem().and_then(|n| n.to_str()).unwrap_or("mesh").into()
+}
+
+/// What rays of the camera meet.
+struct Surface<'a> {
+    tracer: &'a Tracer,
+    meshes: &'a [Mesh],
+    /// Those of the vertices of each mesh, where they are interpolated.
+    normals: Option<Vec<Vec<Vec3>>>,
+}
+
+impl Surface<'_> {
+    /// The shading normal of a hit, on the side of the geometric one that faces the camera.
+    fn normal(&self, hit: &Hit, geometric: Vec3, wo: Vec3) -> Vec3 {
+        let Some(normals) = &self.normals else { return geometric };
+        let corners = self.meshes[hit.mesh as usize].triangles[hit.triangle as usize];
+        let [a, b, c] = corners.map(|i| normals[hit.mesh as usize][i as usize]);
+        let [v, w] = hit.weights;
+        let smooth = (a * (1.0 - v - w) + b * v + c * w).normalize_or_zero();
+        let smooth = if smooth.dot(geometric) < 0.0 { -smooth } else { smooth };
+        // Near silhouettes an interpolated normal may face away: such a point has no view of its own.
+        if smooth.dot(wo) > 0.02 { smooth } else { geometric }
+    }
+}
+
 /// At most `count` elements, evenly spread.
 fn thinned(seen: &[ShadingPoint], count: usize) -> Vec<ShadingPoint> {
     let count = count.min(seen.len());
@@ -177,33 +238,27 @@ impl Camera {
     }
 
     /// What is seen through the middles of every `step`-th pixel.
-    fn first_hits(&self, tracer: &Tracer, step: u32) -> Vec<ShadingPoint> {
+    fn first_hits(&self, surface: &Surface, step: u32) -> Vec<ShadingPoint> {
         let on = |length: u32| (0..length).step_by(step as usize);
         let pixels = on(HEIGHT).flat_map(|y| on(WIDTH).map(move |x| [x, y]));
-        pixels.filter_map(|pixel| self.hit(tracer, pixel, 0, [0.5; 2])).collect()
+        pixels.filter_map(|pixel| self.hit(surface, pixel, 0, [0.5; 2])).collect()
     }
 
     /// What is seen through random places of a pixel.
-    fn hits_within(&self, tracer: &Tracer, pixel: [u32; 2], hits: usize) -> Vec<ShadingPoint> {
+    fn hits_within(&self, surface: &Surface, pixel: [u32; 2], hits: usize) -> Vec<ShadingPoint> {
         let mut places = vec![[0.0; 2]; hits];
         points::sobol(client::pixel_seed(pixel, u32::MAX), 0, &mut places);
-        (0..).zip(places).filter_map(|(hit, place)| self.hit(tracer, pixel, hit, place)).collect()
+        (0..).zip(places).filter_map(|(hit, place)| self.hit(surface, pixel, hit, place)).collect()
     }
 
-    /// What is seen through sixteen pixels of a pixel's tile of 8 x 8, without that pixel.
-    fn tile_of(&self, tracer: &Tracer, pixel: [u32; 2]) -> Vec<ShadingPoint> {
-        let [left, top] = pixel.map(|x| x & !7);
-        let places = (0..16).map(|i| [left + 2 * (i % 4) + 1, top + 2 * (i / 4) + 1]);
-        places.filter(|&place| place != pixel).filter_map(|place| self.hit(tracer, place, 0, [0.5; 2])).collect()
-    }
-
-    fn hit(&self, tracer: &Tracer, pixel: [u32; 2], hit: u32, place: [f32; 2]) -> Option<ShadingPoint> {
+    fn hit(&self, surface: &Surface, pixel: [u32; 2], hit: u32, place: [f32; 2]) -> Option<ShadingPoint> {
         let x = (pixel[0] as f32 + place[0]) / WIDTH as f32 * 2.0 - 1.0;
         let y = 1.0 - (pixel[1] as f32 + place[1]) / HEIGHT as f32 * 2.0;
         let direction = (self.forward + self.right * x + self.up * y).normalize();
-        let found = tracer.intersect(self.eye, direction)?;
-        let normal = if found.normal.dot(direction) < 0.0 { found.normal } else { -found.normal };
-        let origin = self.eye + direction * found.distance + normal * OFFSET;
+        let found = surface.tracer.intersect(self.eye, direction)?;
+        let geometric = if found.normal.dot(direction) < 0.0 { found.normal } else { -found.normal };
+        let origin = self.eye + direction * found.distance + geometric * OFFSET;
+        let normal = surface.normal(&found, geometric, -direction);
         Some(ShadingPoint { pixel, hit, origin, normal, wo: -direction })
     }
 }
@@ -212,21 +267,35 @@ impl Camera {
 mod tests {
     use super::*;
 
-    /// A scene for each mesh and view, whether the meshes were named or not.
+    /// A sphere of few triangles whose normals are interpolated has about those of a sphere; without, it has not.
     #[test]
-    fn every_mesh_is_seen_in_every_view() {
-        let folder = std::env::temp_dir().join(format!("wis-views-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("slab.obj");
-        std::fs::write(&file, "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n")
-            .unwrap();
-        let scenes = Scene::of_report(&[file], 64, false).unwrap();
-        std::fs::remove_dir_all(&folder).unwrap();
-        let hits: Vec<(usize, usize)> =
-            scenes.iter().map(|scene| (scene.hits, scene.points.len() / scene.hits)).collect();
-        assert_eq!(hits[0], (1, 64));
-        assert!(hits.len() == 2 && hits[1].0 == 64 && (1..=4).contains(&hits[1].1), "{hits:?}");
-        assert!(scenes[1].name.ends_with("64 hits"));
-        assert_eq!(Scene::of_report(&[], 16, true).unwrap().len(), 1);
+    fn normals_are_interpolated_where_they_should_be() {
+        let centre = Vec3::new(0.0, 0.0, 0.5);
+        let worst = |is_smooth: bool| {
+            let stage = Stage { is_smooth, ..Stage::outdoors(Mesh::sphere(centre, 0.5, 12)) };
+            let scene = Scene::of("sphere", &stage, View::Points(500)).unwrap();
+            let on_sphere = scene.points.iter().filter(|point| point.origin.z > 0.01);
+            on_sphere.map(|p| 1.0 - p.normal.dot((p.origin - centre).normalize())).fold(0.0, f32::max)
+        };
+        let [smooth, flat] = [worst(true), worst(false)];
+        assert!(smooth < 0.002 && flat > 0.005, "{smooth} {flat}");
+    }
+
+    /// Rays from the points of a room leave it through its window and nowhere else.
+    #[test]
+    fn a_room_is_dark_but_for_its_window() {
+        let scene = Scene::room(Mesh::sphere(Vec3::new(0.0, 0.0, 0.4), 0.4, 24), View::Points(200)).unwrap();
+        let mut u = [[0.0; 2]; 64];
+        points::sobol(1, 0, &mut u);
+        let directions = u.map(|u| crate::light::octahedral_direction(u[0], u[1]));
+        let (mut seen, mut through) = (0, 0);
+        for (point, wi) in scene.points.iter().flat_map(|p| directions.iter().map(move |wi| (p, *wi))) {
+            if scene.visible(point, wi) {
+                let at = point.origin + wi * ((2.0 - point.origin.x) / wi.x);
+                seen += 1;
+                through += usize::from(wi.x > 0.0 && at.y.abs() < 0.81 && (0.69..1.81).contains(&at.z));
+            }
+        }
+        assert!(seen > 0 && seen == through && seen * 8 < scene.points.len() * u.len(), "{seen} {through}");
     }
 }

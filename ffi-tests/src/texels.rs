@@ -6,10 +6,14 @@ use crate::lanes::{Directions, F8, LANES, V8};
 use crate::layout::Position;
 use crate::light::Light;
 
-/// A distribution over the texels of a light, and what a look-up of a texel needs.
+/// A distribution over the texels of a light. For a client that interpolates it has two texels in place of one along each axis,
+/// filled with interpolated values, as pbrt's has.
 pub struct Texels {
-    /// Radiance and probability of each texel.
-    looked_up: Vec<[f32; 2]>,
+    /// The map of those texels, where it is not the light itself.
+    fine: Option<Light>,
+    /// Radiance of each texel of a light that is not interpolated.
+    radiance: Vec<f32>,
+    probability: Vec<f32>,
     rows: Inverse,
     columns: Inverse,
 }
@@ -26,10 +30,10 @@ impl Texels {
     }
 
     fn new(light: &Light, weight: impl Fn(f64, f64) -> f64) -> Texels {
-        let [width, height] = light.size();
-        let solid_angle = light.solid_angles();
-        // What is interpolated reaches into neighbouring texels.
-        let (radiance, means) = (light.luminance(), light.means());
+        let fine = light.is_bilinear().then(|| light.doubled());
+        let grid = fine.as_ref().unwrap_or(light);
+        let [width, height] = grid.size();
+        let (solid_angle, means) = (grid.solid_angles(), grid.luminance());
         let total: f64 = means.iter().zip(&solid_angle).map(|(&l, a)| f64::from(l) * a).sum();
         let mean = total / solid_angle.iter().sum::<f64>();
         let weighted = |i: usize| weight(f64::from(means[i]), mean) * solid_angle[i];
@@ -40,8 +44,9 @@ impl Texels {
         let columns = Inverse::new(width, &weights);
         let rows = Inverse::new(height, &weights.chunks(width).map(|row| row.iter().sum()).collect::<Vec<f64>>());
         let probability = |i: usize| rows.probability(0, i / width) * columns.probability(i / width, i % width);
-        let looked_up = (0..width * height).map(|i| [radiance[i], probability(i)]).collect();
-        Texels { looked_up, rows, columns }
+        let probability = (0..width * height).map(probability).collect();
+        let radiance = if fine.is_none() { means.to_vec() } else { Vec::new() };
+        Texels { fine, radiance, probability, rows, columns }
     }
 
     /// Draws `u.len()` directions into `wi`, from number `first` on.
@@ -59,19 +64,21 @@ impl Texels {
                 column[i] = x as f32 + inside;
             }
             let at = Position { column: F8::new(column), row: F8::new(row) };
-            wi.store(first + block * LANES, light.direction(at));
+            wi.store(first + block * LANES, self.fine.as_ref().unwrap_or(light).direction(at));
         }
     }
 
     /// Radiance from the first `used` directions, and the pdf of `sample`; 0 for the others.
     #[inline]
     pub fn eval(&self, light: &Light, wi: V8, used: usize) -> (F8, F8) {
-        let (texels, density) = light.texels(wi);
-        let (mut radiance, mut probability) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..used.min(LANES) {
-            [radiance[i], probability[i]] = self.looked_up[texels[i]];
-        }
-        (light.interpolated(wi).unwrap_or(F8::new(radiance)), F8::new(probability) * density)
+        let (texels, density) = self.fine.as_ref().unwrap_or(light).texels(wi);
+        let look_up = |from: &[f32]| {
+            let mut values = [0.0; LANES];
+            values.iter_mut().zip(texels).take(used).for_each(|(value, texel)| *value = from[texel]);
+            F8::new(values)
+        };
+        let radiance = light.interpolated(wi).unwrap_or_else(|| look_up(&self.radiance));
+        (radiance, look_up(&self.probability) * density)
     }
 }
 

@@ -7,9 +7,9 @@
 
 use glam::Vec3;
 use std::f32::consts::PI;
-use wis_ffi_tests::client::{self, Block, Density, raw};
+use wis_ffi_tests::before::prepare;
+use wis_ffi_tests::client::{self, Block, Density};
 use wis_ffi_tests::estimator::{Lit, Setting};
-use wis_ffi_tests::library::prepare;
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::scene::ShadingPoint;

@@ -7,7 +7,7 @@ use super::phong::Phong;
 use super::point::{Fault, Point};
 use super::vector::{any_tangent, dot};
 use crate::numeric::{LUMINANCE, ONE_MINUS_EPSILON, min, sqrt};
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -177,6 +177,17 @@ impl Surface {
     /// Without lobes: the cosine, drawn with its distribution.
     #[inline(always)]
     pub fn eval<F: Num>(&self, wi: [F; 3]) -> (F, F) {
+        F::apart(Eval { surface: self, wi })
+    }
+
+    /// The luminance of BRDF x cosine, as [`Surface::eval`] has it: for a step that needs nothing else.
+    #[inline(always)]
+    pub fn value<F: Num>(&self, wi: [F; 3]) -> F {
+        self.eval_here(wi).0
+    }
+
+    #[inline(always)]
+    fn eval_here<F: Num>(&self, wi: [F; 3]) -> (F, F) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let cosine = wi[2];
         let factor = if self.cosine_included { one } else { cosine.abs() };
@@ -227,6 +238,11 @@ impl Surface {
     /// reflects to the lower side, or transmits to the upper: [`Surface::eval`] counts no density there.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        F::apart(Sample { surface: self, u })
+    }
+
+    #[inline(always)]
+    fn sample_here<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (zero, half) = (F::splat(0.0), F::splat(0.5));
         if self.count == 0 {
             let upper = u[0].lt(half);
@@ -261,6 +277,34 @@ impl Surface {
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }
         wi
+    }
+}
+
+struct Eval<'a, F: Num> {
+    surface: &'a Surface,
+    wi: [F; 3],
+}
+
+impl<F: Num> Apart<F> for Eval<'_, F> {
+    type Output = (F, F);
+
+    #[inline(always)]
+    fn run(self) -> (F, F) {
+        self.surface.eval_here(self.wi)
+    }
+}
+
+struct Sample<'a, F: Num> {
+    surface: &'a Surface,
+    u: [F; 2],
+}
+
+impl<F: Num> Apart<F> for Sample<'_, F> {
+    type Output = [F; 3];
+
+    #[inline(always)]
+    fn run(self) -> [F; 3] {
+        self.surface.sample_here(self.u)
     }
 }
 

@@ -63,13 +63,13 @@ impl Draw<'_> {
                 [*across, *down] = Turn::point(seed, first.wrapping_add(index));
             }
             let u = [<F as Num>::load(across), <F as Num>::load(down)];
-            if from_light {
-                let (direction, light) = self.light.candidates(u);
-                self.weigh(direction, light, half as f32, group, out);
+            let (direction, light) = if from_light {
+                self.light.candidates(u)
             } else {
                 let direction = self.surface.to_map(self.surface.sample(u));
-                self.weigh(direction, self.light.density(direction), half as f32, group, out);
-            }
+                (direction, self.light.density(direction))
+            };
+            self.weigh(direction, light, half as f32, group, out);
         }
     }
 

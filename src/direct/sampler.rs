@@ -47,6 +47,7 @@ impl Config {
     }
 
     /// Bytes of working memory.
+    #[inline(never)]
     pub fn bytes(&self) -> usize {
         self.shared_bytes() + 5 * 4 * self.most_candidates()
     }
@@ -80,7 +81,11 @@ pub struct Sampler<'a> {
 impl<'a> Sampler<'a> {
     /// A sampler in memory of [`Config::bytes`], aligned to 16: zeros, or what a sampler of the same configuration left.
     pub fn new(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
-        let memory = memory.get_mut(..config.bytes())?;
+        Sampler::open(level, config, memory.get_mut(..config.bytes())?)
+    }
+
+    /// As [`Sampler::new`], in memory of exactly that length, which every call from C would have to find out again.
+    pub(crate) fn open(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
         let (shared, scratch) = memory.split_at_mut_checked(config.shared_bytes())?;
         let shared = if shared.is_empty() { None } else { Some(Ring::new(shared)) };
         Some(Sampler { level, config, shared, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })

@@ -3,6 +3,7 @@
 //! Every pointer that comes in is checked for null and alignment, every size and selector for its range; what
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
+pub mod check;
 pub mod direct;
 pub mod light;
 #[cfg(feature = "lights")]
@@ -410,7 +411,7 @@ pub(crate) struct Strided<const N: usize> {
 impl<const N: usize> Strided<N> {
     /// Checks `count` elements; a stride of 0 means that they stand close together.
     pub(crate) fn new(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<Strided<N>> {
-        Ok(Strided { start, stride: check_stride::<N>(start, stride, count, argument)? })
+        Ok(Strided { start, stride: check_stride(N, start, stride, count, argument)? })
     }
 
     /// Reads element `index`.
@@ -434,7 +435,7 @@ pub(crate) struct StridedMut<const N: usize> {
 impl<const N: usize> StridedMut<N> {
     /// Checks `count` elements; a stride of 0 means that they stand close together.
     pub(crate) fn new(start: *mut f32, stride: usize, count: usize, argument: u32) -> Checked<StridedMut<N>> {
-        Ok(StridedMut { start, stride: check_stride::<N>(start, stride, count, argument)? })
+        Ok(StridedMut { start, stride: check_stride(N, start, stride, count, argument)? })
     }
 
     /// Writes element `index`.
@@ -448,9 +449,32 @@ impl<const N: usize> StridedMut<N> {
     }
 }
 
-/// The bytes from an element of `N` floats to the next, checked for `count` of them.
-fn check_stride<const N: usize>(start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<usize> {
-    let packed = N * size_of::<f32>();
+/// Elements to read, and elements to write.
+pub(crate) type Packed<'a, const N: usize, const M: usize> = (&'a [[f32; N]], &'a mut [[f32; M]]);
+
+/// Elements to read and elements to write as slices, if both stand close together and have no byte in common.
+///
+/// # Safety
+/// The arrays hold `count` elements, which nobody else uses while the slices live.
+#[inline(always)]
+pub(crate) unsafe fn packed<'a, const N: usize, const M: usize>(
+    from: &Strided<N>,
+    to: &StridedMut<M>,
+    count: usize,
+) -> Option<Packed<'a, N, M>> {
+    let (begin, end) = (from.start.addr(), from.start.addr() + count * from.stride);
+    let apart = end <= to.start.addr() || to.start.addr() + count * to.stride <= begin;
+    if !apart || from.stride != size_of::<[f32; N]>() || to.stride != size_of::<[f32; M]>() {
+        return None;
+    }
+    // SAFETY: they do not overlap; the rest is this function's contract.
+    unsafe { Some((slice(from.start.cast(), count, 0).ok()?, slice_mut(to.start.cast(), count, 0).ok()?)) }
+}
+
+/// The bytes from an element of `n` floats to the next, checked for `count` of them.
+#[inline(never)]
+fn check_stride(n: usize, start: *const f32, stride: usize, count: usize, argument: u32) -> Checked<usize> {
+    let packed = n * size_of::<f32>();
     let stride = if stride == 0 { packed } else { stride };
     if count == 0 {
         return Ok(stride);

@@ -2,7 +2,7 @@
 
 use super::light::{EnvironmentObject, environment as view};
 use super::material::{PointData, failure, point as read_point};
-use super::sampler::{SamplerObject, with_sampler};
+use super::sampler::{SamplerObject, with_level};
 use super::{
     Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, check_block, out, sized, slice, slice_mut,
 };
@@ -122,7 +122,7 @@ pub unsafe extern "C" fn wis_product_prepare(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |sampler| {
+        with_level(sampler, |level| {
             let environment = view(environment, 2)?;
             let config = checked(sized(config, 3)?, 3)?;
             let overflow = Failure::new(Status::Overflow, 4);
@@ -141,7 +141,7 @@ pub unsafe extern "C" fn wis_product_prepare(
             for i in 0..count {
                 let (data, material) = read_point(point.add(i), 5).map_err(|failure| failure.in_row(5, i))?;
                 let room = memory.get_mut(end..).unwrap_or_default();
-                end += prepare(sampler.level(), &environment, &data.kernel(&material, None, None), &config, room)
+                end += prepare(level, &environment, &data.kernel(&material, None, None), &config, room)
                     .map_err(|error| refused(error, i))?;
             }
             write_offsets(memory, offsets);

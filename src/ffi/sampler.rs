@@ -47,7 +47,8 @@ pub(super) struct Header {
     magic: u64,
     config: Config,
     level: u32,
-    reserved: u32,
+    /// Bytes of working memory behind this.
+    scratch: u32,
     pub(super) fault: Diagnostic,
 }
 
@@ -127,7 +128,13 @@ pub unsafe extern "C" fn wis_sampler_init(
         let level = level(raw.cpu_level)?;
         let block = super::ExclusiveBlock::new(memory.cast(), bytes, needed(&config), 2)?;
         let handle = out(sampler, 4)?;
-        let header = Header { magic: MAGIC, config, level: level.code(), reserved: 0, fault: Diagnostic::default() };
+        let header = Header {
+            magic: MAGIC,
+            config,
+            level: level.code(),
+            scratch: config.bytes() as u32,
+            fault: Diagnostic::default(),
+        };
         // SAFETY: the block is aligned to 16 and longer than a header; the scratch behind it becomes initialised numbers.
         unsafe {
             block.start().cast::<Header>().write(header);
@@ -196,6 +203,23 @@ unsafe fn readable(header: *const Header) -> Checked<*const Header> {
     Ok(header)
 }
 
+/// The instructions that a sampler was made for, for a call that needs nothing else of it; notes where the call fails.
+///
+/// # Safety
+/// As [`with_sampler`].
+#[inline(always)]
+pub(super) unsafe fn with_level(sampler: *mut SamplerObject, body: impl FnOnce(Level) -> Checked<()>) -> Status {
+    // SAFETY: the caller's contract; the level was detected on this machine when the sampler was made.
+    unsafe {
+        let header = match header(sampler) {
+            Ok(header) => header,
+            Err(failure) => return failure.status,
+        };
+        let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
+        answer(&raw mut (*header).fault, || body(level))
+    }
+}
+
 /// Opens a sampler for a call, and notes where the call fails.
 ///
 /// # Safety
@@ -210,12 +234,13 @@ pub(super) unsafe fn with_sampler(
         Err(failure) => return failure.status,
     };
     // SAFETY: the header is initialised, its level was detected on this machine when the sampler was made, and the scratch
-    // of `config.bytes()` initialised bytes stands behind it.
+    // of that many initialised bytes stands behind it.
     unsafe {
         let config = (*header).config;
         let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
-        let Ok(scratch) = slice_mut(header.add(1).cast::<u8>(), config.bytes(), 1) else { return Status::Mismatch };
-        let Some(mut opened) = Sampler::new(level, config, scratch) else { return Status::Mismatch };
+        let bytes = (*header).scratch as usize;
+        let Ok(scratch) = slice_mut(header.add(1).cast::<u8>(), bytes, 1) else { return Status::Mismatch };
+        let Some(mut opened) = Sampler::open(level, config, scratch) else { return Status::Mismatch };
         answer(&raw mut (*header).fault, || body(&mut opened))
     }
 }

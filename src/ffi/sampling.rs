@@ -2,9 +2,9 @@
 
 use super::light::{EnvironmentObject, environment as view};
 use super::product::{ProductObject, shaded};
-use super::sampler::{SamplerObject, with_sampler};
-use super::{Strided, StridedMut};
-use crate::light::batch::{Density, Drawn, pdfs, samples};
+use super::sampler::{SamplerObject, with_level};
+use super::{Strided, StridedMut, packed};
+use crate::light::batch::{Density, Drawn, FEWEST, pdf, pdfs, sample, samples};
 use crate::light::density::Inverted;
 use crate::numeric::clamp_u;
 use crate::sample::Sample;
@@ -14,8 +14,6 @@ use crate::status::Status;
 
 /// So many directions are copied together: their numbers stay in the nearest cache.
 const TOGETHER: usize = 64;
-/// A call for as few needs no room for more, which would take as long to clear as a sample.
-const FEW: usize = 4;
 
 /// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
 ///
@@ -39,14 +37,14 @@ pub unsafe extern "C" fn wis_sample(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |sampler| {
+        with_level(sampler, |level| {
             let environment = view(environment, 2)?;
-            let shaded = shaded(product, &environment, 3)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
-            match &shaded {
-                Some(shaded) => sample_all(sampler.level(), shaded, &environment.frame(), count, &u, &out),
-                None => sample_all(sampler.level(), &environment.light(), &environment.frame(), count, &u, &out),
+            if product.is_null() {
+                sample_all(level, &environment.light(), &environment.frame(), count, &u, &out);
+            } else if let Some(shaded) = shaded(product, &environment, 3)? {
+                sample_all(level, &shaded, &environment.frame(), count, &u, &out);
             }
             Ok(())
         })
@@ -64,30 +62,23 @@ unsafe fn sample_all<D: Density>(
     u: &Strided<2>,
     out: &StridedMut<4>,
 ) {
-    // SAFETY: the caller's contract.
-    unsafe {
-        if count <= FEW {
-            sample_by::<D, FEW>(level, density, frame, count, u, out);
-        } else {
-            sample_by::<D, TOGETHER>(level, density, frame, count, u, out);
+    if count < FEWEST {
+        for i in 0..count {
+            // SAFETY: the index is below the count.
+            unsafe {
+                let Drawn { wi: [x, y, z], pdf } = sample(density, frame, u.read(i));
+                out.write(i, [x, y, z, pdf]);
+            }
         }
+        return;
     }
-}
-
-/// # Safety
-/// The arrays hold `count` elements.
-#[inline(always)]
-unsafe fn sample_by<D: Density, const N: usize>(
-    level: Level,
-    density: &D,
-    frame: &Frame,
-    count: usize,
-    u: &Strided<2>,
-    out: &StridedMut<4>,
-) {
-    let (mut numbers, mut drawn) = ([[0.0; 2]; N], [Drawn::default(); N]);
-    for first in (0..count).step_by(N) {
-        let here = (count - first).min(N);
+    // SAFETY: the caller's contract.
+    if let Some((u, out)) = unsafe { packed(u, out, count) } {
+        return samples(level, density, frame, u, bytemuck::cast_slice_mut(out));
+    }
+    let (mut numbers, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
+    for first in (0..count).step_by(TOGETHER) {
+        let here = (count - first).min(TOGETHER);
         let (numbers, drawn) = (numbers.get_mut(..here).unwrap_or_default(), drawn.get_mut(..here).unwrap_or_default());
         for (i, number) in numbers.iter_mut().enumerate() {
             // SAFETY: the index is below the count.
@@ -120,14 +111,14 @@ pub unsafe extern "C" fn wis_pdf(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |sampler| {
+        with_level(sampler, |level| {
             let environment = view(environment, 2)?;
-            let shaded = shaded(product, &environment, 3)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
-            match &shaded {
-                Some(shaded) => pdf_all(sampler.level(), shaded, &environment.frame(), count, &wi, &pdf),
-                None => pdf_all(sampler.level(), &environment.light(), &environment.frame(), count, &wi, &pdf),
+            if product.is_null() {
+                pdf_all(level, &environment.light(), &environment.frame(), count, &wi, &pdf);
+            } else if let Some(shaded) = shaded(product, &environment, 3)? {
+                pdf_all(level, &shaded, &environment.frame(), count, &wi, &pdf);
             }
             Ok(())
         })
@@ -143,32 +134,22 @@ unsafe fn pdf_all<D: Density>(
     frame: &Frame,
     count: usize,
     wi: &Strided<3>,
-    pdf: &StridedMut<1>,
+    out: &StridedMut<1>,
 ) {
-    // SAFETY: the caller's contract.
-    unsafe {
-        if count <= FEW {
-            pdf_by::<D, FEW>(level, density, frame, count, wi, pdf);
-        } else {
-            pdf_by::<D, TOGETHER>(level, density, frame, count, wi, pdf);
+    if count < FEWEST {
+        for i in 0..count {
+            // SAFETY: the index is below the count.
+            unsafe { out.write(i, [pdf(density, frame, wi.read(i))]) };
         }
+        return;
     }
-}
-
-/// # Safety
-/// The arrays hold `count` elements.
-#[inline(always)]
-unsafe fn pdf_by<D: Density, const N: usize>(
-    level: Level,
-    density: &D,
-    frame: &Frame,
-    count: usize,
-    wi: &Strided<3>,
-    pdf: &StridedMut<1>,
-) {
-    let (mut directions, mut densities) = ([[0.0; 3]; N], [0.0; N]);
-    for first in (0..count).step_by(N) {
-        let here = (count - first).min(N);
+    // SAFETY: the caller's contract.
+    if let Some((wi, out)) = unsafe { packed(wi, out, count) } {
+        return pdfs(level, density, frame, wi, out.as_flattened_mut());
+    }
+    let (mut directions, mut densities) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+    for first in (0..count).step_by(TOGETHER) {
+        let here = (count - first).min(TOGETHER);
         let directions = directions.get_mut(..here).unwrap_or_default();
         for (i, direction) in directions.iter_mut().enumerate() {
             // SAFETY: the index is below the count.
@@ -177,7 +158,7 @@ unsafe fn pdf_by<D: Density, const N: usize>(
         pdfs(level, density, frame, directions, &mut densities);
         for (i, &density) in densities.iter().take(here).enumerate() {
             // SAFETY: the index is below the count.
-            unsafe { pdf.write(first + i, [density]) };
+            unsafe { out.write(first + i, [density]) };
         }
     }
 }
@@ -203,7 +184,7 @@ pub unsafe extern "C" fn wis_invert(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_sampler(sampler, |_| {
+        with_level(sampler, |_| {
             let environment = view(environment, 2)?;
             let shaded = shaded(product, &environment, 3)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;

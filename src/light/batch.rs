@@ -3,6 +3,7 @@
 use super::tables::Light;
 use crate::simd::{Kernel, Lanes, Level, Num, run};
 use crate::sphere::Frame;
+use bytemuck::{Pod, Zeroable};
 
 /// What can be sampled and queried. Written once for any width.
 pub trait Density {
@@ -73,10 +74,11 @@ impl Density for Light<'_> {
 }
 
 /// So many directions together cost less in lanes than one by one.
-const FEWEST: usize = 3;
+pub const FEWEST: usize = 3;
 
 /// A direction and its density.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Drawn {
     /// Unit length, world space.
     pub wi: [f32; 3],
@@ -84,13 +86,25 @@ pub struct Drawn {
     pub pdf: f32,
 }
 
+/// A sample for numbers in [0, 1)^2.
+#[inline(never)]
+pub fn sample<D: Density>(density: &D, frame: &Frame, u: [f32; 2]) -> Drawn {
+    let (wi, pdf) = density.sample::<f32>(frame, u);
+    Drawn { wi, pdf }
+}
+
+/// The density of a direction.
+#[inline(never)]
+pub fn pdf<D: Density>(density: &D, frame: &Frame, wi: [f32; 3]) -> f32 {
+    density.pdf::<f32>(frame, wi)
+}
+
 /// Samples for all `u`, as many as there is room for.
 #[inline(never)]
 pub fn samples<D: Density>(level: Level, density: &D, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
     if u.len() < FEWEST {
         for (u, out) in u.iter().zip(out) {
-            let (wi, pdf) = density.sample::<f32>(frame, *u);
-            *out = Drawn { wi, pdf };
+            *out = sample(density, frame, *u);
         }
     } else {
         run(level, Samples { density, frame, u, out });
@@ -102,7 +116,7 @@ pub fn samples<D: Density>(level: Level, density: &D, frame: &Frame, u: &[[f32; 
 pub fn pdfs<D: Density>(level: Level, density: &D, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
     if wi.len() < FEWEST {
         for (wi, out) in wi.iter().zip(out) {
-            *out = density.pdf::<f32>(frame, *wi);
+            *out = pdf(density, frame, *wi);
         }
     } else {
         run(level, Pdfs { density, frame, wi, out });

@@ -15,26 +15,19 @@ pub struct Lengths {
     pub starts: usize,
     /// Blocks.
     pub blocks: usize,
-    /// Words of row starts.
-    pub rows: usize,
-    /// Words of lines.
-    pub lines: usize,
+    /// Words of row starts and lines.
+    pub words: usize,
 }
 
 impl Lengths {
     /// Both.
     pub fn plus(self, b: Lengths) -> Lengths {
-        Lengths {
-            starts: self.starts + b.starts,
-            blocks: self.blocks + b.blocks,
-            rows: self.rows + b.rows,
-            lines: self.lines + b.lines,
-        }
+        Lengths { starts: self.starts + b.starts, blocks: self.blocks + b.blocks, words: self.words + b.words }
     }
 
     /// Bytes of all.
     pub fn bytes(self) -> usize {
-        4 * self.starts + size_of::<Block>() * self.blocks + 2 * (self.rows + self.lines)
+        4 * self.starts + size_of::<Block>() * self.blocks + 2 * self.words
     }
 }
 
@@ -85,21 +78,23 @@ impl CellBlocks {
 
     /// What the blocks take with a grid of no steps (level 0), in closed form: big maps have many blocks.
     pub fn full(&self, plan: &Plan) -> Lengths {
-        let bilinear = plan.of.filter == Filter::Bilinear;
         let [columns, rows] = self.blocks().map(|n| n as usize);
-        let side = 1usize << self.side[0];
-        let last = self.patches[0] as usize - columns.saturating_sub(1) * side;
-        let words = columns.saturating_sub(1) * line_words(side, bilinear) + line_words(last, bilinear);
-        let lines = self.patches[1] as usize + if bilinear { rows } else { 0 };
-        let blocks = Lengths { rows: columns * self.patches[1] as usize, lines: lines * words, ..Lengths::default() };
-        cell_lengths([columns, rows]).plus(blocks)
+        let (mut words, side) = (0, self.side.map(|side| 1usize << side));
+        let last = [0, 1].map(|k: usize| self.patches[k] as usize - [columns, rows][k].saturating_sub(1) * side[k]);
+        for (count_x, grid_x) in [(columns.saturating_sub(1), side[0]), (1, last[0])] {
+            for (count_y, grid_y) in [(rows.saturating_sub(1), side[1]), (1, last[1])] {
+                words += count_x * count_y * block_words(plan, [grid_x, grid_y]).iter().sum::<usize>();
+            }
+        }
+        cell_lengths([columns, rows]).plus(Lengths { words, ..Lengths::default() })
     }
 
     /// What the blocks take with these steps.
     pub fn lengths(&self, plan: &Plan, steps: impl Fn(usize) -> Steps) -> Lengths {
         let [columns, rows] = self.blocks().map(|n| n as usize);
         (0..self.count()).fold(cell_lengths([columns, rows]), |sum, number| {
-            sum.plus(block_words(plan, &self.tile(number, steps(number))))
+            let grid = self.tile(number, steps(number)).grid.map(|n| n as usize);
+            sum.plus(Lengths { words: block_words(plan, grid).iter().sum(), ..Lengths::default() })
         })
     }
 }
@@ -113,12 +108,13 @@ fn cell_lengths([columns, rows]: [usize; 2]) -> Lengths {
     Lengths { starts, blocks: rows * columns, ..Lengths::default() }
 }
 
-fn block_words(plan: &Plan, tile: &Tile) -> Lengths {
+/// The words of a block: of its row starts, and of its lines.
+fn block_words(plan: &Plan, [columns, rows]: [usize; 2]) -> [usize; 2] {
     let bilinear = plan.of.filter == Filter::Bilinear;
-    let [columns, rows] = tile.grid.map(|n| n as usize);
-    // A row start for each row, of which the first is left out and its place stays empty: a block's 16 fill half a cache line.
-    let lines = (rows + usize::from(bilinear)) * line_words(columns, bilinear);
-    Lengths { rows, lines, ..Lengths::default() }
+    // The first row start is left out, and its place stays empty. Row starts of full width fill half a cache line, so that
+    // all lines begin at halves of cache lines.
+    let starts = if columns == BLOCK { BLOCK } else { rows };
+    [starts, (rows + usize::from(bilinear)) * line_words(columns, bilinear)]
 }
 
 /// Tiles of at most 16 x 16 single patches that cover a tile.
@@ -157,10 +153,8 @@ pub struct CellTables<'a> {
     pub starts: &'a mut [f32],
     /// Blocks.
     pub blocks: &'a mut [Block],
-    /// Row starts.
-    pub rows: &'a mut [u16],
-    /// Lines.
-    pub lines: &'a mut [u16],
+    /// Row starts and lines.
+    pub words: &'a mut [u16],
     /// Room for the light of each block.
     pub light: &'a mut [f64],
 }
@@ -168,32 +162,29 @@ pub struct CellTables<'a> {
 /// Writes the tables of a cell: the cell, without its probability, and its light.
 pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], tables: CellTables<'_>) -> (Cell, f64) {
     let cell = CellBlocks::new(texels.plan, index, level);
-    let CellTables { offset, starts, blocks, mut rows, mut lines, light } = tables;
+    let CellTables { offset, starts, blocks, mut words, light } = tables;
     // The room is for the blocks before they are doubled.
     let light = light.get_mut(..cell.count()).unwrap_or_default();
-    let (mut row_words, mut line_words) = (offset.rows, offset.lines);
-    rows.fill(0);
-    lines.fill(0);
+    let mut at = offset.words;
+    words.fill(0);
     for (((number, block), light), &steps) in (0..cell.count()).zip(blocks.iter_mut()).zip(light.iter_mut()).zip(steps)
     {
         let tile = cell.tile(number, steps);
-        let words = block_words(texels.plan, &tile);
-        let (row_part, other_rows) = core::mem::take(&mut rows).split_at_mut_checked(words.rows).unwrap_or_default();
-        let (line_part, other_lines) =
-            core::mem::take(&mut lines).split_at_mut_checked(words.lines).unwrap_or_default();
-        (rows, lines) = (other_rows, other_lines);
-        let (of_block, to_ends) = write_block(texels, &tile, row_part, line_part);
+        let [row_words, line_words] = block_words(texels.plan, tile.grid.map(|n| n as usize));
+        let (rows, rest) = core::mem::take(&mut words).split_at_mut_checked(row_words).unwrap_or_default();
+        let (lines, rest) = rest.split_at_mut_checked(line_words).unwrap_or_default();
+        words = rest;
+        let (of_block, to_ends) = write_block(texels, &tile, rows, lines);
         *light = of_block;
         *block = Block {
-            rows: row_words as u32,
-            lines: line_words as u32,
+            rows: at as u32,
+            lines: (at + row_words) as u32,
             share: 0.0,
             grid: tile.grid.map(|n| n as u8),
             steps: steps[0] | steps[1] << 4,
             to_ends: u8::from(to_ends),
         };
-        row_words += words.rows;
-        line_words += words.lines;
+        at += row_words + line_words;
     }
     let total = write_cell_starts(&cell, light, starts, blocks);
     let written = Cell {
@@ -261,7 +252,9 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
     };
     put_inner(rows, &words16(used, to_ends), grid_rows);
     let words = line_words(grid_columns, bilinear);
+    let corners = if bilinear { grid_columns + 1 } else { 0 };
     for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(mass.chunks_exact(BLOCK)).take(grid_rows) {
+        let line = line.get_mut(corners..).unwrap_or_default();
         put_inner(line, &words16(row.get(..grid_columns).unwrap_or(&[]), to_ends), grid_columns);
     }
     if bilinear {
@@ -269,7 +262,7 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
         stored_corners(texels, tile, &mut corners);
         for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(corners.chunks_exact(BLOCK + 1)).take(grid_rows + 1)
         {
-            for (out, &corner) in line.iter_mut().skip(grid_columns - 1).zip(row).take(grid_columns + 1) {
+            for (out, &corner) in line.iter_mut().zip(row).take(grid_columns + 1) {
                 *out = encode(corner);
             }
         }

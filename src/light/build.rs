@@ -58,8 +58,8 @@ impl Totals {
 pub struct CellWork {
     /// How often its blocks are doubled.
     pub level: u64,
-    /// What it takes of each table: starts, blocks, row words, line words.
-    pub lengths: [u64; 4],
+    /// What it takes of each table: starts, blocks, words.
+    pub lengths: [u64; 3],
     /// Its light.
     pub light: f64,
     /// The variance that coarser grids add, times the light.
@@ -69,8 +69,8 @@ pub struct CellWork {
 impl CellWork {
     /// What the cell takes.
     pub fn lengths(&self) -> Lengths {
-        let [starts, blocks, rows, lines] = self.lengths.map(|n| n as usize);
-        Lengths { starts, blocks, rows, lines }
+        let [starts, blocks, words] = self.lengths.map(|n| n as usize);
+        Lengths { starts, blocks, words }
     }
 }
 
@@ -100,7 +100,7 @@ pub fn weights(plan: &Plan, weights: &mut [[f64; 2]]) {
 /// The second pass, for a cell.
 pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> CellWork {
     let Choice { level, lengths, variance } = choose(texels, index, steps);
-    let lengths = [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64);
+    let lengths = [lengths.starts, lengths.blocks, lengths.words].map(|n| n as u64);
     CellWork { level: level.into(), lengths, light: 0.0, variance }
 }
 

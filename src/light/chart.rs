@@ -6,7 +6,7 @@
 
 use super::warp::{Profile, Profiles};
 use crate::numeric::{ATAN_TURNS, COS_TURNS, SIN_TURNS};
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 use core::f32::consts::PI;
 
 /// How directions are laid out over a face.
@@ -71,6 +71,38 @@ pub struct Place<F: Num> {
     pub solid_angle: F,
 }
 
+// Most maps are lat-long: the other layouts stand apart, so that they are no cold code between.
+/// [`Chart::place`] on a cube.
+struct PlaceCube<'a, F>(&'a Chart, [F; 3]);
+/// [`Chart::place`] on an octahedral square.
+struct PlaceOctahedral<'a, F>(&'a Chart, [F; 3]);
+/// [`Chart::direction`] on a cube.
+struct DirectionCube<'a, F>(&'a Chart, F, [F; 2]);
+/// [`Chart::direction`] on an octahedral square.
+struct DirectionOctahedral<'a, F>(&'a Chart, [F; 2]);
+/// [`Chart::profiles`] on a cube.
+struct ProfilesCube<'a, F>(&'a Chart, [F; 2], [F; 2]);
+
+macro_rules! apart {
+    ($computation:ident, $output:ty, |$of:ident| $run:expr) => {
+        impl<F: Num> Apart<F> for $computation<'_, F> {
+            type Output = $output;
+
+            #[inline(always)]
+            fn run(self) -> $output {
+                let $of = self;
+                $run
+            }
+        }
+    };
+}
+
+apart!(PlaceCube, Place<F>, |of| of.0.place_cube(of.1));
+apart!(PlaceOctahedral, Place<F>, |of| of.0.place_octahedral(of.1));
+apart!(DirectionCube, [F; 3], |of| of.0.direction_cube(of.1, of.2));
+apart!(DirectionOctahedral, [F; 3], |of| of.0.direction_octahedral(of.1));
+apart!(ProfilesCube, Profiles<F>, |of| of.0.profiles_cube(of.1, of.2));
+
 impl Chart {
     /// Faces of the layout.
     pub fn faces(&self) -> u32 {
@@ -89,8 +121,8 @@ impl Chart {
     pub fn place<F: Num>(&self, d: [F; 3]) -> Place<F> {
         match self.layout {
             Layout::LatLong => self.place_latlong(d),
-            Layout::Cube => self.place_cube(d),
-            Layout::Octahedral => self.place_octahedral(d),
+            Layout::Cube => F::apart(PlaceCube(self, d)),
+            Layout::Octahedral => F::apart(PlaceOctahedral(self, d)),
         }
     }
 
@@ -99,8 +131,8 @@ impl Chart {
     pub fn direction<F: Num>(&self, face: F, position: [F; 2]) -> [F; 3] {
         match self.layout {
             Layout::LatLong => self.direction_latlong(position),
-            Layout::Cube => self.direction_cube(face, position),
-            Layout::Octahedral => self.direction_octahedral(position),
+            Layout::Cube => F::apart(DirectionCube(self, face, position)),
+            Layout::Octahedral => F::apart(DirectionOctahedral(self, position)),
         }
     }
 
@@ -230,21 +262,24 @@ impl Chart {
     pub fn profiles<F: Num>(&self, low: [F; 2], size: [F; 2]) -> Profiles<F> {
         match self.layout {
             Layout::LatLong => Profiles { down: Some(self.profile_of_sines(low[1], size[1])), across: None },
-            Layout::Cube => {
-                let (half, one) = (F::splat(0.5), F::splat(1.0));
-                let unit = F::splat(2.0 / self.axes[0].length);
-                let (s, t) = (low[0] * unit - one, low[1] * unit - one);
-                let (width, height) = (size[0] * unit, size[1] * unit);
-                let (middle_s, middle_t) = (s + half * width, t + half * height);
-                let centre = scale_of_plane(middle_s, middle_t);
-                let (left, right) = (scale_of_plane(s, middle_t), scale_of_plane(s + width, middle_t));
-                let (top, bottom) = (scale_of_plane(middle_s, t), scale_of_plane(middle_s, t + height));
-                Profiles {
-                    down: Some(Profile::through(top, centre, bottom)),
-                    across: Some(Profile::through(left, centre, right)),
-                }
-            }
+            Layout::Cube => F::apart(ProfilesCube(self, low, size)),
             Layout::Octahedral => Profiles { down: None, across: None },
+        }
+    }
+
+    #[inline(always)]
+    fn profiles_cube<F: Num>(&self, low: [F; 2], size: [F; 2]) -> Profiles<F> {
+        let (half, one) = (F::splat(0.5), F::splat(1.0));
+        let unit = F::splat(2.0 / self.axes[0].length);
+        let (s, t) = (low[0] * unit - one, low[1] * unit - one);
+        let (width, height) = (size[0] * unit, size[1] * unit);
+        let (middle_s, middle_t) = (s + half * width, t + half * height);
+        let centre = scale_of_plane(middle_s, middle_t);
+        let (left, right) = (scale_of_plane(s, middle_t), scale_of_plane(s + width, middle_t));
+        let (top, bottom) = (scale_of_plane(middle_s, t), scale_of_plane(middle_s, t + height));
+        Profiles {
+            down: Some(Profile::through(top, centre, bottom)),
+            across: Some(Profile::through(left, centre, right)),
         }
     }
 

@@ -83,13 +83,14 @@ fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], shar
     }
     let words = line_words(columns, light.bilinear);
     let lines = (rows + usize::from(light.bilinear)) * words;
-    let Some(row_starts) = light.rows.beginnings().get(block.rows as usize..block.rows as usize + rows) else {
-        return false;
-    };
-    let Some(lines) = light.lines.beginnings().get(block.lines as usize..block.lines as usize + lines) else {
+    let words_at = |first: u32, count: usize| light.words.beginnings().get(first as usize..first as usize + count);
+    let (Some(row_starts), Some(lines)) = (words_at(block.rows, rows), words_at(block.lines, lines)) else {
         return false;
     };
     let ordered = |starts: &[u16]| starts.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));
     ordered(row_starts.get(..rows - 1).unwrap_or(&[]))
-        && lines.chunks_exact(words.max(1)).take(rows).all(|line| ordered(line.get(..columns - 1).unwrap_or(&[])))
+        && lines.chunks_exact(words.max(1)).take(rows).all(|line| {
+            let starts = line.get(block.corners(light.bilinear)..).unwrap_or(&[]);
+            ordered(starts.get(..columns - 1).unwrap_or(&[]))
+        })
 }

@@ -6,9 +6,9 @@
 use super::batch;
 use super::chart::Place;
 use super::tables::{Drawn, Light, Located};
-use super::walk::{TOGETHER, Walk, floats, set};
+use super::walk::{TOGETHER, Walk, floats, put, set};
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{LANES, Num};
+use crate::simd::{Apart, Num, prefetch};
 use crate::sphere::Frame;
 use glam::Vec3;
 
@@ -44,12 +44,6 @@ pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     ([x * scale, y * scale, z * scale], unit)
 }
 
-fn put<T: Copy>(out: &mut [T], first: usize, lanes: &[T]) {
-    for (out, &x) in out.iter_mut().skip(first).zip(lanes) {
-        *out = x;
-    }
-}
-
 /// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
 #[inline(always)]
 pub fn clamp_u<F: Num>(u: F) -> F {
@@ -58,10 +52,31 @@ pub fn clamp_u<F: Num>(u: F) -> F {
     F::select(number, u.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON)), F::splat(0.5))
 }
 
+/// [`Light::to_world`].
+struct ToWorld<'a, F: Num> {
+    light: &'a Light<'a>,
+    frame: &'a Frame,
+    drawn: &'a Drawn<F>,
+}
+
+impl<F: Num> Apart<F> for ToWorld<'_, F> {
+    type Output = ([F; 3], Located<F>);
+
+    #[inline(always)]
+    fn run(self) -> ([F; 3], Located<F>) {
+        self.light.world_of(self.frame, self.drawn)
+    }
+}
+
 impl Light<'_> {
     /// World directions of drawn places, and where those directions are in the tables.
     #[inline(always)]
     pub fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
+        F::apart(ToWorld { light: self, frame, drawn })
+    }
+
+    #[inline(always)]
+    fn world_of<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
         let mut world = to_world(frame, self.direction_of(drawn));
         let (mut located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
         let mut strayed = F::bits(strayed);
@@ -119,21 +134,15 @@ impl Light<'_> {
 
     #[inline(always)]
     fn draw_alone<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
-        if F::WIDTH == 1 { self.draw_lanes::<F, 1>(u) } else { self.draw_lanes::<F, LANES>(u) }
-    }
-
-    #[inline(always)]
-    fn draw_lanes<F: Num, const N: usize>(&self, u: [F; 2]) -> Drawn<F> {
-        let mut numbers = [[0.5; N]; 2];
-        for (out, u) in numbers.iter_mut().zip(u) {
-            for (out, &u) in out.iter_mut().zip(clamp_u(u).store().as_ref()) {
-                *out = u;
-            }
+        let (mut cells, mut numbers) = (F::ints(), u.map(|u| clamp_u(u).store()));
+        let [across, down] = &mut numbers;
+        for ((cell, w), v) in cells.as_mut().iter_mut().zip(across.as_mut()).zip(down.as_mut()) {
+            let found = self.cell_at([*w, *v]);
+            prefetch(self.cells, found.0);
+            *cell = found.0 as u32;
+            [*w, *v] = found.1;
         }
-        let mut walk = Walk::<N>::new();
-        walk.begin(self, &numbers, N);
-        walk.down(self, N);
-        walk.drawn::<F>(self, 0)
+        self.sample_in(cells, numbers.map(F::load))
     }
 
     /// As [`Light::sample`], for as many `u` as there are: their walks go on side by side.
@@ -166,9 +175,8 @@ impl Light<'_> {
     #[inline(always)]
     pub fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
         let mut walk = Walk::<TOGETHER>::new();
-        let (mut face, mut column, mut row) = ([0; TOGETHER], [0; TOGETHER], [0; TOGETHER]);
         // Of each lane: the position, the solid angle, and whether it is of unit length.
-        let mut places = [[0.0; TOGETHER]; 4];
+        let mut places = [[0.5; TOGETHER]; 4];
         for (wi, out) in wi.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             for (group, wi) in wi.chunks(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;
@@ -184,16 +192,15 @@ impl Light<'_> {
                 let (map, valid) = self.valid(frame, [F::load(x), F::load(y), F::load(z)]);
                 let place = self.chart.place(map);
                 let [columns, rows] = self.chart.axes;
-                put(&mut face, first, place.face.truncate().as_ref());
-                put(&mut column, first, columns.patch(place.position[0]).as_ref());
-                put(&mut row, first, rows.patch(place.position[1]).as_ref());
+                let at = [columns.patch(place.position[0]), rows.patch(place.position[1])];
+                walk.put_places::<F>(first, place.face.truncate(), at);
                 let valid = F::only(valid, F::splat(1.0));
                 let numbers = [place.position[0], place.position[1], place.solid_angle, valid];
                 for (out, number) in places.iter_mut().zip(numbers) {
                     put(out, first, number.store().as_ref());
                 }
             }
-            walk.at(self, &face, [&column, &row], false, wi.len().next_multiple_of(F::WIDTH));
+            walk.at(self, false, wi.len().next_multiple_of(F::WIDTH));
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;
                 let patch = walk.patches::<F>(self, first);
@@ -235,12 +242,7 @@ impl Light<'_> {
     /// The density in the light of what was located.
     #[inline(always)]
     pub(crate) fn alone<F: Num>(&self, located: &Located<F>) -> F {
-        let cells = located.patch.cell;
-        let mut probability = F::floats();
-        for (out, &cell) in probability.as_mut().iter_mut().zip(cells.as_ref()) {
-            *out = self.cells.get(cell as usize).map_or(0.0, |c| c.probability);
-        }
-        F::load(probability) * located.density
+        located.patch.light * located.density
     }
 
     /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the

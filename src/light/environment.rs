@@ -11,10 +11,10 @@ use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::light::pixels::RowError;
 use crate::numeric::ContentHash;
-use crate::simd::{Table, WINDOW};
+use crate::simd::{Blob, Table, WINDOW};
 use crate::sphere::Frame;
 use crate::status::{Result, Status};
-use bytemuck::{Pod, Zeroable, try_cast_slice, try_cast_slice_mut, try_from_bytes};
+use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// The first bytes of every environment, and the version of its format.
 const MAGIC: u64 = u64::from_le_bytes(*b"wisenv\x02\x00");
@@ -39,8 +39,8 @@ pub struct Header {
     pub error: f64,
     /// Texels that were replaced.
     pub sanitised: u64,
-    /// Elements of: in-cell starts, blocks, row words, line words.
-    lengths: [u64; 4],
+    /// Elements of: in-cell starts, blocks, words.
+    lengths: [u64; 3],
     sections: Sections,
     layout: u32,
     flags: u32,
@@ -81,15 +81,14 @@ const LINE: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 struct Sections {
+    tops: u64,
+    cell_of: [u64; 2],
     cells: u64,
     colours: u64,
     guide: u64,
-    tops: u64,
-    cell_of: [u64; 2],
     starts: u64,
     blocks: u64,
-    rows: u64,
-    lines: u64,
+    words: u64,
     end: u64,
 }
 
@@ -103,16 +102,16 @@ impl Sections {
             at = start.checked_add(count.checked_mul(size)?)?;
             Some(start as u64)
         };
+        // What every sample reads stands together: the fewer pages, the fewer walks through page tables.
         let sections = Sections {
+            tops: put(tops(grid) + WINDOW, 4, 4)?,
+            cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
             guide: put(guide, 4, LINE)?,
-            tops: put(tops(grid) + WINDOW, 4, 4)?,
-            cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
-            rows: put(lengths.rows.checked_add(WINDOW)?, 2, 32)?,
-            lines: put(lengths.lines.checked_add(WINDOW)?, 2, LINE)?,
+            words: put(lengths.words.checked_add(WINDOW)?, 2, LINE)?,
             end: 0,
         };
         Some(Sections { end: put(0, 1, 16)?, ..sections })
@@ -133,13 +132,6 @@ fn guide_length(plan: &Plan) -> usize {
 fn tops([columns, rows]: [u32; 2]) -> usize {
     let [columns, rows] = [columns as usize, rows as usize];
     rows + 1 + rows * (columns + 1)
-}
-
-/// The elements that stand between two offsets; empty if they do not fit.
-#[inline(always)]
-fn part<T: Pod>(bytes: &[u8], start: u64, count: usize) -> &[T] {
-    let end = (start as usize).wrapping_add(count.wrapping_mul(size_of::<T>()));
-    bytes.get(start as usize..end).and_then(|part| try_cast_slice(part).ok()).unwrap_or(&[])
 }
 
 fn part_mut<T: Pod>(bytes: &mut [u8], start: usize, count: usize) -> &mut [T] {
@@ -178,7 +170,7 @@ impl Plan {
     pub fn size(&self) -> Result<Size> {
         let full = build::full_lengths(self);
         // Positions of words are 32-bit numbers.
-        if full.lines as u64 > u64::from(u32::MAX) {
+        if full.words as u64 > u64::from(u32::MAX) {
             return Err(Status::Overflow);
         }
         let sections = Sections::of_plan(self, full).ok_or(Status::Overflow)?;
@@ -313,7 +305,7 @@ impl<'a> Environment<'a> {
     /// The environment that bytes hold, without a check of what they hold.
     #[inline(always)]
     pub fn view(bytes: &'a [u8]) -> Option<Environment<'a>> {
-        let header: &Header = try_from_bytes(bytes.get(..size_of::<Header>())?).ok()?;
+        let header = Blob::new(bytes).part::<Header>(0, 1).first()?;
         Some(Environment { bytes: bytes.get(..usize::try_from(header.bytes).ok()?)?, header })
     }
 
@@ -384,36 +376,36 @@ impl<'a> Environment<'a> {
     }
 
     fn lengths(&self) -> Lengths {
-        let [starts, blocks, rows, lines] = self.header.lengths.map(|n| n as usize);
-        Lengths { starts, blocks, rows, lines }
+        let [starts, blocks, words] = self.header.lengths.map(|n| n as usize);
+        Lengths { starts, blocks, words }
     }
 
     /// The tables.
-    #[inline(always)]
+    #[inline(never)]
     pub fn light(&self) -> Light<'a> {
         let h = self.header;
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let s = &h.sections;
-        let [starts, blocks, rows, lines] = h.lengths;
+        let [starts, blocks, words] = h.lengths;
         let cells = h.grid[0] as usize * h.grid[1] as usize;
+        let blob = Blob::new(self.bytes);
         Light {
             chart,
             bilinear: h.flags & BILINEAR != 0,
             exact: h.budget == 0.0,
             power: h.power,
             grid: h.grid,
-            cells: part(self.bytes, s.cells, cells),
-            tops: Table::new(part(self.bytes, s.tops, tops(h.grid) + WINDOW), &[0.0; WINDOW]),
+            cells: blob.part(s.cells, cells as u64),
+            tops: Table::new(blob.part(s.tops, (tops(h.grid) + WINDOW) as u64), &[0.0; WINDOW]),
             cell_of: [
-                part(self.bytes, s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0]) as usize),
-                part(self.bytes, s.cell_of[1], s.starts.wrapping_sub(s.cell_of[1]) as usize),
+                blob.part(s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0])),
+                blob.part(s.cell_of[1], s.cells.wrapping_sub(s.cell_of[1])),
             ],
             side: h.side,
-            starts: Table::new(part(self.bytes, s.starts, starts as usize + WINDOW), &[0.0; WINDOW]),
-            blocks: part(self.bytes, s.blocks, blocks as usize),
-            rows: Table::new(part(self.bytes, s.rows, rows as usize + WINDOW), &[0; WINDOW]),
-            lines: Table::new(part(self.bytes, s.lines, lines as usize + WINDOW), &[0; WINDOW]),
+            starts: Table::new(blob.part(s.starts, starts.wrapping_add(WINDOW as u64)), &[0.0; WINDOW]),
+            blocks: blob.part(s.blocks, blocks),
+            words: Table::new(blob.part(s.words, words.wrapping_add(WINDOW as u64)), &[0; WINDOW]),
         }
     }
 
@@ -424,12 +416,17 @@ impl<'a> Environment<'a> {
             return None;
         }
         let (grid, faces) = (self.header.grid, if self.header.layout == 1 { 6 } else { 1 });
-        Some(Guide::new(grid, faces, part(self.bytes, self.header.sections.guide, guide::length(grid, faces))))
+        Some(Guide::new(
+            grid,
+            faces,
+            Blob::new(self.bytes).part(self.header.sections.guide, guide::length(grid, faces) as u64),
+        ))
     }
 
     /// The light of each cell as a colour, over the power: its luminance is the cell's probability.
     pub fn colours(&self) -> &'a [[f32; 3]] {
-        part(self.bytes, self.header.sections.colours, self.header.grid[0] as usize * self.header.grid[1] as usize)
+        let cells = u64::from(self.header.grid[0]) * u64::from(self.header.grid[1]);
+        Blob::new(self.bytes).part(self.header.sections.colours, cells)
     }
 }
 
@@ -480,10 +477,8 @@ pub struct Places {
     pub starts: usize,
     /// Of [`Block`]s.
     pub blocks: usize,
-    /// Of row starts.
-    pub rows: usize,
-    /// Of lines.
-    pub lines: usize,
+    /// Of words.
+    pub words: usize,
     end: usize,
 }
 
@@ -494,11 +489,10 @@ impl Places {
     /// [`Status::Overflow`].
     pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
         let lengths = build::offset(work, plan.cells());
-        let Sections { cells, starts, blocks, rows, lines, end, .. } =
+        let Sections { cells, starts, blocks, words, end, .. } =
             Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
-        let [cells, starts, blocks, rows, lines, end] =
-            [cells, starts, blocks, rows, lines, end].map(|place| place as usize);
-        Ok(Places { cells, starts, blocks, rows, lines, end })
+        let [cells, starts, blocks, words, end] = [cells, starts, blocks, words, end].map(|place| place as usize);
+        Ok(Places { cells, starts, blocks, words, end })
     }
 
     /// The bytes of the environment.
@@ -534,19 +528,17 @@ impl<'a> Writer<'a> {
         let offset = build::offset(work, index);
         let Some(own) = work.get_mut(index as usize) else { return };
         let length = own.lengths();
-        let Sections { cells, starts, blocks, rows, lines, .. } = self.sections;
-        let [cells, starts, blocks, rows, lines] = [cells, starts, blocks, rows, lines].map(|at| at as usize);
+        let Sections { cells, starts, blocks, words, .. } = self.sections;
+        let [cells, starts, blocks, words] = [cells, starts, blocks, words].map(|at| at as usize);
         // Sections stand in this order, so the block can be taken apart.
         let (before, rest) = self.bytes.split_at_mut_checked(starts).unwrap_or_default();
         let (starts_part, rest) = rest.split_at_mut_checked(blocks - starts).unwrap_or_default();
-        let (blocks_part, rest) = rest.split_at_mut_checked(rows - blocks).unwrap_or_default();
-        let (rows_part, lines_part) = rest.split_at_mut_checked(lines - rows).unwrap_or_default();
+        let (blocks_part, words_part) = rest.split_at_mut_checked(words - blocks).unwrap_or_default();
         let tables = CellTables {
             offset,
             starts: part_mut(starts_part, 4 * offset.starts, length.starts),
             blocks: part_mut(blocks_part, size_of::<Block>() * offset.blocks, length.blocks),
-            rows: part_mut(rows_part, 2 * offset.rows, length.rows),
-            lines: part_mut(lines_part, 2 * offset.lines, length.lines),
+            words: part_mut(words_part, 2 * offset.words, length.words),
             light,
         };
         let (written, light) = build::write(texels, index, own, steps, tables);
@@ -565,15 +557,14 @@ impl<'a> Writer<'a> {
         let count = plan.cells() as usize;
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
-            (0, size_of::<Header>(), sections.cells),
-            (sections.colours, 12 * count, sections.guide),
-            (sections.guide, 0, sections.tops),
+            (0, size_of::<Header>(), sections.tops),
             (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
-            (sections.cell_of[1], plan.small_blocks(1) as usize, sections.starts),
+            (sections.cell_of[1], plan.small_blocks(1) as usize, sections.cells),
+            (sections.colours, 12 * count, sections.guide),
+            (sections.guide, 0, sections.starts),
             (sections.starts, 4 * lengths.starts, sections.blocks),
-            (sections.blocks, size_of::<Block>() * lengths.blocks, sections.rows),
-            (sections.rows, 2 * lengths.rows, sections.lines),
-            (sections.lines, 2 * lengths.lines, sections.end),
+            (sections.blocks, size_of::<Block>() * lengths.blocks, sections.words),
+            (sections.words, 2 * lengths.words, sections.end),
         ] {
             bytes.get_mut(start as usize + length..end as usize).unwrap_or(&mut []).fill(0);
         }
@@ -586,11 +577,10 @@ impl<'a> Writer<'a> {
                 *out = plan.cell_of(k, small) as u8;
             }
         }
-        let (before, rest) = bytes.split_at_mut_checked(sections.colours as usize).unwrap_or_default();
-        let cells = part_mut(before, sections.cells as usize, count);
-        let (colours, tops_part) =
-            rest.split_at_mut_checked((sections.tops - sections.colours) as usize).unwrap_or_default();
-        let power = build::finish(&plan, work, cells, part_mut(tops_part, 0, tops(plan.grid)));
+        let (before, colours) = bytes.split_at_mut_checked(sections.colours as usize).unwrap_or_default();
+        let (before, cells) = before.split_at_mut_checked(sections.cells as usize).unwrap_or_default();
+        let cells = part_mut(cells, 0, count);
+        let power = build::finish(&plan, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();
@@ -605,7 +595,7 @@ impl<'a> Writer<'a> {
             largest_share: build::largest_share(totals),
             error: if power > 0.0 { libm::sqrt((variance / power).max(0.0)) } else { 0.0 },
             sanitised: totals.sanitised,
-            lengths: [lengths.starts, lengths.blocks, lengths.rows, lengths.lines].map(|n| n as u64),
+            lengths: [lengths.starts, lengths.blocks, lengths.words].map(|n| n as u64),
             sections,
             layout: match plan.of.layout {
                 Layout::LatLong => 0,

@@ -5,7 +5,7 @@
 
 use super::tables::Light;
 use crate::numeric::{max, min, sqrt};
-use crate::simd::{LANES, Num};
+use crate::simd::LANES;
 
 /// Parts of a cell's numbers along each axis.
 pub const PARTS: usize = 4;
@@ -96,37 +96,44 @@ impl<'a> Guide<'a> {
         self.corner_count
     }
 
-    /// The directions of the corners from `first` on.
-    #[inline(always)]
-    pub fn corner<F: Num>(&self, first: usize) -> [F; 3] {
-        self.three(self.corners, self.corner_count, first)
+    /// The directions of all corners: x, y and z.
+    pub fn corner_directions(&self) -> [&'a [f32]; 3] {
+        columns(self.corners, self.corner_count)
     }
 
-    /// The directions of the middles of a cell's parts from `first` on.
+    /// The directions of the middles of a cell's parts: x, y and z.
     #[inline(always)]
-    pub fn middle<F: Num>(&self, cell: usize, first: usize) -> [F; 3] {
-        self.three(self.middles, MIDDLES, 3 * MIDDLES * cell + first)
+    pub fn middles(&self, cell: usize) -> [&'a [f32]; 3] {
+        columns(self.middles.get(3 * MIDDLES * cell..).unwrap_or(&[]), MIDDLES)
     }
 
+    /// A number of a cell.
     #[inline(always)]
-    fn three<F: Num>(&self, numbers: &[f32], stride: usize, first: usize) -> [F; 3] {
-        let at = |k: usize| F::read(numbers.get(first + k * stride..).unwrap_or(&[]));
-        [at(0), at(1), at(2)]
+    pub fn number(&self, column: Column, cell: usize) -> f32 {
+        self.columns.get(column as usize * self.cells + cell).copied().unwrap_or(0.0)
     }
 
-    /// A number of the cells from `first` on: the one that stands `further` behind a column.
+    /// A number of all cells, eight by eight: the one that stands `further` behind a column.
     #[inline(always)]
-    pub fn column<F: Num>(&self, column: Column, further: usize, first: usize) -> F {
-        F::read(self.columns.get((column as usize + further) * self.cells + first..).unwrap_or(&[]))
+    pub fn groups(&self, column: Column, further: usize) -> &'a [[f32; LANES]] {
+        let first = (column as usize + further) * self.cells;
+        bytemuck::try_cast_slice(self.columns.get(first..first + self.cells).unwrap_or(&[])).unwrap_or(&[])
     }
 
     /// The first corner of a cell, and from there to the one below it.
     #[inline(always)]
     pub fn corner_of(&self, cell: usize) -> (usize, usize) {
-        let [columns, rows] = self.face_grid;
-        let (row, column) = (cell / columns.max(1), cell % columns.max(1));
+        let [columns, rows] = self.face_grid.map(|n| (n as u32).max(1));
+        let (row, column) = (cell as u32 / columns, cell as u32 % columns);
         // A face has one row of corners more than of cells.
-        ((row + row / rows.max(1)) * (columns + 1) + column, columns + 1)
+        (((row + row / rows) * (columns + 1) + column) as usize, columns as usize + 1)
+    }
+
+    /// The columns of cells on a face.
+    #[inline(always)]
+    pub fn row_length(&self) -> usize {
+        let [columns, _] = self.face_grid;
+        columns
     }
 
     /// Whether all numbers are such that products of them are finite.
@@ -136,6 +143,13 @@ impl<'a> Guide<'a> {
         all.iter().map(|part| part.len()).sum::<usize>() == length
             && all.iter().all(|part| part.iter().all(|x| x.abs() <= LARGEST))
     }
+}
+
+/// The first three columns of `count` numbers each; empty if they are too few.
+#[inline(always)]
+fn columns(numbers: &[f32], count: usize) -> [&[f32]; 3] {
+    let column = |k: usize| numbers.get(k * count..(k + 1) * count).unwrap_or(&[]);
+    [column(0), column(1), column(2)]
 }
 
 /// What is written of one cell.

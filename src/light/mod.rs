@@ -6,6 +6,7 @@ mod budget;
 pub mod build;
 pub mod chart;
 mod check;
+pub mod compare;
 pub mod decode;
 pub mod density;
 pub mod environment;

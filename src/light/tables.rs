@@ -45,8 +45,8 @@ pub struct Cell {
 pub struct Block {
     /// Where its row starts begin.
     pub rows: u32,
-    /// Where its lines begin: of each row of patches the column starts without the first, then the corners above it; and a
-    /// last line with the corners below.
+    /// Where its lines begin, behind its row starts: of each row of patches the corners above it, then the column starts
+    /// without the first; and a last line with the corners below.
     pub lines: u32,
     /// Its share of the cell's light: the product of the probabilities of its block row and of itself in that row.
     pub share: f32,
@@ -83,10 +83,8 @@ pub struct Light<'a> {
     pub starts: Table<'a, f32>,
     /// The blocks.
     pub blocks: &'a [Block],
-    /// Row starts of blocks.
-    pub rows: Table<'a, u16>,
-    /// Lines of blocks.
-    pub lines: Table<'a, u16>,
+    /// Row starts and lines of blocks.
+    pub words: Table<'a, u16>,
 }
 
 impl Cell {
@@ -118,6 +116,12 @@ impl Block {
     #[inline(always)]
     pub(super) fn words_at_ends(&self) -> bool {
         self.to_ends != 0
+    }
+
+    /// Words of corners before the column starts of a line.
+    #[inline(always)]
+    pub(super) fn corners(&self, bilinear: bool) -> usize {
+        if bilinear { usize::from(self.grid[0]) + 1 } else { 0 }
     }
 
     /// Where the line of a row of patches begins.

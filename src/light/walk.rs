@@ -3,12 +3,12 @@
 //! A walk computes lane by lane and goes through memory between its stages, with prefetches ahead, so that the cache misses of all
 //! lanes overlap. Lanes are loaded once, at its end, since a vector load has to wait for all smaller stores into it.
 
-use super::chart::{Layout, Place};
+use super::chart::Place;
 use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{LANES, Num, prefetch};
+use crate::simd::{Apart, LANES, Num, prefetch};
 
 /// A direction in map space.
 pub type Direction<F> = [F; 3];
@@ -18,6 +18,8 @@ pub type Direction<F> = [F; 3];
 pub struct Patches<F: Num> {
     /// The cell of each.
     pub cell: F::Ints,
+    /// The share of the light that the cell has.
+    pub light: F,
     face: F,
     /// The smallest patch on the face and one behind the largest, columns and rows.
     first: [F; 2],
@@ -72,6 +74,7 @@ impl<F: Num> Patches<F> {
             *out = cell;
         }
         set(&mut self.face, lane, by.face);
+        set(&mut self.light, lane, by.light);
         for k in 0..2 {
             set(&mut self.first[k], lane, by.first[k]);
             set(&mut self.behind[k], lane, by.behind[k]);
@@ -105,12 +108,7 @@ impl<F: Num> Located<F> {
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
-        let u = self.patch.shape(light).invert(self.position);
-        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
-        let Patches { start, width, .. } = self.patch;
-        let w = (start[0] + u[0] * width[0]).max(first).min(last);
-        let v = (start[1] + u[1] * width[1]).max(first).min(last);
-        [w, v]
+        F::apart(Numbers { light, located: self })
     }
 }
 
@@ -125,6 +123,13 @@ impl Located<f32> {
     pub(crate) fn is_in_patch_of(&self, drawn: &Drawn<f32>) -> bool {
         let (a, b) = (&self.patch, &drawn.patch);
         a.cell == b.cell && a.first == b.first
+    }
+}
+
+#[inline(always)]
+pub(super) fn put<T: Copy>(out: &mut [T], first: usize, lanes: &[T]) {
+    for (out, &x) in out.iter_mut().skip(first).zip(lanes) {
+        *out = x;
     }
 }
 
@@ -149,38 +154,47 @@ type Ints<const N: usize> = [u32; N];
 /// A walk of up to `N` lanes. Pairs are columns and rows.
 pub(super) struct Walk<const N: usize> {
     cell: Ints<N>,
+    face: Ints<N>,
+    /// The share of the light that the cell has.
+    light: Floats<N>,
     /// The numbers in the cell that are walked down with.
     numbers: [Floats<N>; 2],
     block: Ints<N>,
-    /// Which block of the cell.
-    block_at: [Ints<N>; 2],
     /// Starts and ends of the block in the cell.
     outer: [[Floats<N>; 2]; 2],
-    /// Which part of the block's grid.
-    part: [Ints<N>; 2],
     /// The numbers in the block, in units.
     units: [Floats<N>; 2],
     /// Starts and ends of the part in the block, in units.
     inner: [[Ints<N>; 2]; 2],
+    /// The first patch of the part on the face; before the last stage, which block of the cell.
+    from: [Ints<N>; 2],
+    /// One patch behind the part; before the last stage, which part of the block.
+    behind: [Ints<N>; 2],
     share: Floats<N>,
     /// Pairs of corner words: of the upper and of the lower row.
     corner: [Ints<N>; 2],
 }
 
 impl<const N: usize> Walk<N> {
+    // What it begins with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
+    // far memory.
     #[inline(always)]
     pub(super) fn new() -> Self {
+        const WHOLE: u32 = 1;
+        const NUMBER: f32 = 0.5;
         Walk {
-            cell: [0; N],
-            numbers: [[0.0; N]; 2],
-            block: [0; N],
-            block_at: [[0; N]; 2],
-            outer: [[[0.0; N]; 2]; 2],
-            part: [[0; N]; 2],
-            units: [[0.0; N]; 2],
-            inner: [[[0; N]; 2]; 2],
-            share: [0.0; N],
-            corner: [[0; N]; 2],
+            cell: [WHOLE; N],
+            face: [WHOLE; N],
+            light: [NUMBER; N],
+            numbers: [[NUMBER; N]; 2],
+            block: [WHOLE; N],
+            outer: [[[NUMBER; N]; 2]; 2],
+            units: [[NUMBER; N]; 2],
+            inner: [[[WHOLE; N]; 2]; 2],
+            from: [[WHOLE; N]; 2],
+            behind: [[WHOLE; N]; 2],
+            share: [NUMBER; N],
+            corner: [[WHOLE; N]; 2],
         }
     }
 
@@ -200,7 +214,8 @@ impl<const N: usize> Walk<N> {
     }
 
     /// Walks down to the patches that the numbers of each lane lead to.
-    #[inline(always)]
+    // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
+    #[inline(never)]
     pub(super) fn down(&mut self, light: &Light<'_>, count: usize) {
         let count = count.min(N);
         for lane in 0..count {
@@ -216,7 +231,7 @@ impl<const N: usize> Walk<N> {
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
             let [w, v] = [self.numbers[0][lane], self.numbers[1][lane]];
-            let row = self.block_at[1][lane] as usize;
+            let row = self.from[1][lane] as usize;
             let found = find(&light.starts, c.row(row), c.blocks[0].into(), w);
             let block = c.first as usize + row * usize::from(c.blocks[0]) + found.0;
             prefetch(light.blocks, block);
@@ -226,101 +241,124 @@ impl<const N: usize> Walk<N> {
             self.put_outer(0, lane, found);
         }
         for lane in 0..count {
-            light.rows.prefetch(light.block(self.block[lane]).rows as usize);
+            light.words.prefetch(light.block(self.block[lane]).rows as usize);
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let key = self.units[1][lane] as i32 as u32;
-            let found = find16(&light.rows, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
-            light.prefetch_lines(&block, found.0);
+            let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
+            light.prefetch_lines(block, found.0);
             self.put_inner(1, lane, found);
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
-            let line = block.line(self.part[1][lane] as usize, light.bilinear);
+            let line = block.line(self.behind[1][lane] as usize, light.bilinear);
             let key = self.units[0][lane] as i32 as u32;
-            let found = find16(&light.lines, line, block.grid[0].into(), key, block.words_at_ends());
-            self.put_patch(light, lane, &block, line, found.0);
+            let starts = line + block.corners(light.bilinear);
+            let found = find16(&light.words, starts, block.grid[0].into(), key, block.words_at_ends());
             self.put_inner(0, lane, found);
+            self.put_patch(light, lane, block, line);
         }
     }
 
-    /// Finds the patches at columns and rows of faces; where their numbers begin and end only if `numbers`.
-    // By number: so the compiler sees that every lane is one.
-    #[allow(clippy::needless_range_loop)]
+    /// Columns and rows of faces for the lanes from `first` on.
     #[inline(always)]
-    pub(super) fn at(&mut self, light: &Light<'_>, face: &Ints<N>, at: [&Ints<N>; 2], numbers: bool, count: usize) {
+    pub(super) fn put_places<F: Num>(&mut self, first: usize, face: F::Ints, [column, row]: [F::Ints; 2]) {
+        put(&mut self.face, first, face.as_ref());
+        put(&mut self.behind[0], first, column.as_ref());
+        put(&mut self.behind[1], first, row.as_ref());
+    }
+
+    /// Finds the patches at columns and rows of faces, which stand in `behind`; where their numbers begin and end only if
+    /// `numbers`.
+    #[inline(never)]
+    pub(super) fn at(&mut self, light: &Light<'_>, numbers: bool, count: usize) {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
-            let (x, y) = (at[0][lane], at[1][lane]);
+            let (x, y) = (self.behind[0][lane], self.behind[1][lane]);
             let column = u32::from(byte(light.cell_of[0], (x >> (light.side[0] & 31)) as usize));
             let row = u32::from(byte(light.cell_of[1], (y >> (light.side[1] & 31)) as usize));
-            let index = (face[lane] * face_rows + row) * light.grid[0] + column;
+            let index = (self.face[lane] * face_rows + row) * light.grid[0] + column;
             prefetch(light.cells, index as usize);
             self.cell[lane] = index;
         }
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
-            let (x, y) = (at[0][lane].wrapping_sub(c.origin[0].into()), at[1][lane].wrapping_sub(c.origin[1].into()));
-            let (side_x, side_y) = (c.side[0] & 31, c.side[1] & 31);
-            let (i, j) = (x >> side_x, y >> side_y);
-            let number = c.first + j * u32::from(c.blocks[0]) + i;
+            let mut at = [0; 2];
+            for (k, at) in at.iter_mut().enumerate() {
+                let patch = self.behind[k][lane].wrapping_sub(c.origin[k].into());
+                *at = patch >> (c.side[k] & 31);
+                self.from[k][lane] = *at;
+                // Patches, for now.
+                self.behind[k][lane] = patch & !(u32::MAX << (c.side[k] & 31));
+            }
+            let number = c.first + at[1] * u32::from(c.blocks[0]) + at[0];
             prefetch(light.blocks, number as usize);
             self.block[lane] = number;
-            self.block_at[0][lane] = i;
-            self.block_at[1][lane] = j;
-            // Patches, for now.
-            self.part[0][lane] = x & !(u32::MAX << side_x);
-            self.part[1][lane] = y & !(u32::MAX << side_y);
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
-            let part = self.part[1][lane] >> block.step(1);
-            light.rows.prefetch(block.rows as usize);
-            light.prefetch_lines(&block, part as usize);
-            self.part[0][lane] >>= block.step(0);
-            self.part[1][lane] = part;
+            let row = self.behind[1][lane] >> block.step(1);
+            light.words.prefetch(block.rows as usize);
+            light.prefetch_lines(block, row as usize);
+            self.behind[0][lane] >>= block.step(0);
+            self.behind[1][lane] = row;
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
-            let (x, y) = (self.part[0][lane] as usize, self.part[1][lane] as usize);
+            let (x, y) = (self.behind[0][lane] as usize, self.behind[1][lane] as usize);
             let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
-            self.put_inner(1, lane, (y, cell16(&light.rows, block.rows as usize, rows, y, block.words_at_ends())));
-            self.put_inner(0, lane, (x, cell16(&light.lines, line, columns, x, block.words_at_ends())));
-            self.put_patch(light, lane, &block, line, x);
+            let starts = line + block.corners(light.bilinear);
             if numbers {
                 let c = light.cell(self.cell[lane]);
-                let (i, j) = (self.block_at[0][lane] as usize, self.block_at[1][lane] as usize);
+                let (i, j) = (self.from[0][lane] as usize, self.from[1][lane] as usize);
                 self.put_outer(1, lane, (j, cell(&light.starts, c.starts as usize, j)));
                 self.put_outer(0, lane, (i, cell(&light.starts, c.row(j), i)));
             }
+            self.put_inner(1, lane, (y, cell16(&light.words, block.rows as usize, rows, y, block.words_at_ends())));
+            self.put_inner(0, lane, (x, cell16(&light.words, starts, columns, x, block.words_at_ends())));
+            self.put_patch(light, lane, block, line);
         }
     }
 
     #[inline(always)]
     fn put_outer(&mut self, axis: usize, lane: usize, (index, [start, end]): Found<f32>) {
-        self.block_at[axis][lane] = index as u32;
+        self.from[axis][lane] = index as u32;
         self.outer[axis][0][lane] = start;
         self.outer[axis][1][lane] = end;
     }
 
     #[inline(always)]
     fn put_inner(&mut self, axis: usize, lane: usize, (index, [start, end]): Found<u32>) {
-        self.part[axis][lane] = index as u32;
+        self.behind[axis][lane] = index as u32;
         self.inner[axis][0][lane] = start;
         self.inner[axis][1][lane] = end;
     }
 
+    /// The last stage: the part of a block that was found becomes a patch on the face.
     #[inline(always)]
-    fn put_patch(&mut self, light: &Light<'_>, lane: usize, block: &Block, line: usize, column: usize) {
+    fn put_patch(&mut self, light: &Light<'_>, lane: usize, block: &Block, line: usize) {
+        let c = light.cell(self.cell[lane]);
+        self.face[lane] = c.face.into();
+        self.light[lane] = c.probability;
         self.share[lane] = block.share;
         if light.bilinear {
-            let columns = usize::from(block.grid[0]);
-            let first = line + columns + column - 1;
+            let first = line + self.behind[0][lane] as usize;
             self.corner[0][lane] = light.pair(first);
-            self.corner[1][lane] = light.pair(first + 2 * columns);
+            self.corner[1][lane] = light.pair(first + 2 * usize::from(block.grid[0]));
+        }
+        for k in 0..2 {
+            let at = [self.from[k][lane], self.behind[k][lane]];
+            let (from, behind) = if light.exact {
+                let from = u32::from(c.origin[k]) + (at[0] << (light.side[k] & 31)) + at[1];
+                (from, from + 1)
+            } else {
+                c.extent(k, at[0], at[1], block.step(k))
+            };
+            self.from[k][lane] = from;
+            self.behind[k][lane] = behind;
         }
     }
 
@@ -331,20 +369,13 @@ impl<const N: usize> Walk<N> {
             [self.outer_range::<F>(0, first), self.outer_range::<F>(1, first)],
             [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)],
         );
-        let cell = ints::<F, N>(&self.cell, first);
-        let (from, behind) = self.extents::<F>(light, first);
+        let whole = |of: &Ints<N>| F::of_ints(ints::<F, N>(of, first));
+        let [from, behind] =
+            [[whole(&self.from[0]), whole(&self.from[1])], [whole(&self.behind[0]), whole(&self.behind[1])]];
         let [columns, rows] = light.chart.axes;
         let low = [columns.edge(from[0]), rows.edge(from[1])];
         let unit = F::splat(1.0 / UNITS);
         let (column_width, row_width) = (inner[0].1 * unit, inner[1].1 * unit);
-        let mut face = F::splat(0.0);
-        if light.chart.layout == Layout::Cube {
-            let mut faces = F::ints();
-            for (face, &cell) in faces.as_mut().iter_mut().zip(cell.as_ref()) {
-                *face = light.cell(cell).face.into();
-            }
-            face = F::of_ints(faces);
-        }
         let one = F::splat(1.0);
         let mut corner = [one, one, one, one];
         if light.bilinear {
@@ -355,8 +386,9 @@ impl<const N: usize> Walk<N> {
             corner = [a, b, c, d];
         }
         Patches {
-            cell,
-            face,
+            cell: ints::<F, N>(&self.cell, first),
+            light: floats::<F, N>(&self.light, first),
+            face: whole(&self.face),
             first: from,
             behind,
             low,
@@ -391,42 +423,6 @@ impl<const N: usize> Walk<N> {
         inside(floats::<F, N>(&self.units[axis], first), start, width)
     }
 
-    /// Where a part of an exact light begins, behind the origin of its cell.
-    #[inline(always)]
-    fn in_cell<F: Num>(&self, light: &Light<'_>, axis: usize, first: usize) -> F {
-        let side = F::splat((1u32 << (light.side[axis] & 31)) as f32);
-        let block = F::of_ints(ints::<F, N>(&self.block_at[axis], first));
-        block * side + F::of_ints(ints::<F, N>(&self.part[axis], first))
-    }
-
-    /// Where the patches lie on their faces: the first, and one behind the last, columns and rows.
-    #[inline(always)]
-    fn extents<F: Num>(&self, light: &Light<'_>, lane: usize) -> ([F; 2], [F; 2]) {
-        let (mut from, mut behind) = ([F::ints(), F::ints()], [F::ints(), F::ints()]);
-        let cells = ints::<F, N>(&self.cell, lane);
-        if light.exact {
-            for (i, &cell) in cells.as_ref().iter().enumerate() {
-                let [x, y] = light.cell(cell).origin;
-                put_int::<F>(&mut from[0], i, x.into());
-                put_int::<F>(&mut from[1], i, y.into());
-            }
-            let x = F::of_ints(from[0]) + self.in_cell::<F>(light, 0, lane);
-            let y = F::of_ints(from[1]) + self.in_cell::<F>(light, 1, lane);
-            return ([x, y], [x + F::splat(1.0), y + F::splat(1.0)]);
-        }
-        for (i, &cell) in cells.as_ref().iter().enumerate() {
-            let c = light.cell(cell);
-            let lane = (lane + i) % N;
-            let block = light.block(self.block[lane]);
-            for k in 0..2 {
-                let (begin, end) = c.extent(k, self.block_at[k][lane], self.part[k][lane], block.step(k));
-                put_int::<F>(&mut from[k], i, begin);
-                put_int::<F>(&mut behind[k], i, end);
-            }
-        }
-        ([F::of_ints(from[0]), F::of_ints(from[1])], [F::of_ints(behind[0]), F::of_ints(behind[1])])
-    }
-
     /// The places that the walk down led the lanes from `first` on to.
     #[inline(always)]
     pub(super) fn drawn<F: Num>(&self, light: &Light<'_>, first: usize) -> Drawn<F> {
@@ -452,13 +448,6 @@ fn rest(number: f32, [start, end]: [f32; 2]) -> f32 {
     inside(number, start, end - start)
 }
 
-#[inline(always)]
-fn put_int<F: Num>(lanes: &mut F::Ints, lane: usize, x: u32) {
-    if let Some(out) = lanes.as_mut().get_mut(lane) {
-        *out = x;
-    }
-}
-
 /// The lanes of a walk from `first` on.
 #[inline(always)]
 pub(super) fn floats<F: Num, const N: usize>(of: &Floats<N>, first: usize) -> F {
@@ -475,14 +464,81 @@ fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
 }
 
-/// The lanes of a number as those of a walk.
-#[inline(always)]
-fn spread<const N: usize>(lanes: &[u32]) -> Ints<N> {
-    let mut out = [0; N];
-    for (out, &x) in out.iter_mut().zip(lanes) {
-        *out = x;
+/// [`Located::numbers`].
+struct Numbers<'a, F: Num> {
+    light: &'a Light<'a>,
+    located: &'a Located<F>,
+}
+
+impl<F: Num> Apart<F> for Numbers<'_, F> {
+    type Output = [F; 2];
+
+    #[inline(always)]
+    fn run(self) -> [F; 2] {
+        let Located { patch, position, .. } = self.located;
+        let u = patch.shape(self.light).invert(*position);
+        let (first, last) = (F::splat(0.0), F::splat(ONE_MINUS_EPSILON));
+        [0, 1].map(|k: usize| (patch.start[k] + u[k] * patch.width[k]).max(first).min(last))
     }
-    out
+}
+
+/// [`Light::sample_in`].
+struct Draw<'a, F: Num> {
+    light: &'a Light<'a>,
+    cells: F::Ints,
+    numbers: [F::Floats; 2],
+}
+
+impl<F: Num> Draw<'_, F> {
+    #[inline(always)]
+    fn walk<const N: usize>(&self) -> Drawn<F> {
+        let mut walk = Walk::<N>::new();
+        put(&mut walk.cell, 0, self.cells.as_ref());
+        for (out, numbers) in walk.numbers.iter_mut().zip(&self.numbers) {
+            put(out, 0, numbers.as_ref());
+        }
+        walk.down(self.light, N);
+        walk.drawn::<F>(self.light, 0)
+    }
+}
+
+impl<F: Num> Apart<F> for Draw<'_, F> {
+    type Output = Drawn<F>;
+
+    #[inline(always)]
+    fn run(self) -> Drawn<F> {
+        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
+    }
+}
+
+/// [`Light::locate`].
+struct Locate<'a, F> {
+    light: &'a Light<'a>,
+    direction: Direction<F>,
+    numbers: bool,
+}
+
+impl<F: Num> Locate<'_, F> {
+    #[inline(always)]
+    fn walk<const N: usize>(self) -> Located<F> {
+        let Locate { light, direction, numbers } = self;
+        let place = light.chart.place(direction);
+        let [columns, rows] = light.chart.axes;
+        let mut walk = Walk::<N>::new();
+        let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
+        walk.put_places::<F>(0, place.face.truncate(), [column, row]);
+        walk.at(light, numbers, N);
+        light.at_place(&walk.patches::<F>(light, 0), &place)
+    }
+}
+
+impl<F: Num> Apart<F> for Locate<'_, F> {
+    type Output = Located<F>;
+
+    #[inline(always)]
+    fn run(self) -> Located<F> {
+        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
+    }
 }
 
 impl Light<'_> {
@@ -507,40 +563,14 @@ impl Light<'_> {
     /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
     #[inline(always)]
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        let numbers = [numbers[0].store(), numbers[1].store()];
-        if F::WIDTH == 1 { self.draw::<F, 1>(cells, numbers) } else { self.draw::<F, LANES>(cells, numbers) }
-    }
-
-    #[inline(always)]
-    fn draw<F: Num, const N: usize>(&self, cells: F::Ints, numbers: [F::Floats; 2]) -> Drawn<F> {
-        let mut walk = Walk::<N>::new();
-        walk.cell = spread(cells.as_ref());
-        for (out, numbers) in walk.numbers.iter_mut().zip(&numbers) {
-            for (out, &x) in out.iter_mut().zip(numbers.as_ref()) {
-                *out = x;
-            }
-        }
-        walk.down(self, N);
-        walk.drawn::<F>(self, 0)
+        F::apart(Draw { light: self, cells, numbers: numbers.map(F::store) })
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
     /// [`Located::numbers`] needs.
     #[inline(always)]
-    pub fn locate<F: Num>(&self, d: Direction<F>, numbers: bool) -> Located<F> {
-        if F::WIDTH == 1 { self.find::<F, 1>(d, numbers) } else { self.find::<F, LANES>(d, numbers) }
-    }
-
-    #[inline(always)]
-    fn find<F: Num, const N: usize>(&self, d: Direction<F>, numbers: bool) -> Located<F> {
-        let place = self.chart.place(d);
-        let [columns, rows] = self.chart.axes;
-        let face = spread::<N>(place.face.truncate().as_ref());
-        let column = spread::<N>(columns.patch(place.position[0]).as_ref());
-        let row = spread::<N>(rows.patch(place.position[1]).as_ref());
-        let mut walk = Walk::<N>::new();
-        walk.at(self, &face, [&column, &row], numbers, N);
-        self.at_place(&walk.patches::<F>(self, 0), &place)
+    pub fn locate<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
+        F::apart(Locate { light: self, direction, numbers })
     }
 
     /// A place in the patch that holds it.
@@ -585,19 +615,32 @@ impl Light<'_> {
     }
 
     #[inline(always)]
-    fn cell(&self, index: u32) -> Cell {
-        self.cells.get(index as usize).copied().unwrap_or_default()
+    fn cell(&self, index: u32) -> &Cell {
+        const NONE: &Cell = &Cell {
+            origin: [0; 2],
+            patches: [0; 2],
+            blocks: [0; 2],
+            side: [0; 2],
+            face: 0,
+            reserved: 0,
+            starts: 0,
+            first: 0,
+            probability: 0.0,
+            padding: 0,
+        };
+        self.cells.get(index as usize).unwrap_or(NONE)
     }
 
     #[inline(always)]
-    fn block(&self, index: u32) -> Block {
-        self.blocks.get(index as usize).copied().unwrap_or_default()
+    fn block(&self, index: u32) -> &Block {
+        const NONE: &Block = &Block { rows: 0, lines: 0, share: 0.0, grid: [0; 2], steps: 0, to_ends: 0 };
+        self.blocks.get(index as usize).unwrap_or(NONE)
     }
 
     /// Two words that stand side by side, the first one low.
     #[inline(always)]
     fn pair(&self, index: usize) -> u32 {
-        let [low, high, ..] = *self.lines.window(index);
+        let [low, high, ..] = *self.words.window(index);
         u32::from(low) | u32::from(high) << 16
     }
 
@@ -605,9 +648,9 @@ impl Light<'_> {
     #[inline(always)]
     fn prefetch_lines(&self, block: &Block, row: usize) {
         let line = block.line(row, self.bilinear);
-        self.lines.prefetch(line);
+        self.words.prefetch(line);
         if self.bilinear {
-            self.lines.prefetch(line + 4 * usize::from(block.grid[0]) - 1);
+            self.words.prefetch(line + 2 * usize::from(block.grid[0]));
         }
     }
 

@@ -32,6 +32,8 @@ impl Heaviest {
     pub fn offer(&mut self, cell: u32, weight: f32) {
         if self.count < self.room {
             self.count += 1;
+        } else if self.weights.get(..self.count).and_then(|kept| kept.last()).is_none_or(|&least| weight <= least) {
+            return;
         }
         let (mut cell, mut weight) = (cell, weight);
         // What is lighter moves on by one.

@@ -1,7 +1,7 @@
 //! BRDF x cosine in directions of map space, as the grid interpolates it.
 
 use crate::brdf::surface::Surface;
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 
 /// How far normals of other hits may lie from this one, for which cosines are widened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,26 +12,54 @@ pub struct Cone {
     pub sine: f32,
 }
 
-/// The luminance of BRDF x cosine; below the horizon of a hemisphere it goes on with negative sign, as if mirrored.
+/// Evaluates the luminance of BRDF x cosine in directions of map space, a whole number of lanes of them; below the horizon of a
+/// hemisphere it goes on with negative sign, as if mirrored.
 ///
 /// A cell that crosses the horizon would otherwise waste samples below: interpolation between corners that are clamped at 0
 /// reaches 0 at the lower corners only.
 #[inline(always)]
-pub fn response<F: Num>(surface: &Surface, cone: &Cone, d: [F; 3]) -> F {
-    let w = surface.to_local(d);
-    let here = signed(surface, w);
-    if cone.sine == 0.0 {
-        return here;
+pub fn respond<F: Num>(surface: &Surface, cone: &Cone, directions: [&[f32]; 3], out: &mut [f32]) {
+    F::apart(Respond { surface, cone, directions, out });
+}
+
+struct Respond<'a> {
+    surface: &'a Surface,
+    cone: &'a Cone,
+    directions: [&'a [f32]; 3],
+    out: &'a mut [f32],
+}
+
+impl<F: Num> Apart<F> for Respond<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Respond { surface, cone, directions: [x, y, z], out } = self;
+        let width = F::WIDTH;
+        let groups = x.chunks_exact(width).zip(y.chunks_exact(width)).zip(z.chunks_exact(width));
+        for (((x, y), z), out) in groups.zip(out.chunks_exact_mut(width)) {
+            let mut w = surface.to_local([F::read(x), F::read(y), F::read(z)]);
+            let mut value = F::splat(f32::MIN);
+            // Once more if normals may turn: one loop, so that the lobes stand here once.
+            let mut again = cone.sine != 0.0;
+            loop {
+                value = value.max(signed(surface, w));
+                if !again {
+                    break;
+                }
+                w = raised(cone, w);
+                again = false;
+            }
+            out.copy_from_slice(value.store().as_ref());
+        }
     }
-    here.max(signed(surface, raised(cone, w)))
 }
 
 #[inline(always)]
 fn signed<F: Num>(surface: &Surface, [x, y, z]: [F; 3]) -> F {
-    if surface.is_whole() {
-        return surface.eval([x, y, z]).0;
-    }
-    surface.eval([x, y, z.abs()]).0.copysign(z)
+    let whole = surface.is_whole();
+    let value = surface.value([x, y, if whole { z } else { z.abs() }]);
+    if whole { value } else { value.copysign(z) }
 }
 
 /// A direction turned towards the normal by the cone's half-angle, at most onto it: so the cosine is that to the nearest normal of

@@ -3,15 +3,16 @@
 //! The density is F over the light's numbers, times the light's density, over F's integral. As for the light, the pdf is one
 //! function of the f32 world direction, and a sample's pdf is that function at the direction that it returns.
 
+use super::peak::Peak;
 use super::stored::{PART_ENDS, Product};
-use crate::light::batch::Density;
+use crate::light::batch::{Density, Drawn};
 use crate::light::density::{Inverted, clamp_u, to_world};
 use crate::light::guide::{MIDDLES, PARTS};
 use crate::light::search::find;
-use crate::light::tables::{Light, Located, decode, decoded};
+use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
-use crate::simd::{LANES, Num};
+use crate::simd::{Apart, LANES, Num};
 use crate::sphere::Frame;
 use glam::Vec3;
 
@@ -35,13 +36,49 @@ struct Leaf {
     width: f32,
 }
 
-/// Numbers that lead to leaves, one for each lane.
-struct Numbers<F: Num> {
-    /// The cells.
-    cells: F::Ints,
-    leaves: Leaves<F>,
-    /// What is left of the numbers (w, v) inside the leaves.
-    rest: [F; 2],
+/// Leaves and numbers of lanes, written lane by lane and read together.
+#[derive(Clone, Copy, Debug)]
+struct Found<const N: usize> {
+    cell: [u32; N],
+    /// Pairs of corner words: of the upper and of the lower row.
+    corner: [[u32; N]; 2],
+    /// Where the leaves begin in the cells' numbers (w, v).
+    start: [[f32; N]; 2],
+    width: [f32; N],
+    /// The numbers: those of the cells, or what is left of them inside the leaves.
+    numbers: [[f32; N]; 2],
+}
+
+impl<const N: usize> Found<N> {
+    /// Lanes with these numbers.
+    #[inline(always)]
+    fn new<F: Num>(numbers: [F; 2]) -> Found<N> {
+        let mut lanes = [[0.0; N]; 2];
+        for (out, numbers) in lanes.iter_mut().zip(numbers) {
+            for (out, &x) in out.iter_mut().zip(numbers.store().as_ref()) {
+                *out = x;
+            }
+        }
+        Found { cell: [0; N], corner: [[0; N]; 2], start: [[0.0; N]; 2], width: [0.0; N], numbers: lanes }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, leaf: &Leaf, [a, b, c, d]: [u16; 4]) {
+        let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
+        self.corner[0][lane] = pair(a, b);
+        self.corner[1][lane] = pair(c, d);
+        self.start[0][lane] = leaf.start[0];
+        self.start[1][lane] = leaf.start[1];
+        self.width[lane] = leaf.width;
+    }
+
+    #[inline(always)]
+    fn leaves<F: Num>(&self) -> Leaves<F> {
+        let ([a, b], [c, d]) =
+            (decoded::<F>(F::read_ints(&self.corner[0])), decoded::<F>(F::read_ints(&self.corner[1])));
+        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
+        Leaves { shape, start: [F::read(&self.start[0]), F::read(&self.start[1])], width: F::read(&self.width) }
+    }
 }
 
 /// Leaves, one for each lane.
@@ -157,68 +194,69 @@ impl<'a> Shaded<'a> {
         (index, rest(t, [start, end]))
     }
 
-    /// Leaves as lanes.
-    #[inline(always)]
-    fn gather<F: Num>(&self, leaf: impl Fn(usize) -> Leaf) -> Leaves<F> {
-        let (mut top, mut bottom) = (F::ints(), F::ints());
-        let (mut across, mut down, mut width) = (F::floats(), F::floats(), F::floats());
-        for lane in 0..F::WIDTH {
-            let leaf = leaf(lane);
-            let [a, b, c, d] = self.words(leaf.at).map(u32::from);
-            put(top.as_mut(), lane, a | b << 16);
-            put(bottom.as_mut(), lane, c | d << 16);
-            put(across.as_mut(), lane, leaf.start[0]);
-            put(down.as_mut(), lane, leaf.start[1]);
-            put(width.as_mut(), lane, leaf.width);
+    /// Finds the leaves that numbers of the grid lead to, and what is left of those.
+    // A function of its own: it is the same at all levels.
+    #[inline(never)]
+    fn search_all<const N: usize>(&self, found: &mut Found<N>) {
+        for lane in 0..N {
+            let (cell, leaf, rest) = self.search([found.numbers[0][lane], found.numbers[1][lane]]);
+            found.cell[lane] = cell;
+            found.numbers[0][lane] = rest[0];
+            found.numbers[1][lane] = rest[1];
+            found.put(lane, &leaf, self.words(leaf.at));
         }
-        let ([a, b], [c, d]) = (decoded::<F>(top), decoded::<F>(bottom));
-        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
-        Leaves { shape, start: [F::load(across), F::load(down)], width: F::load(width) }
     }
 
-    /// The leaves that numbers in [0, 1 - 2^-24]^2 lead to.
-    #[inline(always)]
-    fn numbers<F: Num>(&self, u: [F; 2]) -> Numbers<F> {
-        let (across, down) = (u[0].store(), u[1].store());
-        let mut found = [Leaf::default(); LANES];
-        let (mut cells, mut w, mut v) = (F::ints(), F::floats(), F::floats());
-        for (lane, found) in found.iter_mut().enumerate().take(F::WIDTH) {
-            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-            let (cell, leaf, rest) = self.search([of(&across), of(&down)]);
-            *found = leaf;
-            put(cells.as_mut(), lane, cell);
-            put(w.as_mut(), lane, rest[0]);
-            put(v.as_mut(), lane, rest[1]);
+    /// Finds the leaves that hold numbers of cells.
+    #[inline(never)]
+    fn locate_all<const N: usize>(&self, found: &mut Found<N>) {
+        for lane in 0..N {
+            let leaf = self.leaf_at(found.cell[lane], [found.numbers[0][lane], found.numbers[1][lane]]);
+            found.put(lane, &leaf, self.words(leaf.at));
         }
-        let leaves = self.gather::<F>(|lane| found.get(lane).copied().unwrap_or_default());
-        Numbers { cells, leaves, rest: [F::load(w), F::load(v)] }
     }
 
     /// The numbers of cells that numbers in [0, 1 - 2^-24]^2 lead to.
     #[inline(always)]
     fn cells<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
-        let Numbers { cells, leaves, rest } = self.numbers(u);
-        let inside = leaves.shape.sample(rest);
+        if F::WIDTH == 1 { self.cells_of::<F, 1>(u) } else { self.cells_of::<F, LANES>(u) }
+    }
+
+    #[inline(always)]
+    fn cells_of<F: Num, const N: usize>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
+        let mut found = Found::<N>::new(u);
+        self.search_all(&mut found);
+        let leaves = found.leaves::<F>();
+        let inside = leaves.shape.sample([F::read(&found.numbers[0]), F::read(&found.numbers[1])]);
         let last = F::splat(ONE_MINUS_EPSILON);
         let at = |k: usize| (leaves.start[k] + inside[k] * leaves.width).min(last);
-        (cells, [at(0), at(1)])
+        (F::read_ints(&found.cell), [at(0), at(1)])
     }
 
     /// The leaves of located directions, and the positions in them.
     #[inline(always)]
     fn leaves<F: Num>(&self, located: &Located<F>) -> (Leaves<F>, [F; 2]) {
         let numbers = located.numbers(&self.light);
-        let (w, v) = (numbers[0].store(), numbers[1].store());
-        let leaves = self.gather::<F>(|lane| {
-            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-            let cell = located.patch.cell.as_ref().get(lane).copied().unwrap_or(0);
-            self.leaf_at(cell, [of(&w), of(&v)])
-        });
+        let leaves = if F::WIDTH == 1 {
+            self.leaves_of::<F, 1>(located.patch.cell, numbers)
+        } else {
+            self.leaves_of::<F, LANES>(located.patch.cell, numbers)
+        };
         let scale = F::splat(1.0) / leaves.width;
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let at = |k: usize| ((numbers[k] - leaves.start[k]) * scale).max(zero).min(one);
         let inside = [at(0), at(1)];
         (leaves, inside)
+    }
+
+    #[inline(always)]
+    fn leaves_of<F: Num, const N: usize>(&self, cells: F::Ints, numbers: [F; 2]) -> Leaves<F> {
+        let mut found = Found::<N>::new(numbers);
+        for (out, &cell) in found.cell.iter_mut().zip(cells.as_ref()) {
+            *out = cell;
+        }
+        self.locate_all(&mut found);
+        found.leaves()
     }
 
     /// The density of located directions by the grid.
@@ -228,28 +266,40 @@ impl<'a> Shaded<'a> {
         leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
     }
 
-    /// The density of located directions, given in map space.
+    /// The density of directions of map space of unit length, and where they are.
     #[inline(always)]
-    fn density<F: Num>(&self, map: [F; 3], located: &Located<F>) -> F {
-        let grid = self.grid(located);
+    fn find<F: Num>(&self, map: [F; 3]) -> (F, Located<F>) {
+        let located = self.light.locate(map, true);
+        (self.mixed(map, self.grid(&located)), located)
+    }
+
+    /// The density of directions of map space for that of the grid.
+    #[inline(always)]
+    fn mixed<F: Num>(&self, map: [F; 3], grid: F) -> F {
         match &self.product.peak {
             None => grid,
             Some(peak) => F::splat(1.0 - peak.share) * grid + F::splat(peak.share) * peak.density(map),
         }
     }
 
-    /// As [`Density::sample`], of a product without narrow lobes.
+    /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
-    fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], Located<F>) {
-        let (cells, numbers) = self.cells(u);
-        self.light.to_world(frame, &self.light.sample_in::<F>(cells, numbers))
+    fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
+        F::apart(SampleGrid { shaded: self, frame, u })
+    }
+
+    /// World directions for numbers of the narrow lobes, and their densities.
+    #[inline(always)]
+    fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak, u: [F; 2]) -> ([F; 3], F) {
+        let world = to_world(frame, peak.sample(u));
+        (world, self.pdf(frame, world))
     }
 
     /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].
     pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
         let (map, _) = self.light.valid(frame, wi.to_array());
-        let located = self.light.locate::<f32>(map, true);
-        if !(self.density(map, &located) > 0.0) {
+        let (density, located) = self.find::<f32>(map);
+        if !(density > 0.0) {
             return Inverted::Zero;
         }
         let peak = self.product.peak.map_or(0.0, |peak| peak.share);
@@ -272,7 +322,8 @@ impl<'a> Shaded<'a> {
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
     fn outer(&self, cell: u32, [w, v]: [f32; 2]) -> [f32; 2] {
         let leaf = self.leaf_at(cell, [w, v]);
-        let Leaves { shape, .. } = self.gather::<f32>(|_| leaf);
+        let [a, b, c, d] = self.words(leaf.at).map(|word| decode_wide(word.into()));
+        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
         let mut u = shape.invert([(w - leaf.start[0]) / leaf.width, (v - leaf.start[1]) / leaf.width]);
         if let Some(number) = self.divided(cell) {
             let part = leaf.start.map(|start| (start * PARTS as f32) as usize % PARTS);
@@ -299,26 +350,127 @@ impl Density for Shaded<'_> {
     #[inline(always)]
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let u = [clamp_u(u[0]), clamp_u(u[1])];
-        let Some(peak) = &self.product.peak else {
-            let (world, located) = self.sample_grid(frame, u);
-            return (world, self.grid(&located));
-        };
-        let (share, last) = (F::splat(peak.share), F::splat(ONE_MINUS_EPSILON));
-        let from_peak = u[0].lt(share);
-        let in_peak = (u[0] * F::splat(1.0 / peak.share)).min(last);
-        let in_grid = ((u[0] - share) * F::splat(1.0 / (1.0 - peak.share))).max(F::splat(0.0)).min(last);
-        let (grid, _) = self.sample_grid(frame, [in_grid, u[1]]);
-        let lobe = to_world(frame, peak.sample([in_peak, u[1]]));
-        let select = |k: usize| F::select(from_peak, lobe[k], grid[k]);
-        let world = [select(0), select(1), select(2)];
-        (world, self.pdf(frame, world))
+        let Some(peak) = &self.product.peak else { return self.sample_grid(frame, u) };
+        let from_peak = u[0].lt(F::splat(peak.share));
+        let lanes = F::bits(from_peak);
+        if lanes == 0 {
+            return self.sample_grid(frame, [of_grid(peak.share, u[0]), u[1]]);
+        }
+        let drawn = self.sample_peak(frame, peak, [of_peak(peak.share, u[0]), u[1]]);
+        if lanes.count_ones() as usize == F::WIDTH {
+            return drawn;
+        }
+        let other = self.sample_grid(frame, [of_grid(peak.share, u[0]), u[1]]);
+        let select = |k: usize| F::select(from_peak, drawn.0[k], other.0[k]);
+        ([select(0), select(1), select(2)], F::select(from_peak, drawn.1, other.1))
+    }
+
+    /// Numbers that draw from narrow lobes and those that draw from the grid fill lanes of their own.
+    #[inline(always)]
+    fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
+        let share = self.product.peak.map_or(0.0, |peak| peak.share);
+        for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            let count = u.len().min(out.len());
+            let (mut order, mut behind_grid, mut peak) = ([0u8; TOGETHER], 0, count);
+            for (number, &[first, _]) in (0..).zip(u).take(count) {
+                let place = if clamp_u(first) < share {
+                    peak -= 1;
+                    peak
+                } else {
+                    behind_grid += 1;
+                    behind_grid - 1
+                };
+                put(&mut order, place, number);
+            }
+            let mut first = 0;
+            while first < count {
+                let from_peak = first >= behind_grid;
+                let end = (first + F::WIDTH).min(if from_peak { count } else { behind_grid });
+                let lanes = order.get(first..end).unwrap_or(&[]);
+                first = end;
+                let (mut across, mut down) = (F::floats(), F::floats());
+                // Lanes that are left over draw the same once more: nothing that another lane does not do, too.
+                for lane in 0..F::WIDTH {
+                    let number = lanes.get(lane).or(lanes.first()).copied().unwrap_or(0);
+                    let [x, y] = u.get(usize::from(number)).copied().unwrap_or_default();
+                    put(across.as_mut(), lane, x);
+                    put(down.as_mut(), lane, y);
+                }
+                let (across, down) = (clamp_u(F::load(across)), clamp_u(F::load(down)));
+                let (wi, pdf) = match &self.product.peak {
+                    Some(peak) if from_peak => self.sample_peak(frame, peak, [of_peak(share, across), down]),
+                    peak => {
+                        let across = if peak.is_some() { of_grid(share, across) } else { across };
+                        self.sample_grid(frame, [across, down])
+                    }
+                };
+                let (x, y, z, pdf) = (wi[0].store(), wi[1].store(), wi[2].store(), pdf.store());
+                let drawn = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
+                for (&number, (((&x, &y), &z), &pdf)) in lanes.iter().zip(drawn) {
+                    put(out, number.into(), Drawn { wi: [x, y, z], pdf });
+                }
+            }
+        }
     }
 
     #[inline(always)]
     fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
-        let (map, valid) = self.light.valid(frame, wi);
-        F::only(valid, self.density(map, &self.light.locate(map, true)))
+        F::apart(Pdf { shaded: self, frame, wi })
     }
+}
+
+struct SampleGrid<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    u: [F; 2],
+}
+
+impl<F: Num> Apart<F> for SampleGrid<'_, F> {
+    type Output = ([F; 3], F);
+
+    #[inline(always)]
+    fn run(self) -> ([F; 3], F) {
+        let SampleGrid { shaded, frame, u } = self;
+        let (cells, numbers) = shaded.cells(u);
+        let (world, located) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
+        let grid = shaded.grid(&located);
+        if shaded.product.peak.is_none() {
+            return (world, grid);
+        }
+        let (map, _) = shaded.light.valid(frame, world);
+        (world, shaded.mixed(map, grid))
+    }
+}
+
+struct Pdf<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+    wi: [F; 3],
+}
+
+impl<F: Num> Apart<F> for Pdf<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        let (map, valid) = self.shaded.light.valid(self.frame, self.wi);
+        F::only(valid, self.shaded.find(map).0)
+    }
+}
+
+/// Directions whose numbers are put in order together.
+const TOGETHER: usize = 64;
+
+/// The number of narrow lobes that a first number stands for which draws from them.
+#[inline(always)]
+fn of_peak<F: Num>(share: f32, u: F) -> F {
+    (u * F::splat(1.0 / share)).min(F::splat(ONE_MINUS_EPSILON))
+}
+
+/// The number of the grid that any other stands for.
+#[inline(always)]
+fn of_grid<F: Num>(share: f32, u: F) -> F {
+    ((u - F::splat(share)) * F::splat(1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
 }
 
 /// The leaf of a whole cell.

@@ -2,7 +2,7 @@
 //!
 //! Eight cells stand in lanes, so that what is done to parts is done to all of them at once.
 
-use super::corners::{Cone, response};
+use super::corners::{Cone, respond};
 use super::leaves::{Corners, FLOOR, largest};
 use crate::brdf::surface::Surface;
 use crate::light::guide::{Guide, MIDDLES, PARTS};
@@ -15,12 +15,11 @@ pub type Middles = [[f32; LANES]; MIDDLES];
 #[inline(always)]
 pub fn middles<F: Lanes>(surface: &Surface, cone: &Cone, guide: &Guide<'_>, cells: &[u32], out: &mut Middles) {
     for (lane, &cell) in cells.iter().enumerate() {
-        for first in (0..MIDDLES).step_by(LANES) {
-            let value = Num::store(response::<F>(surface, cone, guide.middle::<F>(cell as usize, first)));
-            for (out, value) in out.iter_mut().skip(first).zip(value) {
-                if let Some(out) = out.get_mut(lane) {
-                    *out = value;
-                }
+        let mut values = [0.0; MIDDLES];
+        respond::<F>(surface, cone, guide.middles(cell as usize), &mut values);
+        for (out, value) in out.iter_mut().zip(values) {
+            if let Some(out) = out.get_mut(lane) {
+                *out = value;
             }
         }
     }

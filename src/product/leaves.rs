@@ -14,8 +14,13 @@ pub type Corners<F> = [F; 4];
 /// The values at the corners of eight cells, from those of all corners: the light's four directions.
 #[inline(always)]
 pub fn corner_values<F: Lanes>(guide: &Guide<'_>, values: &[f32], first: usize) -> Corners<F> {
-    // Rows have four cells or sixteen, so that each half of the lanes lies in one.
-    let ((a, below), (b, _)) = (guide.corner_of(first), guide.corner_of(first + LANES / 2));
+    let (a, below) = guide.corner_of(first);
+    if guide.row_length() % LANES == 0 {
+        let read = |further: usize| <F as Num>::read(values.get(a + further..).unwrap_or(&[]));
+        return [read(0), read(1), read(below), read(below + 1)];
+    }
+    // Rows have four cells, so that each half of the lanes lies in one.
+    let (b, _) = guide.corner_of(first + LANES / 2);
     let read = |further: usize| {
         let half = |at: usize| values.get(at + further..).and_then(|rest| rest.first_chunk::<4>()).unwrap_or(&[0.0; 4]);
         let ([p, q, r, s], [t, u, v, w]) = (*half(a), *half(b));
@@ -24,18 +29,32 @@ pub fn corner_values<F: Lanes>(guide: &Guide<'_>, values: &[f32], first: usize) 
     [read(0), read(1), read(below), read(below + 1)]
 }
 
+/// Where the light of the quadrants of cells is, eight cells by eight: positions across and down.
+pub type Quadrants<'a> = [[&'a [[f32; LANES]]; 2]; 4];
+
+/// Those of all cells.
+#[inline(always)]
+pub fn quadrants<'a>(guide: &Guide<'a>) -> Quadrants<'a> {
+    [0, 1, 2, 3].map(|quadrant| [guide.groups(Column::Across, quadrant), guide.groups(Column::Down, quadrant)])
+}
+
 /// F over the numbers of eight cells: interpolated to where the light of each quadrant is, and extrapolated to the corners.
 #[inline(always)]
-pub fn tilted<F: Lanes>(guide: &Guide<'_>, corners: &Corners<F>, first: usize) -> Corners<F> {
+pub fn tilted<F: Lanes>(quadrants: &Quadrants<'_>, corners: &Corners<F>, group: usize) -> Corners<F> {
     let [a, b, c, d] = *corners;
     let mut at = [a; 4];
-    for (quadrant, out) in at.iter_mut().enumerate() {
-        let across = guide.column::<F>(Column::Across, quadrant, first);
-        let down = guide.column::<F>(Column::Down, quadrant, first);
+    for ([across, down], out) in quadrants.iter().zip(&mut at) {
+        let (across, down) = (group_of::<F>(across, group), group_of::<F>(down, group));
         let (top, bottom) = (a + (b - a) * across, c + (d - c) * across);
         *out = top + (bottom - top) * down;
     }
     extrapolated(at)
+}
+
+/// Eight of the numbers of all cells.
+#[inline(always)]
+pub fn group_of<F: Lanes>(groups: &[[f32; LANES]], group: usize) -> F {
+    <F as Num>::load(groups.get(group).copied().unwrap_or([0.0; LANES]))
 }
 
 /// The corners of a bilinear function from its values at the middles of the quadrants.

@@ -10,7 +10,7 @@ use crate::brdf::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::phong::Phong;
 use crate::brdf::surface::Surface;
 use crate::numeric::{ONE_MINUS_EPSILON, max, min};
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 
 /// How much of a product's numbers draws from narrow lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +132,11 @@ impl Peak {
     /// Densities of directions of map space.
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
+        F::apart(PeakDensity { peak: self, d })
+    }
+
+    #[inline(always)]
+    fn density_here<F: Num>(&self, d: [F; 3]) -> F {
         let [t, b, n] = self.axes;
         let wi = [crate::brdf::vector::dot(d, t), crate::brdf::vector::dot(d, b), crate::brdf::vector::dot(d, n)];
         let mut density = F::splat(0.0);
@@ -149,6 +154,11 @@ impl Peak {
     /// Directions of map space; the first number chooses the lobe, too.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        F::apart(SamplePeak { peak: self, u })
+    }
+
+    #[inline(always)]
+    fn sample_here<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let mut wi = [zero, zero, one];
         let mut before = 0.0;
@@ -169,5 +179,33 @@ impl Peak {
             wi[0] * F::splat(t[1]) + wi[1] * F::splat(b[1]) + wi[2] * F::splat(n[1]),
             wi[0] * F::splat(t[2]) + wi[1] * F::splat(b[2]) + wi[2] * F::splat(n[2]),
         ]
+    }
+}
+
+struct PeakDensity<'a, F: Num> {
+    peak: &'a Peak,
+    d: [F; 3],
+}
+
+impl<F: Num> Apart<F> for PeakDensity<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        self.peak.density_here(self.d)
+    }
+}
+
+struct SamplePeak<'a, F: Num> {
+    peak: &'a Peak,
+    u: [F; 2],
+}
+
+impl<F: Num> Apart<F> for SamplePeak<'_, F> {
+    type Output = [F; 3];
+
+    #[inline(always)]
+    fn run(self) -> [F; 3] {
+        self.peak.sample_here(self.u)
     }
 }

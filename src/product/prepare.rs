@@ -1,9 +1,9 @@
 //! Preparing a product: BRDF x cosine at the corners of the light's cells, then leaves, then the tables above them.
 
 use super::choose::Heaviest;
-use super::corners::{Cone, response};
+use super::corners::{Cone, respond};
 use super::divide::{Middles, middles, part};
-use super::leaves::{FLOOR, corner_values, largest, store, tilted};
+use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
 use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, MAX_DIVIDED, PART_ENDS, WHOLE_SPHERE};
 use super::tops;
@@ -210,13 +210,13 @@ impl Stage<'_> {
     fn evaluate<F: Lanes>(&mut self, values: &mut [f32; MAX_CORNERS]) {
         let zero = <F as Num>::splat(0.0);
         let (mut largest, mut sum, mut above) = (zero, zero, zero);
-        for (group, out) in values.chunks_exact_mut(LANES).enumerate().take(self.guide.corners() / LANES) {
-            let value = response::<F>(self.surface, &self.cone, self.guide.corner::<F>(group * LANES));
+        respond::<F>(self.surface, &self.cone, self.guide.corner_directions(), values);
+        for value in values.chunks_exact(LANES).take(self.guide.corners() / LANES) {
+            let value = <F as Num>::read(value);
             let positive = Num::max(value, zero);
             largest = Num::max(largest, positive);
             sum = sum + Num::min(positive, <F as Num>::splat(LARGEST_SUMMED));
             above = above + <F as Num>::only(Num::lt(zero, value), <F as Num>::splat(1.0));
-            out.copy_from_slice(&Num::store(value));
         }
         self.largest = highest(largest);
         let sum: f32 = Num::store(sum).iter().sum();
@@ -233,24 +233,25 @@ impl Stage<'_> {
     #[inline(always)]
     fn lay<F: Lanes>(&mut self, values: &[f32; MAX_CORNERS]) {
         let zero = <F as Num>::splat(0.0);
-        for (group, out) in self.corners.iter_mut().enumerate().take(self.guide.cells() / LANES) {
+        let (quadrants, masses, cones) =
+            (quadrants(&self.guide), self.guide.groups(Column::Mass, 0), Cones::new(&self.guide));
+        let groups = self.corners.iter_mut().zip(self.weights.chunks_exact_mut(LANES)).zip(masses);
+        for (group, ((out, weights), mass)) in groups.enumerate() {
             let first = group * LANES;
-            let Some(weights) = self.weights.get_mut(first..first + LANES) else { continue };
-            let counts = reaches::<F>(&self.guide, self.surface, &self.cone, first);
+            let counts = cones.reach::<F>(self.surface, &self.cone, group);
             if <F as Num>::bits(counts) == 0 {
                 continue;
             }
             let corners = corner_values::<F>(&self.guide, values, first);
             let floor = (largest(corners) * <F as Num>::splat(FLOOR)).max(<F as Num>::splat(self.darkest));
-            let tilted = tilted(&self.guide, &corners, first);
+            let tilted = tilted(&quadrants, &corners, group);
             let mut sum = zero;
             for (out, corner) in out.iter_mut().zip(tilted) {
                 let corner = <F as Num>::only(counts, Num::max(corner, floor));
                 sum = sum + corner;
                 *out = Num::store(corner);
             }
-            let mass = self.guide.column::<F>(Column::Mass, 0, first);
-            weights.copy_from_slice(&Num::store(mass * sum));
+            weights.copy_from_slice(&Num::store(<F as Num>::load(*mass) * sum));
         }
     }
 
@@ -260,9 +261,15 @@ impl Stage<'_> {
     fn look_closer<F: Lanes>(&mut self) {
         let mut cells = [0u32; CLOSER];
         let mut count = 0;
-        for first in (0..self.guide.cells()).step_by(LANES) {
-            let bright = Num::lt(<F as Num>::splat(BRIGHT), self.guide.column::<F>(Column::Mass, 0, first));
-            let mut bits = <F as Num>::bits(<F as Num>::or(bright, self.holds_peak::<F>(first)));
+        let (masses, cones, is_narrow) =
+            (self.guide.groups(Column::Mass, 0), Cones::new(&self.guide), self.peak != [0.0; 3]);
+        for (group, mass) in masses.iter().enumerate() {
+            let first = group * LANES;
+            let mut counts = Num::lt(<F as Num>::splat(BRIGHT), <F as Num>::load(*mass));
+            if is_narrow {
+                counts = <F as Num>::or(counts, cones.hold::<F>(self.peak, group));
+            }
+            let mut bits = <F as Num>::bits(counts);
             while bits != 0 && count < CLOSER {
                 if let Some(cell) = cells.get_mut(count) {
                     *cell = first as u32 + bits.trailing_zeros();
@@ -271,35 +278,30 @@ impl Stage<'_> {
                 count += 1;
             }
         }
+        let looked_at: &[usize] = if is_narrow { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
         for cells in cells.get(..count).unwrap_or(&[]).chunks(LANES) {
-            let mut largest = <F as Num>::splat(0.0);
-            let looked_at: &[usize] = if self.peak == [0.0; 3] { &LOOKED_AT } else { &LOOKED_AT_IF_NARROW };
-            for &part in looked_at {
-                let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-                for (lane, &cell) in cells.iter().enumerate() {
-                    [x[lane % LANES], y[lane % LANES], z[lane % LANES]] = self.guide.middle::<f32>(cell as usize, part);
+            let mut directions = [[0.0; MOST_LOOKED_AT * LANES]; 3];
+            for (lane, &cell) in cells.iter().enumerate() {
+                for (out, middles) in directions.iter_mut().zip(self.guide.middles(cell as usize)) {
+                    for (out, &part) in out.chunks_exact_mut(LANES).zip(looked_at) {
+                        out[lane % LANES] = middles.get(part).copied().unwrap_or(0.0);
+                    }
                 }
-                let d = [<F as Num>::load(x), <F as Num>::load(y), <F as Num>::load(z)];
-                largest = Num::max(largest, response::<F>(self.surface, &self.cone, d));
+            }
+            let mut values = [0.0; MOST_LOOKED_AT * LANES];
+            let directions = directions.each_ref().map(|column| column.get(..looked_at.len() * LANES).unwrap_or(&[]));
+            respond::<F>(self.surface, &self.cone, directions, &mut values);
+            let mut largest = <F as Num>::splat(0.0);
+            for values in values.chunks_exact(LANES) {
+                largest = Num::max(largest, <F as Num>::read(values));
             }
             for (&cell, value) in cells.iter().zip(Num::store(largest)) {
-                let mass = self.guide.column::<f32>(Column::Mass, 0, cell as usize);
+                let mass = self.guide.number(Column::Mass, cell as usize);
                 if let Some(weight) = self.weights.get_mut(cell as usize).filter(|weight| **weight > 0.0) {
                     *weight = crate::numeric::max(*weight, 4.0 * mass * value);
                 }
             }
         }
-    }
-
-    /// Which of eight cells the mirror direction falls into, or nearly, if a lobe about it is narrow.
-    #[inline(always)]
-    fn holds_peak<F: Lanes>(&self, first: usize) -> F::Mask {
-        let of = |column: Column| self.guide.column::<F>(column, 0, first);
-        let [x, y, z] = self.peak;
-        let along = of(Column::AxisX) * <F as Num>::splat(x)
-            + of(Column::AxisY) * <F as Num>::splat(y)
-            + of(Column::AxisZ) * <F as Num>::splat(z);
-        Num::lt(of(Column::Cosine), along)
     }
 
     /// Chooses the heaviest cells, and evaluates F in them.
@@ -342,7 +344,9 @@ const CLOSER: usize = 2 * LANES;
 /// The parts whose middles are looked at: opposite ones of the inner four.
 const LOOKED_AT: [usize; 2] = [5, 10];
 /// The same under a narrow lobe, whose flank may lie at any side of the light.
-const LOOKED_AT_IF_NARROW: [usize; 5] = [0, 3, 6, 12, 15];
+const LOOKED_AT_IF_NARROW: [usize; MOST_LOOKED_AT] = [0, 3, 6, 12, 15];
+/// How many parts of a cell are looked at, at most.
+const MOST_LOOKED_AT: usize = 5;
 
 /// Values above this are not summed as they are: the sum of all corners stays finite.
 const LARGEST_SUMMED: f32 = f32::MAX / (2 * MAX_CORNERS) as f32;
@@ -357,20 +361,52 @@ fn highest<F: Num>(lanes: F) -> f32 {
     highest
 }
 
-/// Which of eight cells reach above the horizon, as far as any normal of the cone sees it.
-#[inline(always)]
-fn reaches<F: Lanes>(guide: &Guide<'_>, surface: &Surface, cone: &Cone, first: usize) -> F::Mask {
-    let zero = <F as Num>::splat(0.0);
-    if surface.is_whole() {
-        return <F as Num>::le(zero, zero);
+/// Cones that contain cells, eight by eight.
+struct Cones<'a> {
+    axis: [&'a [[f32; LANES]]; 3],
+    sine: &'a [[f32; LANES]],
+    cosine: &'a [[f32; LANES]],
+}
+
+impl<'a> Cones<'a> {
+    #[inline(always)]
+    fn new(guide: &Guide<'a>) -> Cones<'a> {
+        let of = |column: Column| guide.groups(column, 0);
+        Cones {
+            axis: [of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)],
+            sine: of(Column::Sine),
+            cosine: of(Column::Cosine),
+        }
     }
-    let of = |column: Column| guide.column::<F>(column, 0, first);
-    let [.., up] = surface.to_local([of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)]);
-    let (sine, cosine) = (of(Column::Sine), of(Column::Cosine));
-    let (c, s) = (<F as Num>::splat(cone.cosine), <F as Num>::splat(cone.sine));
-    let wider = Num::le(cosine * c - sine * s, zero);
-    let above = Num::lt(zero - (sine * c + cosine * s) - <F as Num>::splat(ROUNDING), up);
-    <F as Num>::or(wider, above)
+
+    #[inline(always)]
+    fn axis<F: Lanes>(&self, group: usize) -> [F; 3] {
+        let [x, y, z] = self.axis;
+        [group_of::<F>(x, group), group_of::<F>(y, group), group_of::<F>(z, group)]
+    }
+
+    /// Which of eight cells reach above the horizon, as far as any normal of a cone sees it.
+    #[inline(always)]
+    fn reach<F: Lanes>(&self, surface: &Surface, cone: &Cone, group: usize) -> F::Mask {
+        let zero = <F as Num>::splat(0.0);
+        if surface.is_whole() {
+            return <F as Num>::le(zero, zero);
+        }
+        let [.., up] = surface.to_local(self.axis::<F>(group));
+        let (sine, cosine) = (group_of::<F>(self.sine, group), group_of::<F>(self.cosine, group));
+        let (c, s) = (<F as Num>::splat(cone.cosine), <F as Num>::splat(cone.sine));
+        let wider = Num::le(cosine * c - sine * s, zero);
+        let above = Num::lt(zero - (sine * c + cosine * s) - <F as Num>::splat(ROUNDING), up);
+        <F as Num>::or(wider, above)
+    }
+
+    /// Which of eight cells a direction falls into, or nearly.
+    #[inline(always)]
+    fn hold<F: Lanes>(&self, [x, y, z]: [f32; 3], group: usize) -> F::Mask {
+        let [axis_x, axis_y, axis_z] = self.axis::<F>(group);
+        let along = axis_x * <F as Num>::splat(x) + axis_y * <F as Num>::splat(y) + axis_z * <F as Num>::splat(z);
+        Num::lt(group_of::<F>(self.cosine, group), along)
+    }
 }
 
 /// Writes leaves and tables. Answers the integral of F over the light's numbers, in units.
@@ -389,7 +425,7 @@ impl Kernel for Write<'_, '_> {
     fn run<F: Lanes>(self) -> f32 {
         let Write { stage, grid, leaves, tops, ends } = self;
         let scale = <F as Num>::splat((1.0 / stage.unit()) as f32);
-        let cells = stage.guide.cells();
+        let (cells, masses) = (stage.guide.cells(), stage.guide.groups(Column::Mass, 0));
         let (whole, parts) = leaves.split_at_mut_checked(cells / LANES).unwrap_or_default();
         for (group, (out, corners)) in whole.iter_mut().zip(&stage.corners).enumerate() {
             let [a, b, c, d] = *corners;
@@ -406,9 +442,9 @@ impl Kernel for Write<'_, '_> {
                 corners = [mean; 4];
             }
             let mean = store::<F>(&corners, out);
-            let weight = Num::store(stage.guide.column::<F>(Column::Mass, 0, group * LANES) * mean);
-            for (out, weight) in stage.weights.iter_mut().skip(group * LANES).zip(weight) {
-                *out = weight;
+            let weight = Num::store(group_of::<F>(masses, group) * mean);
+            if let Some(out) = stage.weights.get_mut(group * LANES..(group + 1) * LANES) {
+                out.copy_from_slice(&weight);
             }
         }
         let divided = stage.heaviest.cells();
@@ -428,7 +464,7 @@ impl Kernel for Write<'_, '_> {
             }
             let mean = Num::store(tops::write_parts(&means, ends));
             for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
-                let mass = stage.guide.column::<f32>(Column::Mass, 0, cell as usize);
+                let mass = stage.guide.number(Column::Mass, cell as usize);
                 if let Some(weight) = stage.weights.get_mut(cell as usize) {
                     *weight = mass * mean;
                 }

@@ -1,6 +1,6 @@
 //! Lanes as one register of AVX2. What computes with them must be inlined into a function that is compiled for AVX2.
 
-use super::{LANES, Lanes};
+use super::{Apart, LANES, Lanes};
 use core::arch::x86_64::{
     __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm_storeu_ps, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps,
     _mm256_and_si256, _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps128_ps256,
@@ -38,9 +38,23 @@ operator!(Sub, sub, _mm256_sub_ps);
 operator!(Mul, mul, _mm256_mul_ps);
 operator!(Div, div, _mm256_div_ps);
 
+/// # Safety
+/// The processor has AVX2.
+#[target_feature(enable = "avx2")]
+#[inline(never)]
+unsafe fn apart<K: Apart<Avx2>>(computation: K) -> K::Output {
+    computation.run()
+}
+
 impl Lanes for Avx2 {
     type Mask = Avx2;
     type Index = Avx2;
+
+    #[inline(always)]
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output {
+        // SAFETY: whoever chose this type found AVX2.
+        unsafe { apart(computation) }
+    }
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

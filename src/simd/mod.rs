@@ -40,6 +40,7 @@
 //! let level = wis::simd::Level::from_code(wis::simd::detect());
 //! ```
 
+mod apart;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod level;
@@ -52,6 +53,7 @@ mod scalar;
 mod sse2;
 mod table;
 
+pub use apart::Apart;
 pub use level::{Kernel, Level, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
@@ -60,7 +62,7 @@ pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
 pub use sse2::Sse2;
-pub use table::Table;
+pub use table::{Blob, Table};
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -154,6 +156,12 @@ pub trait Lanes:
     fn mask(bits: u32) -> Self::Mask;
     /// The lanes of a mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u32;
+
+    /// Runs a computation as a function of its own, compiled for these lanes.
+    #[inline(always)]
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output {
+        apart::apart(computation)
+    }
 
     /// As [`Lanes::gather`], row by row.
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! Numbers of any width: one `f32`, or eight in lanes. A kernel that is generic over [`Num`] is written once; a call for
 //! one element runs it at width 1, a batch at width 8, with the same bits.
 
+use super::apart::{Apart, apart};
 use super::{LANES, Lanes};
 use crate::numeric;
 use core::ops::{Add, Div, Mul, Sub};
@@ -61,6 +62,8 @@ pub trait Num:
 
     /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
     fn halves(ints: Self::Ints, add: u32) -> [Self; 2];
+    /// Runs a computation as a function of its own, compiled for these numbers.
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output;
 
     /// `a` where the mask is set, elsewhere 0.
     #[inline(always)]
@@ -178,6 +181,11 @@ impl Num for f32 {
     #[inline(always)]
     fn or(a: bool, b: bool) -> bool {
         a | b
+    }
+
+    #[inline(always)]
+    fn apart<K: Apart<f32>>(computation: K) -> K::Output {
+        apart(computation)
     }
 
     #[inline(always)]
@@ -305,6 +313,11 @@ impl<F: Lanes> Num for F {
     #[inline(always)]
     fn of_ints(ints: [u32; LANES]) -> F {
         F::from_index(F::index(ints))
+    }
+
+    #[inline(always)]
+    fn apart<K: Apart<F>>(computation: K) -> K::Output {
+        <F as Lanes>::apart(computation)
     }
 
     #[inline(always)]

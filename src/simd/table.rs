@@ -1,6 +1,7 @@
 //! Tables of numbers that are read a window at a time, without a branch.
 
 use super::WINDOW;
+use bytemuck::Pod;
 
 /// A table of at least a window. What is read beyond its last window is read from there.
 #[derive(Clone, Copy, Debug)]
@@ -37,5 +38,34 @@ impl<'a, T> Table<'a, T> {
     #[inline(always)]
     pub fn prefetch(&self, index: usize) {
         super::prefetch(self.numbers, index);
+    }
+}
+
+/// Bytes of which tables are cut.
+#[derive(Clone, Copy, Debug)]
+pub struct Blob<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Blob<'a> {
+    /// What is cut from these bytes.
+    #[inline(always)]
+    pub fn new(bytes: &'a [u8]) -> Blob<'a> {
+        Blob { bytes }
+    }
+
+    /// `count` elements from byte `start` on; empty if they do not fit or are misaligned. Each call of a sample cuts all
+    /// tables, so this takes few instructions.
+    #[inline(always)]
+    pub fn part<T: Pod>(&self, start: u64, count: u64) -> &'a [T] {
+        const { assert!(size_of::<T>() > 0 && size_of::<usize>() <= size_of::<u64>()) };
+        let length = self.bytes.len() as u64;
+        let at = self.bytes.as_ptr().wrapping_add(start as usize);
+        let fits = start <= length && count <= (length - start) / size_of::<T>() as u64;
+        if !fits || at.addr() % align_of::<T>() != 0 {
+            return &[];
+        }
+        // SAFETY: inside the bytes and aligned, as checked; any bits are a `T`, and the bytes are borrowed for as long.
+        unsafe { core::slice::from_raw_parts(at.cast::<T>(), count as usize) }
     }
 }

@@ -4,7 +4,9 @@ use super::block::Block;
 use super::call::{Call, field};
 use super::objects::{self, function};
 use super::scene::{Scene, numbers};
+use std::ffi::{c_int, c_void};
 use std::ptr::null;
+use wis::ffi::check::CheckConfig;
 use wis::ffi::light::*;
 use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::wavelets::environment::*;
@@ -21,6 +23,8 @@ const INVALID: Status = Status::InvalidArgument;
 const TRANSFORM: Status = Status::InvalidTransform;
 const MISALIGNED: Status = Status::Misaligned;
 const NULL: Status = Status::NullPointer;
+/// A struct of any kind whose size is 0.
+static NO_SIZE: [u64; 16] = [0; 16];
 static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 /// The field that a diagnostic names, an edit that spoils it, and the status.
@@ -113,6 +117,31 @@ fn lights() {
 }
 
 #[test]
+fn comparisons() {
+    extern "C" fn negative(_: *mut c_void, _: usize, _: *const f32, rgb: *mut f32) -> c_int {
+        // SAFETY: the library gives room for 64 colours.
+        unsafe { rgb.add(4).write(-1.0) };
+        0
+    }
+    extern "C" fn fails(_: *mut c_void, _: usize, _: *const f32, _: *mut f32) -> c_int {
+        1
+    }
+    let faults: &[Fault<CheckConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("reserved", |c| c.reserved = 1, INVALID),
+        ("radiance", |c| c.radiance = None, NULL),
+        ("radiance", |c| c.radiance = Some(negative), Status::CallbackFailed),
+        ("radiance", |c| c.radiance = Some(fails), Status::CallbackFailed),
+    ];
+    let (scene, compare) = (Scene::new(), function("wis_check"));
+    for (name, edit, status) in faults {
+        let mut call = Call::valid(&scene, &compare);
+        call.edit("config", edit);
+        call.fails(name, *status, "config");
+    }
+}
+
+#[test]
 fn queries() {
     let faults: &[Fault<Query>] = &[
         ("size", |q| q.size = 0, Status::InvalidStructSize),
@@ -136,10 +165,11 @@ fn queries() {
         ("max_squares", |c| c.max_squares = u32::MAX, INVALID),
         ("reserved", |c| c.reserved = 7, INVALID),
         ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
-        ("callback", |c| c.callback = SCALED.as_ptr().cast(), Status::InvalidStructSize),
+        ("callback", |c| c.callback = NO_SIZE.as_ptr().cast(), Status::InvalidStructSize),
     ];
     check(&["wis_wavelet_product_size", "wis_wavelet_product_prepare"], "config", faults);
-    let faults: &[Fault<ProductConfig>] = &[("table", |c| c.table = SCALED.as_ptr().cast(), Status::InvalidStructSize)];
+    let faults: &[Fault<ProductConfig>] =
+        &[("table", |c| c.table = NO_SIZE.as_ptr().cast(), Status::InvalidStructSize)];
     check(&["wis_wavelet_product_prepare"], "config", faults);
     let faults: &[Fault<CallbackBrdf>] = &[
         ("callback.half_angle", |b| b.half_angle = -1.0, INVALID),

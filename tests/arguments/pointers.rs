@@ -5,6 +5,7 @@ use super::call::{Call, field};
 use super::header::{Function, Parameter, begins_with_size, functions};
 use super::scene::{Scene, numbers};
 use wis::direct::Ray;
+use wis::ffi::check::{CheckConfig, CheckInfo};
 use wis::ffi::light::{LightConfig, LightInfo};
 use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::material::{MaterialData, PointData};
@@ -49,7 +50,7 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
         "label" => function.name == "wis_strata_lights",
         "info" => !matches!(
             function.name.as_str(),
-            "wis_wavelet_product_describe" | "wis_environment_describe" | "wis_product_describe"
+            "wis_wavelet_product_describe" | "wis_environment_describe" | "wis_product_describe" | "wis_check"
         ),
         _ => false,
     }
@@ -74,6 +75,8 @@ fn alignment(parameter: &Parameter) -> usize {
         "size_t" => align_of::<usize>(),
         "wis_product_config" => align_of::<GridConfig>(),
         "wis_product_info" => align_of::<GridInfo>(),
+        "wis_check_config" => align_of::<CheckConfig>(),
+        "wis_check_info" => align_of::<CheckInfo>(),
         "wis_sampler_config" => align_of::<SamplerConfig>(),
         "wis_material" => align_of::<MaterialData>(),
         "wis_point" => align_of::<PointData>(),

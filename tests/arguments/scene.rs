@@ -5,6 +5,7 @@ use super::header::{Function, Parameter};
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::direct::Ray;
+use wis::ffi::check::{CheckConfig, CheckInfo};
 use wis::ffi::light::*;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::lights::strata::*;
@@ -53,6 +54,19 @@ const IMAGE: [f64; 16] = [1.0, 2.0, 3.0, 4.0, 0.5, 9.0, 7.0, 1.0, 1.0, 2.0, 3.0,
 
 fn sampler_config() -> Vec<u8> {
     plain(|config: &mut SamplerConfig| config.size = size_of::<SamplerConfig>() as u32)
+}
+
+fn check_config() -> Vec<u8> {
+    plain(|config: &mut CheckConfig| {
+        config.size = size_of::<CheckConfig>() as u32;
+        config.radiance = Some(white);
+    })
+}
+
+extern "C" fn white(_: *mut c_void, count: usize, _: *const f32, rgb: *mut f32) -> c_int {
+    // SAFETY: the library gives room for `count` colours.
+    unsafe { std::slice::from_raw_parts_mut(rgb, 3 * count) }.fill(1.0);
+    0
 }
 
 fn cache_size() -> MemorySize {
@@ -412,6 +426,8 @@ impl Scene {
             "const wis_environment_config *map" => self.light_config(),
             "const wis_strata_config *config" => strata_config(),
             "const wis_sampler_config *config" => sampler_config(),
+            "const wis_check_config *config" => check_config(),
+            "wis_check_info *info" => sized(size_of::<CheckInfo>()),
             "wis_sampler *sampler" | "const wis_sampler *sampler" => self.sampler.clone(),
             "wis_material *material" => material(),
             "wis_visibility_cache *cache" => self.cache.to_vec(),

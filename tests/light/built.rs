@@ -2,7 +2,7 @@
 
 use super::lookup::Map;
 use wis::light::decode::Pixels;
-use wis::light::environment::{BuildError, Environment};
+use wis::light::environment::{BuildError, Environment, turn};
 use wis::light::plan::{Description, Plan};
 use wis::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use wis::sphere::Frame;
@@ -49,6 +49,13 @@ impl Built {
 
     pub fn environment(&self) -> Environment<'_> {
         Environment::view(self.bytes()).expect("it was built")
+    }
+
+    /// A copy in another frame.
+    pub fn turned(&self, frame: &Frame) -> Built {
+        let mut words = self.words.clone();
+        turn(&mut bytemuck::cast_slice_mut(&mut words)[..self.bytes], frame);
+        Built { words, bytes: self.bytes }
     }
 
     /// No texel is darker for the light.

@@ -8,6 +8,8 @@ mod build;
 pub mod built;
 mod bytes;
 mod chi_square;
+mod compare;
+mod conventions;
 mod degenerate;
 mod invert;
 pub mod lookup;

@@ -34,6 +34,7 @@ const HEADERS: [Header; 3] = [
             "src/ffi/product.rs",
             "src/sample.rs",
             "src/ffi/sampling.rs",
+            "src/ffi/check.rs",
             "src/pool.rs",
             "src/ffi/pool.rs",
             "src/ffi/points.rs",

@@ -244,8 +244,7 @@ impl Build {
                     offset,
                     starts: tables.own(places.starts, offset.starts, length.starts),
                     blocks: tables.own(places.blocks, offset.blocks, length.blocks),
-                    rows: tables.own(places.rows, offset.rows, length.rows),
-                    lines: tables.own(places.lines, offset.lines, length.lines),
+                    words: tables.own(places.words, offset.words, length.words),
                     light,
                 };
                 let (cell, light) = kernel::write(&texels, index, own, steps, parts);

@@ -12,7 +12,7 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use wis_ffi_tests::client::{Density, raw};
+use wis_ffi_tests::client::Density;
 use wis_ffi_tests::data;
 use wis_ffi_tests::environment;
 use wis_ffi_tests::layout::Layout;

@@ -175,9 +175,9 @@ Nanoseconds on {}: cold medians, and the fastest of the warm rounds. The machine
 \"First\" is a single call right after 32 MB of other memory were touched: code and page tables are cold, too.
 
 In a map of 1024 x 512 a sample of wis reads 8 cache lines for a bilinear client: 1 of the table of all cells, 1 of its cell, 2 of the cell's
-starts, 1 of the block, 1 of the row starts and 2 of texels. A pdf reads 7: 2 of the maps from blocks to cells (97 bytes in all
-for a 1k map), 1 of the cell, 1 of the block, 1 of the row starts and 2 of texels. A nearest client's need one line of texels
-less.\n",
+starts, 1 of the block, 1 of the row starts and 2 of texels, of which the last three stand in one page. A pdf reads 7: 2 of the maps
+from blocks to cells (97 bytes in all for a 1k map), 1 of the cell, 1 of the block, 1 of the row starts and 2 of texels. A nearest
+client's need one line of texels less.\n",
         results.timed
     )?;
     let calls = CALLS.iter().flat_map(|call| [format!("{call}, cold"), "warm".into()]);

@@ -1,0 +1,88 @@
+"""Scenes of Mitsuba: a textured floor and spheres of its BSDFs under an environment map."""
+
+import os
+
+import mitsuba as mi
+import numpy as np
+
+from wis import GGX, LAMBERT
+
+# Lat-long maps of Mitsuba have +y up; this world has +z up.
+TO_WORLD = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+# What wis calls the map's space: polar axis +z, azimuth from +x to +y. Mitsuba's azimuth is atan2(x, -z) about +y.
+MITSUBA_FROM_MAP = [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]
+WORLD_FROM_MAP = np.array(TO_WORLD) @ np.array(MITSUBA_FROM_MAP)
+
+DATA = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "data", "envmaps")
+REAL = ["venice_sunset_1k.hdr"]
+
+
+def sky(width=512, height=256, sun=2e4):
+    """A blue sky over ground, with a sun of 2 x 2 texels."""
+    v = (np.arange(height) / (height - 1))[:, None, None]
+    u = (np.arange(width) / width)[None, :, None]
+    up = np.cos(np.pi * v)
+    above = np.array([0.35, 0.5, 0.9]) * (0.4 + 0.6 * up + 0.15 * np.sin(40 * u) * np.sin(31 * v))
+    ground = np.array([0.12, 0.1, 0.08]) * (1.0 + 0.3 * np.sin(50 * u * np.pi))
+    pixels = np.where(up > 0, above, ground).astype(np.float32)
+    pixels[height // 4:height // 4 + 2, width // 5:width // 5 + 2] = np.array([1.0, 0.9, 0.7]) * sun
+    return pixels
+
+
+def maps():
+    """Names and pixels: one of its own, and real ones where they stand beside the project."""
+    all = {"sky and sun": sky()}
+    for name in REAL:
+        path = os.path.join(DATA, name)
+        if os.path.exists(path):
+            bitmap = mi.Bitmap(path).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+            all[name.removesuffix("_1k.hdr")] = np.array(bitmap)
+    return all
+
+
+def rgb(*value):
+    return {"type": "rgb", "value": list(value)}
+
+
+ETA, K = (0.2, 0.92, 1.1), (3.9, 2.45, 2.14)
+F0_GOLD = [((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k) for n, k in zip(ETA, K)]
+CHECKER = {"type": "checkerboard", "color0": rgb(0.2, 0.22, 0.25), "color1": rgb(0.6, 0.55, 0.5),
+           "to_uv": mi.ScalarTransform4f().scale(12)}
+
+# Name, BSDF, lobes for wis, factor of the diffuse reflectance, f0 of the glossy lobe. A roughplastic of index 1.49.
+MATERIALS = [
+    ("floor", {"type": "diffuse", "reflectance": CHECKER}, [(LAMBERT, 0, 0)], 1.0, None),
+    ("diffuse", {"type": "diffuse", "reflectance": rgb(0.7, 0.3, 0.2)}, [(LAMBERT, 0, 0)], 1.0, None),
+    ("roughplastic 0.1", {"type": "roughplastic", "alpha": 0.1, "distribution": "ggx", "diffuse_reflectance": rgb(0.1, 0.3, 0.6)},
+     [(LAMBERT, 0, 0), (GGX, 0.1, 0.1)], 0.93, [0.039] * 3),
+    ("principled 0.5", {"type": "principled", "base_color": rgb(0.5, 0.15, 0.5), "roughness": 0.5, "specular": 0.5},
+     [(LAMBERT, 0, 0), (GGX, 0.25, 0.25)], 1.0, [0.04] * 3),
+    ("roughconductor 0.2", {"type": "roughconductor", "alpha": 0.2, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)},
+     [(GGX, 0.2, 0.2)], None, F0_GOLD),
+    ("roughconductor 0.05", {"type": "roughconductor", "alpha": 0.05, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)},
+     [(GGX, 0.05, 0.05)], None, F0_GOLD),
+]
+
+
+def envmap(pixels, compensated=False):
+    matrix = np.eye(4)
+    matrix[:3, :3] = TO_WORLD
+    return {"type": "envmap", "bitmap": mi.Bitmap(np.ascontiguousarray(pixels)), "to_world": mi.ScalarTransform4f(matrix),
+            "mis_compensation": compensated}
+
+
+def scene(pixels, width, height, compensated=False):
+    transform = mi.ScalarTransform4f
+    of = {
+        "type": "scene",
+        "sensor": {"type": "perspective", "fov": 38, "to_world": transform().look_at([0, -9, 3.2], [0, 0, 0.7], [0, 0, 1]),
+                   "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}},
+                   "sampler": {"type": "independent"}},
+        "light": envmap(pixels, compensated),
+    }
+    for number, (_, bsdf, _, _, _) in enumerate(MATERIALS):
+        if number == 0:
+            of["shape0"] = {"type": "rectangle", "to_world": transform().scale(12), "bsdf": bsdf}
+        else:
+            of[f"shape{number}"] = {"type": "sphere", "center": [1.35 * (number - 3), 0, 0.65], "radius": 0.65, "bsdf": bsdf}
+    return mi.load_dict(of)

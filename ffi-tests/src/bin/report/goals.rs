@@ -1,0 +1,147 @@
+//! What the calls take, beside version 0.1 in the same run, and the goals of version 0.2 that this run decides.
+
+use crate::speed::{self, Speed};
+use crate::studies::Study;
+use anyhow::Result;
+use std::cell::RefCell;
+use std::time::Instant;
+use wis_ffi_tests::before;
+use wis_ffi_tests::client::{self, Block, raw};
+use wis_ffi_tests::cold::Cold;
+use wis_ffi_tests::environment::{self, Environment, Light};
+use wis_ffi_tests::estimator::{Lit, Setting};
+use wis_ffi_tests::material::Material;
+use wis_ffi_tests::scene::ShadingPoint;
+use wis_ffi_tests::statistics::median;
+
+/// The bound of rule 33.
+pub const LARGEST_WEIGHT: f64 = 50.0;
+/// Unshadowed error of the product at 16 samples, in percent, by material.
+pub const UNSHADOWED: [(&str, f64); 5] =
+    [("Lambert", 1.8), ("GGX 0.5", 1.9), ("GGX 0.2", 3.5), ("mix 0.1", 3.5), ("GGX 0.05", 5.5)];
+/// Nanoseconds of a preparation with warm caches, by material.
+pub const PREPARE: [(&str, f64); 4] =
+    [("Lambert", 200.0), ("GGX 0.5", 600.0), ("GGX 0.2", 1000.0), ("GGX 0.05", 1500.0)];
+/// Bytes that a product asks for, at most.
+pub const PRODUCT_BYTES: usize = 4096;
+/// Nanoseconds of a call for one ray, and of a candidate in bulk.
+pub const DIRECT: [f64; 2] = [450.0, 18.0];
+
+/// Cold and warm, nanoseconds.
+pub type Pair = [f64; 2];
+
+/// What was measured apart from the cells.
+pub struct Measured {
+    /// The light and its build: milliseconds and bytes.
+    pub light: String,
+    pub build: (f64, usize),
+    /// The preparation of a product for each of `PREPARE`: now, and version 0.1.
+    pub prepare: Vec<[Pair; 2]>,
+    /// The product of GGX 0.2: now, and version 0.1.
+    pub product: Vec<Speed>,
+    pub product_bytes: usize,
+    /// A call for one ray of 16 candidates, and a candidate of a call for 64 rays of 4.
+    pub direct: [Pair; 2],
+}
+
+impl Measured {
+    /// # Errors
+    /// Those of the library.
+    pub fn new(studies: &[Study], quick: bool) -> Result<Measured> {
+        let light = studies[0].lights[0].clone().bilinear();
+        let environment = light.environment()?;
+        let builds: Vec<f64> = (0..if quick { 1 } else { 9 }).map(|_| build(&light)).collect::<client::Result<_>>()?;
+        let lit = Lit::new(&light, &environment)?;
+        let rounds = if quick { 3 } else { 40 };
+        let points: Vec<ShadingPoint> =
+            studies[0].scene.points.iter().step_by(studies[0].scene.points.len().div_ceil(64)).copied().collect();
+        let of = |name: &str| Material::all().into_iter().find(|m| m.name == name).unwrap_or_else(Material::lambert);
+        let prepare = PREPARE.map(|(name, _)| prepare(&lit, &of(name), &points, rounds));
+        let glossy = Material::ggx(0.2);
+        let one = direct(&lit, &glossy, &points, (1, 16), rounds)?;
+        let many = direct(&lit, &glossy, &points, (64, 4), rounds)?;
+        Ok(Measured {
+            light: light.name.clone(),
+            build: (median(&builds), lit.tables.info.bytes as usize),
+            prepare: prepare.into_iter().collect::<client::Result<_>>()?,
+            product: product(&lit, &glossy, &points[points.len() / 2], rounds)?,
+            product_bytes: asked()?,
+            direct: [one, many.map(|ns| ns / 256.0)],
+        })
+    }
+}
+
+fn build(light: &wis_ffi_tests::light::Light) -> client::Result<f64> {
+    let start = Instant::now();
+    light.tables(0, 0.0)?;
+    Ok(start.elapsed().as_secs_f64() * 1e3)
+}
+
+fn asked() -> client::Result<usize> {
+    let mut size = raw::wis_memory_size::default();
+    // SAFETY: both pointers are to live values.
+    client::check(unsafe { raw::wis_product_size(&environment::product_config(), &mut size, std::ptr::null_mut()) })?;
+    Ok(size.bytes)
+}
+
+/// A call for each point: the median of single calls after other memory was touched, and the fastest of rounds over all points.
+fn time(
+    points: &[raw::wis_point],
+    rounds: usize,
+    mut call: impl FnMut(usize) -> client::Result<()>,
+) -> client::Result<Pair> {
+    let (mut memory, mut cold, mut warm) = (Cold::default(), Vec::new(), f64::INFINITY);
+    for round in 0..rounds {
+        memory.touch();
+        let start = Instant::now();
+        call(round * 7 % points.len())?;
+        cold.push(start.elapsed().as_secs_f64() * 1e9);
+    }
+    for _ in 0..rounds {
+        let start = Instant::now();
+        (0..points.len()).try_for_each(&mut call)?;
+        warm = warm.min(start.elapsed().as_secs_f64() * 1e9 / points.len() as f64);
+    }
+    Ok([median(&cold), warm])
+}
+
+fn shaded(material: &Material, own: &raw::wis_material, points: &[ShadingPoint]) -> Vec<raw::wis_point> {
+    points.iter().map(|point| material.point(point, own)).collect()
+}
+
+fn prepare(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<[Pair; 2]> {
+    let (own, setting) = (environment::material(&material.lobes())?, Setting::new(lit, material));
+    let (mut sampler, config) = (environment::Sampler::new(1, 0, 1)?, environment::product_config());
+    let (at, mut memory) = (shaded(material, &own, points), Block::new(1 << 14));
+    let now = time(&at, rounds, |i| {
+        let prepared = sampler.prepare(&lit.tables, &config, &at[i..=i], &mut memory, &mut [0]);
+        prepared.map(drop)
+    })?;
+    let mut memory = setting.preparation.memory()?;
+    let before = time(&at, rounds, |i| before::prepare(&setting, &points[i], &mut memory).map(drop))?;
+    Ok([now, before])
+}
+
+fn product(lit: &Lit, material: &Material, point: &ShadingPoint, rounds: usize) -> Result<Vec<Speed>> {
+    let (own, setting) = (environment::material(&material.lobes())?, Setting::new(lit, material));
+    let (sampler, mut memory) = (RefCell::new(environment::Sampler::new(1, 0, 1)?), Block::new(0));
+    let at = material.point(point, &own);
+    let now = Light::product(&lit.tables, &sampler, &at, &mut memory)?;
+    let mut memory = setting.preparation.memory()?;
+    let before = before::prepare(&setting, point, &mut memory)?;
+    speed::speed(&[&now, &before], rounds)
+}
+
+/// Nanoseconds of a call for rays and candidates of each.
+fn direct(
+    lit: &Lit,
+    material: &Material,
+    points: &[ShadingPoint],
+    (rays, candidates): (usize, usize),
+    rounds: usize,
+) -> client::Result<Pair> {
+    let (own, environment): (_, &Environment) = (environment::material(&material.lobes())?, &lit.tables);
+    let (mut sampler, mut ray) = (environment::Sampler::new(rays, candidates, 1)?, vec![raw::wis_ray::default(); rays]);
+    let at = shaded(material, &own, points);
+    time(&at, rounds, |i| sampler.direct(environment, &at[i], None, &mut ray).map(drop))
+}

@@ -1,0 +1,246 @@
+//! Measures how well the library samples beside other ways, and writes a page with tables, plots and pictures. Cells that were
+//! measured before with the same programs are read from the cache, so a run that was stopped goes on where it was.
+
+mod gains;
+mod goals;
+mod pictures;
+mod plots;
+#[path = "../light/speed.rs"]
+mod speed;
+mod studies;
+mod tables;
+
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use studies::Study;
+use wis_ffi_tests::estimator::{Lit, Setting};
+use wis_ffi_tests::measure::{Cell, Effort, measure};
+use wis_ffi_tests::method::Method;
+use wis_ffi_tests::page::Page;
+use wis_ffi_tests::reference::Reference;
+use wis_ffi_tests::scene::Scene;
+
+/// Speed against error of wis and of other ways to sample an environment.
+#[derive(Parser)]
+pub struct Options {
+    /// A few small cells, for a check that takes seconds
+    #[arg(long)]
+    quick: bool,
+    /// A Radiance or OpenEXR map, lat-long or vertical cross; may be repeated
+    #[arg(long)]
+    map: Vec<PathBuf>,
+    /// An OBJ or PLY mesh, y up, in place of those of the studies
+    #[arg(long)]
+    mesh: Option<PathBuf>,
+    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf or .brdf file; may be repeated
+    #[arg(long)]
+    material: Vec<String>,
+    /// A study by its name ("single hits", room, ...); may be repeated
+    #[arg(long)]
+    study: Vec<String>,
+    /// Shading points in a scene
+    #[arg(long)]
+    points: Option<usize>,
+    /// Where index.html goes
+    #[arg(long, default_value = "report")]
+    out: PathBuf,
+    /// Also writes the short form to this file, with its plots and a picture in a folder of its name
+    #[arg(long)]
+    docs: Option<PathBuf>,
+    /// Computes references and nothing else
+    #[arg(long)]
+    references: bool,
+    /// Where references and measured cells are kept
+    #[arg(long, default_value = "build/report")]
+    cache: PathBuf,
+}
+
+/// What the page says about the run.
+pub struct Run {
+    pub machine: String,
+    pub commit: String,
+    pub command: String,
+    pub made_from: String,
+    pub points: usize,
+    pub repeats: u32,
+}
+
+fn main() -> Result<()> {
+    let options = Options::parse();
+    let studies = studies::all(&options)?;
+    let (repeats, most) = if options.quick { (4, 1024) } else { (8, 4096) };
+    let bench = Bench { cache: options.cache.clone(), most, repeats, references: options.references };
+    let count = studies.iter().map(|study| study.lights.len() * study.materials.len()).sum::<usize>();
+    let progress = ProgressBar::new(count as u64);
+    progress.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} {elapsed} of {eta} left  {msg}")?);
+    let mut cells = Vec::new();
+    for study in &studies {
+        cells.extend(bench.study(study, &progress)?);
+    }
+    progress.finish_and_clear();
+    if options.references {
+        return Ok(());
+    }
+    check(&cells)?;
+    let goals = goals::Measured::new(&studies, options.quick)?;
+    let pictures = if options.quick { Vec::new() } else { pictures::all(&options, &bench)? };
+    let run = Run {
+        machine: machine(),
+        commit: commit(),
+        command: std::env::args().skip(1).collect::<Vec<_>>().join(" "),
+        made_from: made_from()?,
+        points: studies[0].scene.points.len(),
+        repeats,
+    };
+    let page = tables::page(&run, &cells, &goals, pictures)?;
+    write(&page, &options)
+}
+
+fn write(page: &Page, options: &Options) -> Result<()> {
+    std::fs::create_dir_all(&options.out)?;
+    let file = options.out.join("index.html");
+    page.write_html(&file)?;
+    println!("The report is {}", file.display());
+    options.docs.as_ref().map_or(Ok(()), |file| page.write_markdown(file))
+}
+
+/// How cells are measured and kept.
+pub struct Bench {
+    cache: PathBuf,
+    /// The most samples of each technique in half of a reference.
+    most: usize,
+    repeats: u32,
+    /// Whether they are all that is wanted.
+    references: bool,
+}
+
+impl Bench {
+    fn study(&self, study: &Study, progress: &ProgressBar) -> Result<Vec<Cell>> {
+        let mut cells = Vec::new();
+        for light in &study.lights {
+            let light = if study.bilinear { light.clone().bilinear() } else { light.clone() };
+            let environment = light.environment().with_context(|| format!("light {}", light.name))?;
+            let lit = Lit::new(&light, &environment)?;
+            for material in &study.materials {
+                progress.set_message(format!("{}, {}, {}", study.name, light.name, material.name));
+                let setting = Setting::new(&lit, material);
+                if self.references {
+                    self.reference(&study.scene, &setting, self.most_of(&setting))?;
+                } else {
+                    cells.push(self.cell(study, &setting)?);
+                }
+                progress.inc(1);
+            }
+        }
+        Ok(cells)
+    }
+
+    fn cell(&self, study: &Study, setting: &Setting) -> Result<Cell> {
+        let (measured, most) = (setting.material.measured.is_some(), self.most_of(setting));
+        let is_shared = study.scene.hits > 1;
+        let kept = |m: &Method| {
+            (study.limit && !measured || !m.is_limit()) && (is_shared || !m.mode().is_some_and(|mode| mode.shares()))
+        };
+        let methods = Method::all().filter(kept).map(Method::name).collect();
+        let effort = Effort { methods, counts: study.counts.clone(), repeats: self.repeats, timed: study.timed };
+        let inputs = inputs(&study.scene, setting, most);
+        let key = hash(&(study.name, inputs, format!("{effort:?}"), programs()?));
+        let file = self.cache.join(format!("cell-{key:016x}.json"));
+        if let Some(stored) = std::fs::read(&file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return Ok(stored);
+        }
+        let reference = self.reference(&study.scene, setting, most)?;
+        let cell = measure(study.name, &study.scene, setting, &reference, &effort)?;
+        std::fs::write(file, serde_json::to_vec(&cell)?)?;
+        Ok(cell)
+    }
+
+    /// Measured materials are evaluated one by one, and slowly.
+    fn most_of(&self, setting: &Setting) -> usize {
+        if setting.material.measured.is_some() { self.most / 8 } else { self.most }
+    }
+
+    pub fn reference(&self, scene: &Scene, setting: &Setting, most: usize) -> Result<Reference> {
+        let file = self.cache.join(format!("reference-{:016x}.json", inputs(scene, setting, most)));
+        Reference::cached(&file, scene, setting, most)
+    }
+}
+
+/// Tells references apart.
+fn inputs(scene: &Scene, setting: &Setting, most: usize) -> u64 {
+    hash(&(scene.fingerprint(), setting.light.fingerprint(), format!("{:?}", setting.material), most))
+}
+
+/// Tells apart this program and the library that it runs with.
+fn programs() -> Result<u64> {
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let library =
+        maps.lines().filter_map(|line| line.split_whitespace().last()).find(|path| path.contains("libwis.so"));
+    let library = library.context("libwis.so is not loaded")?;
+    Ok(hash(&(std::fs::read(std::env::current_exe()?)?, std::fs::read(library)?)))
+}
+
+fn hash(value: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
+}
+
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
+    let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
+    format!("{}, {cores} cores, {}", model.unwrap_or("unknown processor"), std::env::consts::ARCH)
+}
+
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|o| o.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
+    };
+    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|lines| !lines.is_empty());
+    git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".into()) + if changed { ", with changes" } else { "" }
+}
+
+/// What `make check-pages` compares.
+fn made_from() -> Result<String> {
+    let output = Command::new("scripts/page-hash.sh").arg("report").output().context("scripts/page-hash.sh")?;
+    Ok(format!("made from {} by report", String::from_utf8_lossy(&output.stdout).trim()))
+}
+
+/// What a run must show whatever the times: every error is a number, more samples help, and weights are bounded.
+fn check(cells: &[Cell]) -> Result<()> {
+    for cell in cells {
+        let name = format!("{}, {}, {}, {}", cell.study, cell.scene, cell.light, cell.material);
+        let errors = cell.rows.iter().flat_map(|row| &row.repeats).map(|repeat| repeat.errors[0]);
+        if errors.into_iter().any(|e| !(e.absolute + e.relative + e.unshadowed).is_finite()) {
+            bail!("{name}: an error is not finite");
+        }
+        for method in ["direct", "product"] {
+            let rows: Vec<_> = cell.rows.iter().filter(|row| row.method == method).collect();
+            let unshadowed = rows.iter().map(|row| row.median(|r| r.errors[0].unshadowed)).collect::<Vec<_>>();
+            if unshadowed.len() > 1 && unshadowed.first() <= unshadowed.last() {
+                bail!("{name}: the error of {method} does not fall: {unshadowed:?}");
+            }
+        }
+        // Of a measured material the lobes are no more than a guess.
+        if cell.study != studies::MEASURED && cell.max_weight > goals::LARGEST_WEIGHT {
+            bail!("{name}: f L cos / (p I) reaches {:.1}, more than {}", cell.max_weight, goals::LARGEST_WEIGHT);
+        }
+    }
+    Ok(())
+}
+
+/// A name as a file.
+pub fn file_name(name: &str) -> String {
+    name.replace(|c: char| !c.is_ascii_alphanumeric() && !"-.".contains(c), "_")
+}
+
+/// A file of the data, if it is there.
+pub fn data_file(kind: &str, name: &str) -> Option<PathBuf> {
+    Some(Path::new(wis_ffi_tests::data::FOLDER).join(kind).join(name)).filter(|path| path.exists())
+}

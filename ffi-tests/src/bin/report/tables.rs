@@ -1,0 +1,681 @@
+//! The page: what to call and what it gives, where the library loses, which goals are reached, and all numbers behind it.
+
+use crate::gains::{self, Against, METRICS, Scale, geometric_mean, over, over_best};
+use crate::goals::{self, Measured};
+use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED};
+use crate::{Run, plots};
+use anyhow::Result;
+use std::collections::HashMap;
+use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::measure::{Cell, Errors, FEW, REGIONS};
+use wis_ffi_tests::method::{EXTENDED, FIRST};
+use wis_ffi_tests::page::{Page, Part, Table, times};
+
+/// What a renderer does, what it calls, and the cells that tell what it gets.
+struct Situation {
+    renderer: &'static str,
+    call: &'static str,
+    study: &'static str,
+    /// The only light; empty: all.
+    light: &'static str,
+    method: &'static str,
+    count: usize,
+}
+
+impl Situation {
+    const fn of(
+        renderer: &'static str,
+        call: &'static str,
+        study: &'static str,
+        method: &'static str,
+        count: usize,
+    ) -> Situation {
+        Situation { renderer, call, study, light: "", method, count }
+    }
+}
+
+const SITUATIONS: [Situation; 14] = [
+    Situation::of("one shadow ray per hit", "`wis_direct`", MAIN, "direct", 1),
+    Situation::of("4 rays per hit", "`wis_direct`", MAIN, "direct", 4),
+    Situation::of("16 rays per hit", "`wis_direct`", MAIN, "direct", 16),
+    Situation::of("64 rays per hit", "`wis_direct`", MAIN, "direct", 64),
+    Situation::of("4 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 4),
+    Situation::of("16 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 16),
+    Situation::of("64 hits per pixel, well-spread numbers", "`wis_direct` with `u`", HITS, "direct, shared", 1),
+    Situation::of("the same, textured", "`wis_direct` with `u`", TEXTURED, "direct, shared", 1),
+    Situation::of(
+        "needs densities for its own MIS, 16 samples",
+        "`wis_product_prepare`, `wis_sample`, `wis_pdf`",
+        MAIN,
+        "product + MIS",
+        16,
+    ),
+    Situation { light: SUN, ..Situation::of("an unclipped sun, 4 rays", "`wis_direct`", MAIN, "direct", 4) },
+    Situation::of("looks up the nearest texel, 4 rays", "`WIS_FILTER_NEAREST`, `wis_direct`", NEAREST, "direct", 4),
+    Situation::of("dense mesh, interpolated normals, 4 rays", "`wis_direct`", SMOOTH, "direct", 4),
+    Situation::of("a room with one window, 4 rays", "`wis_direct`", ROOM, "direct", 4),
+    Situation::of("measured BRDFs that no lobe describes, 4 rays", "`wis_direct`", MEASURED, "direct", 4),
+];
+
+/// What the first table compares with.
+const RIVALS: [Against; 3] =
+    [Against::Method("MIS balance"), Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
+
+/// The whole page.
+///
+/// # Errors
+/// Those of drawing and writing.
+pub fn page(run: &Run, cells: &[Cell], measured: &Measured, pictures: Vec<Part>) -> Result<Page> {
+    let main: Vec<&Cell> = of_study(cells, MAIN);
+    let lobes = materials(&main);
+    let mut short = first_screen(cells);
+    short.extend(losses(cells));
+    short.extend(verdicts(cells, measured));
+    short.extend(sun(&main));
+    short.extend(weights_and_limit(&main));
+    short.extend(drawn(&main, &lobes, pictures)?);
+    short.extend(method(run));
+    let mut long = Vec::new();
+    for name in studies(cells) {
+        let cells = of_study(cells, &name);
+        let mut parts = by_method(&cells);
+        parts.extend(by_lobe(&cells));
+        parts.extend(by_region(&cells));
+        long.push((format!("All gains of the study \"{name}\": {} cells", cells.len()), parts));
+    }
+    let lights = lights(&main);
+    let names: Vec<&str> = lights.iter().map(String::as_str).collect();
+    let lobe_names: Vec<&str> = lobes.iter().map(String::as_str).collect();
+    for scale in Scale::all() {
+        let mut parts = Vec::new();
+        for (i, lights) in names.chunks(3).enumerate() {
+            let svg = plots::error_against_time(&main, scale, lights, &lobe_names)?;
+            parts.push(Part::Plot(
+                format!("all-{i}.svg"),
+                svg,
+                format!("{} error, {} costs", METRICS[scale.metric].0, MODELS[scale.model].0),
+            ));
+        }
+        long.push((format!("Error against time, every light and lobe: {}", scale.name()), parts));
+    }
+    for name in studies(cells) {
+        let parts = of_study(cells, &name).iter().flat_map(|cell| errors(cell)).collect();
+        long.push((format!("Errors and times of every method in every cell of \"{name}\""), parts));
+    }
+    Ok(Page {
+        title: "wis beside other ways to sample an environment".into(),
+        short,
+        long,
+        made_from: run.made_from.clone(),
+    })
+}
+
+fn of_study<'a>(cells: &'a [Cell], study: &str) -> Vec<&'a Cell> {
+    cells.iter().filter(|cell| cell.study == study).collect()
+}
+
+/// Names in the order in which they come first.
+fn distinct<'a>(names: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    names.for_each(|name| {
+        if !all.contains(name) {
+            all.push(name.clone())
+        }
+    });
+    all
+}
+
+fn studies(cells: &[Cell]) -> Vec<String> {
+    distinct(cells.iter().map(|cell| &cell.study))
+}
+
+fn materials(cells: &[&Cell]) -> Vec<String> {
+    distinct(cells.iter().map(|cell| &cell.material))
+}
+
+fn lights(cells: &[&Cell]) -> Vec<String> {
+    distinct(cells.iter().map(|cell| &cell.light))
+}
+
+/// The study's recommended method.
+fn ours(study: &str) -> &'static str {
+    if study == HITS || study == TEXTURED { "direct, shared" } else { "direct" }
+}
+
+fn first_screen(cells: &[Cell]) -> Vec<Part> {
+    let metrics = METRICS.map(|metric| metric.0);
+    let best = RIVALS[2];
+    let heads = RIVALS.iter().flat_map(|rival| metrics.map(|metric| format!("{}, {metric}", rival.name())));
+    let warm = metrics.map(|metric| format!("{}, {metric}, warm", best.name()));
+    let words = ["your renderer", "call", "costs"].map(String::from);
+    let head: Vec<String> = words.into_iter().chain(heads).chain(warm).collect();
+    let mut table = Table::new(3, &head);
+    for situation in &SITUATIONS {
+        let kept = |cell: &&Cell| {
+            cell.study == situation.study
+                && (situation.light.is_empty() || cell.light == situation.light)
+                && gains::row(cell, situation.method, situation.count).is_some()
+        };
+        let cells: Vec<&Cell> = cells.iter().filter(kept).collect();
+        if cells.is_empty() {
+            continue;
+        }
+        for (model, (costs, _)) in MODELS.iter().enumerate() {
+            let words = [situation.renderer, situation.call, costs].map(String::from);
+            let gain = |rival: &Against, scale| {
+                times(rival.mean(cells.iter().copied(), situation.method, situation.count, scale))
+            };
+            let numbers = RIVALS.iter().flat_map(|rival| Scale::of_model(model).map(|scale| gain(rival, scale)));
+            let warm = Scale::of_model(model).map(|scale| gain(&best, Scale { warm: true, ..scale }));
+            table.row(words.into_iter().chain(numbers).chain(warm));
+        }
+    }
+    let text = "How many times lower the variance is at equal time: **above 1 wis is ahead**. Each number is the geometric mean \
+                over the lights and lobes of its row. Absolute error weighs bright pixels, relative error weighs all pixels alike. \
+                Cheap: a ray takes about 50 ns and the BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more \
+                and each ray 500 ns more, as in scalar renderers. The best peer is chosen for each cell. Caches are cold, \
+                but in the last two columns.";
+    vec![Part::Text(text.into()), Part::Table(table)]
+}
+
+/// Where a mean over lights is behind the best peer, and why.
+fn losses(cells: &[Cell]) -> Vec<Part> {
+    let mut table = Table::new(
+        6,
+        &["study", "lobe", "metric, costs", "best peers", "reason", "what helps", "rays", "gain", "variance", "time"],
+    );
+    let mut rows = Vec::new();
+    for study in studies(cells) {
+        let own = ours(&study);
+        let cells = of_study(cells, &study);
+        for material in materials(&cells) {
+            let of: Vec<&Cell> = cells.iter().copied().filter(|cell| cell.material == material).collect();
+            for (count, scale) in gains::counts(of[0]).into_iter().flat_map(|n| Scale::all().map(move |s| (n, s))) {
+                if let Some(loss) = Loss::find(&of, own, count, scale) {
+                    rows.push((loss.gain, loss.row(&study, &material, count, scale)));
+                }
+            }
+        }
+    }
+    let count = rows.len();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows.truncate(12);
+    rows.into_iter().for_each(|(_, row)| table.row(row));
+    let groups: usize = studies(cells)
+        .iter()
+        .map(|study| {
+            let cells = of_study(cells, study);
+            materials(&cells).len() * gains::counts(cells[0]).len() * 4
+        })
+        .sum();
+    let text = format!(
+        "Against the best of {} peers, chosen for each cell, wis is behind in {count} of {groups} groups (a study, a lobe, a number of rays, a \
+         metric and a cost model; mean over lights). The {} largest losses:",
+        EXTENDED.each.len(),
+        table.rows.len()
+    );
+    let note = "Variance: that of the peer over that of wis, with the same number of rays; above 1 wis has less. Time: that of wis \
+                over that of the peer; above 1 wis takes longer. Gain = variance / time.";
+    let mut parts = vec![Part::Heading("Where wis loses".into()), Part::Text(text)];
+    if count > 0 {
+        parts.extend([Part::Table(table), Part::Text(note.into())]);
+    }
+    parts.extend(certain(cells));
+    parts
+}
+
+/// A group of cells in which peers are ahead.
+struct Loss {
+    gain: f64,
+    peers: String,
+    /// The time of wis over that of the peer.
+    time: f64,
+    /// The better of the products over the same peers.
+    other: (f64, &'static str),
+    /// The gain where light is seen, and where it is mostly blocked.
+    lit: f64,
+    dark: f64,
+}
+
+impl Loss {
+    fn find(cells: &[&Cell], ours: &str, count: usize, scale: Scale) -> Option<Loss> {
+        let best: Vec<(&Cell, String, f64)> = cells
+            .iter()
+            .filter_map(|cell| {
+                over_best(cell, ours, &EXTENDED, count, scale).map(|(peer, gain)| (*cell, peer, gain[0]))
+            })
+            .collect();
+        let gain = geometric_mean(best.iter().map(|b| b.2));
+        if gain.is_nan() || gain >= 1.0 {
+            return None;
+        }
+        let ns = |cell: &Cell, method: &str| Some(gains::row(cell, method, count)?.times[0][scale.model].ns());
+        let time = geometric_mean(best.iter().filter_map(|(cell, peer, _)| Some(ns(cell, ours)? / ns(cell, peer)?)));
+        let with = |method: &&'static str| {
+            geometric_mean(
+                best.iter().filter_map(|(cell, peer, _)| over(cell, method, peer, count, scale)).map(|g| g[0]),
+            )
+        };
+        let others = ["product", "product + MIS"].map(|method| (with(&method), method));
+        let [first, second] = others;
+        let other = if second.0 > first.0 { second } else { first };
+        let region = |wanted: &[usize]| {
+            let regions = wanted.iter().flat_map(|&region| best.iter().map(move |b| (region, b)));
+            let large = regions.filter(|(region, (cell, ..))| cell.pixels[*region] >= FEW);
+            geometric_mean(large.filter_map(|(region, (cell, peer, _))| {
+                over(cell, ours, peer, count, Scale { region, ..scale }).map(|gain| gain[0])
+            }))
+        };
+        let mut peers: Vec<(usize, String)> = Vec::new();
+        for (_, peer, _) in &best {
+            match peers.iter_mut().find(|(_, name)| name == peer) {
+                Some((n, _)) => *n += 1,
+                None => peers.push((1, peer.clone())),
+            }
+        }
+        peers.sort_by_key(|(n, _)| std::cmp::Reverse(*n));
+        let peers = peers.into_iter().take(2).map(|(_, name)| name).collect::<Vec<_>>().join(", ");
+        Some(Loss { gain, peers, time, other, lit: region(&[1]), dark: region(&[2, 3]) })
+    }
+
+    /// Variance of the peer over that of wis, for the same number of rays.
+    fn variance(&self) -> f64 {
+        self.gain * self.time
+    }
+
+    /// Why, from the numbers alone.
+    fn reason(&self) -> &'static str {
+        match self {
+            loss if loss.variance() >= 1.0 => "variance is lower, but it takes longer",
+            Loss { lit, dark, .. } if *lit >= 1.0 && *dark < 1.0 => {
+                "light that is blocked: variance is higher in shadow"
+            }
+            Loss { time, .. } if *time > 1.2 => "variance is higher, and it takes longer",
+            _ => "variance is higher",
+        }
+    }
+
+    /// What is better there.
+    fn advice(&self) -> String {
+        let (gain, name) = self.other;
+        if gain > 1.0 { format!("`{name}`: {}", times(gain)) } else { "the peer".into() }
+    }
+
+    fn row(&self, study: &str, material: &str, count: usize, scale: Scale) -> Vec<String> {
+        let advice = self.advice();
+        let words = [study, material, &scale.name(), &self.peers, self.reason(), &advice].map(String::from);
+        let numbers =
+            [count.to_string(), times(self.gain), format!("{:.2}", self.variance()), format!("{:.2}", self.time)];
+        words.into_iter().chain(numbers).collect()
+    }
+}
+
+/// In how many cells the intervals exclude 1.
+fn certain(cells: &[Cell]) -> Vec<Part> {
+    let scales: Vec<Scale> = Scale::all().collect();
+    let heads = scales.iter().map(|scale| scale.name());
+    let head: Vec<String> = ["study", "cells"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(1, &head);
+    for study in studies(cells) {
+        let gains = |scale: Scale| -> Vec<[f64; 3]> {
+            let of =
+                of_study(cells, &study).into_iter().flat_map(|c| gains::counts(c).into_iter().map(move |n| (c, n)));
+            of.filter_map(|(cell, n)| Some(over_best(cell, ours(&study), &EXTENDED, n, scale)?.1)).collect()
+        };
+        let count = |scale: &Scale| {
+            let gains = gains(*scale);
+            let [ahead, behind] =
+                [gains.iter().filter(|g| g[1] > 1.0).count(), gains.iter().filter(|g| g[2] < 1.0).count()];
+            format!("{ahead} / {} / {behind}", gains.len() - ahead - behind)
+        };
+        let number = gains(scales[0]).len().to_string();
+        table.row([study.clone(), number].into_iter().chain(scales.iter().map(count)));
+    }
+    let text = "Cells (a light, a lobe and a number of rays) in which wis is ahead / undecided / behind, against the best peer of \
+                the cell: whether the bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
+    vec![Part::Text(text.into()), Part::Table(table)]
+}
+
+/// A goal, what was measured, and whether it is reached.
+fn goal(table: &mut Table, name: &str, measured: f64, bound: (f64, bool, &str), beside: &str) {
+    let (goal, at_least, unit) = bound;
+    let is_reached = if at_least { measured >= goal } else { measured <= goal };
+    let print = |x: f64| if x.abs() >= 99.5 { format!("{x:.0}{unit}") } else { format!("{x:.2}{unit}") };
+    let missed = || format!("**missed** by {:.2}x", if at_least { goal / measured } else { measured / goal });
+    let verdict = match measured.is_finite() {
+        true if is_reached => "reached".into(),
+        true => missed(),
+        false => "not measured".into(),
+    };
+    let bound = if at_least { "at least" } else { "at most" };
+    let bound = format!("{bound} {}", print(goal));
+    table.row([name.into(), bound, verdict, print(measured), beside.into()]);
+}
+
+/// The goals of version 0.2.
+fn verdicts(cells: &[Cell], measured: &Measured) -> Vec<Part> {
+    let main = of_study(cells, MAIN);
+    let mut table = Table::new(3, &["goal", "bound", "verdict", "measured", "beside"]);
+    let best = |list, counts: &[usize], lobes: &dyn Fn(&Cell) -> bool, scale| {
+        let of = |&n: &usize| Against::Best(list).mean(main.iter().copied().filter(|c| lobes(c)), "direct", n, scale);
+        geometric_mean(counts.iter().map(of).filter(|gain| gain.is_finite()))
+    };
+    let broad = |cell: &Cell| cell.material != "GGX 0.05";
+    let all = |_: &Cell| true;
+    type Lobes<'a> = &'a dyn Fn(&Cell) -> bool;
+    type Bounds<'a> = (&'a str, &'a [usize], usize, [f64; 2], Lobes<'a>);
+    let against_peers: [Bounds; 3] = [
+        ("1 and 4 rays, all lobes", &[1, 4], 1, [3.5, 2.5], &all),
+        ("16 and 64 rays, all lobes", &[16, 64], 1, [2.5, 2.0], &all),
+        ("16 and 64 rays, lobes of 0.2 and wider and the mix", &[16, 64], 0, [3.0, 2.0], &broad),
+    ];
+    for (what, counts, model, bounds, lobes) in against_peers {
+        for (scale, bound) in Scale::of_model(model).into_iter().zip(bounds) {
+            let name = format!("direct over the best of 10 peers: {what}; {}", scale.name());
+            let beside = format!("{:.2}x of 14 peers", best(&EXTENDED, counts, lobes, scale));
+            goal(&mut table, &name, best(&FIRST, counts, lobes, scale), (bound, true, "x"), &beside);
+        }
+    }
+    let nearest = of_study(cells, NEAREST);
+    for (material, bound) in goals::UNSHADOWED {
+        let error = |cells: &[&Cell]| {
+            let of = cells.iter().filter(|cell| cell.material == material && cell.light != SUN);
+            let rows = of.filter_map(|cell| gains::row(cell, "product", 16));
+            100.0 * geometric_mean(rows.map(|row| row.median(|r| r.errors[0].unshadowed).sqrt()))
+        };
+        let name = format!("unshadowed error of the product, 16 samples, {material}, nearest client, mean over maps");
+        let beside = format!("{:.2} % bilinear client", error(&main));
+        goal(&mut table, &name, error(&nearest), (bound, false, " %"), &beside);
+    }
+    let lobes = cells.iter().filter(|cell| cell.study != MEASURED);
+    let largest = lobes.map(|cell| cell.max_weight).fold(0.0, f64::max);
+    goal(
+        &mut table,
+        "largest f L cos / (p I) of the product, every cell",
+        largest,
+        (goals::LARGEST_WEIGHT, false, ""),
+        "-",
+    );
+    goal(
+        &mut table,
+        "bytes that a product asks for",
+        measured.product_bytes as f64,
+        (goals::PRODUCT_BYTES as f64, false, " B"),
+        "-",
+    );
+    for ((material, bound), [now, old]) in goals::PREPARE.iter().zip(&measured.prepare) {
+        let beside = format!("{:.0} ns in 0.1", old[1]);
+        goal(&mut table, &format!("preparation of {material}, warm"), now[1], (*bound, false, " ns"), &beside);
+    }
+    goal(
+        &mut table,
+        "direct: a call for one ray of 16 candidates, warm",
+        measured.direct[0][1],
+        (goals::DIRECT[0], false, " ns"),
+        "-",
+    );
+    goal(&mut table, "direct: a candidate in bulk, warm", measured.direct[1][1], (goals::DIRECT[1], false, " ns"), "-");
+    let note = "Goals of the light (fit, times, bytes, build) stand in [light.md](light.md). The size of the code and the stack \
+                are bounded by `scripts/check-size.sh` and by the tests.";
+    let mut parts = vec![Part::Heading("Goals of version 0.2".into()), Part::Table(table), Part::Text(note.into())];
+    parts.extend(call_times(measured));
+    parts
+}
+
+fn call_times(measured: &Measured) -> Vec<Part> {
+    let mut table = Table::new(1, &["ns", "cold", "warm", "0.1, cold", "0.1, warm", "cold / 0.1", "warm / 0.1"]);
+    let mut row = |name: String, now: [f64; 2], before: Option<[f64; 2]>| {
+        let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.0}") };
+        let before_cells = before.map_or([String::from("-"), "-".into()], |pair| pair.map(number));
+        let ratios = before.map_or([String::from("-"), "-".into()], |b| {
+            [0, 1].map(|i| if now[i].is_nan() { "-".into() } else { format!("{:.2}", now[i] / b[i]) })
+        });
+        table.row([name].into_iter().chain(now.map(number)).chain(before_cells).chain(ratios));
+    };
+    for ((material, _), [now, before]) in goals::PREPARE.iter().zip(&measured.prepare) {
+        row(format!("prepare a product, {material}"), *now, Some(*before));
+    }
+    let [now, before] = [&measured.product[0], &measured.product[1]];
+    for (i, call) in crate::speed::CALLS.iter().enumerate() {
+        row(format!("product of GGX 0.2: {call}"), [now.cold[i], now.warm[i]], Some([before.cold[i], before.warm[i]]));
+    }
+    for (i, call) in ["first sample", "first pdf"].iter().enumerate() {
+        table_first(&mut row, call, now.first[i], before.first[i]);
+    }
+    row("direct: one ray, 16 candidates".into(), measured.direct[0], None);
+    row("direct: a candidate of 64 rays x 4".into(), measured.direct[1], None);
+    let (ms, bytes) = measured.build;
+    let text = format!(
+        "Times of calls in ns, lower is better, under {}. Cold: after 32 MB of other memory were touched. The light was built in {ms:.1} ms \
+         and takes {:.2} MB.",
+        measured.light,
+        bytes as f64 / 1e6
+    );
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Of a first call there is no warm time.
+fn table_first(row: &mut impl FnMut(String, [f64; 2], Option<[f64; 2]>), call: &str, now: f64, before: f64) {
+    row(format!("product of GGX 0.2: {call} alone"), [now, f64::NAN], Some([before, f64::NAN]));
+}
+
+/// The product under suns that are not clipped.
+fn sun(main: &[&Cell]) -> Vec<Part> {
+    let columns: Vec<(usize, Scale)> = [4, 16].into_iter().flat_map(|n| Scale::all().map(move |s| (n, s))).collect();
+    let heads = columns.iter().map(|(n, scale)| format!("{n}, {}", scale.name()));
+    let words = ["method", "light", "lobe", "verdict"].map(String::from);
+    let mut table = Table::new(4, &words.into_iter().chain(heads).collect::<Vec<_>>());
+    let mut reached = Vec::new();
+    let suns = || main.iter().filter(|cell| cell.light == SUN || cell.light.starts_with("rooitou"));
+    for method in ["product", "product + MIS"] {
+        let (mut kept, mut all) = (0, 0);
+        for cell in suns() {
+            let gain = |&(n, scale): &(usize, Scale)| {
+                over(cell, method, "MIS compensated", n, scale).map_or(f64::NAN, |gain| gain[0])
+            };
+            let gains: Vec<f64> = columns.iter().map(gain).collect();
+            let holds = |(gain, (_, scale)): (&f64, &(usize, Scale))| *gain >= [1.0, 0.9][scale.metric];
+            let is_reached = gains.iter().zip(&columns).all(holds);
+            (kept, all) = (kept + usize::from(is_reached), all + 1);
+            let verdict = if is_reached { "reached" } else { "**missed**" };
+            let words = [method, &cell.light, &cell.material, verdict].map(String::from);
+            table.row(words.into_iter().chain(gains.into_iter().map(times)));
+        }
+        reached.push(format!("{method}: {kept} of {all} rows"));
+    }
+    let text = format!(
+        "The product against compensated MIS, bilinear client, at equal time and 4 and 16 samples. Goal: at least 1 in the absolute \
+         metric and 0.9 in the relative one, in every column. Reached by {}. The sun of the project's own has 2 x 2 texels, 10^5 times \
+         as bright as its sky.",
+        reached.join("; ")
+    );
+    vec![Part::Heading("Under an unclipped sun".into()), Part::Text(text), Part::Table(table)]
+}
+
+fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
+    let methods = ["direct", "product", "wavelet product", "MIS compensated"];
+    let heads = methods.iter().map(|method| format!("{method} / limit"));
+    let head: Vec<String> = ["lobe".into(), "largest weight".into()].into_iter().chain(heads).collect();
+    let mut table = Table::new(1, &head);
+    for material in materials(main) {
+        let of = || main.iter().filter(|cell| cell.material == material);
+        let largest = of().map(|cell| cell.max_weight).fold(0.0, f64::max);
+        let ratio = |method: &&str| {
+            let ratios = of().filter_map(|cell| Some(gains::variance(cell, method, 16, 0)? / gains::limit(cell, 16)?));
+            format!("{:.2}", geometric_mean(ratios))
+        };
+        table.row([material.clone(), format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
+    }
+    let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light; the bound is 50. \
+                Anisotropic lobes and grazing views stand in [sampler.md](sampler.md). Variance / limit: 16 samples, absolute, lower is better. The limit \
+                samples the product of light and BRDF x cosine cell by cell (512 x 512, finer where the light varies), at about a millisecond for a point: what is left of its \
+                variance comes from visibility.";
+    vec![Part::Heading("Weights and distance to the limit".into()), Part::Text(text.into()), Part::Table(table)]
+}
+
+fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Part>> {
+    let mut parts = vec![Part::Heading("Plots".into())];
+    let chosen: Vec<String> = lights(main)
+        .into_iter()
+        .filter(|l| ["adams_place_bridge_1k", "forest_slope_1k", SUN].contains(&l.as_str()))
+        .collect();
+    let chosen = if chosen.len() < 2 { lights(main) } else { chosen };
+    let names: Vec<&str> = chosen.iter().map(String::as_str).take(3).collect();
+    let shown: Vec<&str> =
+        lobes.iter().map(String::as_str).filter(|m| ["Lambert", "GGX 0.2", "mix 0.1"].contains(m)).collect();
+    for scale in Scale::of_model(1) {
+        let metric = METRICS[scale.metric].0;
+        let svg = plots::error_against_time(main, scale, &names, &shown)?;
+        let caption = format!(
+            "Root mean squared {metric} error against time per hit, expensive costs, cold caches, 1 to 64 rays. Lower left is better."
+        );
+        parts.push(Part::Plot(format!("error-{metric}.svg"), svg, caption));
+    }
+    let against = [Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
+    for (method, call) in [("direct", "`wis_direct`"), ("product", "the product alone (`wis_sample`)")] {
+        let caption = format!(
+            "Gain of {call} by lobe and number of rays, mean over lights, cold caches: blue above 1 is ahead, red below 1 is behind."
+        );
+        parts.push(Part::Plot(format!("gains-{method}.svg"), plots::heat(main, method, &against, lobes)?, caption));
+    }
+    let caption = "Variance over that of the limit, absolute metric, mean over lights. Lower is better; below 1 a method finds the light better than cells do.";
+    parts.push(Part::Plot("limit.svg".into(), plots::distance(main, lobes)?, caption.into()));
+    if !pictures.is_empty() {
+        parts.push(Part::Heading("Pictures".into()));
+        parts.extend(pictures);
+    }
+    Ok(parts)
+}
+
+fn method(run: &Run) -> Vec<Part> {
+    let items = [
+        format!("Machine: {}, one thread. Commit {}. `report {}`.", run.machine, run.commit, run.command),
+        format!("{} shading points in a scene, {} independent repeats, medians over repeats.", run.points, run.repeats),
+        "Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Tables of gains compare squared errors.".into(),
+        "Equal time: variance x time of a peer over variance x time of wis, at the same number of rays.".into(),
+        "Times include drawing, preparing, evaluating and tracing. 32 MB of other memory are touched before each timed pixel. The costs of the expensive model are really spent.".into(),
+        "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
+        "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
+        format!("Peers: {}. The list of version 0.1 is the first {}.", EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join(", "), FIRST.each.len()),
+        "The best peer of a cell is chosen on the even repeats and scored on the odd ones.".into(),
+        "Maps st_fagans and rooitou_park were used for tuning, the others were not.".into(),
+        "`wavelet product` is the product of wis_wavelets.h.".into(),
+    ];
+    vec![Part::Heading("How it was measured".into()), Part::List(items.into())]
+}
+
+/// Gains of a study over every method.
+fn by_method(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let own = ours(&first.study);
+    let others = distinct(first.rows.iter().map(|row| &row.method).filter(|name| !name.starts_with("limit")));
+    let others: Vec<String> = others.into_iter().filter(|name| name != own).collect();
+    let lists = [&FIRST, &EXTENDED];
+    let best = lists.iter().map(|list| format!("best of {}", list.each.len()));
+    let head: Vec<String> =
+        ["metric, costs".into(), "rays".into()].into_iter().chain(best).chain(others.iter().cloned()).collect();
+    let mut table = Table::new(1, &head);
+    let warm = Scale::all().map(|scale| Scale { warm: true, ..scale });
+    for (scale, count) in Scale::all().chain(warm).flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))) {
+        let name = format!("{}{}", scale.name(), if scale.warm { ", warm" } else { "" });
+        let best = lists.iter().map(|list| times(Against::Best(list).mean(cells.iter().copied(), own, count, scale)));
+        let each = others.iter().map(|other| {
+            times(geometric_mean(
+                cells.iter().filter_map(|cell| over(cell, own, other, count, scale)).map(|gain| gain[0]),
+            ))
+        });
+        table.row([name, count.to_string()].into_iter().chain(best).chain(each));
+    }
+    let text =
+        format!("Gain of `{own}` over each method, geometric mean over {} cells; above 1 it is ahead.", cells.len());
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Gains over the best peer, lobe by lobe and light by light.
+fn by_lobe(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let own = ours(&first.study);
+    let columns: Vec<(Scale, usize)> =
+        Scale::all().flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))).collect();
+    let heads = columns.iter().map(|(scale, n)| format!("{} N={n}", scale.name()));
+    let head: Vec<String> = ["light", "lobe"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(2, &head);
+    for material in materials(cells) {
+        let of: Vec<&Cell> = cells.iter().copied().filter(|cell| cell.material == material).collect();
+        let gains = columns.iter().map(|&(s, n)| times(Against::Best(&EXTENDED).mean(of.iter().copied(), own, n, s)));
+        table.row(["mean".into(), material.clone()].into_iter().chain(gains));
+    }
+    for cell in cells {
+        let gain = |&(scale, n): &(Scale, usize)| match over_best(cell, own, &EXTENDED, n, scale) {
+            Some((peer, [gain, low, high])) => format!("{} [{low:.2}, {high:.2}] {peer}", times(gain)),
+            None => "-".into(),
+        };
+        table.row([cell.light.clone(), cell.material.clone()].into_iter().chain(columns.iter().map(gain)));
+    }
+    let text =
+        format!("Gain of `{own}` over the best of {} peers, with its interval and the peer.", EXTENDED.each.len());
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Gains in light, penumbra and umbra.
+fn by_region(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let own = ours(&first.study);
+    let columns: Vec<(usize, usize)> =
+        (1..REGIONS.len()).flat_map(|r| gains::counts(first).into_iter().map(move |n| (r, n))).collect();
+    let heads = columns.iter().map(|&(region, n)| format!("{} N={n}", REGIONS[region]));
+    let head: Vec<String> = ["lobe", "metric, costs"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(2, &head);
+    for (material, scale) in materials(cells).into_iter().flat_map(|m| Scale::all().map(move |s| (m.clone(), s))) {
+        let gain = |&(region, n): &(usize, usize)| {
+            let of = cells.iter().copied().filter(|c| c.material == material && c.pixels[region] >= FEW);
+            times(Against::Best(&EXTENDED).mean(of, own, n, Scale { region, ..scale }))
+        };
+        table.row([material.clone(), scale.name()].into_iter().chain(columns.iter().map(gain)));
+    }
+    let text = format!(
+        "Gain of `{own}` over the best peer by the visible part of the light: lit above 95 %, umbra below 5 %. Regions of fewer than {FEW} pixels are left out."
+    );
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Errors of every method on the whole image.
+fn errors(cell: &Cell) -> Vec<Part> {
+    let head = [
+        "method",
+        "rays",
+        "us, cheap",
+        "us, expensive",
+        "us, cheap, warm",
+        "us, expensive, warm",
+        "absolute",
+        "relative",
+        "unshadowed",
+        "99.9 %",
+    ];
+    let mut table = Table::new(1, &head);
+    for row in &cell.rows {
+        let root = |of: fn(&Errors) -> f64| format!("{:.4}", row.median(|r| of(&r.errors[0])).sqrt());
+        let us = row
+            .times
+            .iter()
+            .flatten()
+            .map(|time| if time.ns() > 0.0 { format!("{:.2}", time.ns() / 1e3) } else { "-".into() });
+        let errors = [root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed)];
+        let tail = format!("{:.3}", row.median(|r| r.errors[0].tail));
+        table.row([row.method.clone(), row.count.to_string()].into_iter().chain(us).chain(errors).chain([tail]));
+    }
+    let pixels: HashMap<&str, usize> = REGIONS.iter().copied().zip(cell.pixels).collect();
+    let text = format!(
+        "**{}, {}, {}.** Pixels: {} lit, {} penumbra, {} umbra. Reference: two halves of 3 x {} samples, which differ by {:.2} %.",
+        cell.scene,
+        cell.light,
+        cell.material,
+        pixels["lit"],
+        pixels["penumbra"],
+        pixels["umbra"],
+        cell.reference.0,
+        100.0 * cell.reference.1
+    );
+    vec![Part::Text(text), Part::Table(table)]
+}

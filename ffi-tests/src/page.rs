@@ -1,0 +1,231 @@
+//! A page of tables, plots and pictures: a short form in Markdown with files beside it, and all of it as one HTML file that
+//! needs no other.
+
+use anyhow::Result;
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What a page is made of. Text may hold `code`, **bold** and [links](of.md).
+pub enum Part {
+    Heading(String),
+    Text(String),
+    List(Vec<String>),
+    Table(Table),
+    /// A file name, SVG, and what it shows.
+    Plot(String, String, String),
+    /// A file name, PNG, and what it shows.
+    Picture(String, Vec<u8>, String),
+}
+
+/// A table whose first columns are words and whose others are numbers.
+pub struct Table {
+    pub head: Vec<String>,
+    /// Columns of words.
+    pub words: usize,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub fn new(words: usize, head: &[impl AsRef<str>]) -> Table {
+        Table { head: head.iter().map(|name| name.as_ref().to_string()).collect(), words, rows: Vec::new() }
+    }
+
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+}
+
+/// A gain as pages print it: three figures and an x.
+pub fn times(gain: f64) -> String {
+    match gain {
+        g if !g.is_finite() => "-".into(),
+        g if g >= 99.5 => format!("{g:.0}x"),
+        g if g >= 9.95 => format!("{g:.1}x"),
+        g => format!("{g:.2}x"),
+    }
+}
+
+/// Parts in the order in which they are read.
+pub struct Page {
+    pub title: String,
+    /// In both forms.
+    pub short: Vec<Part>,
+    /// In HTML alone: a summary of each group, and its parts.
+    pub long: Vec<(String, Vec<Part>)>,
+    /// A comment at the end of both.
+    pub made_from: String,
+}
+
+impl Page {
+    /// Writes the short form, and its plots and pictures to the folder of its name without the extension.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write_markdown(&self, file: &Path) -> Result<()> {
+        let folder = file.with_extension("");
+        if folder.exists() {
+            std::fs::remove_dir_all(&folder)?;
+        }
+        let beside = folder.file_name().and_then(|name| name.to_str()).unwrap_or(".");
+        let mut out = format!("# {}\n", self.title);
+        for part in &self.short {
+            out.push('\n');
+            match part {
+                Part::Heading(text) => writeln!(out, "## {text}")?,
+                Part::Text(text) => writeln!(out, "{text}")?,
+                Part::List(items) => items.iter().try_for_each(|item| writeln!(out, "- {item}"))?,
+                Part::Table(table) => table.markdown(&mut out)?,
+                Part::Plot(name, svg, caption) => {
+                    std::fs::create_dir_all(&folder)?;
+                    std::fs::write(folder.join(name), svg)?;
+                    writeln!(out, "![{caption}]({beside}/{name})")?;
+                }
+                Part::Picture(name, png, caption) => {
+                    std::fs::create_dir_all(&folder)?;
+                    std::fs::write(folder.join(name), png)?;
+                    writeln!(out, "![{caption}]({beside}/{name})\n\n{caption}")?;
+                }
+            }
+        }
+        writeln!(out, "\n<!-- {} -->", self.made_from)?;
+        Ok(std::fs::write(file, out)?)
+    }
+
+    /// Writes everything.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_html(&self, file: &Path) -> Result<()> {
+        let mut out = String::from("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n");
+        writeln!(out, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">")?;
+        writeln!(out, "<title>{}</title>\n<style>\n{STYLE}</style></head>\n<body><main>", escaped(&self.title))?;
+        writeln!(out, "<h1>{}</h1>", escaped(&self.title))?;
+        self.short.iter().try_for_each(|part| part.html(&mut out))?;
+        for (summary, parts) in &self.long {
+            writeln!(out, "<details><summary>{}</summary>", inline(summary))?;
+            parts.iter().try_for_each(|part| part.html(&mut out))?;
+            writeln!(out, "</details>")?;
+        }
+        writeln!(out, "</main>\n<script>\n{SCRIPT}</script>\n<!-- {} -->\n</body></html>", self.made_from)?;
+        Ok(std::fs::write(file, out)?)
+    }
+}
+
+impl Part {
+    fn html(&self, out: &mut String) -> std::fmt::Result {
+        match self {
+            Part::Heading(text) => writeln!(out, "<h2>{}</h2>", inline(text)),
+            Part::Text(text) => writeln!(out, "<p>{}</p>", inline(text)),
+            Part::List(items) => {
+                writeln!(out, "<ul>")?;
+                items.iter().try_for_each(|item| writeln!(out, "<li>{}</li>", inline(item)))?;
+                writeln!(out, "</ul>")
+            }
+            Part::Table(table) => table.html(out),
+            Part::Plot(_, svg, caption) => {
+                writeln!(out, "<figure>{svg}<figcaption>{}</figcaption></figure>", inline(caption))
+            }
+            Part::Picture(_, png, caption) => {
+                let (data, caption) = (BASE64_STANDARD.encode(png), inline(caption));
+                write!(out, "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\">")?;
+                writeln!(out, "<figcaption>{caption}</figcaption></figure>")
+            }
+        }
+    }
+}
+
+impl Table {
+    fn markdown(&self, out: &mut String) -> std::fmt::Result {
+        let rule = (0..self.head.len()).map(|i| if i < self.words { "---|" } else { "---:|" });
+        writeln!(out, "| {} |\n|{}", self.head.join(" | "), rule.collect::<String>())?;
+        self.rows.iter().try_for_each(|row| writeln!(out, "| {} |", row.join(" | ")))
+    }
+
+    fn html(&self, out: &mut String) -> std::fmt::Result {
+        let class = |i: usize| if i < self.words { "" } else { " class=n" };
+        write!(out, "<div class=t><table><thead><tr>")?;
+        for (i, name) in self.head.iter().enumerate() {
+            write!(out, "<th{}>{}", class(i), inline(name))?;
+        }
+        writeln!(out, "</tr></thead><tbody>")?;
+        for row in &self.rows {
+            write!(out, "<tr>")?;
+            for (i, cell) in row.iter().enumerate() {
+                write!(out, "<td{}{}>{}", class(i), tint(cell), inline(cell))?;
+            }
+            writeln!(out)?;
+        }
+        writeln!(out, "</tbody></table></div>")
+    }
+}
+
+/// The background of a gain: blue where it is ahead, red where it is behind, stronger with its logarithm.
+fn tint(cell: &str) -> String {
+    let number = cell.split_whitespace().next().and_then(|word| word.strip_suffix('x')?.parse::<f64>().ok());
+    let Some(gain) = number.filter(|gain| *gain > 0.0) else { return String::new() };
+    let strength = (gain.log2().abs() * 0.16).min(0.5);
+    let colour = if gain >= 1.0 { "30,110,200" } else { "210,50,30" };
+    format!(" style=\"background:rgba({colour},{strength:.2})\"")
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Text with its `code`, **bold** and links.
+fn inline(text: &str) -> String {
+    let mut out = escaped(text);
+    for (mark, tag) in [("**", "b"), ("`", "code")] {
+        let parts: Vec<&str> = out.split(mark).collect();
+        let wrapped =
+            |(i, part): (usize, &&str)| if i % 2 == 1 { format!("<{tag}>{part}</{tag}>") } else { part.to_string() };
+        out = parts.iter().enumerate().map(wrapped).collect();
+    }
+    while let Some(middle) = out.find("](") {
+        let (Some(open), Some(close)) = (out[..middle].rfind('['), out[middle..].find(')')) else { break };
+        let (name, place) = (out[open + 1..middle].to_string(), out[middle + 2..middle + close].to_string());
+        out.replace_range(open..=middle + close, &format!("<a href=\"{place}\">{name}</a>"));
+    }
+    out
+}
+
+const STYLE: &str = "\
+body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 0; }
+main { max-width: 1180px; margin: 0 auto; padding: 0 16px 48px; }
+h1 { font-size: 1.7em; line-height: 1.2; } h2 { margin-top: 2em; font-size: 1.25em; }
+p, ul { max-width: 46em; } code { font-size: .92em; background: #f2f2f2; padding: 0 .2em; }
+.t { overflow-x: auto; margin: 1em 0; } table { border-collapse: collapse; font-size: 14px; }
+th, td { padding: 3px 8px; border-bottom: 1px solid #ddd; text-align: left; vertical-align: top; }
+th { position: sticky; top: 0; background: #fff; border-bottom: 2px solid #888; }
+.n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; } th.n { white-space: normal; }
+figure { margin: 1.5em 0; } figure svg, figure img { max-width: 100%; height: auto; display: block; }
+figcaption { color: #444; font-size: 14px; max-width: 60em; margin-top: .4em; }
+details { margin: 1em 0; border-top: 1px solid #ddd; padding-top: .6em; } summary { cursor: pointer; font-weight: 600; }
+";
+
+/// Writes how much was loaded where a test can read it.
+const SCRIPT: &str = "\
+addEventListener('load', () => {
+  const images = [...document.images], plots = [...document.querySelectorAll('figure svg')];
+  const drawn = plots.filter(p => p.getBoundingClientRect().width > 100 || p.closest('details:not([open])'));
+  const shown = images.filter(i => i.complete && i.naturalWidth >= 480);
+  const fits = document.documentElement.scrollWidth <= innerWidth;
+  Object.assign(document.documentElement.dataset, { images: shown.length + '/' + images.length,
+    plots: drawn.length + '/' + plots.length, fits });
+});
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_become_tags_and_gains_a_colour() {
+        assert_eq!(inline("a < `b` **c** [d](e.md)"), "a &lt; <code>b</code> <b>c</b> <a href=\"e.md\">d</a>");
+        assert!(tint("2.0x").contains("30,110,200") && tint("0.50x [0.4, 0.6]").contains("210,50,30"));
+        assert!(tint("2.0").is_empty() && tint("venice").is_empty());
+        assert_eq!([times(0.256), times(12.34), times(f64::NAN)], ["0.26x", "12.3x", "-"]);
+    }
+}

@@ -1,0 +1,37 @@
+#!/bin/sh
+# Builds and runs hosts that are hard on a plug-in, against an installed tree: check-hosts.sh <installed tree> <output folder>
+set -eu
+cd "$(dirname "$0")/../c-examples/hosts"
+prefix=$1
+out=$2
+mkdir -p "$out"
+flags="-std=gnu99 -O1 -Wall -Wextra -Werror -I$prefix/include"
+archive=$prefix/lib/libwis.a
+
+# build NAME LIBRARIES...
+build() {
+    name=$1
+    shift
+    # The flags are split into words on purpose.
+    # shellcheck disable=SC2086
+    cc $flags "$name.c" "$@" "$archive" -lm -lpthread -ldl -o "$out/$name"
+}
+
+cp -L "$prefix/lib/libwis.so" "$out/first.so"
+cp -L "$prefix/lib/libwis.so" "$out/second.so"
+build copies
+"$out/copies" "$out/first.so" "$out/second.so"
+build threads
+"$out/threads" "$out/first.so"
+build memory
+"$out/memory"
+build control
+"$out/control"
+build fibers
+"$out/fibers"
+
+rustc --edition 2024 --crate-type staticlib -o "$out/libother.a" other.rs
+for order in first last; do
+    if [ "$order" = first ]; then build beside "$out/libother.a"; else build beside "$archive" "$out/libother.a"; fi
+    "$out/beside"
+done

@@ -17,8 +17,10 @@ use wis::ffi::pool::wis_pool_pick;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::haar::wis_haar_forward;
 use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::sampling::*;
 use wis::pool::Pick;
 use wis::status::Status;
+use wis::wavelets::descent::Sample;
 use wis::wavelets::query::{Lobe, Query};
 use wis::wavelets::{inner, warp};
 
@@ -58,15 +60,15 @@ fn environment_build(criterion: &mut Criterion) {
 
 fn environment_sample(criterion: &mut Criterion) {
     let environment = sky().build(RESOLUTION, 0);
-    let directions: Vec<[f32; 3]> = points().iter().map(|u| environment.sample(0, None, *u).wi).collect();
+    let directions: Vec<[f32; 3]> = points().iter().map(|u| environment.sample(None, *u).wi).collect();
     let mut group = criterion.benchmark_group("environment");
     let mut u = points().into_iter().cycle();
     group.bench_function("sample", |bencher| {
-        bencher.iter(|| environment.sample(WIS_DISTRIBUTION_PLAIN, None, black_box(u.next().unwrap())));
+        bencher.iter(|| environment.sample(None, black_box(u.next().unwrap())));
     });
     let mut wi = directions.into_iter().cycle();
     group.bench_function("pdf", |bencher| {
-        bencher.iter(|| environment.pdf(WIS_DISTRIBUTION_PLAIN, None, black_box(wi.next().unwrap())));
+        bencher.iter(|| environment.pdf(None, black_box(wi.next().unwrap())));
     });
     group.finish();
 }
@@ -76,7 +78,7 @@ fn prepare(environment: &Environment, query: &Query, config: &ProductConfig, mem
     let (block, bytes, mut handle) = (memory.pointer(), memory.len(), null());
     // SAFETY: all pointers are valid.
     let status = unsafe {
-        wis_wavelet_product_prepare(environment.handle, query, config, block, bytes, &mut handle, null_mut())
+        wis_wavelet_product_prepare(environment.handle, config, 1, query, block, bytes, &mut handle, null_mut())
     };
     assert_eq!(status, Status::Ok);
 }
@@ -107,21 +109,21 @@ fn product_sample(criterion: &mut Criterion) {
     let mut u = points.iter().cycle();
     group.bench_function("1", |bencher| bencher.iter(|| product.sample(black_box(*u.next().unwrap()))));
     for count in BATCHES {
-        let (mut wi, mut pdf) = (vec![[0.0; 3]; count], vec![0.0; count]);
+        let mut drawn = vec![Sample::default(); count];
         let mut batches = points.chunks_exact(count).cycle();
         group.throughput(Throughput::Elements(count as u64));
         group.bench_function(count.to_string(), |bencher| {
-            bencher.iter(|| sample_n(&product, black_box(batches.next().unwrap()), &mut wi, &mut pdf));
+            bencher.iter(|| sample_n(&product, black_box(batches.next().unwrap()), &mut drawn));
         });
     }
     group.finish();
 }
 
-fn sample_n(product: &Product, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) {
-    let (u, count, wi, pdf) = (u.as_ptr().cast(), u.len(), wi.as_mut_ptr().cast(), pdf.as_mut_ptr());
+fn sample_n(product: &Product, u: &[[f32; 2]], drawn: &mut [Sample]) {
+    let (u, count, drawn) = (u.as_ptr().cast(), u.len(), drawn.as_mut_ptr());
     // SAFETY: the slices are of one length, and both handles are alive.
     let status =
-        unsafe { wis_wavelet_product_sample_n(product.environment.handle, product.handle, count, u, 0, wi, 0, pdf, 0) };
+        unsafe { wis_wavelet_sample(product.environment.handle, product.handle, null(), count, u, 0, drawn, 0) };
     assert_eq!(status, Status::Ok);
 }
 
@@ -146,7 +148,7 @@ fn product_pdf(criterion: &mut Criterion) {
 fn pdf_n(product: &Product, wi: &[[f32; 3]], pdf: &mut [f32]) {
     let (wi, count, pdf) = (wi.as_ptr().cast(), wi.len(), pdf.as_mut_ptr());
     // SAFETY: as in `sample_n`.
-    let status = unsafe { wis_wavelet_product_pdf_n(product.environment.handle, product.handle, count, wi, 0, pdf, 0) };
+    let status = unsafe { wis_wavelet_pdf(product.environment.handle, product.handle, null(), count, wi, 0, pdf, 0) };
     assert_eq!(status, Status::Ok);
 }
 

@@ -115,7 +115,7 @@ int main(void) {
     /* A wave of hits: their products in one block. */
     wis_wavelet_product_config config = {0};
     config.size = sizeof config;
-    config.cpu_level = wis_cpu_detect();
+    config.table = &table;
     wis_memory_size size;
     check(wis_wavelet_product_size(&config, &size, NULL));
     char *memory = allocate(HITS * size.bytes);
@@ -134,19 +134,21 @@ int main(void) {
         wo[i][1] = sinf(theta) * sinf(phi);
         wo[i][2] = cosf(theta);
         for (int c = 0; c < 3; c++) query.wo[c] = wo[i][c];
-        check(wis_wavelet_product_prepare_table(environment, &table, &query, &config, memory + i * size.bytes, size.bytes,
-                                        &product[i], NULL));
+        check(wis_wavelet_product_prepare(environment, &config, 1, &query, memory + i * size.bytes, size.bytes, &product[i],
+                                          NULL));
         expected += i % 8 == 0 ? sum_over_map(wo[i]) : 0.0;
     }
 
-    /* Samples of all of them, one call a pass. */
+    /* Samples of some of them, all passes of a hit in one call. */
     double estimate = 0.0;
-    for (uint32_t pass = 0; pass < PASSES; pass++) {
-        float u[HITS][2], wi[HITS][3], pdf[HITS];
-        for (uint32_t i = 0; i < HITS; i++) check(wis_points_sobol(wis_pixel_seed(i, 0, 0), pass, 1, u[i], 0));
-        check(wis_wavelet_products_sample(environment, HITS, product, u[0], 0, wi[0], 0, pdf, 0));
-        for (uint32_t i = 0; i < HITS; i += 8) {
-            if (pdf[i] > 0.0f) estimate += (double)(brdf(wo[i], wi[i]) * radiance(wi[i]) / pdf[i]) / PASSES;
+    for (uint32_t i = 0; i < HITS; i += 8) {
+        static float u[PASSES][2];
+        static wis_drawn drawn[PASSES];
+        check(wis_points_sobol(wis_pixel_seed(i, 0, 0), 0, PASSES, u[0], 0));
+        check(wis_wavelet_sample(environment, product[i], NULL, PASSES, u[0], 0, drawn, 0));
+        for (uint32_t pass = 0; pass < PASSES; pass++) {
+            const wis_drawn *d = &drawn[pass];
+            if (d->pdf > 0.0f) estimate += (double)(brdf(wo[i], d->wi) * radiance(d->wi) / d->pdf) / PASSES;
         }
     }
     printf("a table of %u slices takes %lu kB; estimate %.4f, sum over the map %.4f\n", SLICES,

@@ -73,24 +73,26 @@ int main(void) {
     check(wis_wavelet_product_size(&product_config, &size, NULL));
     void *product_memory = allocate(size.bytes);
     const wis_wavelet_product *product;
-    check(wis_wavelet_product_prepare(environment, &query, &product_config, product_memory, size.bytes, &product, NULL));
+    check(wis_wavelet_product_prepare(environment, &product_config, 1, &query, product_memory, size.bytes, &product, NULL));
 
     /* 5. Samples: directions in world space and their densities per solid angle. */
     float u[SAMPLES][2];
     check(wis_points_sobol(wis_pixel_seed(0, 0, 0), 0, SAMPLES, u[0], sizeof u[0]));
+    wis_drawn drawn[SAMPLES];
+    float pdf[SAMPLES];
+    check(wis_wavelet_sample(environment, product, NULL, SAMPLES, u[0], 0, drawn, 0));
+    check(wis_wavelet_pdf(environment, product, NULL, SAMPLES, drawn[0].wi, sizeof drawn[0], pdf, 0));
     for (uint32_t i = 0; i < SAMPLES; i++) {
-        wis_drawn sample;
-        float pdf;
-        check(wis_wavelet_product_sample(environment, product, u[i], &sample));
-        check(wis_wavelet_product_pdf(environment, product, sample.wi, &pdf));
-        printf("wi (% .4f, % .4f, % .4f)  pdf %9.4f  pdf(wi) %s\n", sample.wi[0], sample.wi[1], sample.wi[2],
-               sample.pdf, memcmp(&pdf, &sample.pdf, sizeof pdf) == 0 ? "the same bits" : "differs");
+        const wis_drawn *sample = &drawn[i];
+        printf("wi (% .4f, % .4f, % .4f)  pdf %9.4f  pdf(wi) %s\n", sample->wi[0], sample->wi[1], sample->wi[2],
+               sample->pdf, memcmp(&pdf[i], &sample->pdf, sizeof pdf[i]) == 0 ? "the same bits" : "differs");
     }
 
     /* 6. The light that the point would reflect if nothing cast a shadow. */
-    double luminance;
-    check(wis_wavelet_product_estimate(environment, product, &luminance));
-    printf("estimate of the reflected luminance: %.4f\n", luminance);
+    wis_wavelet_product_info info = {0};
+    info.size = sizeof info;
+    check(wis_wavelet_product_describe(environment, product, &info));
+    printf("estimate of the reflected luminance: %.4f\n", info.estimate);
 
     free(product_memory);
     free(memory);

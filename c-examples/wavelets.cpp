@@ -60,9 +60,9 @@ static void run() {
     }
 
     // 4. The light that the point would reflect if nothing cast a shadow.
-    double luminance;
-    product.estimate(environment, luminance);
-    std::printf("estimate of the reflected luminance: %.4f\n", luminance);
+    auto info = wis::sized<wis_wavelet_product_info>();
+    product.describe(environment, info);
+    std::printf("estimate of the reflected luminance: %.4f\n", info.estimate);
 }
 
 int main() {

@@ -868,54 +868,6 @@ enum wis_status wis_pool_pick(size_t count,
                               double *weight_sum,
                               struct wis_diagnostic *diagnostic);
 
-/// Cells of a prior.
-#define WIS_PRIOR_CELLS 64
-
-/// Rays that were traced from some place, cell by cell; all 0 before the first. Plain and copyable.
-typedef struct wis_prior {
-  /// sizeof(wis_prior).
-  uint32_t size;
-  /// Always 0.
-  uint32_t reserved;
-  /// Rays that reached the light, at most as many as were traced.
-  uint32_t visible[WIS_PRIOR_CELLS];
-  /// Rays that were traced.
-  uint32_t traced[WIS_PRIOR_CELLS];
-} wis_prior;
-
-/// Counts rays: `visible[k]` is not 0 where the ray along `wi[k]` reached the light. Directions that are not of unit
-/// length are left out. The cells divide map space: give the `world_from_map` (null: the identity) of the environment
-/// that the prior will serve. Stride in bytes, 0: packed.
-///
-/// A prior is worth having for a tile of about 8 x 8 pixels. So that estimates stay unbiased, what a product or pool
-/// reads must be made of samples whose random numbers are independent of that pixel's: count into a second prior while
-/// the first is read and swap them between passes, with a seed of its own for each pixel and pass. With samples that
-/// neighbouring pixels share (a screen-space mask) it is slightly biased. Counts are integers: with wis_prior_add the
-/// result does not depend on how many threads counted.
-enum wis_status wis_prior_count(struct wis_prior *prior,
-                                const float world_from_map[9],
-                                size_t count,
-                                const float *wi,
-                                size_t wi_stride,
-                                const uint8_t *visible);
-
-/// Adds the counts of another prior: what threads or tiles have counted apart.
-enum wis_status wis_prior_add(struct wis_prior *prior, const struct wis_prior *other);
-
-/// Halves all counts: what was seen long ago, or by a camera that has moved, counts less.
-enum wis_status wis_prior_halve(struct wis_prior *prior);
-
-/// The factor g of the prior for `count` directions, 0.1 to about 0.6: for the pool. Multiply a candidate's weight by its
-/// g before wis_pool_pick, and divide what its pick contributes by it. 0 for directions that are not of unit length.
-/// Strides in bytes, 0: packed.
-enum wis_status wis_prior_weights(const struct wis_prior *prior,
-                                  const float world_from_map[9],
-                                  size_t count,
-                                  const float *wi,
-                                  size_t wi_stride,
-                                  float *weight,
-                                  size_t weight_stride);
-
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
 

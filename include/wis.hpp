@@ -4,7 +4,7 @@
 //
 // Calls that make something answer a result, which holds a value or a status; all others answer the status of the C call, which
 // wis.h documents. Nothing throws, unless WIS_HPP_THROW is defined before this file is included: then a status other than WIS_OK
-// is thrown as wis::error. Materials, points, waves, rays and priors are the plain structs of wis.h; sized<wis_point>() begins
+// is thrown as wis::error. Materials, points, waves and rays are the plain structs of wis.h; sized<wis_point>() begins
 // one. The wrapper of wis_lights.h and wis_wavelets.h is wis_wavelets.hpp.
 #ifndef WIS_HPP
 #define WIS_HPP
@@ -428,19 +428,6 @@ private:
     moving<std::uint32_t> count_;
     moving<double> weight_sum_;
 };
-
-/// Counts rays into a prior; `world_from_map` is null or nine numbers. Stride in bytes, 0: packed.
-inline status count_rays(wis_prior &prior, const float *world_from_map, std::size_t count, const float *wi,
-                         const std::uint8_t *visible, std::size_t wi_stride = 0) {
-    return pass(wis_prior_count(&prior, world_from_map, count, wi, wi_stride, visible));
-}
-inline status add(wis_prior &prior, const wis_prior &other) { return pass(wis_prior_add(&prior, &other)); }
-inline status halve(wis_prior &prior) { return pass(wis_prior_halve(&prior)); }
-/// The factors of a prior for candidates of a pool; strides in bytes, 0: packed.
-inline status weights(const wis_prior &prior, const float *world_from_map, std::size_t count, const float *wi, float *weight,
-                      std::size_t wi_stride = 0, std::size_t weight_stride = 0) {
-    return pass(wis_prior_weights(&prior, world_from_map, count, wi, wi_stride, weight, weight_stride));
-}
 
 /// A seed for a pixel in a pass.
 inline std::uint32_t pixel_seed(std::uint32_t x, std::uint32_t y, std::uint32_t pass) noexcept {

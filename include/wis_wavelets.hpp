@@ -41,8 +41,7 @@ namespace wavelets {
 class environment {
 public:
     /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_wavelet_light_config &config, wis_wavelet_light_info *info = nullptr,
-                wis_diagnostic *diagnostic = nullptr) {
+    status init(const wis_wavelet_light_config &config, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;
         const status measured = wis_wavelet_light_size(&config, &need, diagnostic);
@@ -51,33 +50,35 @@ public:
         if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
             return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_wavelet_light_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
-                                         &handle_.value, info, diagnostic));
+                                         &handle_.value, &info_, diagnostic));
     }
+    /// What was built.
+    const wis_wavelet_light_info &info() const noexcept { return info_; }
     const wis_wavelet_light *get() const noexcept { return handle_; }
 
-    status sample(const float (&u)[2], wis_drawn &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
-                  const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_light_sample(handle_, distribution, world_from_map, u, &out));
+    status sample(const float (&u)[2], wis_drawn &out, const float *world_from_map = nullptr) const {
+        return pass(wis_wavelet_sample(handle_, nullptr, world_from_map, 1, u, 0, &out, 0));
     }
-    status pdf(const float (&wi)[3], float &out, std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
-               const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_light_pdf(handle_, distribution, world_from_map, wi, &out));
+    status pdf(const float (&wi)[3], float &out, const float *world_from_map = nullptr) const {
+        return pass(wis_wavelet_pdf(handle_, nullptr, world_from_map, 1, wi, 0, &out, 0));
     }
-    status invert(const float (&wi)[3], float (&u)[2], std::uint32_t distribution = WIS_DISTRIBUTION_PLAIN,
-                  const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_light_invert(handle_, distribution, world_from_map, wi, u));
+    status invert(const float (&wi)[3], float (&u)[2], const float *world_from_map = nullptr) const {
+        std::uint8_t found = WIS_OK;
+        const status asked = wis_wavelet_invert(handle_, nullptr, world_from_map, 1, wi, 0, u, 0, &found);
+        return pass(asked != WIS_OK ? asked : static_cast<status>(found));
     }
 
 private:
     memory memory_;
+    wis_wavelet_light_info info_ = sized<wis_wavelet_light_info>();
     moving<const wis_wavelet_light *> handle_;
 };
 
 /// The product at one shading point after another, in memory that is reserved once. One for each thread.
 class product {
 public:
-    /// Reserves the memory, and copies the configuration with its matrix and its prior: both pointers may go away
-    /// afterwards. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    /// Reserves the memory, and copies the configuration with its matrix, which may go away afterwards; its table and callback
+    /// stay where they are. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
     status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         config_.size = 0;
@@ -87,61 +88,38 @@ public:
         if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
         config_ = config;
         config_.world_from_map = nullptr;
-        config_.prior = nullptr;
         turned_ = config.world_from_map != nullptr;
         if (turned_) std::memcpy(matrix_, config.world_from_map, sizeof matrix_);
-        set_prior(config.prior);
         return WIS_OK;
     }
-    /// Another prior for the preparations to come, such as what the last pass counted; copied, too. Null: none.
-    void set_prior(const wis_prior *prior) noexcept {
-        seen_ = prior != nullptr;
-        if (seen_) prior_ = *prior;
-    }
+    /// What tabulated lobes mean in the preparations to come, or null.
+    void set_table(const wis_wavelet_table *table) noexcept { config_.table = table; }
+    /// The BRDF in place of lobes in the preparations to come, or null.
+    void set_callback(const wis_wavelet_callback *callback) noexcept { config_.callback = callback; }
     /// WIS_NOT_BUILT, here and below, if init was not called, or failed.
     status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
         const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare(light.get(), &query, &own, memory_.data(), memory_.bytes(), &handle_.value,
-                                        diagnostic));
-    }
-    status prepare(const environment &light, const wis_wavelet_callback &brdf, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
-        const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare_callback(light.get(), &brdf, &own, memory_.data(), memory_.bytes(),
-                                                 &handle_.value, diagnostic));
-    }
-    /// For a query with tabulated lobes.
-    status prepare(const environment &light, const wis_wavelet_table &table, const wis_wavelet_query &query,
-                   wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
-        const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare_table(light.get(), &table, &query, &own, memory_.data(), memory_.bytes(),
-                                              &handle_.value, diagnostic));
+        return pass(wis_wavelet_product_prepare(light.get(), &own, 1, &query, memory_.data(), memory_.bytes(),
+                                                &handle_.value, diagnostic));
     }
     const wis_wavelet_product *get() const noexcept { return handle_; }
 
-    /// Whether a hit may use the product: see reuse_cone.
-    status covers(const environment &light, const wis_wavelet_query &query, bool &out) const {
-        std::uint32_t answer = 0;
-        const status asked = wis_wavelet_product_covers(light.get(), handle_, &query, &answer);
-        out = answer == 1;
-        return pass(asked);
-    }
-    status estimate(const environment &light, double &luminance) const {
-        return pass(wis_wavelet_product_estimate(light.get(), handle_, &luminance));
+    /// What the product is made of, and the approximation of its integral; set `size` before, as sized does.
+    status describe(const environment &light, wis_wavelet_product_info &info) const {
+        return pass(wis_wavelet_product_describe(light.get(), handle_, &info));
     }
     status sample(const environment &light, const float (&u)[2], wis_drawn &out) const {
-        return pass(wis_wavelet_product_sample(light.get(), handle_, u, &out));
+        return pass(wis_wavelet_sample(light.get(), handle_, nullptr, 1, u, 0, &out, 0));
     }
     status pdf(const environment &light, const float (&wi)[3], float &out) const {
-        return pass(wis_wavelet_product_pdf(light.get(), handle_, wi, &out));
+        return pass(wis_wavelet_pdf(light.get(), handle_, nullptr, 1, wi, 0, &out, 0));
     }
     status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
-        return pass(wis_wavelet_product_invert(light.get(), handle_, wi, u));
+        std::uint8_t found = WIS_OK;
+        const status asked = wis_wavelet_invert(light.get(), handle_, nullptr, 1, wi, 0, u, 0, &found);
+        return pass(asked != WIS_OK ? asked : static_cast<status>(found));
     }
 
 private:
@@ -155,15 +133,13 @@ private:
     wis_wavelet_product_config config() const noexcept {
         wis_wavelet_product_config own = config_;
         if (turned_) own.world_from_map = matrix_;
-        if (seen_) own.prior = &prior_;
         return own;
     }
     memory memory_;
-    /// Without its pointers.
+    /// Without its matrix.
     wis_wavelet_product_config config_ = wis_wavelet_product_config();
-    bool turned_ = false, seen_ = false;
+    bool turned_ = false;
     float matrix_[9] = {};
-    wis_prior prior_ = wis_prior();
     moving<const wis_wavelet_product *> handle_;
 };
 

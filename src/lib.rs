@@ -1,6 +1,6 @@
 #![doc = include_str!("../docs/crate.md")]
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
-// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `prior`,
+// (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `pool`, `object`,
 // `visibility`, `light`, `brdf`, `product`, `direct`, `render`, `lights`, `wavelets`, `ffi`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
@@ -15,9 +15,10 @@ pub mod light;
 pub mod lights;
 #[doc(hidden)]
 pub mod numeric;
+#[doc(hidden)]
+pub mod object;
 pub mod points;
 pub mod pool;
-pub mod prior;
 #[doc(hidden)]
 pub mod product;
 mod render;

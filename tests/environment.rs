@@ -8,8 +8,7 @@ use serde_json::Value;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use wis::ffi::wavelets::environment::{
-    EnvironmentConfig, WIS_DISTRIBUTION_COMPENSATED, WIS_DISTRIBUTION_PLAIN, WIS_FORMAT_F16, WIS_LAYOUT_CUBE,
-    WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
+    EnvironmentConfig, WIS_FORMAT_F16, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_SPARSE,
     WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 use wis::sphere::{cube_direction, direction_f64};
@@ -36,7 +35,7 @@ fn a_constant_map_is_uniform() {
             assert!((environment.info.power / (12.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
             let mut random = Random(7);
             for _ in 0..100 {
-                let sample = environment.sample(WIS_DISTRIBUTION_PLAIN, None, [random.f32(), random.f32()]);
+                let sample = environment.sample(None, [random.f32(), random.f32()]);
                 assert!((sample.pdf / uniform - 1.0).abs() < 1e-5, "{width}x{height} at {resolution}: {}", sample.pdf);
             }
         }
@@ -84,7 +83,7 @@ fn cells_are_averages_of_the_map() {
             }
             let average = sum / f64::from(side * side);
             let centre = wis::sphere::direction_f64([(f64::from(i) + 0.37) / 4.0, (f64::from(j) + 0.41) / 4.0]);
-            let pdf = f64::from(environment.pdf(WIS_DISTRIBUTION_PLAIN, None, centre.map(|c| c as f32)));
+            let pdf = f64::from(environment.pdf(None, centre.map(|c| c as f32)));
             let expected = average / environment.info.power;
             assert!((pdf / expected - 1.0).abs() < 2e-3, "cell {i} {j}: {pdf} {expected}");
         }
@@ -96,15 +95,12 @@ fn cells_are_averages_of_the_map() {
 fn sample_pdf_invert() {
     let mut random = Random(5);
     let map = Map::latlong(64, 32, |_, _| if random.f32() < 0.05 { 1000.0 * random.f32() } else { random.f32() });
-    let flags = WIS_WAVELET_LIGHT_COMPENSATED;
-    let environments = [map.build(128, flags), map.build(0, flags), map.build(0, flags | WIS_WAVELET_LIGHT_NEAREST)];
-    let distributions = [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED];
-    for (environment, distribution) in environments.iter().flat_map(|e| distributions.map(|d| (e, d))) {
+    for environment in [map.build(128, 0), map.build(0, 0), map.build(0, WIS_WAVELET_LIGHT_NEAREST)] {
         for _ in 0..20_000 {
             let u = [random.f32(), random.f32()];
-            let sample = environment.sample(distribution, None, u);
-            assert_eq!(sample.pdf.to_bits(), environment.pdf(distribution, None, sample.wi).to_bits());
-            let back = environment.invert(distribution, None, sample.wi).unwrap();
+            let sample = environment.sample(None, u);
+            assert_eq!(sample.pdf.to_bits(), environment.pdf(None, sample.wi).to_bits());
+            let back = environment.invert(None, sample.wi).unwrap();
             for q in 0..2 {
                 assert!((back[q] - u[q]).abs() < 1e-3, "{u:?} {back:?}");
             }
@@ -114,7 +110,7 @@ fn sample_pdf_invert() {
 
 /// The radiance that a density stands for.
 fn radiance(environment: &Environment, wi: [f32; 3]) -> f64 {
-    f64::from(environment.pdf(WIS_DISTRIBUTION_PLAIN, None, wi)) * environment.info.power
+    f64::from(environment.pdf(None, wi)) * environment.info.power
 }
 
 /// With cells that are texels, a lone texel of an octahedral map spreads to the texels about it by [1 6 1] / 8 per
@@ -344,7 +340,7 @@ fn bad_texels_are_replaced_and_counted() {
     let expected = mended.build(64, WIS_WAVELET_LIGHT_SANITISE);
     assert_eq!((expected.info.sanitised, expected.info.power), (0, environment.info.power));
     for (i, j) in pairs(64) {
-        let [a, b] = [&environment, &expected].map(|e| e.pdf(WIS_DISTRIBUTION_PLAIN, None, middle(64, i, j)));
+        let [a, b] = [&environment, &expected].map(|e| e.pdf(None, middle(64, i, j)));
         assert_eq!(a, b);
     }
     // Without any light that is finite, +Inf is black.
@@ -381,27 +377,10 @@ fn extreme_radiance_is_sampled() {
             * Map::latlong(16, 8, |x, y| if (x + y) % 3 == 0 { 1.0 } else { 0.0 }).build(32, EXACT).info.power;
         assert!((environment.info.power / expected - 1.0).abs() < 1e-6, "{scale}");
         for _ in 0..1000 {
-            let sample = environment.sample(WIS_DISTRIBUTION_PLAIN, None, [random.f32(), random.f32()]);
+            let sample = environment.sample(None, [random.f32(), random.f32()]);
             assert!(sample.pdf > 0.0 && sample.pdf.is_finite());
             assert!(map.radiance(Filter::Bilinear, sample.wi.map(f64::from))[0] >= 0.0);
         }
-    }
-}
-
-/// The compensated density is that of max(L - mean, L / 64) with the stored radiance L (Karlik et al. 2019).
-#[test]
-fn the_compensated_distribution_is_the_radiance_above_the_mean() {
-    let environment = sky(64, 32).build(32, WIS_WAVELET_LIGHT_COMPENSATED);
-    let mean = environment.info.power / (4.0 * std::f64::consts::PI);
-    let above = |i, j| {
-        let l = radiance(&environment, middle(32, i, j));
-        (l - mean).max(l / 64.0)
-    };
-    let power = pairs(32).map(|(i, j)| above(i, j)).sum::<f64>() * 4.0 * std::f64::consts::PI / 1024.0;
-    assert!((environment.power(WIS_DISTRIBUTION_COMPENSATED) / power - 1.0).abs() < 1e-5);
-    for (i, j) in pairs(32) {
-        let found = f64::from(environment.pdf(WIS_DISTRIBUTION_COMPENSATED, None, middle(32, i, j)));
-        assert!((found * power / above(i, j) - 1.0).abs() < 1e-4, "{found} {}", above(i, j) / power);
     }
 }
 
@@ -410,8 +389,8 @@ fn relative_variance(map: &Map, environment: &Environment) -> f64 {
     let (mut random, mut mean, mut square) = (Random(31), 0.0, 0.0);
     const COUNT: u32 = 20_000;
     for _ in 0..COUNT {
-        let sample = environment.sample(WIS_DISTRIBUTION_PLAIN, None, [random.f32(), random.f32()]);
-        assert_eq!(environment.pdf(WIS_DISTRIBUTION_PLAIN, None, sample.wi), sample.pdf);
+        let sample = environment.sample(None, [random.f32(), random.f32()]);
+        assert_eq!(environment.pdf(None, sample.wi), sample.pdf);
         let radiance = map.radiance(Filter::Nearest, unit(sample.wi.map(f64::from)))[0];
         let weight = radiance / f64::from(sample.pdf);
         mean += weight / f64::from(COUNT);
@@ -455,7 +434,7 @@ fn slivers_of_lamps_give_no_fireflies() {
             let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
             let radiance = map.radiance(Filter::Nearest, wi)[0];
             assert!(radiance > 400.0);
-            let pdf = f64::from(environment.pdf(WIS_DISTRIBUTION_PLAIN, None, wi.map(|c| c as f32)));
+            let pdf = f64::from(environment.pdf(None, wi.map(|c| c as f32)));
             largest = largest.max(radiance / (pdf * environment.info.power));
         }
     }
@@ -471,8 +450,7 @@ fn sparse(map: &Map, resolution: u32, error_budget: f32, flags: u32) -> Environm
 /// cells of the exact pyramid.
 fn added_variance(exact: &Environment, approximation: &Environment, cells: u32) -> f64 {
     let share = |(i, j)| {
-        let [p, q] =
-            [exact, approximation].map(|e| f64::from(e.pdf(WIS_DISTRIBUTION_PLAIN, None, middle(cells, i, j))));
+        let [p, q] = [exact, approximation].map(|e| f64::from(e.pdf(None, middle(cells, i, j))));
         p * p / q
     };
     pairs(cells).map(share).sum::<f64>() * 4.0 * std::f64::consts::PI / f64::from(cells * cells) - 1.0
@@ -502,22 +480,19 @@ fn sparse_storage_of_a_smooth_sky_takes_kilobytes() {
 fn sparse_storage_is_a_distribution_as_well() {
     let mut random = Random(137);
     for map in [sky(128, 64), random_map(128, 64, 3), one_texel(20, 9)] {
-        let flags = WIS_WAVELET_LIGHT_COMPENSATED;
-        let pyramid = map.build(64, flags);
+        let pyramid = map.build(64, 0);
         for budget in [0.0, 1e-3, 0.03, 1.0] {
-            let environment = sparse(&map, 64, budget, flags);
+            let environment = sparse(&map, 64, budget, 0);
             assert!(environment.info.error <= f64::from(budget));
-            for distribution in [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED] {
-                for _ in 0..5000 {
-                    let u = [random.f32(), random.f32()];
-                    let sample = environment.sample(distribution, None, u);
-                    assert_eq!(sample.pdf.to_bits(), environment.pdf(distribution, None, sample.wi).to_bits());
-                    assert!(sample.pdf > 0.0 && sample.pdf.is_finite());
-                    let back = environment.invert(distribution, None, sample.wi).unwrap();
-                    assert!((0..2).all(|q| (back[q] - u[q]).abs() < 1e-3), "{u:?} {back:?}");
-                    let exact = pyramid.pdf(distribution, None, sample.wi);
-                    assert!(budget > 0.0 || sample.pdf == exact, "{} {exact}", sample.pdf);
-                }
+            for _ in 0..5000 {
+                let u = [random.f32(), random.f32()];
+                let sample = environment.sample(None, u);
+                assert_eq!(sample.pdf.to_bits(), environment.pdf(None, sample.wi).to_bits());
+                assert!(sample.pdf > 0.0 && sample.pdf.is_finite());
+                let back = environment.invert(None, sample.wi).unwrap();
+                assert!((0..2).all(|q| (back[q] - u[q]).abs() < 1e-3), "{u:?} {back:?}");
+                let exact = pyramid.pdf(None, sample.wi);
+                assert!(budget > 0.0 || sample.pdf == exact, "{} {exact}", sample.pdf);
             }
         }
     }

@@ -101,10 +101,14 @@ fn luminance(d: [f64; 3]) -> f32 {
 /// within the lamp, whatever the frame.
 #[test]
 fn light_is_where_it_was() {
-    let (_memory, handle) = environment(luminance);
-    let mut power = 0.0;
-    // SAFETY: the handle is alive.
-    assert_eq!(unsafe { wis_wavelet_light_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power) }, Status::Ok);
+    let (memory, handle) = environment(luminance);
+    let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
+    // SAFETY: the memory holds the light.
+    let status = unsafe {
+        wis_wavelet_light_open(handle.cast(), memory.len(), &mut std::ptr::null(), &mut info, std::ptr::null_mut())
+    };
+    assert_eq!(status, Status::Ok);
+    let power = info.power;
     let mut random = Random(5);
     for k in 0..6 {
         let frame = random_frame(&mut random, k % 2 == 1);

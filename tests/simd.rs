@@ -1,20 +1,19 @@
 //! Lanes answer the bits of scalar operations, and the wide walk those of the scalar walk, on portable lanes and on
-//! every kind that this processor has. Products are the same bytes at every level of the processor.
+//! every kind that this processor has. Products are the same on all lanes.
 
 use crate::support::statistics::Mean;
-use crate::support::{Map, Random, ggx, lambert, lane_points, product_config, query};
-use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_NEAREST;
-use wis::ffi::wavelets::product::ProductConfig;
+use crate::support::{Random, ggx, lambert, lane_points, query};
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
 use wis::simd::{Kernel, LANES, Lanes, Level, Native, Portable, run};
 use wis::sphere::Frame;
 use wis::wavelets::descent::{self, Sample};
 use wis::wavelets::environment::Light;
-use wis::wavelets::product::{Room, Scratch};
+use wis::wavelets::lobe::Lobes;
+use wis::wavelets::product::{self, Budget, Cell, Node, Room, Scratch};
 use wis::wavelets::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
 use wis::wavelets::tree::{Tree, build, complete_len};
-use wis::wavelets::wide::{self, GROUPS, TOGETHER};
+use wis::wavelets::wide::{self, TOGETHER};
 
 /// Ordinary numbers, and those at which operations differ.
 fn numbers() -> Vec<f32> {
@@ -147,14 +146,14 @@ fn same_walk<F: Lanes>() {
         for first in (0..1 << 16).step_by(TOGETHER) {
             let u = lane_points(first);
             let mut samples = vec![Sample::default(); u.len()];
-            wide::sample::<F, _>([&light; GROUPS], &frame, &u, &mut samples);
+            wide::sample::<F, _>(&light, &frame, &u, &mut samples);
             let expected: Vec<Sample> = u.iter().map(|u| descent::sample(&light, &frame, *u)).collect();
             assert_eq!(samples, expected);
             let direction = |(i, u): (usize, &[f32; 2])| if i % 2 == 0 { samples[i].wi } else { uniform(*u) };
             let wi: Vec<[f32; 3]> = u.iter().enumerate().map(direction).collect();
             let expected: Vec<f32> = wi.iter().map(|wi| descent::pdf(&light, &frame, *wi).unwrap_or(0.0)).collect();
             let mut values = vec![0.0; wi.len()];
-            wide::pdf::<F, _>([&light; GROUPS], &frame, &wi, &mut values);
+            wide::pdf::<F, _>(&light, &frame, &wi, &mut values);
             assert_eq!(values, expected);
         }
     }
@@ -173,28 +172,48 @@ fn wide_walks_are_scalar_walks() {
     on_all_lanes!(same_walk);
 }
 
-/// The bytes of products of several BRDFs under a map of a few bright texels, prepared at a level.
-fn products(cpu_level: u32) -> Vec<Vec<u8>> {
-    let map = Map::latlong(64, 32, |x, y| if (x + 64 * y) % 131 == 0 { 900.0 } else { 0.2 + ((x + y) % 7) as f32 });
-    let environment = map.build(0, WIS_WAVELET_LIGHT_NEAREST);
-    let config = ProductConfig { cpu_level, ..product_config() };
+/// A product's bytes, on lanes of a kind.
+fn products<F: Lanes>() -> Vec<Built> {
+    let (average, squares) = squares(6);
+    let light = Tree::complete(6, average, &squares).unwrap();
     let narrow = Lobe { b: 0.05, ..ggx(0.2) };
     let phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
     let mut all = Vec::new();
     for lobes in [vec![lambert(0.8)], vec![narrow, lambert(0.1)], vec![ggx(0.01)], vec![phong]] {
         for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {
             let query = Query { tangent: [0.0, 0.6, 0.8], ..query(normal, [0.36, 0.48, 0.8], &lobes) };
-            all.push(environment.prepare(&query, &config).bytes().to_vec());
+            let mut lobes = Lobes::new(&query, None).unwrap();
+            let room = Room::new(Budget::DEFAULT.squares).unwrap();
+            let (mut nodes, mut cells) = (vec![Node::default(); room.nodes], vec![Cell::default(); room.cells]);
+            let (mut priorities, mut slots) = (vec![0.0; room.priorities], vec![0; room.squares]);
+            let mut scratch =
+                Scratch { nodes: &mut nodes, cells: &mut cells, priorities: &mut priorities, slots: &mut slots };
+            let (frame, budget) = (Frame::IDENTITY, Budget::DEFAULT);
+            let built = product::build::<F, Lobes>(light, &frame, &mut lobes, budget, &mut scratch).unwrap();
+            let average = scratch.finish(built.base, built.squares);
+            nodes.truncate(4 * built.squares as usize + 1);
+            all.push((nodes, average.to_bits()));
         }
     }
     all
 }
 
+/// The nodes of a product and its average.
+type Built = (Vec<Node>, u32);
+
 #[test]
-fn products_are_the_same_bytes_at_every_level() {
-    let baseline = products(0);
-    assert!(baseline.iter().all(|bytes| bytes.len() > 500));
-    assert!(baseline == products(wis::simd::detect()));
+fn products_are_the_same_on_all_lanes() {
+    struct Products;
+    impl Kernel for Products {
+        type Output = Vec<Built>;
+        fn run<F: Lanes>(self) -> Vec<Built> {
+            products::<F>()
+        }
+    }
+    let portable = products::<Portable>();
+    assert!(portable.iter().all(|(nodes, _)| nodes.len() > 8));
+    assert!(portable == products::<Native>());
+    assert!(portable == run(Level::detect(), Products));
 }
 
 /// The leaves that a build splits next, by lanes of a kind, until none is worth more than `least`.

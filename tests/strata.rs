@@ -210,7 +210,7 @@ fn strata_config(count: u32) -> StrataConfig {
 #[test]
 fn lights_carry_the_energy_of_their_strata() {
     let map = Map { pixels: room(96, 48), ..Map::latlong(96, 48, |_, _| 0.0) };
-    let power = map.build(0, WIS_WAVELET_LIGHT_NEAREST).power(0);
+    let power = map.build(0, WIS_WAVELET_LIGHT_NEAREST).info.power;
     let matrix = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6f32];
     let still = strata_config(80);
     let turned = LightConfig { world_from_map: matrix.as_ptr(), ..map.light_config(0) };

@@ -10,11 +10,9 @@ use crate::support::*;
 use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
-use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_RGB};
-use wis::ffi::wavelets::product::{
-    CallbackBrdf, ProductConfig, wis_wavelet_product_pdf, wis_wavelet_product_prepare_callback,
-    wis_wavelet_product_size,
-};
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
+use wis::ffi::wavelets::product::{CallbackBrdf, ProductConfig, wis_wavelet_product_prepare, wis_wavelet_product_size};
+use wis::ffi::wavelets::sampling::wis_wavelet_pdf;
 use wis::sphere::direction;
 use wis::status::Status;
 use wis::wavelets::query::{
@@ -119,16 +117,16 @@ unsafe extern "C" fn evaluate(user: *mut c_void, count: usize, wi: *const f32, f
 
 /// Prepares a product by callback; `half_angle` 0 announces no narrow lobe.
 fn prepare_callback<'a>(environment: &'a Environment, client: &Client, half_angle: f32) -> Result<Product<'a>, Status> {
-    let config = ProductConfig { max_evaluations: 106, ..product_config() };
     let brdf = CallbackBrdf {
         size: size_of::<CallbackBrdf>() as u32,
-        flags: 0,
-        normal: client.query.normal,
-        peak: single(Material::new(&client.query).mirror()),
         half_angle,
+        peak: single(Material::new(&client.query).mirror()),
+        reserved: 0,
         eval: Some(evaluate),
         user: std::ptr::from_ref(client).cast_mut().cast(),
     };
+    let config = ProductConfig { max_evaluations: 106, callback: &brdf, ..product_config() };
+    let query = Query { flags: 0, ..client.query };
     let (mut size, mut handle) = (MemorySize::default(), null());
     // SAFETY: all pointers are valid.
     let (status, memory) = unsafe {
@@ -136,7 +134,7 @@ fn prepare_callback<'a>(environment: &'a Environment, client: &Client, half_angl
         let mut memory = Memory::new(size.bytes);
         let (start, bytes) = (memory.pointer(), size.bytes);
         let e = environment.handle;
-        (wis_wavelet_product_prepare_callback(e, &brdf, &config, start, bytes, &mut handle, null_mut()), memory)
+        (wis_wavelet_product_prepare(e, &config, 1, &query, start, bytes, &mut handle, null_mut()), memory)
     };
     if status == Status::Ok { Ok(Product { environment, memory, handle }) } else { Err(status) }
 }
@@ -215,22 +213,21 @@ fn asked_first(flags: u32) -> Vec<[f32; 3]> {
     let mut asked: Vec<[f32; 3]> = Vec::new();
     let brdf = CallbackBrdf {
         size: size_of::<CallbackBrdf>() as u32,
-        flags,
-        normal: [0.0, 0.0, 1.0],
-        peak: [0.0; 3],
         half_angle: 0.0,
+        peak: [0.0; 3],
+        reserved: 0,
         eval: Some(record),
         user: (&raw mut asked).cast(),
     };
-    let config = ProductConfig { max_evaluations: 1, ..product_config() };
+    let query = Query { flags, ..query([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], &[]) };
+    let config = ProductConfig { max_evaluations: 1, callback: &brdf, ..product_config() };
     let (mut size, mut handle) = (MemorySize::default(), null());
     // SAFETY: all pointers are valid.
     unsafe {
         assert_eq!(wis_wavelet_product_size(&config, &mut size, null_mut()), Status::Ok);
         let mut memory = Memory::new(size.bytes);
         let (e, start) = (environment.handle, memory.pointer());
-        let status =
-            wis_wavelet_product_prepare_callback(e, &brdf, &config, start, size.bytes, &mut handle, null_mut());
+        let status = wis_wavelet_product_prepare(e, &config, 1, &query, start, size.bytes, &mut handle, null_mut());
         assert_eq!(status, Status::Ok);
     }
     assert_eq!(asked.len(), 66);
@@ -286,7 +283,10 @@ fn a_product_wants_its_own_environment() {
     let product = environment.prepare(&query, &product_config());
     let mut pdf = -1.0;
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_wavelet_product_pdf(other.handle, product.handle, &[0.0, 0.0, 1.0], &mut pdf) };
+    let status = unsafe {
+        let wi = [0.0, 0.0, 1.0];
+        wis_wavelet_pdf(other.handle, product.handle, null(), 1, wi.as_ptr(), 0, &mut pdf, 0)
+    };
     assert_eq!((status, pdf), (Status::Mismatch, -1.0));
 }
 
@@ -363,7 +363,7 @@ fn products_have_less_variance_than_the_light_alone() {
             let mut random = Random(109);
             let mut u = || [random.f32(), random.f32()];
             let matrix = Some(&point.world_from_map);
-            let light = relative_variance(&scene, || environment.sample(WIS_DISTRIBUTION_PLAIN, matrix, u()));
+            let light = relative_variance(&scene, || environment.sample(matrix, u()));
             let own = relative_variance(&scene, || product.sample(u()));
             let resolved = scene.material.half_angle() >= 0.02;
             assert!(own < light || !resolved, "{name}, {}: {own} instead of {light}", point.name);

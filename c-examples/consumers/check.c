@@ -26,7 +26,7 @@ static const wis_wavelet_product *prepare_product(const wis_wavelet_light *envir
     if (wis_wavelet_product_size(&config, &need, NULL) != WIS_OK) return NULL;
     *memory = malloc(need.bytes);
     const wis_wavelet_product *product = NULL;
-    if (*memory) (void)wis_wavelet_product_prepare(environment, &query, &config, *memory, need.bytes, &product, NULL);
+    if (*memory) (void)wis_wavelet_product_prepare(environment, &config, 1, &query, *memory, need.bytes, &product, NULL);
     return product;
 }
 

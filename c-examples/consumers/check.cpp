@@ -34,9 +34,9 @@ bool lights_carry_the_power(const std::vector<float> &pixels, const wis::wavelet
     auto config = wis::sized<wis_strata_config>();
     config.count = 20;
     wis::lights lights;
-    double power = 0.0, sum = 0.0;
+    double sum = 0.0;
     if (lights.init(map, config) != WIS_OK) return false;
-    if (wis_wavelet_light_power(environment.get(), WIS_DISTRIBUTION_PLAIN, &power) != WIS_OK) return false;
+    const double power = environment.info().power;
     for (const wis_light &light : lights) sum += light.luminance;
     return lights.size() > 0 && sum > 0.999 * power && sum < 1.001 * power;
 }

@@ -26,22 +26,15 @@ std::vector<char> bytes_of(const wis::wavelets::environment &light, const wis::w
     return std::vector<char>(start, start + info.bytes);
 }
 
-// A matrix and a prior that die, spoiled, before the first preparation.
+// A matrix that dies, spoiled, before the first preparation.
 void init_with_what_dies(wis::wavelets::product &product) {
     const float turned[9] = {0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f};
     const std::unique_ptr<float[]> matrix(new float[9]);
-    const std::unique_ptr<wis_prior> prior(new wis_prior(wis::sized<wis_prior>()));
     std::memcpy(matrix.get(), turned, sizeof turned);
-    for (unsigned k = 0; k < WIS_PRIOR_CELLS; k++) {
-        prior->traced[k] = 8;
-        prior->visible[k] = k % 8;
-    }
     auto config = wis::sized<wis_wavelet_product_config>();
     config.world_from_map = matrix.get();
-    config.prior = prior.get();
-    expect(product.init(config) == WIS_OK, "a product with a matrix and a prior");
+    expect(product.init(config) == WIS_OK, "a product with a matrix");
     std::memset(matrix.get(), 0x7f, sizeof turned);
-    std::memset(prior.get(), 0x7f, sizeof(wis_prior));
 }
 
 // Without init, or after one that failed, a preparation says that nothing is built.
@@ -59,23 +52,20 @@ void products_need_init(const wis::wavelets::environment &light) {
     expect(diagnostic.argument == 0 && !diagnostic.field, "no argument is at fault");
 }
 
-void products_keep_matrix_and_prior(const wis::wavelets::environment &light) {
+void products_keep_the_matrix(const wis::wavelets::environment &light) {
     wis::wavelets::product plain, kept;
     expect(plain.init(wis::sized<wis_wavelet_product_config>()) == WIS_OK, "a plain product");
     expect(plain.prepare(light, lambert()) == WIS_OK, "a plain preparation");
     init_with_what_dies(kept);
     expect(kept.prepare(light, lambert()) == WIS_OK, "a preparation after the matrix is gone");
     const std::vector<char> first = bytes_of(light, kept);
-    expect(!first.empty() && first != bytes_of(light, plain), "the matrix and the prior count");
+    expect(!first.empty() && first != bytes_of(light, plain), "the matrix counts");
 
     wis::wavelets::product moved(std::move(kept));
     expect(bytes_of(light, moved) == first, "a product that was moved");
     expect(moved.prepare(light, lambert()) == WIS_OK && bytes_of(light, moved) == first, "its next preparation");
     expect(kept.get() == nullptr, "nothing is left of it");
     expect(kept.prepare(light, lambert()) != WIS_OK, "what is left prepares nothing");
-
-    moved.set_prior(nullptr);
-    expect(moved.prepare(light, lambert()) == WIS_OK && bytes_of(light, moved) != first, "another prior");
 }
 
 void pools_own_what_they_write_to() {
@@ -95,7 +85,7 @@ int main() {
     wis::wavelets::environment light;
     expect(light.init(map_config(paint())) == WIS_OK, "an environment");
     products_need_init(light);
-    products_keep_matrix_and_prior(light);
+    products_keep_the_matrix(light);
     pools_own_what_they_write_to();
     const wis::wavelets::environment moved(std::move(light));
     float pdf = 0.0f;

@@ -48,8 +48,8 @@ static int scene_densities_agree(const wis_wavelet_light *environment, const wis
         const float u[2] = {(i + 0.5f) / SCENE_SAMPLES, (i * 37 % SCENE_SAMPLES + 0.5f) / SCENE_SAMPLES};
         wis_drawn sample;
         float pdf = 0.0f;
-        if (wis_wavelet_product_sample(environment, product, u, &sample) != WIS_OK) return 0;
-        if (wis_wavelet_product_pdf(environment, product, sample.wi, &pdf) != WIS_OK) return 0;
+        if (wis_wavelet_sample(environment, product, 0, 1, u, 0, &sample, 0) != WIS_OK) return 0;
+        if (wis_wavelet_pdf(environment, product, 0, 1, sample.wi, 0, &pdf, 0) != WIS_OK) return 0;
         if (!(sample.pdf > 0.0f) || sample.pdf != pdf) return 0;
     }
     return 1;

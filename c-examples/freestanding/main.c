@@ -27,7 +27,7 @@ static const wis_wavelet_product *prepare_product(const wis_wavelet_light *envir
     const wis_wavelet_query query = scene_query();
     const wis_wavelet_product_config config = scene_product();
     const wis_wavelet_product *product = 0;
-    (void)wis_wavelet_product_prepare(environment, &query, &config, product_memory, BYTES, &product, 0);
+    (void)wis_wavelet_product_prepare(environment, &config, 1, &query, product_memory, BYTES, &product, 0);
     return product;
 }
 

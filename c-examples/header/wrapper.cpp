@@ -33,11 +33,13 @@ int use_wrapper(wis::wavelets::environment &environment, wis::wavelets::product 
 int use_wrapper(wis::wavelets::environment &environment, wis::wavelets::product &product) {
     const float u[2] = {0.5f, 0.5f};
     float pdf = 0.0f, back[2];
-    double luminance = 0.0;
     wis_drawn sample;
+    auto info = wis::sized<wis_wavelet_product_info>();
     const auto query = wis::sized<wis_wavelet_query>();
-    const auto brdf = wis::sized<wis_wavelet_callback>();
-    product.set_prior(nullptr);
+    auto brdf = wis::sized<wis_wavelet_callback>();
+    auto table = wis::sized<wis_wavelet_table>();
+    product.set_table(&table);
+    product.set_callback(&brdf);
     const wis::status answers[] = {
         environment.init(wis::sized<wis_wavelet_light_config>()),
         environment.sample(u, sample),
@@ -45,9 +47,7 @@ int use_wrapper(wis::wavelets::environment &environment, wis::wavelets::product 
         environment.invert(sample.wi, back),
         product.init(wis::sized<wis_wavelet_product_config>()),
         product.prepare(environment, query),
-        product.prepare(environment, brdf),
-        product.prepare(environment, wis::sized<wis_wavelet_table>(), query),
-        product.estimate(environment, luminance),
+        product.describe(environment, info),
         product.sample(environment, u, sample),
         product.pdf(environment, sample.wi, pdf),
         product.invert(environment, sample.wi, back),

@@ -131,17 +131,6 @@ impl Batch {
         Ok(())
     }
 
-    /// The samples of `from_density` with their pdfs.
-    pub fn drawn(&self) -> impl Iterator<Item = ([f32; 3], f32)> + '_ {
-        self.drawn.iter().copied().zip(self.pdf_drawn.iter().copied())
-    }
-
-    /// Forgets all samples.
-    pub fn clear(&mut self) {
-        self.count = 0;
-        self.pdf_drawn.clear();
-    }
-
     /// Adds one of many samples that a density gave for points of `points`.
     pub fn push_drawn(&mut self, wi: [f32; 3], pdf: f32) {
         let first = self.grow(1);

@@ -7,8 +7,6 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::mem::size_of;
 use std::ptr::{null, null_mut};
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The header, as generated.
 #[allow(non_camel_case_types, non_snake_case, non_upper_case_globals, missing_docs)]
@@ -248,7 +246,7 @@ impl Environment {
         Ok(size)
     }
 
-    /// Builds a map in one call.
+    /// Builds a map.
     pub fn new(map: &Map) -> Result<Environment> {
         let size = Environment::size(map)?;
         let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
@@ -271,39 +269,6 @@ impl Environment {
         Ok(Environment { memory, info })
     }
 
-    /// Builds a map on several threads, which take the rows of each pass in turn.
-    pub fn new_on(threads: u32, map: &Map) -> Result<Environment> {
-        let size = Environment::size(map)?;
-        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        let (mut rows, mut diagnostic) = ([0; 2], raw::wis_diagnostic::default());
-        let shared = Scratch { start: scratch.start_mut(), bytes: scratch.bytes() };
-        // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
-        let status = unsafe {
-            raw::wis_wavelet_light_begin(&map.config(), shared.start, shared.bytes, rows.as_mut_ptr(), &mut diagnostic)
-        };
-        check_with(status, diagnostic)?;
-        for (pass, rows) in (0u32..).zip(rows) {
-            run_pass(threads, map, &shared, pass, rows)?;
-        }
-        let mut info = Environment::empty_info();
-        let mut handle = null();
-        // SAFETY: as above; every row of both passes is done.
-        let status = unsafe {
-            raw::wis_wavelet_light_finish(
-                &map.config(),
-                memory.start_mut(),
-                memory.bytes(),
-                shared.start,
-                shared.bytes,
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Environment { memory, info })
-    }
-
     fn empty_info() -> raw::wis_wavelet_light_info {
         raw::wis_wavelet_light_info { size: size_of::<raw::wis_wavelet_light_info>() as u32, ..Default::default() }
     }
@@ -313,51 +278,10 @@ impl Environment {
         self.memory.start().cast()
     }
 
-    /// The integral of luminance over the sphere.
-    pub fn power(&self) -> Result<f64> {
-        let mut power = f64::NAN;
-        // SAFETY: the handle is alive.
-        check(unsafe { raw::wis_wavelet_light_power(self.handle(), raw::WIS_DISTRIBUTION_PLAIN, &mut power) })?;
-        Ok(power)
+    /// The light alone as a density, under the turn of the map.
+    pub fn light(&self, world_from_map: Option<[f32; 9]>) -> Light<'_> {
+        Light { environment: self, world_from_map }
     }
-
-    /// The light alone as a density: `WIS_DISTRIBUTION_*`, and the turn of the map.
-    pub fn light(&self, distribution: u32, world_from_map: Option<[f32; 9]>) -> Light<'_> {
-        Light { environment: self, distribution, world_from_map }
-    }
-}
-
-/// The scratch memory of a build that threads share.
-struct Scratch {
-    start: *mut c_void,
-    bytes: usize,
-}
-
-// SAFETY: the library lets threads work on different rows at once.
-unsafe impl Sync for Scratch {}
-
-fn run_pass(threads: u32, map: &Map, scratch: &Scratch, pass: u32, rows: u32) -> Result<()> {
-    let next = AtomicU32::new(0);
-    let work = || loop {
-        let row = next.fetch_add(1, Ordering::Relaxed);
-        if row >= rows {
-            return Ok(());
-        }
-        run_row(map, scratch, pass, row)?;
-    };
-    std::thread::scope(|scope| {
-        let started: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        started.into_iter().try_for_each(|thread| thread.join().expect("a thread that does not panic"))
-    })
-}
-
-fn run_row(map: &Map, scratch: &Scratch, pass: u32, row: u32) -> Result<()> {
-    let mut diagnostic = raw::wis_diagnostic::default();
-    // SAFETY: the scratch memory is alive, and no other thread has this row.
-    let status = unsafe {
-        raw::wis_wavelet_light_run(&map.config(), scratch.start, scratch.bytes, pass, row, 1, &mut diagnostic)
-    };
-    check_with(status, diagnostic)
 }
 
 /// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it.
@@ -378,100 +302,95 @@ pub trait Density {
 #[derive(Clone, Copy)]
 pub struct Light<'a> {
     environment: &'a Environment,
-    distribution: u32,
     world_from_map: Option<[f32; 9]>,
 }
 
 impl Light<'_> {
-    fn matrix(&self) -> *const f32 {
-        self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr())
+    fn asked(&self) -> Asked {
+        let matrix = self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr());
+        Asked(self.environment.handle(), null(), matrix)
     }
 }
 
-impl Density for Light<'_> {
+/// What the calls that sample and ask take: a light, a product or none, and the turn of the map.
+struct Asked(*const raw::wis_wavelet_light, *const raw::wis_wavelet_product, *const f32);
+
+impl Asked {
     fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-        let mut sample = raw::wis_drawn::default();
-        // SAFETY: the handle is alive, and the arrays are as long as the header asks.
-        check(unsafe {
-            raw::wis_wavelet_light_sample(
-                self.environment.handle(),
-                self.distribution,
-                self.matrix(),
-                u.as_ptr(),
-                &mut sample,
-            )
-        })?;
-        Ok(sample)
+        let mut drawn = raw::wis_drawn::default();
+        // SAFETY: the handles are alive, and the arrays hold one element.
+        check(unsafe { raw::wis_wavelet_sample(self.0, self.1, self.2, 1, u.as_ptr(), 0, &mut drawn, 0) })?;
+        Ok(drawn)
     }
 
     fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
         assert!(u.len() == wi.len() && u.len() == pdf.len());
-        // SAFETY: as in `sample`; the slices hold `u.len()` elements.
-        check(unsafe {
-            raw::wis_wavelet_light_sample_lanes(
-                self.environment.handle(),
-                self.distribution,
-                self.matrix(),
-                cpu_level(),
-                u.len(),
-                u.as_ptr().cast(),
-                0,
-                wi.as_mut_ptr().cast(),
-                0,
-                pdf.as_mut_ptr(),
-                0,
-            )
-        })
+        // The harness keeps directions and pdfs apart.
+        const TOGETHER: usize = 64;
+        let mut drawn = [raw::wis_drawn::default(); TOGETHER];
+        let parts = wi.chunks_mut(TOGETHER).zip(pdf.chunks_mut(TOGETHER));
+        for (u, (wi, pdf)) in u.chunks(TOGETHER).zip(parts) {
+            let (numbers, place) = (u.as_ptr().cast(), drawn.as_mut_ptr());
+            // SAFETY: as in `sample`; there are `u.len()` elements.
+            check(unsafe { raw::wis_wavelet_sample(self.0, self.1, self.2, u.len(), numbers, 0, place, 0) })?;
+            for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(&drawn) {
+                (*wi, *pdf) = (drawn.wi, drawn.pdf);
+            }
+        }
+        Ok(())
     }
 
     fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
         let mut pdf = f32::NAN;
-        // SAFETY: as in `sample`.
-        check(unsafe {
-            raw::wis_wavelet_light_pdf(
-                self.environment.handle(),
-                self.distribution,
-                self.matrix(),
-                wi.as_ptr(),
-                &mut pdf,
-            )
-        })?;
+        self.pdf_n(&[wi], std::slice::from_mut(&mut pdf))?;
         Ok(pdf)
     }
 
     fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
         assert!(wi.len() == pdf.len());
-        // SAFETY: as in `sample_n`.
-        check(unsafe {
-            raw::wis_wavelet_light_pdf_lanes(
-                self.environment.handle(),
-                self.distribution,
-                self.matrix(),
-                cpu_level(),
-                wi.len(),
-                wi.as_ptr().cast(),
-                0,
-                pdf.as_mut_ptr(),
-                0,
-            )
-        })
+        let directions = wi.as_ptr().cast();
+        // SAFETY: as in `sample`; there are `wi.len()` elements.
+        check(unsafe { raw::wis_wavelet_pdf(self.0, self.1, self.2, wi.len(), directions, 0, pdf.as_mut_ptr(), 0) })
     }
 
     fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
-        let mut u = [f32::NAN; 2];
+        let (mut u, mut status) = ([f32::NAN; 2], 0);
+        let (direction, place) = (wi.as_ptr(), u.as_mut_ptr());
         // SAFETY: as in `sample`.
-        check(unsafe {
-            raw::wis_wavelet_light_invert(
-                self.environment.handle(),
-                self.distribution,
-                self.matrix(),
-                wi.as_ptr(),
-                u.as_mut_ptr(),
-            )
-        })?;
+        check(unsafe { raw::wis_wavelet_invert(self.0, self.1, self.2, 1, direction, 0, place, 0, &mut status) })?;
+        check(status.into())?;
         Ok(u)
     }
 }
+
+macro_rules! density_by_asking {
+    ($type:ident) => {
+        impl Density for $type<'_> {
+            fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
+                self.asked().sample(u)
+            }
+
+            fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+                self.asked().sample_n(u, wi, pdf)
+            }
+
+            fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
+                self.asked().pdf(wi)
+            }
+
+            fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+                self.asked().pdf_n(wi, pdf)
+            }
+
+            fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
+                self.asked().invert(wi)
+            }
+        }
+    };
+}
+
+density_by_asking!(Light);
+density_by_asking!(Product);
 
 /// A diffuse lobe.
 pub fn lambert(weight: [f32; 3]) -> raw::wis_wavelet_lobe {
@@ -507,14 +426,9 @@ pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[raw::wis_wavelet_lobe]) ->
 pub fn evaluate(query: &raw::wis_wavelet_query, wi: &[[f32; 3]], f_cos: &mut [[f32; 3]]) -> Result<()> {
     assert!(wi.len() == f_cos.len());
     // SAFETY: the slices hold `wi.len()` elements.
-    check(unsafe { raw::wis_query_eval(query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0) })
-}
-
-/// What the library finds this processor to have, asked once.
-fn cpu_level() -> u32 {
-    static LEVEL: OnceLock<u32> = OnceLock::new();
-    // SAFETY: a function without arguments.
-    *LEVEL.get_or_init(|| unsafe { raw::wis_cpu_detect() })
+    check(unsafe {
+        raw::wis_wavelet_query_eval(query, null(), wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0)
+    })
 }
 
 /// What a preparation may spend, and how the map is turned. 0 stands for the default of the library.
@@ -524,21 +438,18 @@ pub struct Preparation {
     pub max_squares: u32,
     pub max_evaluations: u32,
     pub world_from_map: Option<[f32; 9]>,
-    pub reuse_cone: f32,
-    /// What other pixels saw.
-    pub prior: Option<raw::wis_prior>,
 }
 
 impl Preparation {
     fn config(&self) -> raw::wis_wavelet_product_config {
         raw::wis_wavelet_product_config {
             size: size_of::<raw::wis_wavelet_product_config>() as u32,
-            cpu_level: cpu_level(),
             max_squares: self.max_squares,
             max_evaluations: self.max_evaluations,
+            reserved: 0,
             world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
-            reuse_cone: self.reuse_cone,
-            prior: self.prior.as_ref().map_or(null(), std::ptr::from_ref),
+            table: null(),
+            callback: null(),
         }
     }
 
@@ -550,37 +461,6 @@ impl Preparation {
         check_with(status, diagnostic)?;
         Ok(Block::new(size.bytes))
     }
-}
-
-/// A visibility prior without counts.
-pub fn prior() -> raw::wis_prior {
-    let size = size_of::<raw::wis_prior>() as u32;
-    raw::wis_prior { size, reserved: 0, visible: [0; 64], traced: [0; 64] }
-}
-
-/// Counts rays.
-pub fn count(prior: &mut raw::wis_prior, world_from_map: &[f32; 9], wi: &[[f32; 3]], visible: &[u8]) -> Result<()> {
-    assert_eq!(wi.len(), visible.len());
-    // SAFETY: the arrays are of one length.
-    check(unsafe {
-        let directions = wi.as_ptr().cast();
-        raw::wis_prior_count(prior, world_from_map.as_ptr(), wi.len(), directions, 0, visible.as_ptr())
-    })
-}
-
-/// The factors of a prior for directions.
-pub fn prior_weights(
-    prior: &raw::wis_prior,
-    world_from_map: &[f32; 9],
-    wi: &[[f32; 3]],
-    weight: &mut [f32],
-) -> Result<()> {
-    assert_eq!(wi.len(), weight.len());
-    // SAFETY: the arrays are of one length.
-    check(unsafe {
-        let directions = wi.as_ptr().cast();
-        raw::wis_prior_weights(prior, world_from_map.as_ptr(), wi.len(), directions, 0, weight.as_mut_ptr(), 0)
-    })
 }
 
 /// A function that writes BRDF x cosine of each direction and answers whether it could.
@@ -632,6 +512,23 @@ pub struct Product<'a> {
 }
 
 impl<'a> Product<'a> {
+    fn prepare_by(
+        environment: &'a Environment,
+        query: &raw::wis_wavelet_query,
+        config: &raw::wis_wavelet_product_config,
+        memory: &'a mut Block,
+    ) -> Result<Product<'a>> {
+        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
+        let (light, bytes) = (environment.handle(), memory.bytes());
+        // SAFETY: the block is as long as it says, and the product borrows it; what the configuration points to is alive.
+        let status = unsafe {
+            let place = memory.start_mut();
+            raw::wis_wavelet_product_prepare(light, config, 1, query, place, bytes, &mut handle, &mut diagnostic)
+        };
+        check_with(status, diagnostic)?;
+        Ok(Product { environment, handle, memory: PhantomData })
+    }
+
     /// Prepares a query.
     pub fn prepare(
         environment: &'a Environment,
@@ -639,21 +536,7 @@ impl<'a> Product<'a> {
         preparation: &Preparation,
         memory: &'a mut Block,
     ) -> Result<Product<'a>> {
-        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
-        // SAFETY: the block is as long as it says, and the product borrows it.
-        let status = unsafe {
-            raw::wis_wavelet_product_prepare(
-                environment.handle(),
-                query,
-                &preparation.config(),
-                memory.start_mut(),
-                memory.bytes(),
-                &mut handle,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Product { environment, handle, memory: PhantomData })
+        Product::prepare_by(environment, query, &preparation.config(), memory)
     }
 
     /// Prepares a BRDF that the client evaluates.
@@ -664,30 +547,17 @@ impl<'a> Product<'a> {
         preparation: &Preparation,
         memory: &'a mut Block,
     ) -> Result<Product<'a>> {
-        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
         let callback = raw::wis_wavelet_callback {
             size: size_of::<raw::wis_wavelet_callback>() as u32,
-            flags: shape.flags,
-            normal: shape.normal,
-            peak: shape.peak,
             half_angle: shape.half_angle,
+            peak: shape.peak,
+            reserved: 0,
             eval: Some(brdf_batch),
             user: std::ptr::from_mut(&mut brdf).cast(),
         };
-        // SAFETY: as in `prepare`; `brdf` lives until the call returns.
-        let status = unsafe {
-            raw::wis_wavelet_product_prepare_callback(
-                environment.handle(),
-                &callback,
-                &preparation.config(),
-                memory.start_mut(),
-                memory.bytes(),
-                &mut handle,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Product { environment, handle, memory: PhantomData })
+        let surface = raw::wis_wavelet_query { flags: shape.flags, ..query(shape.normal, shape.normal, &[]) };
+        let config = raw::wis_wavelet_product_config { callback: &callback, ..preparation.config() };
+        Product::prepare_by(environment, &surface, &config, memory)
     }
 
     /// Prepares a query with tabulated lobes.
@@ -698,30 +568,12 @@ impl<'a> Product<'a> {
         preparation: &Preparation,
         memory: &'a mut Block,
     ) -> Result<Product<'a>> {
-        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
-        // SAFETY: as in `prepare`; the table's trees live as long as what it was borrowed from.
-        let status = unsafe {
-            raw::wis_wavelet_product_prepare_table(
-                environment.handle(),
-                table,
-                query,
-                &preparation.config(),
-                memory.start_mut(),
-                memory.bytes(),
-                &mut handle,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Product { environment, handle, memory: PhantomData })
+        let config = raw::wis_wavelet_product_config { table, ..preparation.config() };
+        Product::prepare_by(environment, query, &config, memory)
     }
 
-    /// Whether a hit may use the product.
-    pub fn covers(&self, query: &raw::wis_wavelet_query) -> Result<bool> {
-        let mut covers = 0;
-        // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_wavelet_product_covers(self.environment.handle(), self.handle, query, &mut covers) })?;
-        Ok(covers == 1)
+    fn asked(&self) -> Asked {
+        Asked(self.environment.handle(), self.handle, null())
     }
 
     /// What the product is made of.
@@ -737,10 +589,7 @@ impl<'a> Product<'a> {
 
     /// The approximate integral of luminance x luminance of BRDF x cosine.
     pub fn estimate(&self) -> Result<f64> {
-        let mut luminance = f64::NAN;
-        // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_wavelet_product_estimate(self.environment.handle(), self.handle, &mut luminance) })?;
-        Ok(luminance)
+        Ok(self.describe()?.estimate)
     }
 
     /// The approximate integral of radiance x BRDF x cosine.
@@ -748,7 +597,7 @@ impl<'a> Product<'a> {
         let mut rgb = [f64::NAN; 3];
         // SAFETY: both handles are alive.
         check(unsafe {
-            raw::wis_wavelet_product_estimate_rgb(self.environment.handle(), self.handle, rgb.as_mut_ptr())
+            raw::wis_wavelet_product_estimate_rgb(self.environment.handle(), self.handle, null(), rgb.as_mut_ptr())
         })?;
         Ok(rgb)
     }
@@ -764,11 +613,11 @@ pub fn prepare_points<'a>(
     let (mut handles, mut diagnostic) = (vec![null(); queries.len()], raw::wis_diagnostic::default());
     // SAFETY: the block is as long as it says, and there is a handle for each query.
     let status = unsafe {
-        raw::wis_wavelet_products_prepare(
+        raw::wis_wavelet_product_prepare(
             environment.handle(),
+            &preparation.config(),
             queries.len(),
             queries.as_ptr(),
-            &preparation.config(),
             memory.start_mut(),
             memory.bytes(),
             handles.as_mut_ptr(),
@@ -789,7 +638,7 @@ pub fn table_eval(
     assert_eq!(wi.len(), f_cos.len());
     // SAFETY: the arrays are of one length, and the table's trees live as long as what it was borrowed from.
     check(unsafe {
-        raw::wis_wavelet_table_eval(table, query, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0)
+        raw::wis_wavelet_query_eval(query, table, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0)
     })
 }
 
@@ -801,90 +650,25 @@ pub struct Points<'a> {
 }
 
 impl Points<'_> {
+    fn each(&self) -> impl Iterator<Item = Asked> {
+        self.handles.iter().map(|&handle| Asked(self.environment.handle(), handle, null()))
+    }
+
     /// One sample of each.
     pub fn sample(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        let count = self.handles.len();
-        assert!(u.len() == count && wi.len() == count && pdf.len() == count);
-        let (light, handles, u) = (self.environment.handle(), self.handles.as_ptr(), u.as_ptr().cast());
-        let (wi, pdf) = (wi.as_mut_ptr().cast(), pdf.as_mut_ptr());
-        // SAFETY: the handles are alive, and the slices hold an element for each.
-        check(unsafe {
-            raw::wis_wavelet_products_sample_lanes(light, cpu_level(), count, handles, u, 0, wi, 0, pdf, 0)
-        })
+        for ((point, u), (wi, pdf)) in self.each().zip(u).zip(wi.iter_mut().zip(pdf)) {
+            let drawn = point.sample(*u)?;
+            (*wi, *pdf) = (drawn.wi, drawn.pdf);
+        }
+        Ok(())
     }
 
     /// The pdf of a direction for each.
     pub fn pdf(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        let count = self.handles.len();
-        assert!(wi.len() == count && pdf.len() == count);
-        let (light, handles, wi) = (self.environment.handle(), self.handles.as_ptr(), wi.as_ptr().cast());
-        // SAFETY: as in `sample`.
-        check(unsafe {
-            raw::wis_wavelet_products_pdf_lanes(light, cpu_level(), count, handles, wi, 0, pdf.as_mut_ptr(), 0)
+        self.each().zip(wi).zip(pdf).try_for_each(|((point, wi), pdf)| {
+            *pdf = point.pdf(*wi)?;
+            Ok(())
         })
-    }
-}
-
-impl Density for Product<'_> {
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-        let mut sample = raw::wis_drawn::default();
-        // SAFETY: both handles are alive.
-        check(unsafe {
-            raw::wis_wavelet_product_sample(self.environment.handle(), self.handle, u.as_ptr(), &mut sample)
-        })?;
-        Ok(sample)
-    }
-
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        assert!(u.len() == wi.len() && u.len() == pdf.len());
-        // SAFETY: both handles are alive, and the slices hold `u.len()` elements.
-        check(unsafe {
-            raw::wis_wavelet_product_sample_lanes(
-                self.environment.handle(),
-                self.handle,
-                cpu_level(),
-                u.len(),
-                u.as_ptr().cast(),
-                0,
-                wi.as_mut_ptr().cast(),
-                0,
-                pdf.as_mut_ptr(),
-                0,
-            )
-        })
-    }
-
-    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
-        let mut pdf = f32::NAN;
-        // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_wavelet_product_pdf(self.environment.handle(), self.handle, wi.as_ptr(), &mut pdf) })?;
-        Ok(pdf)
-    }
-
-    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        assert!(wi.len() == pdf.len());
-        // SAFETY: as in `sample_n`.
-        check(unsafe {
-            raw::wis_wavelet_product_pdf_lanes(
-                self.environment.handle(),
-                self.handle,
-                cpu_level(),
-                wi.len(),
-                wi.as_ptr().cast(),
-                0,
-                pdf.as_mut_ptr(),
-                0,
-            )
-        })
-    }
-
-    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
-        let mut u = [f32::NAN; 2];
-        // SAFETY: both handles are alive.
-        check(unsafe {
-            raw::wis_wavelet_product_invert(self.environment.handle(), self.handle, wi.as_ptr(), u.as_mut_ptr())
-        })?;
-        Ok(u)
     }
 }
 

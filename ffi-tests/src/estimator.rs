@@ -2,7 +2,7 @@
 //! computes eight samples side by side.
 
 use crate::batch::{Batch, Stream};
-use crate::client::{self, Environment, Preparation, raw};
+use crate::client::{self, Environment, Preparation};
 use crate::cost::Cost;
 use crate::dense::{Dense, Grid};
 use crate::environment;
@@ -30,8 +30,6 @@ pub struct Lit<'a> {
     pub compensated: Texels,
     pub strata: Stratified,
     pub grid: Grid,
-    /// Whether one texel gives a tenth of the light.
-    pub has_sun: bool,
 }
 
 impl<'a> Lit<'a> {
@@ -41,9 +39,8 @@ impl<'a> Lit<'a> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
         let strata = Stratified::new(light)?;
         let tables = light.tables(0, 0.0)?;
-        let has_sun = tables.info.largest_share > 0.1;
         let (grid, sources) = (Grid::new(light), None);
-        Ok(Lit { light, environment, tables, sources, plain, compensated, strata, grid, has_sun })
+        Ok(Lit { light, environment, tables, sources, plain, compensated, strata, grid })
     }
 
     /// With what is needed to sample the light alone in other ways.
@@ -67,7 +64,6 @@ pub struct Setting<'a> {
     pub compensated: &'a Texels,
     pub strata: &'a Stratified,
     grid: &'a Grid,
-    pub has_sun: bool,
     pub preparation: Preparation,
     /// Candidates for each ray of wis_direct; 0: the library's choice.
     pub candidates: usize,
@@ -77,8 +73,7 @@ pub struct Setting<'a> {
 
 impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
-        let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, has_sun, .. } =
-            lit;
+        let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, .. } = lit;
         let sources = lit.sources.as_ref();
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
         let (candidates, cost) = (0, Cost::CHEAP);
@@ -92,7 +87,6 @@ impl<'a> Setting<'a> {
             compensated,
             strata,
             grid,
-            has_sun,
             preparation,
             candidates,
             cost,
@@ -135,11 +129,6 @@ impl Estimator {
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Estimator> {
         let (library, sampler) = (Library::new(setting, hits)?, Sampler::default());
         Ok(Estimator { library, dense: Dense::default(), dense_for: None, sampler })
-    }
-
-    /// What other pixels saw, for the modes of the library that take it.
-    pub fn set_prior(&mut self, prior: &raw::wis_prior) {
-        self.library.set_prior(prior);
     }
 
     /// The samples of a point in a pass; their contributions add up to the estimate.

@@ -28,14 +28,8 @@ pub enum Mode {
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 6] = [
-        Mode::Direct,
-        Mode::Shared,
-        Mode::Product,
-        Mode::ProductMis,
-        Mode::Before(Before::Product),
-        Mode::Before(Before::Rule),
-    ];
+    pub const ALL: [Mode; 5] =
+        [Mode::Direct, Mode::Shared, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -72,17 +66,12 @@ impl Library {
         let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, hits)?);
         let (product, rays) = (Block::new(0), Vec::new());
         let material = environment::material(&setting.material.lobes())?;
-        Ok(Library { sampler, material, product, rays, before: before::State::new(setting, hits)? })
+        Ok(Library { sampler, material, product, rays, before: before::State::new(setting)? })
     }
 
     /// What calls on the new light take.
     pub fn sampler(&self) -> &RefCell<environment::Sampler> {
         &self.sampler
-    }
-
-    /// What other pixels saw, for the modes that read it.
-    pub fn set_prior(&mut self, prior: &raw::wis_prior) {
-        self.before.prior = *prior;
     }
 
     /// Estimates by a mode. The sampler has begun the point's sequences.
@@ -120,7 +109,7 @@ impl Library {
                 let density = Light::product(setting.tables, own, &at, product)?;
                 sampler.density_mis(&density, setting, bsdf, n)
             }
-            Mode::Before(mode) => before.estimate(mode, sampler, (setting, point, bsdf), pass, n),
+            Mode::Before(mode) => before.estimate(mode, sampler, (setting, point, bsdf), n),
         }
     }
 }
@@ -167,16 +156,6 @@ impl Sampler {
         }
         self.evaluate(setting, bsdf);
         self.batch.weigh_by_drawn(|density, _| density);
-        self.take_all();
-    }
-
-    /// Evaluates samples that were drawn for this hit.
-    pub fn drawn(&mut self, drawn: &[([f32; 3], f32)], setting: &Setting, bsdf: &Bsdf) {
-        for &(wi, pdf) in drawn {
-            self.batch.push_drawn(wi, pdf);
-        }
-        self.evaluate(setting, bsdf);
-        self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(drawn.len() as f32));
         self.take_all();
     }
 }

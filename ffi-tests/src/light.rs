@@ -323,13 +323,12 @@ impl Light {
         hasher.finish()
     }
 
-    /// Builds version 0.1's environment with both distributions, for the client's look-up.
+    /// Builds the light as a wavelet tree, for the client's look-up.
     ///
     /// # Errors
     /// Those of the library.
     pub fn environment(&self) -> crate::client::Result<Environment> {
-        let nearest = if self.is_bilinear() { 0 } else { raw::WIS_WAVELET_LIGHT_NEAREST };
-        let flags = nearest | raw::WIS_WAVELET_LIGHT_COMPENSATED;
+        let flags = if self.is_bilinear() { 0 } else { raw::WIS_WAVELET_LIGHT_NEAREST };
         let map = Map::latlong(self.width as u32, self.height as u32, 1, &self.luminance);
         match self.layout {
             Layout::LatLong => Environment::new(&Map { flags, ..map }),
@@ -337,7 +336,7 @@ impl Light {
             Layout::Angular => {
                 let side = self.width.max(self.height).next_power_of_two() as u32;
                 let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
-                Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_COMPENSATED, ..Map::octahedral(side, &texels) })
+                Environment::new(&Map::octahedral(side, &texels))
             }
         }
     }
@@ -387,9 +386,9 @@ impl Light {
         self.map_from_world.to_cols_array()
     }
 
-    /// One of the distributions of an environment that was built from this map.
-    pub fn distribution<'a>(&self, environment: &'a Environment, distribution: u32) -> Distribution<'a> {
-        environment.light(distribution, Some(self.world_from_map()))
+    /// The light alone of an environment that was built from this map.
+    pub fn distribution<'a>(&self, environment: &'a Environment) -> Distribution<'a> {
+        environment.light(Some(self.world_from_map()))
     }
 
     /// The centres of all texels of a lat-long map as world directions, with solid angles, `k` by `k` for each texel.
@@ -565,8 +564,8 @@ mod tests {
             (Light::cube("cube", 8, cut_cross(8, &texels)), Light::angular("probe", 16, texels[..256].into()));
         for light in [Light::sun(64), Light::windows(64), cube, probe] {
             let environment = light.environment().unwrap();
-            let power = environment.power().unwrap();
-            let density = light.distribution(&environment, raw::WIS_DISTRIBUTION_PLAIN);
+            let power = environment.info.power;
+            let density = light.distribution(&environment);
             let mut u = vec![[0.0; 2]; 1 << 14];
             crate::client::sobol(3, 0, &mut u).unwrap();
             let sum: f64 = u

@@ -63,10 +63,11 @@ impl Source {
 }
 
 impl LightOnly {
-    /// Every technique from every kind of tables.
+    /// Every technique from every kind of tables; pyramids have no compensated light.
     pub fn all() -> impl Iterator<Item = LightOnly> {
         let of = |technique| Source::ALL.map(|source| LightOnly { technique, source });
-        Technique::ALL.into_iter().flat_map(of)
+        let all = Technique::ALL.into_iter().flat_map(of);
+        all.filter(|of| of.technique != Technique::Compensated || of.source != Source::Pyramid)
     }
 
     pub fn name(self) -> String {
@@ -115,11 +116,7 @@ impl Sampler {
                 let environment = if compensated { &sources.compensated } else { setting.tables };
                 draw(&environment::Light::new(environment, own))
             }
-            Source::Pyramid => {
-                let distribution =
-                    if compensated { raw::WIS_DISTRIBUTION_COMPENSATED } else { raw::WIS_DISTRIBUTION_PLAIN };
-                draw(&setting.light.distribution(setting.environment, distribution))
-            }
+            Source::Pyramid => draw(&setting.light.distribution(setting.environment)),
             Source::Piecewise => draw(&sources.piecewise[usize::from(compensated)]),
         }
     }

@@ -133,7 +133,7 @@ pub fn geometric(values: impl IntoIterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::client::{Density, raw};
+    use crate::client::Density;
 
     /// The light alone under a white sky, which Lambert reflects whole: no sample is far off, and the mean is right.
     #[test]
@@ -143,7 +143,7 @@ mod tests {
         let case = Case::new(&light, &material, &points);
         assert!(case.truth.iter().all(|truth| (truth - 0.7).abs() < 0.01), "{:?}", case.truth);
         let environment = light.environment().unwrap();
-        let density = light.distribution(&environment, raw::WIS_DISTRIBUTION_PLAIN);
+        let density = light.distribution(&environment);
         let error = case.error(|_, u, wi, pdf| density.sample_n(u, wi, pdf)).unwrap();
         assert!((0.05..0.5).contains(&error), "{error}");
     }

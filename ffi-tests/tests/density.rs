@@ -8,7 +8,7 @@
 use glam::Vec3;
 use std::f32::consts::PI;
 use wis_ffi_tests::before::prepare;
-use wis_ffi_tests::client::{self, Block, Density, raw};
+use wis_ffi_tests::client::{self, Block, Density};
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::material::Material;
@@ -96,11 +96,7 @@ fn samples_follow_their_pdfs() {
             p_values.push(p);
         }
     };
-    for (name, distribution) in
-        [("plain", raw::WIS_DISTRIBUTION_PLAIN), ("compensated", raw::WIS_DISTRIBUTION_COMPENSATED)]
-    {
-        add(name, judge(&light.distribution(&environment, distribution)));
-    }
+    add("light", judge(&light.distribution(&environment)));
     for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.4)] {
         let setting = Setting::new(&lit, &material);
         if memory.bytes() == 0 {

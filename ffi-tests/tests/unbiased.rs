@@ -4,7 +4,6 @@
 
 use glam::{Quat, Vec3};
 use wis_ffi_tests::before::Before;
-use wis_ffi_tests::client::{self, raw};
 use wis_ffi_tests::estimator::{Estimator, Lit, Setting};
 use wis_ffi_tests::library::Mode;
 use wis_ffi_tests::light::Light;
@@ -52,7 +51,6 @@ fn integrals(light: &Light, bsdf: &Bsdf) -> [f64; 2] {
 /// Estimates without and with the occluder.
 fn estimates(setting: &Setting, method: Method, samples: usize, count: u32) -> [Vec<f64>; 2] {
     let mut estimator = Estimator::new(setting, 1).unwrap();
-    estimator.set_prior(&learned(setting, 1 << 20, 256));
     let mut all = [Vec::new(), Vec::new()];
     for pass in 0..count {
         let picks = estimator.picks(method, setting, &point(), pass, samples).unwrap();
@@ -63,47 +61,7 @@ fn estimates(setting: &Setting, method: Method, samples: usize, count: u32) -> [
     all
 }
 
-/// What the samples of a pass learn of the occluder.
-fn learned(setting: &Setting, pass: u32, samples: usize) -> raw::wis_prior {
-    let mut prior = client::prior();
-    let mut estimator = Estimator::new(setting, 1).unwrap();
-    let picks = estimator.picks(Mode::Before(Before::Product), setting, &point(), pass, samples).unwrap();
-    let wi: Vec<[f32; 3]> = picks.iter().map(|pick| pick.wi.to_array()).collect();
-    let visible: Vec<u8> = picks.iter().map(|pick| u8::from(open(pick.wi))).collect();
-    client::count(&mut prior, &setting.light.world_from_map(), &wi, &visible).unwrap();
-    prior
-}
-
-/// Rule 27: a prior made of samples with other random numbers leaves the estimate unbiased; one made of the very numbers
-/// that then draw the samples does not, and the test finds that out.
-#[test]
-fn a_prior_must_come_from_other_random_numbers() {
-    const SAMPLES: usize = 8;
-    let light = light();
-    let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment).unwrap();
-    let material = Material::lambert();
-    let setting = Setting::new(&lit, &material);
-    let expected = integrals(&light, &Bsdf::new(&material, &point()))[1];
-    let estimates = |other: u32| -> Vec<f64> {
-        let mut estimator = Estimator::new(&setting, 1).unwrap();
-        let estimate = |pass: u32| {
-            estimator.set_prior(&learned(&setting, pass ^ other, SAMPLES));
-            let picks = estimator.picks(Mode::Before(Before::Prior), &setting, &point(), pass, SAMPLES).unwrap();
-            picks.iter().filter(|pick| open(pick.wi)).map(|pick| f64::from(pick.contribution)).sum()
-        };
-        (0..200_000).map(estimate).collect()
-    };
-    let (apart, same) = (estimates(1 << 20), estimates(0));
-    let off = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64 / expected - 1.0;
-    println!("off by {:.5} and {:.5}", off(&apart), off(&same));
-    let (apart, same) = (z_test(&apart, expected), z_test(&same, expected));
-    println!("p of a prior from other numbers {apart:.3}, from the same {same:.2e}");
-    assert!(apart > SIGNIFICANCE, "{apart}");
-    assert!(same < SIGNIFICANCE, "{same}");
-}
-
-/// The hits of a pixel have the first product, others, or, when there are as many as may be, compensated MIS.
+/// The hits of a pixel share products where their normals allow.
 #[test]
 fn hits_that_share_products_are_unbiased() {
     const PASSES: u32 = 20_000;
@@ -124,7 +82,7 @@ fn hits_that_share_products_are_unbiased() {
         let mut estimator = Estimator::new(&setting, hits.len()).unwrap();
         let mut estimate = |pass: u32| {
             let of_hit = |hit: &ShadingPoint| -> f64 {
-                let picks = estimator.picks(Mode::Before(Before::Reuse), &setting, hit, pass, 1).unwrap();
+                let picks = estimator.picks(Mode::Shared, &setting, hit, pass, 1).unwrap();
                 picks.iter().map(|pick| f64::from(pick.contribution)).sum()
             };
             hits.iter().map(of_hit).sum()
@@ -142,9 +100,9 @@ fn every_method_meets_quadrature_and_a_density_two_percent_off_does_not() {
     let environment = light.environment().unwrap();
     let lit = Lit::new(&light, &environment).unwrap();
     let (mut names, mut sound, mut faulty, mut faults) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    // A pool of one candidate a pick is MIS; of a single one there is nothing to combine.
+    // The pool is on no page, but a client may pick from one.
     let methods = Method::all().filter(|m| m.is_unbiased()).flat_map(|m| SAMPLES.map(|n| (m, n)));
-    let methods: Vec<_> = methods.chain([(Mode::Before(Before::Pool(1)).into(), SAMPLES[1])]).collect();
+    let methods: Vec<_> = methods.chain([(Mode::Before(Before::TreePool(4)).into(), SAMPLES[1])]).collect();
     for material in [Material::lambert(), Material::mix(0.4)] {
         let setting = Setting::new(&lit, &material);
         let expected = integrals(&light, &Bsdf::new(&material, &point()));

@@ -2,6 +2,7 @@
 
 use crate::numeric::LUMINANCE;
 use crate::status::{Fault, Status};
+use bytemuck::{Pod, Zeroable};
 
 /// How directions are laid out over the texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +93,7 @@ impl RowError {
 
 /// What a row held besides light.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct RowSummary {
     /// The largest finite luminance.
     pub largest: f64,

@@ -23,38 +23,6 @@ pub trait Density {
     fn walk(&self, choose: impl FnMut([f32; 4]) -> Option<u32>) -> Option<[f32; 4]>;
 }
 
-/// What can be sampled and asked: any [`Density`], or another map from u to directions.
-pub trait Sampled {
-    /// A direction of world space.
-    fn sample(&self, frame: &Frame, u: [f32; 2]) -> Sample;
-    /// The pdf per solid angle of a world direction.
-    ///
-    /// # Errors
-    /// [`Status::InvalidTransform`] if `wi` is not of unit length.
-    fn pdf(&self, frame: &Frame, wi: [f32; 3]) -> Result<f32>;
-    /// The `u` that leads to a world direction.
-    ///
-    /// # Errors
-    /// [`Status::InvalidTransform`] if `wi` is not of unit length, [`Status::ZeroDensity`] if no u leads there.
-    fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]>;
-}
-
-impl<D: Density> Sampled for D {
-    #[inline(always)]
-    fn sample(&self, frame: &Frame, u: [f32; 2]) -> Sample {
-        sample(self, frame, u)
-    }
-
-    #[inline(always)]
-    fn pdf(&self, frame: &Frame, wi: [f32; 3]) -> Result<f32> {
-        pdf(self, frame, wi)
-    }
-
-    fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Result<[f32; 2]> {
-        invert(self, frame, wi)
-    }
-}
-
 /// A cell of the square: `index` of 2^level cells along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Cell {

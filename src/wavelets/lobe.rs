@@ -9,7 +9,6 @@ use crate::wavelets::query::{
     Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_LOBE_TABLE,
     WIS_WAVELET_MAX_LOBES, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,
 };
-use crate::wavelets::reuse::Reuse;
 use crate::wavelets::table::Table;
 use core::f32::consts::PI;
 use core::ffi::CStr;
@@ -28,8 +27,6 @@ const CONTINUED: f32 = 0.15;
 /// Lobes of at least this half-width, in radians, are broad. Narrower ones are not continued: their mirror image would reach
 /// above the horizon.
 const BROAD: f32 = 0.2;
-/// Where a table is widened for reuse, it is divided by no smaller cosine.
-const LEAST_COSINE: f32 = 0.05;
 
 /// Where a narrow lobe is concentrated: an ellipse of directions, about which cells are refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,11 +86,10 @@ pub struct Asked<F> {
     pub lanes: u32,
 }
 
-/// Eight directions in the frame of tangent, bitangent and normal, the cosine widened if hits share the product. Those below
-/// the horizon, if there is one, are seen as their mirror images above it.
+/// Eight directions in the frame of tangent, bitangent and normal. Those below the horizon, if there is one, are seen as their
+/// mirror images above it.
 struct Look<F: Lanes> {
     local: V3<F>,
-    unwidened: F,
     /// The cosine, or 1 if it is part of the BRDF.
     factor: F,
     /// Those below the horizon.
@@ -128,8 +124,6 @@ pub struct Lobes<'a> {
     /// +1, or -1 if wo lies below the surface and the whole sphere counts.
     side: f32,
     flags: u32,
-    /// By how much cosines are widened for hits that share a product.
-    reuse: Reuse,
     count: usize,
     /// How many rounds of splits the one with the most detail deserves.
     rounds: u32,
@@ -175,7 +169,6 @@ impl<'a> Lobes<'a> {
             wo,
             side,
             flags: query.flags,
-            reuse: Reuse::NONE,
             count,
             rounds: lobes.iter().map(rounds_for).max().unwrap_or(0),
             table: table.unwrap_or(Table::NOTHING).seen(wo),
@@ -187,30 +180,16 @@ impl<'a> Lobes<'a> {
         Ok(all)
     }
 
-    /// Widens cosines, for hits that share a product.
-    pub fn widen(&mut self, reuse: Reuse) {
-        self.reuse = reuse;
-    }
-
     /// Eight directions as the lobes see them.
     #[inline(always)]
     fn look<F: Lanes>(&self, wi: V3<F>) -> Look<F> {
-        let unwidened = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
-        let mut cosine = unwidened;
-        if self.reuse.is_wide() {
-            cosine = if self.is_whole() {
-                self.reuse.widen(cosine.abs()).copysign(cosine)
-            } else {
-                self.reuse.widen(cosine)
-            };
-        }
+        let cosine = F::splat(self.side) * dot(wi, splat(self.normal.to_array()));
         let factor = if self.flags & WIS_WAVELET_QUERY_COSINE_INCLUDED != 0 { F::splat(1.0) } else { cosine.abs() };
         let (x, y) = (dot(wi, splat(self.tangent.to_array())), dot(wi, splat(self.bitangent.to_array())));
         if self.is_whole() {
-            return Look { local: [x, y, cosine], unwidened, factor, below: F::mask(0) };
+            return Look { local: [x, y, cosine], factor, below: F::mask(0) };
         }
-        let unwidened = if self.reuse.is_wide() { unwidened } else { unwidened.abs() };
-        Look { local: [x, y, cosine.abs()], unwidened, factor, below: cosine.le(F::splat(0.0)) }
+        Look { local: [x, y, cosine.abs()], factor, below: cosine.le(F::splat(0.0)) }
     }
 
     /// Whether the whole sphere counts: there is no horizon.
@@ -232,14 +211,8 @@ impl<'a> Lobes<'a> {
     /// The luminance of a tabulated lobe.
     #[inline(always)]
     fn tabulated<F: Lanes>(&self, look: &Look<F>, weight: f32) -> F {
-        let [x, y, cosine] = look.local;
-        let value = self.table.at_wide([x, y, look.unwidened]) * F::splat(weight);
         // The table holds the cosine itself.
-        if self.reuse.is_wide() {
-            value * (cosine.abs() / look.unwidened.abs().max(F::splat(LEAST_COSINE)))
-        } else {
-            value
-        }
+        self.table.at_wide(look.local) * F::splat(weight)
     }
 
     /// The sum of the lobes' luminances, finite.

@@ -3,7 +3,7 @@
 //! The environment as a fixed-depth sparse tree over the octahedral square, BRDFs as lobes or sparse tables, their product at a
 //! shading point, the in-place kD warp, and products and integrals of any sets of wavelets. A file imports only what stands
 //! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`, `combine`, `descent`, `wide`,
-//! `environment`, `query`, `reuse`, `table`, `lobe`, `product`, `sampler`, `tripling`, `triple`, `sparse`, `approximate`,
+//! `environment`, `query`, `table`, `lobe`, `product`, `sampler`, `tripling`, `triple`, `sparse`, `approximate`,
 //! `visibility`, `grid`, `rotated`.
 
 pub mod approximate;
@@ -19,7 +19,6 @@ pub mod morton;
 pub mod product;
 pub mod prune;
 pub mod query;
-pub mod reuse;
 pub mod rotated;
 pub mod sampler;
 pub mod sparse;

@@ -1,5 +1,7 @@
 //! A shading point as the client states it: normal, view and up to four lobes; the same struct in Rust and in C.
 
+use bytemuck::{Pod, Zeroable};
+
 /// A lobe `weight / pi`.
 pub const WIS_WAVELET_LOBE_LAMBERT: u32 = 1;
 /// A lobe of Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)` with height-correlated Smith shadowing
@@ -7,7 +9,7 @@ pub const WIS_WAVELET_LOBE_LAMBERT: u32 = 1;
 pub const WIS_WAVELET_LOBE_GGX: u32 = 2;
 /// A lobe `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
 pub const WIS_WAVELET_LOBE_PHONG: u32 = 3;
-/// A lobe `weight` times the table that is given with the query (wis_wavelet_product_prepare_table, wis_wavelet_table_eval).
+/// A lobe `weight` times the table that is given with the query.
 pub const WIS_WAVELET_LOBE_TABLE: u32 = 4;
 
 /// Query flag: wi may lie on either side of the surface; the cosine is |n.wi|.
@@ -20,7 +22,7 @@ pub const WIS_WAVELET_MAX_LOBES: usize = 4;
 
 /// One lobe of a BRDF.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Lobe {
     /// WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_PHONG or WIS_WAVELET_LOBE_TABLE.
     pub kind: u32,
@@ -36,7 +38,7 @@ pub struct Lobe {
 
 /// A shading point: everything that the product needs to know of it. World space; plain and copyable.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
     /// sizeof(wis_wavelet_query).
     pub size: u32,

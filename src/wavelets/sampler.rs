@@ -1,20 +1,22 @@
-//! A prepared shading point: what the library knows of a product besides its cells, and the estimate of its integral.
+//! A prepared shading point: a product as one block of bytes without pointers, and the estimate of its integral.
 
 use crate::numeric::{exp2i, luminance};
-use crate::sphere::{Frame, direction, unit};
+use crate::object::{Layout, Part, header, take, taken, write_header};
+use crate::simd::Native;
+use crate::sphere::{Frame, direction};
 use crate::status::{Result, Status};
 use crate::wavelets::environment::Environment;
-use crate::wavelets::lobe::Lobes;
-use crate::wavelets::product::Product;
+use crate::wavelets::lobe::{Brdf, Lobes};
+use crate::wavelets::product::{Budget, Cell, Node, Product, Room, Scratch, build};
 use crate::wavelets::query::Query;
-use crate::wavelets::reuse::cosine;
 use crate::wavelets::table::Table;
+use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
 use glam::Vec3;
 
 /// The first bytes of a product.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Header {
     /// Marks a product of this version.
     pub magic: u64,
@@ -36,44 +38,117 @@ pub struct Header {
     pub base: u32,
     /// BRDF evaluations that the build spent.
     pub evaluations: u32,
-    /// Normals within this angle of the query's may use the product.
-    pub reuse_cone: f32,
-    /// What the average is with the factor of a visibility prior.
-    pub visible: f32,
-    /// Always 0; leaves no padding, whose bytes would differ from build to build.
-    pub reserved: [u32; 2],
 }
 
 /// "wis-prd" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x03");
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-prd\x04");
+
+/// The nodes of a product of so many squares.
+fn nodes(squares: u32) -> usize {
+    if squares == 0 { 0 } else { 4 * squares as usize + 1 }
+}
+
+/// A product with its environment, ready for a call.
+#[derive(Clone, Copy)]
+pub struct Prepared<'a> {
+    /// The light.
+    pub environment: Environment<'a>,
+    /// Every number that is not of a node.
+    pub header: &'a Header,
+    /// What is sampled.
+    pub cells: Product<'a>,
+    /// The frame in which the product was prepared.
+    pub frame: Frame,
+}
+
+/// The bytes that a product of a budget is prepared in: header and nodes, then what is needed only to build.
+pub fn size(budget: Budget) -> Option<usize> {
+    let room = Room::new(budget.squares)?;
+    let parts = [
+        taken::<Header>(1)?,
+        taken::<Node>(room.nodes)?,
+        taken::<Cell>(room.cells)?,
+        taken::<f32>(room.priorities)?,
+        taken::<u32>(room.squares)?,
+    ];
+    parts.into_iter().try_fold(0usize, usize::checked_add).filter(|bytes| *bytes <= isize::MAX as usize)
+}
+
+/// Prepares a product in memory of [`size`], aligned to 16 bytes.
+///
+/// # Errors
+/// [`Status::MemoryTooSmall`], and what the BRDF answers.
+pub fn prepare_in<B: Brdf>(
+    environment: &Environment,
+    query: Query,
+    frame: &Frame,
+    brdf: &mut B,
+    budget: Budget,
+    memory: &mut [u8],
+) -> Result<()> {
+    let room = Room::new(budget.squares).ok_or(Status::Overflow)?;
+    let (small, mut rest) = (Status::MemoryTooSmall, &mut *memory);
+    let _: &mut [Header] = take(&mut rest, 1).ok_or(small)?;
+    let mut scratch = Scratch {
+        nodes: take(&mut rest, room.nodes).ok_or(small)?,
+        cells: take(&mut rest, room.cells).ok_or(small)?,
+        priorities: take(&mut rest, room.priorities).ok_or(small)?,
+        slots: take(&mut rest, room.squares).ok_or(small)?,
+    };
+    let built = build::<Native, B>(environment.light(), frame, brdf, budget, &mut scratch)?;
+    let average = scratch.finish(built.base, built.squares);
+    let mut whole = Layout::behind::<Header>();
+    whole.part::<Node>(nodes(built.squares) as u64);
+    let header = Header {
+        magic: MAGIC,
+        bytes: whole.bytes().ok_or(Status::Overflow)? as u64,
+        environment: environment.header.content_id,
+        query,
+        frame: frame.to_array(),
+        average,
+        exponent: built.exponent,
+        squares: built.squares,
+        base: built.base,
+        evaluations: built.evaluations,
+    };
+    write_header(memory, &header);
+    Ok(())
+}
 
 impl Header {
-    /// The frame in which the product was prepared.
+    /// The bytes of the product that begins with this; `None` if none does.
     #[inline(always)]
-    pub fn frame(&self) -> Frame {
-        Frame::from_array(&self.frame)
+    pub fn length(&self) -> Option<usize> {
+        if self.magic == MAGIC { Some(self.bytes as usize) } else { None }
     }
+}
 
-    /// Whether a hit with this query, whose normal is given at unit length, may use the product.
-    pub fn covers(&self, query: &Query, normal: Vec3) -> bool {
-        let prepared = unit(self.query.normal).filter(|_| self.query.size != 0);
-        let within = prepared.is_some_and(|prepared| {
-            let turned = prepared.dot(normal);
-            query.normal == self.query.normal || turned >= cosine(self.reuse_cone) && self.reuse_cone > 0.0
-        });
-        let lobes = |query: &Query| query.lobe.map(|lobe| (lobe.kind, lobe.weight, lobe.f0, [lobe.a, lobe.b]));
-        let kind = |query: &Query| (query.flags, query.lobe_count);
-        within && kind(query) == kind(&self.query) && lobes(query) == lobes(&self.query)
+impl<'a> Prepared<'a> {
+    /// The product that bytes hold; `None` if they hold none of this environment.
+    #[inline(always)]
+    pub fn view(environment: Environment<'a>, bytes: &'a [u8]) -> Option<Prepared<'a>> {
+        let header: &Header = header(bytes)?;
+        if header.magic != MAGIC || header.environment != environment.header.content_id {
+            return None;
+        }
+        let cells = Product {
+            light: environment.light(),
+            nodes: Part { offset: size_of::<Header>(), count: nodes(header.squares) }.of(bytes),
+            base: header.base,
+            squares: header.squares,
+            average: header.average,
+        };
+        Some(Prepared { environment, header, cells, frame: Frame::from_array(&header.frame) })
     }
 
     /// What a stored integral over the square is in the units of the input.
-    fn unit(&self, environment: &Environment) -> f64 {
-        4.0 * PI * exp2i(environment.header.exponent) * exp2i(self.exponent)
+    fn unit(&self) -> f64 {
+        4.0 * PI * exp2i(self.environment.header.exponent) * exp2i(self.header.exponent)
     }
 
     /// An approximation of the integral of luminance x BRDF x cosine over directions.
-    pub fn estimate(&self, environment: &Environment) -> f64 {
-        f64::from(self.average) * self.unit(environment)
+    pub fn estimate(&self) -> f64 {
+        f64::from(self.header.average) * self.unit()
     }
 
     /// The approximation of the integral of radiance x BRDF x cosine, channel by channel: the leaves' shares, each
@@ -83,30 +158,21 @@ impl Header {
     ///
     /// # Errors
     /// [`Status::NotBuilt`] if the environment has no RGB.
-    pub fn estimate_rgb(
-        &self,
-        environment: &Environment,
-        product: &Product,
-        lobes: &Lobes,
-        tables: Option<[&Table; 3]>,
-    ) -> Result<[f64; 3]> {
-        if environment.rgb.is_empty() && environment.header.squares > 0 {
+    pub fn estimate_rgb(&self, lobes: &Lobes, tables: Option<[&Table; 3]>) -> Result<[f64; 3]> {
+        if self.environment.rgb.is_empty() && self.environment.header.squares > 0 {
             return Err(Status::NotBuilt);
         }
-        let frame = self.frame();
         let mut sum = [0.0f64; 3];
-        for (leaf, share) in product.shares() {
-            let wi: Vec3 = frame.to_world(direction(leaf.centre()));
-            let light = hue(environment.rgb(leaf.light()), [1.0; 3]);
+        for (leaf, share) in self.cells.shares() {
+            let wi: Vec3 = self.frame.to_world(direction(leaf.centre()));
+            let light = hue(self.environment.rgb(leaf.light()), [1.0; 3]);
             let value = tables.map_or_else(|| lobes.rgb(wi), |tables| lobes.coloured(wi, tables));
             let brdf = hue(value, lobes.tint());
             for ((sum, light), brdf) in sum.iter_mut().zip(light).zip(brdf) {
                 *sum += f64::from(share) * light * brdf;
             }
         }
-        // The leaves' shares carry the factor of a visibility prior, if there was one.
-        let seen = if self.visible > 0.0 { f64::from(self.average) / f64::from(self.visible) } else { 1.0 };
-        Ok(sum.map(|s| s * seen * self.unit(environment)))
+        Ok(sum.map(|s| s * self.unit()))
     }
 }
 

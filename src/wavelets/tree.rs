@@ -11,6 +11,7 @@
 use crate::numeric;
 use crate::status::{Result, Status};
 pub use crate::wavelets::morton::MAX_DEPTH;
+use bytemuck::{Pod, Zeroable};
 
 /// Refined cells go on to at most 2^14 along each axis. Coordinates of 24 bits then still tell 2^10 places in a cell.
 pub const MAX_REFINED: u32 = 14;
@@ -23,7 +24,7 @@ pub const MAX_AVERAGE: f32 = 1.329_228e36;
 
 /// Where the kept children of a square stand.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Link {
     /// The first kept child square; the others follow in child order.
     pub first: u32,
@@ -33,7 +34,7 @@ pub struct Link {
 
 /// Which of 32 finest cells of a complete tree, in Morton order, go on below as squares.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Mark {
     /// Bit k: cell k of the 32 does.
     pub bits: u32,

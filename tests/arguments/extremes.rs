@@ -2,8 +2,9 @@
 //! sampled.
 
 use crate::support::{Environment, Map, Product, Random, normalise, product_config, query};
+use std::ptr::null;
 use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
-use wis::ffi::wavelets::product::{ProductConfig, wis_query_eval, wis_wavelet_product_estimate_rgb};
+use wis::ffi::wavelets::product::{ProductConfig, wis_wavelet_product_estimate_rgb, wis_wavelet_query_eval};
 use wis::status::Status;
 use wis::wavelets::query::*;
 
@@ -82,7 +83,7 @@ fn check_sample(product: &Product, u: f32, seed: u64) {
 fn check_direction(product: &Product, query: &Query, wi: [f32; 3], seed: u64) {
     let mut f_cos = [f32::NAN; 3];
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_query_eval(query, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
+    let status = unsafe { wis_wavelet_query_eval(query, null(), 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
     assert_eq!(status, Status::Ok);
     assert!(f_cos.iter().all(|f| (0.0..=f32::MAX).contains(f)), "seed {seed}: {f_cos:?}");
     assert!(f_cos[1] < f32::MIN_POSITIVE || product.pdf(wi) > 0.0, "seed {seed}: {wi:?}");
@@ -91,7 +92,8 @@ fn check_direction(product: &Product, query: &Query, wi: [f32; 3], seed: u64) {
 fn check_rgb(product: &Product, seed: u64) {
     let mut rgb = [-1.0; 3];
     // SAFETY: all pointers are valid.
-    let status = unsafe { wis_wavelet_product_estimate_rgb(product.environment.handle, product.handle, &mut rgb) };
+    let status =
+        unsafe { wis_wavelet_product_estimate_rgb(product.environment.handle, product.handle, null(), &mut rgb) };
     let is_built = product.environment.info.flags & WIS_WAVELET_LIGHT_RGB != 0;
     assert_eq!(status == Status::Ok, is_built);
     assert!(!is_built || rgb.iter().all(|channel| (0.0..=f64::MAX).contains(channel)), "seed {seed}: {rgb:?}");

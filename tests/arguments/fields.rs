@@ -23,6 +23,8 @@ const INVALID: Status = Status::InvalidArgument;
 const TRANSFORM: Status = Status::InvalidTransform;
 const MISALIGNED: Status = Status::Misaligned;
 const NULL: Status = Status::NullPointer;
+/// A struct of any kind whose size is 0.
+static NO_SIZE: [u64; 16] = [0; 16];
 static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 /// The field that a diagnostic names, an edit that spoils it, and the status.
@@ -62,13 +64,14 @@ fn environments() {
         ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
         ("pixels", |c| (c.format, c.pixels) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(1)), MISALIGNED),
     ];
-    check(&["wis_wavelet_light_size", "wis_wavelet_light_init", "wis_wavelet_light_begin"], "config", faults);
+    check(&["wis_wavelet_light_size", "wis_wavelet_light_init"], "config", faults);
     // Half floats need two bytes only.
     let scene = Scene::new();
     let init = function("wis_wavelet_light_init");
     let mut call = Call::valid(&scene, &init);
     call.edit("config", |c: &mut EnvironmentConfig| {
-        (c.format, c.pixels, c.flags) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(2), c.flags | 16);
+        (c.format, c.pixels, c.flags) =
+            (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(2), c.flags | WIS_WAVELET_LIGHT_SANITISE);
     });
     call.succeeds("two bytes");
 }
@@ -157,38 +160,49 @@ fn queries() {
         ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, [0.0; 3]), TRANSFORM),
         ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, q.normal), TRANSFORM),
     ];
-    check(
-        &["wis_wavelet_product_prepare", "wis_wavelet_products_prepare", "wis_wavelet_product_prepare_table"],
-        "query",
-        faults,
-    );
-    let faults: &[Fault<CallbackBrdf>] = &[
-        ("flags", |b| b.flags = 8, INVALID),
-        ("half_angle", |b| b.half_angle = -1.0, INVALID),
-        ("normal", |b| b.normal = [0.0; 3], TRANSFORM),
-        ("peak", |b| b.peak = [0.0; 3], TRANSFORM),
-        ("eval", |b| b.eval = None, NULL),
-    ];
-    check(&["wis_wavelet_product_prepare_callback"], "brdf", faults);
+    check(&["wis_wavelet_product_prepare"], "query", faults);
     let faults: &[Fault<ProductConfig>] = &[
         ("max_squares", |c| c.max_squares = u32::MAX, INVALID),
-        ("reuse_cone", |c| c.reuse_cone = 2.0, INVALID),
-        ("cpu_level", |c| c.cpu_level = 99, INVALID),
+        ("reserved", |c| c.reserved = 7, INVALID),
         ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
-        ("prior", |c| c.prior = SCALED.as_ptr().cast(), Status::InvalidStructSize),
+        ("callback", |c| c.callback = NO_SIZE.as_ptr().cast(), Status::InvalidStructSize),
     ];
     check(&["wis_wavelet_product_size", "wis_wavelet_product_prepare"], "config", faults);
+    let faults: &[Fault<ProductConfig>] =
+        &[("table", |c| c.table = NO_SIZE.as_ptr().cast(), Status::InvalidStructSize)];
+    check(&["wis_wavelet_product_prepare"], "config", faults);
+    let faults: &[Fault<CallbackBrdf>] = &[
+        ("callback.half_angle", |b| b.half_angle = -1.0, INVALID),
+        ("callback.peak", |b| b.peak = [0.0; 3], TRANSFORM),
+        ("callback.eval", |b| b.eval = None, NULL),
+    ];
+    let scene = Scene::new();
+    pointed(&scene, &scene.callback, faults, |config, callback| config.callback = callback.cast());
+}
+
+/// Prepares with a configuration that points to a struct which is spoiled in one field after another.
+fn pointed<T: Copy>(scene: &Scene, valid: &[u8], faults: &[Fault<T>], set: fn(&mut ProductConfig, *const u8)) {
+    let prepare = function("wis_wavelet_product_prepare");
+    for (name, edit, status) in faults {
+        let mut spoiled = Block::new(valid, 0);
+        spoiled.edit(edit);
+        let mut call = Call::valid(scene, &prepare);
+        call.edit("config", |config| set(config, spoiled.pointer().cast_const().cast()));
+        let diagnostic = call.fails(name, *status, "config");
+        assert_eq!(field(&diagnostic), Some(*name));
+    }
 }
 
 #[test]
 fn tables() {
     static NO_TREES: [usize; 2] = [0; 2];
     let faults: &[Fault<Table>] = &[
-        ("slice_count", |t| t.slice_count = 0, INVALID),
-        ("slice", |t| t.slice = null(), NULL),
-        ("slice", |t| t.slice = NO_TREES.as_ptr().cast(), Status::NotBuilt),
+        ("table.slice_count", |t| t.slice_count = 0, INVALID),
+        ("table.slice", |t| t.slice = null(), NULL),
+        ("table.slice", |t| t.slice = NO_TREES.as_ptr().cast(), Status::NotBuilt),
     ];
-    check(&["wis_wavelet_product_prepare_table"], "table", faults);
+    let scene = Scene::new();
+    pointed(&scene, &scene.table(), faults, |config, table| config.table = table.cast());
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::call::Call;
 use super::header::{Function, functions};
 use super::scene::Scene;
 use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo};
+use wis::ffi::wavelets::product::ProductConfig;
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 
 /// A function of the header.
@@ -47,18 +48,19 @@ pub fn tree(scene: &Scene, edit: impl FnOnce(&mut TreeConfig)) -> Vec<u8> {
 
 /// A product of the scene's query with an environment.
 pub fn product(scene: &Scene, environment: &[u8]) -> Vec<u8> {
-    prepared(scene, environment, "wis_wavelet_product_prepare")
+    prepared(scene, environment, |_| ())
 }
 
 /// A product of the scene's callback with an environment.
 pub fn callback_product(scene: &Scene, environment: &[u8]) -> Vec<u8> {
-    prepared(scene, environment, "wis_wavelet_product_prepare_callback")
+    prepared(scene, environment, |config| config.callback = scene.callback.pointer().cast_const().cast())
 }
 
-fn prepared(scene: &Scene, environment: &[u8], name: &str) -> Vec<u8> {
-    let prepare = function(name);
+fn prepared(scene: &Scene, environment: &[u8], edit: impl FnOnce(&mut ProductConfig)) -> Vec<u8> {
+    let prepare = function("wis_wavelet_product_prepare");
     let mut call = Call::valid(scene, &prepare);
     call.give("environment", Block::new(environment, 0));
+    call.edit("config", edit);
     call.succeeds("another product");
     call.bytes("memory").to_vec()
 }

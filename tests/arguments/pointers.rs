@@ -13,14 +13,13 @@ use wis::ffi::product::{GridConfig, GridInfo};
 use wis::ffi::sampler::SamplerConfig;
 use wis::ffi::wave::DirectWave;
 use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use wis::ffi::wavelets::product::{CallbackBrdf, ProductConfig, ProductInfo};
+use wis::ffi::wavelets::product::{ProductConfig, ProductInfo};
 use wis::ffi::wavelets::table::Table;
 use wis::ffi::wavelets::tree::rotated::RotatedConfig;
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::lights::strata::Light;
 use wis::pool::Pick;
-use wis::prior::Prior;
 use wis::status::Status;
 use wis::wavelets::descent::Sample;
 use wis::wavelets::query::Query;
@@ -42,7 +41,11 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
         "diagnostic" | "world_from_map" | "g" => true,
-        "product" => matches!(function.name.as_str(), "wis_sample" | "wis_pdf" | "wis_invert"),
+        "product" => matches!(
+            function.name.as_str(),
+            "wis_sample" | "wis_pdf" | "wis_invert" | "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert"
+        ),
+        "table" => true,
         "u" => function.name == "wis_direct",
         "label" => function.name == "wis_strata_lights",
         "info" => !matches!(
@@ -81,8 +84,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
-        "wis_prior" => align_of::<Prior>(),
-        "wis_wavelet_product *const" | "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
+        "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
         "wis_wavelet_table" => align_of::<Table>(),
         "double" => 8,
         "wis_drawn" => align_of::<Sample>(),
@@ -98,7 +100,6 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_wavelet_light_info" => align_of::<EnvironmentInfo>(),
         "wis_wavelet_product_config" => align_of::<ProductConfig>(),
         "wis_wavelet_product_info" => align_of::<ProductInfo>(),
-        "wis_wavelet_callback" => align_of::<CallbackBrdf>(),
         "wis_rotated_config" => align_of::<RotatedConfig>(),
         "wis_tree_config" => align_of::<TreeConfig>(),
         "wis_tree_info" => align_of::<TreeInfo>(),
@@ -179,7 +180,7 @@ fn block_of(length: &str) -> Option<&'static str> {
 
 /// The storages with which a function is tried; `None` as it comes.
 fn storages(function: &Function) -> Vec<Option<u32>> {
-    let builds = matches!(function.name.as_str(), "wis_wavelet_light_init" | "wis_wavelet_light_begin");
+    let builds = function.name == "wis_wavelet_light_init";
     if builds { vec![Some(WIS_STORAGE_PYRAMID), Some(WIS_STORAGE_SPARSE)] } else { vec![None] }
 }
 

@@ -25,7 +25,6 @@ use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
-use wis::prior::Prior;
 use wis::status::Status;
 use wis::wavelets::descent::Sample;
 use wis::wavelets::query::*;
@@ -106,10 +105,6 @@ pub struct Scene {
     pixels: Vec<f32>,
     image: Vec<f32>,
     environment_size: MemorySize,
-    /// A scratch block after wis_wavelet_light_begin and the first pass.
-    decoded: Vec<u8>,
-    /// A scratch block after both passes.
-    integrated: Vec<u8>,
     environment: Vec<u8>,
     sampler_size: MemorySize,
     sampler: Vec<u8>,
@@ -131,9 +126,10 @@ pub struct Scene {
     jitter_size: MemorySize,
     jitter: Vec<u8>,
     product: Vec<u8>,
-    /// The same product and a tree as calls on many take them: blocks that stay where they are, and their handles.
-    stored: [Block; 2],
-    products: [*const Product; COUNT],
+    /// A tree as calls on many take it: a block that stays where it is, and its handles.
+    stored: Block,
+    /// A BRDF for a configuration.
+    pub callback: Block,
     slices: [*const Tree; SLICES],
     tree_size: MemorySize,
     multiply_size: MemorySize,
@@ -154,8 +150,6 @@ impl Scene {
             pixels: (0..WIDTH * HEIGHT * 3).map(|i| 0.25 + (i % 7) as f32).collect(),
             image: IMAGE.map(|value| value as f32).to_vec(),
             environment_size: MemorySize::default(),
-            decoded: Vec::new(),
-            integrated: Vec::new(),
             environment: Vec::new(),
             sampler_size: MemorySize::default(),
             sampler: Vec::new(),
@@ -178,8 +172,8 @@ impl Scene {
             jitter_size: MemorySize::default(),
             jitter: Vec::new(),
             product: Vec::new(),
-            stored: [Block::unwritten(0), Block::unwritten(0)],
-            products: [null(); COUNT],
+            stored: Block::unwritten(0),
+            callback: Block::new(&callback_brdf(), 0),
             slices: [null(); SLICES],
             tree_size: MemorySize::default(),
             multiply_size: MemorySize::default(),
@@ -201,13 +195,12 @@ impl Scene {
         scene.build_tree();
         scene.build_visibility();
         scene.list = [scene.lists[0].pointer().cast_const().cast(); COUNT];
-        scene.stored = [Block::new(&scene.product, 0), Block::new(&scene.tree, 0)];
-        scene.products = [scene.stored[0].pointer().cast_const().cast(); COUNT];
-        scene.trees = [scene.stored[1].pointer().cast_const().cast(); COUNT];
+        scene.stored = Block::new(&scene.tree, 0);
+        scene.trees = [scene.stored.pointer().cast_const().cast(); COUNT];
         let (count, trees) = (COUNT as u32, scene.trees.as_ptr());
         // SAFETY: as many handles as are said.
         unsafe { expect_ok(wis_tree_blend_size(count, trees, &mut scene.blend_size, null_mut())) };
-        scene.slices = [scene.stored[1].pointer().cast_const().cast(); SLICES];
+        scene.slices = [scene.stored.pointer().cast_const().cast(); SLICES];
         scene
     }
 
@@ -297,22 +290,15 @@ impl Scene {
     fn build_environment(&mut self) {
         let config = Block::new(&self.environment_config(), 0);
         let config = config.pointer().cast();
-        let mut rows = [0; 2];
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
             expect_ok(wis_wavelet_light_size(config, &mut self.environment_size, null_mut()));
             let (bytes, scratch_bytes) = (self.environment_size.bytes, self.environment_size.scratch_bytes);
             let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
-            let work = scratch.pointer().cast();
-            expect_ok(wis_wavelet_light_begin(config, work, scratch_bytes, &mut rows, null_mut()));
-            expect_ok(wis_wavelet_light_run(config, work, scratch_bytes, 0, 0, rows[0], null_mut()));
-            self.decoded = scratch.to_vec();
-            expect_ok(wis_wavelet_light_run(config, work, scratch_bytes, 1, 0, rows[1], null_mut()));
-            self.integrated = scratch.to_vec();
-            let place = memory.pointer().cast();
+            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
             let (info, none) = (null_mut(), null_mut());
-            expect_ok(wis_wavelet_light_finish(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
+            expect_ok(wis_wavelet_light_init(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
             self.environment = memory.to_vec();
         }
     }
@@ -333,7 +319,7 @@ impl Scene {
             self.pool_size.scratch_bytes = self.pool_size.bytes;
             let memory = Block::unwritten(self.product_size.bytes);
             let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
-            expect_ok(wis_wavelet_product_prepare(light, query, config, place, bytes, &mut handle, null_mut()));
+            expect_ok(wis_wavelet_product_prepare(light, config, 1, query, place, bytes, &mut handle, null_mut()));
             let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..ProductInfo::default() };
             expect_ok(wis_wavelet_product_describe(light, handle, &mut info));
             self.product = memory[..info.bytes as usize].to_vec();
@@ -401,13 +387,12 @@ impl Scene {
     fn number(&self, function: &Function, parameter: &Parameter) -> usize {
         let name = function.name.as_str();
         match parameter.name.as_str() {
-            "count" if name == "wis_wavelet_light_run" || name == "wis_environment_run" => 1,
+            "count" if name == "wis_environment_run" => 1,
             "pass" if name == "wis_environment_run" => 2,
             "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" if name.starts_with("wis_tree_of") => 2,
             "count" => COUNT,
-            "cpu_level" => wis::simd::detect() as usize,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,
@@ -459,25 +444,18 @@ impl Scene {
             "wis_ray *ray" => unwritten(RAYS * size_of::<Ray>()),
             "uint32_t *ray_count" | "uint32_t *visibility_key" => unwritten(4),
             "uint8_t *status" => unwritten(count),
-            "float *u" if name == "wis_invert" => unwritten(8 * count),
+            "float *u" if matches!(name, "wis_invert" | "wis_wavelet_invert") => unwritten(8 * count),
             "const float *u" if name == "wis_direct" => numbers(&RANDOM[..RAYS]),
             "const wis_wavelet_product_config *config" => product_config(),
             "const wis_rotated_config *config" => rotated_config(),
             "const wis_tree_config *config" => self.tree_config(),
-            "const wis_wavelet_query *query" if name == "wis_wavelet_products_prepare" => query().repeat(COUNT),
+            "const wis_wavelet_query *query" if name == "wis_wavelet_product_prepare" => query().repeat(COUNT),
             "const wis_wavelet_query *query" => query(),
             "const wis_wavelet_table *table" => self.table(),
             "const float offset[2]" => numbers(&[0.5f32; 2]),
             "float wo[3]" => unwritten(12),
             "float *wi" if name == "wis_wavelet_table_directions" => unwritten(12 * IMAGE.len()),
-            "const wis_wavelet_product *const *product" => numbers(&self.products),
-            "const wis_wavelet_product **product" if name == "wis_wavelet_products_prepare" => {
-                unwritten(COUNT * size_of::<*const c_void>())
-            }
-            "wis_prior *prior" | "const wis_prior *prior" | "const wis_prior *other" => prior(),
-            "const uint8_t *visible" => vec![1, 0, 1],
-            "float *weight" => unwritten(4 * count),
-            "const wis_wavelet_callback *brdf" => callback_brdf(),
+            "const wis_wavelet_product **product" => unwritten(COUNT * size_of::<*const c_void>()),
             "const wis_environment *environment" => self.light_memory[1].clone(),
             "const wis_wavelet_light *environment" => self.environment.clone(),
             "const wis_wavelet_product *product" => self.product.clone(),
@@ -516,8 +494,6 @@ impl Scene {
             "void *memory" => unwritten(self.size(name).bytes),
             "void *scratch" if name == "wis_environment_run" => self.light_scratch[0].clone(),
             "void *scratch" if name == "wis_environment_finish" => self.light_scratch[1].clone(),
-            "void *scratch" if name == "wis_wavelet_light_run" => self.decoded.clone(),
-            "void *scratch" if name == "wis_wavelet_light_finish" => self.integrated.clone(),
             "void *scratch" => unwritten(self.size(name).scratch_bytes),
             "wis_environment_info *info" => sized(size_of::<LightInfo>()),
             "wis_wavelet_light_info *info" => sized(size_of::<EnvironmentInfo>()),
@@ -542,8 +518,8 @@ impl Scene {
             "const float *weight" => numbers(&[1.0f32, 0.0, 2.0]),
             "wis_pick *pick" => unwritten(2 * size_of::<Pick>()),
             "double *weight_sum" => unwritten(8),
-            "float *u" | "float u[2]" | "float *point" | "uint32_t rows[2]" => unwritten(8),
-            "double *power" | "double *luminance" | "double *average" | "double *integral" => unwritten(8),
+            "float *u" | "float u[2]" | "float *point" => unwritten(8),
+            "double *average" | "double *integral" => unwritten(8),
             "uint32_t items[3]" => unwritten(12),
             "double rgb[3]" => unwritten(24),
             handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
@@ -585,9 +561,7 @@ impl Scene {
             }
             "wis_tree_of_wavelets" | "wis_tree_of_details" => self.wavelets_size,
             name if name.starts_with("wis_tree") => self.tree_size,
-            "wis_wavelet_products_prepare" => {
-                MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size }
-            }
+            "wis_wavelet_product_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
             name if name.starts_with("wis_wavelet_product") => self.product_size,
             "wis_product_prepare" => MemorySize { bytes: COUNT * self.grid_size.bytes, ..self.grid_size },
             name if name.starts_with("wis_pool") => self.pool_size,
@@ -606,7 +580,7 @@ impl Scene {
             config.layout = WIS_LAYOUT_LATLONG;
             (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
             config.format = WIS_FORMAT_F32;
-            config.flags = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB;
+            config.flags = WIS_WAVELET_LIGHT_RGB;
             config.storage = WIS_STORAGE_SPARSE;
             config.resolution = 4;
             config.pixels = self.pixels.as_ptr().cast();
@@ -624,7 +598,7 @@ impl Scene {
         })
     }
 
-    fn table(&self) -> Vec<u8> {
+    pub fn table(&self) -> Vec<u8> {
         plain(|table: &mut Table| {
             (table.size, table.slice_count) = (size_of::<Table>() as u32, SLICES as u32);
             table.slice = self.slices.as_ptr();
@@ -680,17 +654,10 @@ fn query() -> Vec<u8> {
     })
 }
 
-fn prior() -> Vec<u8> {
-    plain(|prior: &mut Prior| {
-        prior.size = size_of::<Prior>() as u32;
-        (prior.traced[7], prior.visible[7], prior.traced[9]) = (8, 4, 3);
-    })
-}
-
 fn callback_brdf() -> Vec<u8> {
     plain(|brdf: &mut CallbackBrdf| {
         brdf.size = size_of::<CallbackBrdf>() as u32;
-        (brdf.normal, brdf.peak, brdf.half_angle) = ([0.0, 0.0, 1.0], [0.0, -0.6, 0.8], 0.5);
+        (brdf.peak, brdf.half_angle) = ([0.0, -0.6, 0.8], 0.5);
         brdf.eval = Some(lambert);
     })
 }

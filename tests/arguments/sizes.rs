@@ -36,7 +36,7 @@ fn build<T: Copy>(scene: &Scene, init: &str, size: MemorySize, edit: impl Fn(&mu
     call.succeeds("exact blocks");
 }
 
-const ALL: u32 = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB;
+const ALL: u32 = WIS_WAVELET_LIGHT_SANITISE | WIS_WAVELET_LIGHT_RGB;
 
 #[test]
 fn environments() {
@@ -53,7 +53,7 @@ fn environments() {
         for (storage, flags, resolution) in [
             (WIS_STORAGE_PYRAMID, 0, 0),
             (WIS_STORAGE_PYRAMID, ALL, 1),
-            (WIS_STORAGE_PYRAMID, WIS_WAVELET_LIGHT_COMPENSATED, 2),
+            (WIS_STORAGE_PYRAMID, 0, 2),
             (WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_RGB, 8),
             (WIS_STORAGE_SPARSE, ALL, 4),
             (WIS_STORAGE_SPARSE, 0, 1),
@@ -86,9 +86,9 @@ fn large_environments() {
         |c| c.error_budget = -0.0,
     ];
     let bytes = accepted.map(|edit| size(&scene, "wis_wavelet_light_size", edit).bytes);
-    // Luminance and the compensated distribution take 16 bytes a square, links 8, RGB 48.
+    // Luminance takes 16 bytes a square, links 8, RGB 48.
     let squares = (4usize.pow(12) - 1) / 3;
-    assert!(bytes[0].abs_diff(squares * 88) < 256, "{bytes:?}");
+    assert!(bytes[0].abs_diff(squares * 72) < 256, "{bytes:?}");
 }
 
 #[test]
@@ -98,24 +98,14 @@ fn products() {
         let edit = |c: &mut ProductConfig| (c.max_squares, c.max_evaluations) = (squares, evaluations);
         let size = size(&scene, "wis_wavelet_product_size", edit);
         assert_eq!(size.scratch_bytes, 0);
-        for prepare in ["wis_wavelet_product_prepare", "wis_wavelet_product_prepare_callback"] {
-            build(&scene, prepare, size, edit);
-        }
+        // Three queries.
+        let size = MemorySize { bytes: 3 * size.bytes, ..size };
+        build(&scene, "wis_wavelet_product_prepare", size, edit);
+        build(&scene, "wis_wavelet_product_prepare", size, |c: &mut ProductConfig| {
+            edit(c);
+            c.callback = scene.callback.pointer().cast_const().cast();
+        });
     }
-}
-
-/// The level of the processor changes no bit of a product.
-#[test]
-fn processor_levels() {
-    let scene = Scene::new();
-    let prepare = function("wis_wavelet_product_prepare");
-    let products = [0, wis_cpu_detect()].map(|level| {
-        let mut call = Call::valid(&scene, &prepare);
-        call.edit("config", |c: &mut ProductConfig| c.cpu_level = level);
-        call.succeeds("a level");
-        call.bytes("memory").to_vec()
-    });
-    assert!(products[0] == products[1]);
 }
 
 #[test]
@@ -152,13 +142,7 @@ fn pyramids_are_measured_exactly() {
 #[test]
 fn bytes_do_not_depend_on_the_memory() {
     let scene = Scene::new();
-    for name in [
-        "wis_wavelet_light_init",
-        "wis_environment_init",
-        "wis_tree_init",
-        "wis_wavelet_product_prepare",
-        "wis_wavelet_product_prepare_callback",
-    ] {
+    for name in ["wis_wavelet_light_init", "wis_environment_init", "wis_tree_init", "wis_wavelet_product_prepare"] {
         let init = function(name);
         let [zeros, ones] = [0, 0xff].map(|filling| {
             let mut call = Call::valid(&scene, &init);

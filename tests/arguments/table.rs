@@ -8,7 +8,6 @@ use wis::ffi::lights::strata::*;
 use wis::ffi::material::*;
 use wis::ffi::points::*;
 use wis::ffi::pool::*;
-use wis::ffi::prior::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::*;
 use wis::ffi::sampling::*;
@@ -18,7 +17,7 @@ use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::grid::*;
 use wis::ffi::wavelets::haar::*;
 use wis::ffi::wavelets::product::*;
-use wis::ffi::wavelets::products::*;
+use wis::ffi::wavelets::sampling::*;
 use wis::ffi::wavelets::table::*;
 use wis::ffi::wavelets::tree::combine::*;
 use wis::ffi::wavelets::tree::rotated::*;
@@ -54,7 +53,6 @@ macro_rules! table {
 
 pub const TABLE: &[Entry] = table! {
     wis_status_string(status);
-    wis_cpu_detect();
     wis_version();
     wis_environment_size(config, size, diagnostic);
     wis_environment_init(config, memory, bytes, scratch, scratch_bytes, environment, diagnostic);
@@ -86,41 +84,19 @@ pub const TABLE: &[Entry] = table! {
     wis_check(sampler, environment, config, info);
     wis_wavelet_light_size(config, size, diagnostic);
     wis_wavelet_light_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
-    wis_wavelet_light_begin(config, scratch, scratch_bytes, rows, diagnostic);
-    wis_wavelet_light_run(config, scratch, scratch_bytes, pass, first, count, diagnostic);
-    wis_wavelet_light_finish(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
     wis_wavelet_light_open(memory, bytes, environment, info, diagnostic);
-    wis_wavelet_light_power(environment, distribution, power);
-    wis_wavelet_light_sample(environment, distribution, world_from_map, u, sample);
-    wis_wavelet_light_sample_n(
-        environment, distribution, world_from_map, count, u, u_stride, wi, wi_stride, pdf, pdf_stride
-    );
-    wis_wavelet_light_pdf(environment, distribution, world_from_map, wi, pdf);
-    wis_wavelet_light_pdf_n(environment, distribution, world_from_map, count, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_light_sample_lanes(
-        environment, distribution, world_from_map, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride
-    );
-    wis_wavelet_light_pdf_lanes(
-        environment, distribution, world_from_map, cpu_level, count, wi, wi_stride, pdf, pdf_stride
-    );
-    wis_wavelet_light_invert(environment, distribution, world_from_map, wi, u);
+    wis_wavelet_sample(environment, product, world_from_map, count, u, u_stride, drawn, drawn_stride);
+    wis_wavelet_pdf(environment, product, world_from_map, count, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_invert(environment, product, world_from_map, count, wi, wi_stride, u, u_stride, status);
     wis_pixel_seed(x, y, pass);
     wis_points_hammersley(first, count, total, out, stride);
     wis_points_sobol(seed, first, count, out, stride);
-    wis_query_eval(query, count, wi, wi_stride, f_cos, f_cos_stride);
+    wis_wavelet_query_eval(query, table, count, wi, wi_stride, f_cos, f_cos_stride);
     wis_wavelet_product_size(config, size, diagnostic);
-    wis_wavelet_product_prepare(environment, query, config, memory, bytes, product, diagnostic);
-    wis_wavelet_product_prepare_callback(environment, brdf, config, memory, bytes, product, diagnostic);
-    wis_wavelet_products_prepare(environment, count, query, config, memory, bytes, product, diagnostic);
-    wis_wavelet_products_sample(environment, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_products_pdf(environment, count, product, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_products_sample_lanes(
-        environment, cpu_level, count, product, u, u_stride, wi, wi_stride, pdf, pdf_stride
-    );
-    wis_wavelet_products_pdf_lanes(environment, cpu_level, count, product, wi, wi_stride, pdf, pdf_stride);
+    wis_wavelet_product_prepare(environment, config, count, query, memory, bytes, product, diagnostic);
+    wis_wavelet_product_describe(environment, product, info);
+    wis_wavelet_product_estimate_rgb(environment, product, table, rgb);
     wis_wavelet_table_directions(slice, slice_count, depth, offset, wo, wi, wi_stride);
-    wis_wavelet_table_eval(table, query, count, wi, wi_stride, f_cos, f_cos_stride);
-    wis_wavelet_product_prepare_table(environment, table, query, config, memory, bytes, product, diagnostic);
     wis_strata_size(map, config, size, diagnostic);
     wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
     wis_jitter_size(map, light_count, size, diagnostic);
@@ -135,22 +111,6 @@ pub const TABLE: &[Entry] = table! {
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
         diagnostic
     );
-    wis_prior_count(prior, world_from_map, count, wi, wi_stride, visible);
-    wis_prior_add(prior, other);
-    wis_prior_halve(prior);
-    wis_prior_weights(prior, world_from_map, count, wi, wi_stride, weight, weight_stride);
-    wis_wavelet_product_covers(environment, product, query, covers);
-    wis_wavelet_product_describe(environment, product, info);
-    wis_wavelet_product_estimate(environment, product, luminance);
-    wis_wavelet_product_estimate_rgb(environment, product, rgb);
-    wis_wavelet_table_estimate_rgb(environment, product, table, rgb);
-    wis_wavelet_product_sample(environment, product, u, sample);
-    wis_wavelet_product_sample_n(environment, product, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_product_pdf(environment, product, wi, pdf);
-    wis_wavelet_product_pdf_n(environment, product, count, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_product_sample_lanes(environment, product, cpu_level, count, u, u_stride, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_product_pdf_lanes(environment, product, cpu_level, count, wi, wi_stride, pdf, pdf_stride);
-    wis_wavelet_product_invert(environment, product, wi, u);
     wis_haar_forward(dimensions, depth, count, values, diagnostic);
     wis_haar_inverse(dimensions, depth, count, values, diagnostic);
     wis_tree_size(config, size, diagnostic);

@@ -2,22 +2,21 @@
 
 use super::{BYTES, Kind, NO_AMOUNTS, NO_LINKS, add_links, add_words, assert_refuses, long, put, word};
 use crate::arguments::block::{Block, SENTINEL};
-use crate::support::{Map, build, ggx, lambert, product_config, query};
+use crate::support::{Map, build, ggx, invert, lambert, pdf, product_config, query, sample};
 use std::mem::offset_of;
-use std::ptr::{dangling, null_mut};
+use std::ptr::{dangling, null, null_mut};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::numeric::ContentHash;
 use wis::status::Status;
-use wis::wavelets::descent::Sample;
 use wis::wavelets::environment::Header;
 
 pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_of::<Header>() };
 
 const SQUARES: usize = size_of::<Header>();
 
-const ALL: u32 = WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_RGB;
+const ALL: u32 = WIS_WAVELET_LIGHT_RGB;
 
 /// Some maps, with every storage, layout and flag.
 fn objects() -> Vec<Vec<u8>> {
@@ -25,7 +24,7 @@ fn objects() -> Vec<Vec<u8>> {
         object(|c| c.storage = WIS_STORAGE_PYRAMID, varied),
         object(|c| (c.flags, c.resolution) = (WIS_WAVELET_LIGHT_EXACT_ZERO, 1), varied),
         object(|c| (c.resolution, c.error_budget) = (8, 0.05), varied),
-        object(|c| (c.flags, c.error_budget) = (WIS_WAVELET_LIGHT_COMPENSATED, 0.1), varied),
+        object(|c| (c.flags, c.error_budget) = (0, 0.1), varied),
         object(|c| c.error_budget = 1e30, varied),
         refined(),
         natural(),
@@ -81,9 +80,7 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
 struct Parts {
     marks: usize,
     links: usize,
-    compensated: usize,
     rgb: usize,
-    texels: usize,
     end: usize,
 }
 
@@ -103,13 +100,9 @@ impl Parts {
             0
         });
         let sparse = word(bytes, offset_of!(Header, storage)) == WIS_STORAGE_SPARSE;
-        let compensated = links.saturating_add(if sparse { when(true, 8) } else { (8 * refined).next_multiple_of(16) });
-        let [rows, columns] = size_of_texels(bytes);
-        let tree = flags & WIS_WAVELET_LIGHT_COMPENSATED != 0 && rows == 0;
-        let rgb = compensated.saturating_add(when(tree, 16));
-        let texels = rgb.saturating_add(when(flags & WIS_WAVELET_LIGHT_RGB != 0, 48));
-        let [starts, guides] = lengths_of_texels([rows, columns]);
-        Parts { marks, links, compensated, rgb, texels, end: texels + 16 * rows + 4 * starts + 2 * guides }
+        let rgb = links.saturating_add(if sparse { when(true, 8) } else { (8 * refined).next_multiple_of(16) });
+        let end = rgb.saturating_add(when(flags & WIS_WAVELET_LIGHT_RGB != 0, 48));
+        Parts { marks, links, rgb, end }
     }
 
     /// How many marks and links there are.
@@ -122,21 +115,6 @@ impl Parts {
             [if refined > 0 { cells.div_ceil(32) } else { 0 }, refined]
         }
     }
-}
-
-/// Rows and columns of texels that the compensated distribution keeps.
-fn size_of_texels(bytes: &[u8]) -> [usize; 2] {
-    let word = word(bytes, offset_of!(Header, texels));
-    let [rows, columns] = [word & 0xffff, word >> 16].map(|count| count as usize);
-    // Of a cube map only the columns are written, of an octahedral one only the rows.
-    [if rows == 0 { 6 * columns } else { rows }, if columns == 0 { rows } else { columns }]
-}
-
-/// The lengths of their starts, 4 bytes each, and guides, 2 bytes each.
-fn lengths_of_texels([rows, columns]: [usize; 2]) -> [usize; 2] {
-    let starts = (rows + 1 + rows * (columns + 1)).next_multiple_of(4);
-    let guides = (rows.next_power_of_two() + rows * columns.next_power_of_two()).next_multiple_of(8);
-    if rows == 0 { [0; 2] } else { [starts, guides] }
 }
 
 fn content_id(bytes: &[u8]) -> Option<u64> {
@@ -153,32 +131,18 @@ fn content_id(bytes: &[u8]) -> Option<u64> {
         offset_of!(Header, squares),
         offset_of!(Header, refined),
         offset_of!(Header, average),
-        offset_of!(Header, compensated_average),
     ] {
         hash.add(word(header, offset).into());
     }
-    let written = word(header, offset_of!(Header, texels));
-    [written & 0xffff, written >> 16].into_iter().for_each(|count| hash.add(count.into()));
     add_words(&mut hash, header, offset_of!(Header, rgb_average), 3)?;
     let (parts, squares) = (Parts::of(bytes), word(header, offset_of!(Header, squares)) as usize);
     add_words(&mut hash, bytes, SQUARES, 4 * squares)?;
-    add_words(&mut hash, bytes, parts.compensated, (parts.rgb - parts.compensated) / 4)?;
     let [marks, links] = Parts::counts(bytes);
     // A mark is hashed as a link is, but with its halves the other way round.
     let words = bytes.get(parts.marks..parts.marks.checked_add(marks.checked_mul(8)?)?)?;
     words.chunks_exact(8).for_each(|mark| hash.add(u64::from(word(mark, 4)) << 32 | u64::from(word(mark, 0))));
     add_links(&mut hash, bytes, parts.links, links)?;
-    add_words(&mut hash, bytes, parts.rgb, (parts.texels - parts.rgb) / 4)?;
-    let (size, [starts, guides]) = (size_of_texels(header), lengths_of_texels(size_of_texels(header)));
-    let rows = parts.texels..parts.texels.checked_add(16 * size[0])?;
-    let starts = rows.end..rows.end.checked_add(4 * starts)?;
-    // Starts by twos and guides by fours, the first highest.
-    bytes.get(starts.clone())?.chunks_exact(8).for_each(|two| hash.add(long(two, 0).rotate_left(32)));
-    for four in bytes.get(starts.end..starts.end + 2 * guides)?.chunks_exact(8) {
-        let guides = four.chunks_exact(2).map(|guide| u16::from_ne_bytes([guide[0], guide[1]]));
-        hash.add(guides.fold(0, |word, guide| word << 16 | u64::from(guide)));
-    }
-    add_words(&mut hash, bytes, rows.start, rows.len() / 4)?;
+    add_words(&mut hash, bytes, parts.rgb, (parts.end - parts.rgb) / 4)?;
     Some(hash.finish())
 }
 
@@ -187,38 +151,15 @@ const RANDOM: [[f32; 2]; 5] = [[0.0, 0.0], [0.5, 0.25], [0.99, 0.99], [0.1, 0.8]
 /// Samples the light and a product with it.
 fn exercise(block: &Block) {
     let handle = block.pointer().cast_const().cast::<Environment>();
-    let mut power = -1.0;
-    // SAFETY: the handle was opened.
-    unsafe {
-        assert_eq!(wis_wavelet_light_power(handle, WIS_DISTRIBUTION_PLAIN, &mut power), Status::Ok);
-        assert!(power >= 0.0);
-        for distribution in [WIS_DISTRIBUTION_PLAIN, WIS_DISTRIBUTION_COMPENSATED] {
-            for u in RANDOM {
-                exercise_light(handle, distribution, u);
-            }
-        }
-    }
+    RANDOM.into_iter().for_each(|u| exercise_light(handle, u));
     exercise_product(handle);
 }
 
-/// # Safety
-/// The handle was opened.
-unsafe fn exercise_light(handle: *const Environment, distribution: u32, u: [f32; 2]) {
-    let mut sample = Sample::default();
-    let (mut pdf, mut back) = (0.0, [0.0; 2]);
-    // SAFETY: all pointers are valid.
-    unsafe {
-        let status = wis_wavelet_light_sample(handle, distribution, std::ptr::null(), &u, &mut sample);
-        if status == Status::NotBuilt {
-            return;
-        }
-        assert_eq!(status, Status::Ok);
-        if sample.pdf != 0.0 {
-            assert_eq!(wis_wavelet_light_pdf(handle, distribution, std::ptr::null(), &sample.wi, &mut pdf), Status::Ok);
-            assert_eq!(pdf.to_bits(), sample.pdf.to_bits());
-            let status = wis_wavelet_light_invert(handle, distribution, std::ptr::null(), &sample.wi, &mut back);
-            assert!(matches!(status, Status::Ok | Status::ZeroDensity));
-        }
+fn exercise_light(handle: *const Environment, u: [f32; 2]) {
+    let drawn = sample(handle, null(), None, u);
+    if drawn.pdf != 0.0 {
+        assert_eq!(pdf(handle, null(), None, drawn.wi).to_bits(), drawn.pdf.to_bits());
+        invert(handle, null(), None, drawn.wi);
     }
 }
 
@@ -226,23 +167,22 @@ fn exercise_product(environment: *const Environment) {
     let config = ProductConfig { max_squares: 24, ..product_config() };
     let query = query([0.0, 0.6, 0.8], [0.0, 0.0, 1.0], &[lambert(0.5), ggx(0.1)]);
     let mut size = MemorySize::default();
-    let mut product = std::ptr::null();
-    let (mut luminance, mut rgb, mut sample, mut back) = (0.0, [0.0; 3], Sample::default(), [0.0; 2]);
+    let mut product = null();
+    let (mut info, mut rgb) = (ProductInfo { size: size_of::<ProductInfo>() as u32, ..Default::default() }, [0.0; 3]);
     // SAFETY: all pointers are valid, the handle was opened.
     unsafe {
         assert_eq!(wis_wavelet_product_size(&config, &mut size, null_mut()), Status::Ok);
         let memory = Block::unwritten(size.bytes);
-        let (place, none) = (memory.pointer().cast(), null_mut());
-        let status = wis_wavelet_product_prepare(environment, &query, &config, place, size.bytes, &mut product, none);
+        let (place, bytes, none) = (memory.pointer().cast(), size.bytes, null_mut());
+        let status = wis_wavelet_product_prepare(environment, &config, 1, &query, place, bytes, &mut product, none);
         assert_eq!(status, Status::Ok);
-        assert_eq!(wis_wavelet_product_estimate(environment, product, &mut luminance), Status::Ok);
-        let status = wis_wavelet_product_estimate_rgb(environment, product, &mut rgb);
+        assert_eq!(wis_wavelet_product_describe(environment, product, &mut info), Status::Ok);
+        let status = wis_wavelet_product_estimate_rgb(environment, product, null(), &mut rgb);
         assert!(matches!(status, Status::Ok | Status::NotBuilt));
         for u in RANDOM {
-            assert_eq!(wis_wavelet_product_sample(environment, product, &u, &mut sample), Status::Ok);
-            if sample.pdf != 0.0 {
-                let status = wis_wavelet_product_invert(environment, product, &sample.wi, &mut back);
-                assert!(matches!(status, Status::Ok | Status::ZeroDensity), "{status:?}");
+            let drawn = sample(environment, product, None, u);
+            if drawn.pdf != 0.0 {
+                invert(environment, product, None, drawn.wi);
             }
         }
     }
@@ -277,7 +217,7 @@ fn pyramid() -> Vec<u8> {
     object(|c| c.storage = WIS_STORAGE_PYRAMID, varied)
 }
 
-/// A pyramid whose cells go on below, and whose compensated distribution keeps texels.
+/// A pyramid whose cells go on below.
 fn refined() -> Vec<u8> {
     let edit = |c: &mut EnvironmentConfig| {
         (c.storage, c.layout, c.width, c.height) = (WIS_STORAGE_PYRAMID, WIS_LAYOUT_OCTAHEDRAL, 6, 6);
@@ -287,7 +227,7 @@ fn refined() -> Vec<u8> {
     object(edit, |i| if i / 3 == 14 { 1.9 } else { 1.0 })
 }
 
-/// A pyramid whose compensated distribution keeps texels.
+/// A pyramid of a resolution that is left to the library.
 fn natural() -> Vec<u8> {
     object(|c| (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_WAVELET_LIGHT_NEAREST), varied)
 }
@@ -300,23 +240,6 @@ fn natural_cube() -> Vec<u8> {
         (c.storage, c.resolution, c.flags) = (WIS_STORAGE_PYRAMID, 0, ALL | WIS_WAVELET_LIGHT_NEAREST);
     };
     object(edit, varied)
-}
-
-/// Starts, guides and rows of texels that are not what they were built to be, and other numbers of texels.
-#[test]
-fn texels() {
-    for (object, size) in [(natural(), [3, 5]), (natural_cube(), [12, 2]), (refined(), [6, 6])] {
-        let parts = Parts::of(&object);
-        assert_eq!((size_of_texels(&object), parts.end), (size, object.len()));
-        for offset in (parts.texels..parts.end).step_by(4) {
-            for number in [1 << 31, u32::MAX] {
-                assert_refuses(&KIND, &object, offset, &number.to_ne_bytes(), "texels");
-            }
-        }
-        for size in [[0u16, 0], [0, 5], [3, 0], [5, 3], [3, 4], [2, 5], [12, 2], [15, 1], [u16::MAX, u16::MAX]] {
-            assert_refuses(&KIND, &object, offset_of!(Header, texels), &size.map(u16::to_ne_bytes).concat(), "size");
-        }
-    }
 }
 
 /// Marks and links of refined cells that lead nowhere, twice to the same square, or back.
@@ -347,7 +270,7 @@ fn refinements() {
 /// Numbers that cannot be, wherever they stand.
 #[test]
 fn amounts() {
-    let constant = object(|c| (c.flags, c.error_budget) = (WIS_WAVELET_LIGHT_COMPENSATED, 1e30), varied);
+    let constant = object(|c| (c.flags, c.error_budget) = (0, 1e30), varied);
     assert_eq!(constant.len(), SQUARES);
     for object in [sparse(), pyramid(), constant] {
         let parts = Parts::of(&object);
@@ -359,7 +282,7 @@ fn amounts() {
             for offset in (average..offset_of!(Header, refined)).step_by(4) {
                 assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "average");
             }
-            for offset in (SQUARES..parts.marks).chain(parts.compensated..parts.end).step_by(4) {
+            for offset in (SQUARES..parts.marks).chain(parts.rgb..parts.end).step_by(4) {
                 assert_refuses(&KIND, &object, offset, &(no_amount as f32).to_ne_bytes(), "square");
             }
         }
@@ -371,10 +294,10 @@ fn headers() {
     for object in [sparse(), pyramid()] {
         for (offset, numbers) in [
             (offset_of!(Header, storage), &[0, 3, u32::MAX][..]),
-            (offset_of!(Header, flags), &[32, 1 << 31, u32::MAX, 0, WIS_WAVELET_LIGHT_RGB]),
+            (offset_of!(Header, flags), &[16, 1 << 31, u32::MAX, 0, WIS_WAVELET_LIGHT_NEAREST]),
             (offset_of!(Header, depth), &[0, 1, 13, 32, u32::MAX]),
             (offset_of!(Header, squares), &[0, 1, 4, 6, 1_000_000, 1 << 31, u32::MAX]),
-            (offset_of!(Header, texels), &[1, 0x0001_0000, 0x0005_0003, u32::MAX]),
+            (offset_of!(Header, reserved), &[1, u32::MAX]),
             (BYTES, &[0, 95, 96, 1_000_000, u32::MAX]),
             (0, &[0, 1, u32::MAX]),
         ] {

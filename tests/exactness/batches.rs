@@ -1,17 +1,13 @@
 //! Batches with strides of any size give the bits of single calls.
 
-use super::{DISTRIBUTIONS, bits, maps};
+use super::{bits, maps};
 use crate::support::scenes::grid;
 use crate::support::{Environment, Product, Random, build};
+use std::ptr::null;
 use wis::ffi::wavelets::environment::{
-    EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_EXACT_ZERO,
-    WIS_WAVELET_LIGHT_NEAREST, wis_wavelet_light_pdf_lanes, wis_wavelet_light_pdf_n, wis_wavelet_light_sample_lanes,
-    wis_wavelet_light_sample_n,
+    EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
 };
-use wis::ffi::wavelets::product::{
-    wis_wavelet_product_pdf_lanes, wis_wavelet_product_pdf_n, wis_wavelet_product_sample_lanes,
-    wis_wavelet_product_sample_n,
-};
+use wis::ffi::wavelets::sampling::{wis_wavelet_invert, wis_wavelet_pdf, wis_wavelet_sample};
 use wis::status::Status;
 use wis::wavelets::descent::Sample;
 
@@ -48,70 +44,47 @@ impl<const N: usize> Strided<N> {
 struct Batch {
     count: usize,
     u: Strided<2>,
-    wi: Strided<3>,
-    pdf: Strided<1>,
+    drawn: Strided<4>,
     asked: Strided<1>,
+    back: Strided<2>,
 }
 
 impl Batch {
     /// Random numbers, and up to three floats of room behind each element.
     fn new(random: &mut Random, count: usize) -> Batch {
         let mut stride = |least: usize| least + random.bits() as usize % 4;
-        let (u, wi) = (Strided::new(count, stride(2)), Strided::new(count, stride(3)));
-        let (pdf, asked) = (Strided::new(count, stride(1)), Strided::new(count, stride(1)));
-        let mut batch = Batch { count, u, wi, pdf, asked };
+        let (u, drawn) = (Strided::new(count, stride(2)), Strided::new(count, stride(4)));
+        let (asked, back) = (Strided::new(count, stride(1)), Strided::new(count, stride(2)));
+        let mut batch = Batch { count, u, drawn, asked, back };
         (0..count).for_each(|k| batch.u.set(k, [random.f32(), random.f32()]));
         batch
     }
 
     /// Compares with single calls.
-    fn check(&self, single: impl Fn([f32; 2]) -> Sample) {
+    fn check(&self, single: impl Fn([f32; 2]) -> Sample, invert: impl Fn([f32; 3]) -> Option<[f32; 2]>) {
         for k in 0..self.count {
-            let [pdf] = self.pdf.get(k);
-            assert_eq!(bits(Sample { wi: self.wi.get(k), pdf }), bits(single(self.u.get(k))));
+            let [x, y, z, pdf] = self.drawn.get(k);
+            assert_eq!(bits(Sample { wi: [x, y, z], pdf }), bits(single(self.u.get(k))));
             assert_eq!(pdf.to_bits(), self.asked.get(k)[0].to_bits());
+            assert_eq!(Some(self.back.get(k)).filter(|u| !u[0].is_nan()), invert([x, y, z]));
         }
-        assert!(self.wi.gaps_are_untouched() && self.pdf.gaps_are_untouched() && self.asked.gaps_are_untouched());
+        assert!(self.drawn.gaps_are_untouched() && self.asked.gaps_are_untouched() && self.back.gaps_are_untouched());
     }
 
-    /// The baseline by the call without a level, others by name.
-    fn run_product(&mut self, level: Option<u32>, product: &Product) {
-        let (e, p, n) = (product.environment.handle, product.handle, self.count);
-        let (u, wi, pdf) = (self.u.parts(), self.wi.parts(), self.pdf.parts());
-        let asked = self.asked.parts();
+    /// A product, or the light alone.
+    fn run(&mut self, environment: &Environment, product: Option<&Product>, matrix: &[f32; 9]) {
+        let (e, p, n) = (environment.handle, product.map_or(null(), |product| product.handle), self.count);
+        let (u, drawn, asked, back) = (self.u.parts(), self.drawn.parts(), self.asked.parts(), self.back.parts());
+        self.back.floats.fill(f32::NAN);
+        let mut statuses = vec![99; n];
         // SAFETY: all arrays have n elements.
         unsafe {
-            let [sampled, asked] = match level {
-                None => [
-                    wis_wavelet_product_sample_n(e, p, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_wavelet_product_pdf_n(e, p, n, wi.0, wi.1, asked.0, asked.1),
-                ],
-                Some(l) => [
-                    wis_wavelet_product_sample_lanes(e, p, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_wavelet_product_pdf_lanes(e, p, l, n, wi.0, wi.1, asked.0, asked.1),
-                ],
-            };
-            assert_eq!((sampled, asked), (Status::Ok, Status::Ok));
-        }
-    }
-
-    fn run_light(&mut self, level: Option<u32>, environment: &Environment, distribution: u32, matrix: &[f32; 9]) {
-        let (e, d, n) = (environment.handle, distribution, self.count);
-        let (u, wi, pdf) = (self.u.parts(), self.wi.parts(), self.pdf.parts());
-        let asked = self.asked.parts();
-        // SAFETY: all arrays have n elements.
-        unsafe {
-            let [sampled, asked] = match level {
-                None => [
-                    wis_wavelet_light_sample_n(e, d, matrix, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_wavelet_light_pdf_n(e, d, matrix, n, wi.0, wi.1, asked.0, asked.1),
-                ],
-                Some(l) => [
-                    wis_wavelet_light_sample_lanes(e, d, matrix, l, n, u.0, u.1, wi.0, wi.1, pdf.0, pdf.1),
-                    wis_wavelet_light_pdf_lanes(e, d, matrix, l, n, wi.0, wi.1, asked.0, asked.1),
-                ],
-            };
-            assert_eq!((sampled, asked), (Status::Ok, Status::Ok));
+            let to = drawn.0.cast();
+            assert_eq!(wis_wavelet_sample(e, p, matrix, n, u.0, u.1, to, drawn.1), Status::Ok);
+            assert_eq!(wis_wavelet_pdf(e, p, matrix, n, drawn.0, drawn.1, asked.0, asked.1), Status::Ok);
+            let statuses = statuses.as_mut_ptr();
+            let status = wis_wavelet_invert(e, p, matrix, n, drawn.0, drawn.1, back.0, back.1, statuses);
+            assert_eq!(status, Status::Ok);
         }
     }
 }
@@ -120,23 +93,20 @@ impl Batch {
 #[test]
 fn batches_are_single_calls() {
     let mut random = Random(71);
-    let flags = WIS_WAVELET_LIGHT_EXACT_ZERO | WIS_WAVELET_LIGHT_COMPENSATED;
+    let flags = WIS_WAVELET_LIGHT_EXACT_ZERO;
     for (map, flags) in
         maps().into_iter().flat_map(|map| [(map.clone(), flags), (map, flags | WIS_WAVELET_LIGHT_NEAREST)])
     {
-        // Without filter and of a resolution that is left to the library, the compensated distribution keeps texels.
+        // Without filter and of a resolution that is left to the library, cells go on below.
         let environment = map.build(if flags & WIS_WAVELET_LIGHT_NEAREST != 0 { 0 } else { 64 }, flags);
         for (point, count) in grid(&map).iter().zip([0, 1, 2, 3, 7, 8, 9, 31, 64, 100].into_iter().cycle()) {
             let mut batch = Batch::new(&mut random, count);
             let product = point.prepare(&environment);
-            for level in [None, Some(0), Some(wis::simd::detect())] {
-                batch.run_product(level, &product);
-                batch.check(|u| product.sample(u));
-                for distribution in DISTRIBUTIONS {
-                    batch.run_light(level, &environment, distribution, &point.world_from_map);
-                    batch.check(|u| environment.sample(distribution, Some(&point.world_from_map), u));
-                }
-            }
+            batch.run(&environment, Some(&product), &point.world_from_map);
+            batch.check(|u| product.sample(u), |wi| product.invert(wi));
+            batch.run(&environment, None, &point.world_from_map);
+            let matrix = Some(&point.world_from_map);
+            batch.check(|u| environment.sample(matrix, u), |wi| environment.invert(matrix, wi));
         }
     }
 }
@@ -147,26 +117,19 @@ fn lanes_that_leave_the_heap_are_single_calls() {
     let mut random = Random(72);
     let mut refined = 0;
     for map in maps() {
-        let flags = WIS_WAVELET_LIGHT_NEAREST | WIS_WAVELET_LIGHT_COMPENSATED;
-        let sparse = EnvironmentConfig {
-            storage: WIS_STORAGE_SPARSE,
-            error_budget: 0.001,
-            ..map.config(64, WIS_WAVELET_LIGHT_COMPENSATED)
-        };
+        let flags = WIS_WAVELET_LIGHT_NEAREST;
+        let sparse = EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget: 0.001, ..map.config(64, 0) };
         for environment in [map.build(0, flags), build(&sparse).expect("the map is valid")] {
             let cells = u64::from(environment.info.resolution).pow(2);
             refined += u32::from(environment.info.squares > cells / 3);
             for point in grid(&map).iter().take(12) {
                 let mut batch = Batch::new(&mut random, 64);
                 let product = point.prepare(&environment);
-                for level in [None, Some(wis::simd::detect())] {
-                    batch.run_product(level, &product);
-                    batch.check(|u| product.sample(u));
-                    for distribution in DISTRIBUTIONS {
-                        batch.run_light(level, &environment, distribution, &point.world_from_map);
-                        batch.check(|u| environment.sample(distribution, Some(&point.world_from_map), u));
-                    }
-                }
+                batch.run(&environment, Some(&product), &point.world_from_map);
+                batch.check(|u| product.sample(u), |wi| product.invert(wi));
+                batch.run(&environment, None, &point.world_from_map);
+                let matrix = Some(&point.world_from_map);
+                batch.check(|u| environment.sample(matrix, u), |wi| environment.invert(matrix, wi));
             }
         }
     }

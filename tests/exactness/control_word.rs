@@ -1,11 +1,10 @@
 //! Hosts that flush denormals or round otherwise get the same bits, and their control word back (MXCSR of x86-64).
 
-use super::DISTRIBUTIONS;
 use super::determinism::colourful;
 use crate::support::scenes::{ShadingPoint, grid};
 use crate::support::{Map, Random, eval};
 use std::arch::asm;
-use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_RGB};
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
 
 const DEFAULT: u32 = 0x1f80;
 /// Denormal results and operands count as 0.
@@ -39,17 +38,17 @@ fn under<T>(word: u32, run: impl FnOnce() -> T) -> (T, u32) {
 
 /// Everything that a map and a shading point lead to, as bits: environment, product, and what is asked of them.
 fn everything(map: &Map, point: &ShadingPoint, u: &[[f32; 2]]) -> (Vec<u8>, Vec<u8>, Vec<u64>) {
-    let environment = map.build(32, WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_COMPENSATED);
+    let environment = map.build(32, WIS_WAVELET_LIGHT_RGB);
     let product = point.prepare(&environment);
     let matrix = Some(&point.world_from_map);
-    let mut words: Vec<u64> = DISTRIBUTIONS.map(|d| environment.power(d).to_bits()).into();
+    let mut words = vec![environment.info.power.to_bits()];
     words.push(product.estimate().to_bits());
     words.extend(product.estimate_rgb().map(f64::to_bits));
     for &u in u {
-        for sample in [product.sample(u)].into_iter().chain(DISTRIBUTIONS.map(|d| environment.sample(d, matrix, u))) {
+        for sample in [product.sample(u)].into_iter().chain([environment.sample(matrix, u)]) {
             let wi = sample.wi;
-            let back = [product.invert(wi), environment.invert(WIS_DISTRIBUTION_PLAIN, matrix, wi)];
-            let pdf = [sample.pdf, product.pdf(wi), environment.pdf(WIS_DISTRIBUTION_PLAIN, matrix, wi)];
+            let back = [product.invert(wi), environment.invert(matrix, wi)];
+            let pdf = [sample.pdf, product.pdf(wi), environment.pdf(matrix, wi)];
             let back = back.into_iter().flatten().flatten();
             let floats = wi.into_iter().chain(pdf).chain(eval(&point.query, wi)).chain(back);
             words.extend(floats.map(|f| u64::from(f.to_bits())));

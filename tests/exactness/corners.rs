@@ -4,15 +4,16 @@ use super::check;
 use super::numbers::neighbours;
 use crate::support::scenes::{ShadingPoint, lobes, rows};
 use crate::support::vector::{dot, scale, single, unit};
-use crate::support::{Environment, Map, Random, build_shared, next_down, query};
+use crate::support::{Environment, Map, Random, build, next_down, query};
 use std::ffi::c_void;
 use std::ptr::null;
 use wis::ffi::wavelets::environment::{
     EnvironmentConfig, WIS_LAYOUT_OCTAHEDRAL, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
-    wis_wavelet_light_pdf_n, wis_wavelet_light_sample_n,
 };
+use wis::ffi::wavelets::sampling::{wis_wavelet_pdf, wis_wavelet_sample};
 use wis::sphere::{SPHERE, direction_f64};
 use wis::status::Status;
+use wis::wavelets::descent::Sample;
 
 /// Rotations and, every other one, reflections.
 fn random_matrices(seed: u64, count: usize) -> Vec<[f32; 9]> {
@@ -41,7 +42,7 @@ fn finest_checker() -> Environment {
         row_user: rows.as_mut_ptr().cast(),
         ..map.config(CELLS, WIS_WAVELET_LIGHT_EXACT_ZERO | WIS_WAVELET_LIGHT_NEAREST)
     };
-    build_shared(&config, 2)
+    build(&config).unwrap()
 }
 
 /// The u that lead to the corners of lit cell `(i, j)` of the finest checker. Every split but those of axis 2 at
@@ -67,19 +68,18 @@ fn cells_at_folds() -> impl Iterator<Item = (u32, u32)> {
 
 /// Warps u to samples and asks for the pdf of each.
 fn check_all(environment: &Environment, matrix: &[f32; 9], u: &[[f32; 2]], expected: f32) {
-    let mut wi = vec![[0.0f32; 3]; u.len()];
-    let (mut sampled, mut asked) = (vec![0.0f32; u.len()], vec![0.0f32; u.len()]);
-    let (e, n, wi_start) = (environment.handle, u.len(), wi.as_mut_ptr().cast::<f32>());
+    let (mut drawn, mut asked) = (vec![Sample::default(); u.len()], vec![0.0f32; u.len()]);
+    let (e, n, start) = (environment.handle, u.len(), drawn.as_mut_ptr());
     // SAFETY: all arrays have n elements.
     unsafe {
         let u = u.as_ptr().cast();
-        let status = wis_wavelet_light_sample_n(e, 0, matrix, n, u, 0, wi_start, 0, sampled.as_mut_ptr(), 0);
+        assert_eq!(wis_wavelet_sample(e, null(), matrix, n, u, 0, start, 0), Status::Ok);
+        let status = wis_wavelet_pdf(e, null(), matrix, n, start.cast(), 16, asked.as_mut_ptr(), 0);
         assert_eq!(status, Status::Ok);
-        assert_eq!(wis_wavelet_light_pdf_n(e, 0, matrix, n, wi_start, 0, asked.as_mut_ptr(), 0), Status::Ok);
     }
-    for ((u, wi), (sampled, asked)) in u.iter().zip(&wi).zip(sampled.iter().zip(&asked)) {
-        assert_eq!(sampled.to_bits(), asked.to_bits(), "{u:?} {wi:?}");
-        assert_eq!(*sampled, expected, "{u:?} {wi:?}");
+    for ((u, drawn), asked) in u.iter().zip(&drawn).zip(&asked) {
+        assert_eq!(drawn.pdf.to_bits(), asked.to_bits(), "{u:?} {drawn:?}");
+        assert_eq!(drawn.pdf, expected, "{u:?} {drawn:?}");
     }
 }
 

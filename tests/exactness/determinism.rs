@@ -1,12 +1,11 @@
 //! Scalings of the light, threads, addresses and copies change no bit.
 
-use super::{DISTRIBUTIONS, bits};
+use super::bits;
 use crate::support::scenes::grid;
 use crate::support::vector::single;
-use crate::support::{Environment, Map, Memory, Product, Random, build, build_over, build_shared, product_config};
+use crate::support::{Environment, Map, Memory, Product, Random, build, build_over, product_config};
 use wis::ffi::wavelets::environment::{
-    EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED, WIS_WAVELET_LIGHT_NEAREST,
-    WIS_WAVELET_LIGHT_RGB,
+    EnvironmentConfig, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB,
 };
 use wis::ffi::wavelets::product::ProductConfig;
 
@@ -24,7 +23,7 @@ pub fn colourful() -> Map {
 #[test]
 fn scaling_the_light_scales_only_the_integrals() {
     let map = colourful();
-    let flags = WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_COMPENSATED | WIS_WAVELET_LIGHT_NEAREST;
+    let flags = WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_NEAREST;
     // Cells of 64, and those that are divided further where light varies.
     for (resolution, k) in [64, 0].into_iter().flat_map(|r| [-100, -33, -1, 1, 7, 100].map(|k| (r, k))) {
         let environment = map.build(resolution, flags);
@@ -32,7 +31,7 @@ fn scaling_the_light_scales_only_the_integrals() {
         let mut scaled = map.clone();
         scaled.pixels.iter_mut().for_each(|p| *p *= factor as f32);
         let scaled = scaled.build(resolution, flags);
-        assert!(DISTRIBUTIONS.iter().all(|&d| scaled.power(d) == environment.power(d) * factor));
+        assert_eq!(scaled.info.power, environment.info.power * factor);
         let mut random = Random(79);
         for point in grid(&map) {
             let [a, b] = [&environment, &scaled].map(|e| point.prepare(e));
@@ -42,34 +41,28 @@ fn scaling_the_light_scales_only_the_integrals() {
                 let (u, wi) = ([random.f32(), random.f32()], single(random.direction()));
                 assert_eq!(bits(a.sample(u)), bits(b.sample(u)));
                 assert_eq!(a.pdf(wi).to_bits(), b.pdf(wi).to_bits());
-                for d in DISTRIBUTIONS {
-                    let [a, b] = [&environment, &scaled].map(|e| bits(e.sample(d, Some(&point.world_from_map), u)));
-                    assert_eq!(a, b);
-                }
+                let [a, b] = [&environment, &scaled].map(|e| bits(e.sample(Some(&point.world_from_map), u)));
+                assert_eq!(a, b);
             }
         }
     }
 }
 
-/// Environments in both storages, with all their parts and with the plain distribution only.
+/// Environments in both storages, with all their parts and with luminance only.
 fn configurations(map: &Map) -> Vec<EnvironmentConfig> {
-    let pyramid = map.config(64, WIS_WAVELET_LIGHT_RGB | WIS_WAVELET_LIGHT_COMPENSATED);
+    let pyramid = map.config(64, WIS_WAVELET_LIGHT_RGB);
     let sparse = |error_budget| EnvironmentConfig { storage: WIS_STORAGE_SPARSE, error_budget, ..pyramid };
     let natural = EnvironmentConfig { resolution: 0, flags: pyramid.flags | WIS_WAVELET_LIGHT_NEAREST, ..pyramid };
     let all = [pyramid, natural].into_iter().chain([0.0, 0.001, 0.003, 0.01, 0.03, 0.1].map(sparse));
     all.flat_map(|config| [config, EnvironmentConfig { flags: 0, ..config }]).collect()
 }
 
-/// The bytes of an environment are those of its configuration: not of the threads that shared the rows and in which
-/// order, nor of what stood in the memory before.
+/// The bytes of an environment are those of its configuration, not of what stood in the memory before.
 #[test]
 fn builds_of_an_environment_are_the_same_bytes() {
     let map = colourful();
     for config in configurations(&map) {
         let environment = build(&config).unwrap();
-        for threads in [1, 2, 3] {
-            assert_eq!(environment.bytes(), build_shared(&config, threads).bytes());
-        }
         assert!(environment.bytes() == build_over(&config, 0).unwrap().bytes(), "bytes are not written: {config:?}");
     }
 }
@@ -109,10 +102,8 @@ fn copies_give_the_same_results() {
                 assert_eq!(bits(sample), bits(moved.sample(u)));
                 assert_eq!(sample.pdf.to_bits(), moved.pdf(sample.wi).to_bits());
                 assert_eq!(product.invert(sample.wi), moved.invert(sample.wi));
-                for d in DISTRIBUTIONS {
-                    let [a, b] = [&environment, &copy].map(|e| bits(e.sample(d, Some(&point.world_from_map), u)));
-                    assert_eq!(a, b);
-                }
+                let [a, b] = [&environment, &copy].map(|e| bits(e.sample(Some(&point.world_from_map), u)));
+                assert_eq!(a, b);
             }
             assert_eq!(product.estimate(), moved.estimate());
             assert_eq!(product.estimate_rgb(), moved.estimate_rgb());

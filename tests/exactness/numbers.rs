@@ -4,7 +4,7 @@ use super::{bits, check, maps};
 use crate::support::maps::sky;
 use crate::support::scenes::grid;
 use crate::support::{Map, Random, ggx, lambert, product_config, query};
-use wis::ffi::wavelets::environment::{WIS_DISTRIBUTION_PLAIN, WIS_WAVELET_LIGHT_EXACT_ZERO};
+use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_EXACT_ZERO;
 
 /// A point of the square and its nearest neighbours of 24 bits.
 pub fn neighbours(u: [f32; 2]) -> impl Iterator<Item = [f32; 2]> {
@@ -68,8 +68,8 @@ fn special_numbers_give_samples() {
             for u in specials().chain(split) {
                 let sample = product.sample(u);
                 check(sample, product.pdf(sample.wi));
-                let sample = environment.sample(WIS_DISTRIBUTION_PLAIN, Some(&point.world_from_map), u);
-                check(sample, environment.pdf(WIS_DISTRIBUTION_PLAIN, Some(&point.world_from_map), sample.wi));
+                let sample = environment.sample(Some(&point.world_from_map), u);
+                check(sample, environment.pdf(Some(&point.world_from_map), sample.wi));
             }
         }
     }
@@ -83,7 +83,7 @@ fn numbers_out_of_range_are_moved_there() {
     let product = environment.prepare(&query([0.0, 0.0, 1.0], [0.0, 0.6, 0.8], &[lambert(1.0)]), &product_config());
     for u in specials() {
         assert_eq!(bits(product.sample(u)), bits(product.sample(u.map(moved))), "{u:?}");
-        let light = |u| bits(environment.sample(WIS_DISTRIBUTION_PLAIN, None, u));
+        let light = |u| bits(environment.sample(None, u));
         assert_eq!(light(u), light(u.map(moved)), "{u:?}");
     }
 }
@@ -105,6 +105,6 @@ fn nothing_to_sample_is_pdf_0() {
         assert_eq!(product.pdf([0.0, 0.0, 1.0]), 0.0);
         assert_eq!(product.invert([0.0, 0.0, 1.0]), None);
     }
-    assert_eq!(black.sample(WIS_DISTRIBUTION_PLAIN, None, [0.3, 0.7]).pdf, 0.0);
-    assert_eq!(black.invert(WIS_DISTRIBUTION_PLAIN, None, [0.0, 0.0, 1.0]), None);
+    assert_eq!(black.sample(None, [0.3, 0.7]).pdf, 0.0);
+    assert_eq!(black.invert(None, [0.0, 0.0, 1.0]), None);
 }

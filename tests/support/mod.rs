@@ -14,6 +14,7 @@ use std::ptr::{null, null_mut};
 use wis::ffi::light::{LightConfig, WIS_FILTER_BILINEAR};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::sampling::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::points::sobol;
 use wis::status::Status;
@@ -158,84 +159,22 @@ pub fn build_over(config: &EnvironmentConfig, fill: u8) -> Result<Environment, (
     if status == Status::Ok { Ok(Environment { memory, handle, info }) } else { Err((status, diagnostic)) }
 }
 
-/// Builds an environment by begin, run and finish: `threads` of them share the rows of each pass, the last first.
-pub fn build_shared(config: &EnvironmentConfig, threads: u32) -> Environment {
-    struct Shared<'a>(&'a EnvironmentConfig, *mut std::ffi::c_void);
-    // SAFETY: each thread works on rows of its own, and the configuration is only read.
-    unsafe impl Sync for Shared<'_> {}
-
-    let mut size = MemorySize::default();
-    let mut rows = [0; 2];
-    let mut handle = null();
-    let mut info = EnvironmentInfo { size: size_of::<EnvironmentInfo>() as u32, ..Default::default() };
-    // SAFETY: all pointers are valid and the blocks as long as the library said.
-    unsafe {
-        assert_eq!(wis_wavelet_light_size(config, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-        let (block, bytes) = (scratch.pointer(), size.scratch_bytes);
-        assert_eq!(wis_wavelet_light_begin(config, block, bytes, &mut rows, null_mut()), Status::Ok);
-        let shared = &Shared(config, block);
-        for pass in 0..2 {
-            let run = |row| wis_wavelet_light_run(shared.0, shared.1, bytes, pass, row, 1, null_mut());
-            let run_all = |first| {
-                let own = (0..rows[pass as usize]).rev().filter(|row| row % threads == first);
-                own.for_each(|row| assert_eq!(run(row), Status::Ok));
-            };
-            std::thread::scope(|scope| (0..threads).for_each(|first| drop(scope.spawn(move || run_all(first)))));
-        }
-        let block = memory.pointer();
-        let status = wis_wavelet_light_finish(
-            config,
-            block,
-            size.bytes,
-            scratch.pointer(),
-            bytes,
-            &mut handle,
-            &mut info,
-            null_mut(),
-        );
-        assert_eq!(status, Status::Ok);
-        Environment { memory, handle, info }
-    }
-}
-
 impl Environment {
     /// The bytes that are the environment.
     pub fn bytes(&self) -> &[u8] {
         &self.memory.bytes()[..self.info.bytes as usize]
     }
 
-    pub fn sample(&self, distribution: u32, matrix: Option<&[f32; 9]>, u: [f32; 2]) -> Sample {
-        let mut sample = Sample::default();
-        let matrix = matrix.map_or(null(), |m| m as *const _);
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_light_sample(self.handle, distribution, matrix, &u, &mut sample) };
-        assert_eq!(status, Status::Ok);
-        sample
+    pub fn sample(&self, matrix: Option<&[f32; 9]>, u: [f32; 2]) -> Sample {
+        sample(self.handle, null(), matrix, u)
     }
 
-    pub fn pdf(&self, distribution: u32, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> f32 {
-        let mut pdf = -1.0;
-        let matrix = matrix.map_or(null(), |m| m as *const _);
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_light_pdf(self.handle, distribution, matrix, &wi, &mut pdf) };
-        assert_eq!(status, Status::Ok);
-        pdf
+    pub fn pdf(&self, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> f32 {
+        pdf(self.handle, null(), matrix, wi)
     }
 
-    pub fn power(&self, distribution: u32) -> f64 {
-        let mut power = -1.0;
-        // SAFETY: all pointers are valid.
-        assert_eq!(unsafe { wis_wavelet_light_power(self.handle, distribution, &mut power) }, Status::Ok);
-        power
-    }
-
-    pub fn invert(&self, distribution: u32, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> Option<[f32; 2]> {
-        let mut u = [-1.0; 2];
-        let matrix = matrix.map_or(null(), |m| m as *const _);
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_light_invert(self.handle, distribution, matrix, &wi, &mut u) };
-        if status == Status::Ok { Some(u) } else { None }
+    pub fn invert(&self, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> Option<[f32; 2]> {
+        invert(self.handle, null(), matrix, wi)
     }
 
     /// Opens a copy of an environment's bytes.
@@ -263,8 +202,8 @@ impl Environment {
             assert_eq!(wis_wavelet_product_size(config, &mut size, null_mut()), Status::Ok);
             let mut memory = Memory::filled(size.bytes, fill);
             let block = memory.pointer();
-            let status =
-                wis_wavelet_product_prepare(self.handle, query, config, block, size.bytes, &mut handle, null_mut());
+            let (bytes, none) = (size.bytes, null_mut());
+            let status = wis_wavelet_product_prepare(self.handle, config, 1, query, block, bytes, &mut handle, none);
             assert_eq!(status, Status::Ok);
             Product { environment: self, memory, handle }
         }
@@ -275,7 +214,7 @@ impl Environment {
 pub fn eval(query: &Query, wi: [f32; 3]) -> [f32; 3] {
     let mut f_cos = [-1.0; 3];
     // SAFETY: both arrays have one element.
-    let status = unsafe { wis_query_eval(query, 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
+    let status = unsafe { wis_wavelet_query_eval(query, null(), 1, wi.as_ptr(), 0, f_cos.as_mut_ptr(), 0) };
     assert_eq!(status, Status::Ok);
     f_cos
 }
@@ -289,40 +228,26 @@ pub struct Product<'a> {
 
 impl Product<'_> {
     pub fn sample(&self, u: [f32; 2]) -> Sample {
-        let mut sample = Sample::default();
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_product_sample(self.environment.handle, self.handle, &u, &mut sample) };
-        assert_eq!(status, Status::Ok);
-        sample
+        sample(self.environment.handle, self.handle, None, u)
     }
 
     pub fn pdf(&self, wi: [f32; 3]) -> f32 {
-        let mut pdf = -1.0;
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_product_pdf(self.environment.handle, self.handle, &wi, &mut pdf) };
-        assert_eq!(status, Status::Ok);
-        pdf
+        pdf(self.environment.handle, self.handle, None, wi)
     }
 
     pub fn invert(&self, wi: [f32; 3]) -> Option<[f32; 2]> {
-        let mut u = [-1.0; 2];
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_product_invert(self.environment.handle, self.handle, &wi, &mut u) };
-        if status == Status::Ok { Some(u) } else { None }
+        invert(self.environment.handle, self.handle, None, wi)
     }
 
     pub fn estimate(&self) -> f64 {
-        let mut luminance = -1.0;
-        // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_product_estimate(self.environment.handle, self.handle, &mut luminance) };
-        assert_eq!(status, Status::Ok);
-        luminance
+        self.info().estimate
     }
 
     pub fn estimate_rgb(&self) -> [f64; 3] {
         let mut rgb = [-1.0; 3];
         // SAFETY: all pointers are valid.
-        let status = unsafe { wis_wavelet_product_estimate_rgb(self.environment.handle, self.handle, &mut rgb) };
+        let status =
+            unsafe { wis_wavelet_product_estimate_rgb(self.environment.handle, self.handle, null(), &mut rgb) };
         assert_eq!(status, Status::Ok);
         rgb
     }
@@ -341,16 +266,51 @@ impl Product<'_> {
     }
 }
 
+type Light = *const wis::ffi::wavelets::environment::Environment;
+type PreparedPoint = *const wis::ffi::wavelets::product::Product;
+
+/// One sample of a product, or of a light.
+pub fn sample(light: Light, product: PreparedPoint, matrix: Option<&[f32; 9]>, u: [f32; 2]) -> Sample {
+    let mut sample = Sample::default();
+    let matrix = matrix.map_or(null(), |m| m as *const _);
+    // SAFETY: all pointers are valid.
+    let status = unsafe { wis_wavelet_sample(light, product, matrix, 1, u.as_ptr(), 0, &mut sample, 0) };
+    assert_eq!(status, Status::Ok);
+    sample
+}
+
+/// One pdf.
+pub fn pdf(light: Light, product: PreparedPoint, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> f32 {
+    let mut pdf = -1.0;
+    let matrix = matrix.map_or(null(), |m| m as *const _);
+    // SAFETY: all pointers are valid.
+    let status = unsafe { wis_wavelet_pdf(light, product, matrix, 1, wi.as_ptr(), 0, &mut pdf, 0) };
+    assert_eq!(status, Status::Ok);
+    pdf
+}
+
+/// One inversion.
+pub fn invert(light: Light, product: PreparedPoint, matrix: Option<&[f32; 9]>, wi: [f32; 3]) -> Option<[f32; 2]> {
+    let (mut u, mut found) = ([-1.0; 2], 99);
+    let matrix = matrix.map_or(null(), |m| m as *const _);
+    let (wi, place) = (wi.as_ptr(), u.as_mut_ptr());
+    // SAFETY: all pointers are valid.
+    let status = unsafe { wis_wavelet_invert(light, product, matrix, 1, wi, 0, place, 0, &mut found) };
+    assert_eq!(status, Status::Ok);
+    assert!(found == 0 || u == [-1.0; 2]);
+    if found == Status::Ok as u8 { Some(u) } else { None }
+}
+
 /// The default configuration.
 pub fn product_config() -> ProductConfig {
     ProductConfig {
         size: size_of::<ProductConfig>() as u32,
-        cpu_level: 0,
         max_squares: 0,
         max_evaluations: 0,
+        reserved: 0,
         world_from_map: null(),
-        reuse_cone: 0.0,
-        prior: null(),
+        table: null(),
+        callback: null(),
     }
 }
 

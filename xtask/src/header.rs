@@ -37,8 +37,6 @@ const HEADERS: [Header; 3] = [
             "src/ffi/check.rs",
             "src/pool.rs",
             "src/ffi/pool.rs",
-            "src/prior.rs",
-            "src/ffi/prior.rs",
             "src/ffi/points.rs",
         ],
         introduction: include_str!("wis.h"),
@@ -51,10 +49,11 @@ const HEADERS: [Header; 3] = [
     Header {
         file: "wis_wavelets.h",
         sources: &[
+            "src/wavelets/environment/flags.rs",
             "src/ffi/wavelets/environment.rs",
             "src/wavelets/query.rs",
             "src/ffi/wavelets/product.rs",
-            "src/ffi/wavelets/products.rs",
+            "src/ffi/wavelets/sampling.rs",
             "src/ffi/wavelets/tree.rs",
             "src/wavelets/table.rs",
             "src/ffi/wavelets/table.rs",

@@ -4,7 +4,7 @@ use super::laws::{Verdict, ensure, points};
 use super::light::{TILTED, diffuse};
 use super::maps::Image;
 use super::table::Table;
-use crate::client::{Density, Environment, Preparation, Product, raw};
+use crate::client::{Density, Environment, Preparation, Product};
 
 #[cfg(target_arch = "x86_64")]
 mod word {
@@ -87,10 +87,10 @@ fn bits() -> Result<Vec<u32>, String> {
     let preparation = Preparation::default();
     let mut memory = preparation.memory()?;
     let product = Product::prepare(&environment, &diffuse(TILTED), &preparation, &mut memory)?;
-    let power = environment.power()?.to_bits();
+    let power = environment.info.power.to_bits();
     let mut bits = vec![power as u32, (power >> 32) as u32];
     for u in points() {
-        for sample in [environment.light(raw::WIS_DISTRIBUTION_PLAIN, None).sample(u)?, product.sample(u)?] {
+        for sample in [environment.light(None).sample(u)?, product.sample(u)?] {
             bits.extend(sample.wi.map(f32::to_bits));
             bits.push(sample.pdf.to_bits());
         }

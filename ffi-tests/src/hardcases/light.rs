@@ -25,14 +25,14 @@ fn cosine(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// that of the texels.
 pub fn lit(image: &Image, environment: &Environment) -> laws::Verdict {
     let nearest = environment.info.flags & raw::WIS_WAVELET_LIGHT_NEAREST != 0;
-    let (power, exact) = (environment.power()?, if nearest { image.power_nearest() } else { image.power() });
+    let (power, exact) = (environment.info.power, if nearest { image.power_nearest() } else { image.power() });
     ensure((power / exact - 1.0).abs() <= 1e-5, || format!("power {power:e}, the texels have {exact:e}"))?;
     Ok(format!("{}; power {power:.5e}", reachable(image, environment)?))
 }
 
 /// As `lit`, without the power.
 pub fn reachable(image: &Image, environment: &Environment) -> laws::Verdict {
-    let light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, None);
+    let light = environment.light(None);
     laws::legal(&light)?;
     let directions = image.lit();
     laws::positive(&light, directions.iter().copied())?;

@@ -51,7 +51,7 @@ fn splits(table: &mut Table) {
 
 fn split(u: f32, same: f32) -> Verdict {
     let environment = quarters()?;
-    let light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, None);
+    let light = environment.light(None);
     let sample = light.sample([u, u])?;
     let twin = light.sample([same, same])?;
     ensure(sample.wi.map(f32::to_bits) == twin.wi.map(f32::to_bits), || format!("{sample:?}, not {twin:?}"))?;
@@ -73,14 +73,12 @@ fn counts(table: &mut Table) {
 
 fn none() -> Verdict {
     let environment = Environment::new(&sky().map())?;
-    let light: Light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, None);
+    let light: Light = environment.light(None);
     light.sample_n(&[], &mut [], &mut [])?;
     light.pdf_n(&[], &mut [])?;
     let null_mut = std::ptr::null_mut();
     // SAFETY: 0 elements are read or written.
-    let status = unsafe {
-        raw::wis_wavelet_light_sample_n(environment.handle(), 0, null(), 0, null(), 0, null_mut, 0, null_mut, 0)
-    };
+    let status = unsafe { raw::wis_wavelet_sample(environment.handle(), null(), null(), 0, null(), 0, null_mut, 0) };
     ensure(status == raw::WIS_OK, || format!("status {status}"))?;
     client::sobol(1, 0, &mut [])?;
     Ok("ok".into())
@@ -93,7 +91,7 @@ fn many(count: usize) -> Verdict {
     let product = Product::prepare(&environment, &diffuse(TILTED), &preparation, &mut memory)?;
     let mut u = vec![[0.0; 2]; count];
     client::sobol(3, 0, &mut u)?;
-    batch(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None), &u)?;
+    batch(&environment.light(None), &u)?;
     batch(&product, &u)?;
     laws::legal(&product)?;
     Ok("the same bits".into())

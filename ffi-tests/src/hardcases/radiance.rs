@@ -15,7 +15,6 @@ pub fn add(table: &mut Table) {
     magnitudes(table);
     invalid(table);
     places(table);
-    compensated(table);
     colours(table);
 }
 
@@ -31,9 +30,9 @@ fn black(table: &mut Table) {
     let expected = "power 0; pdf 0 everywhere; invert ZERO_DENSITY; product likewise, estimate 0";
     for (name, value) in [("all-black map", 0.0), ("map of -0.0", -0.0)] {
         case(table, name, expected, &Image::new(64, 32, |_, _| value), plain, |_, environment| {
-            let power = environment.power()?;
+            let power = environment.info.power;
             ensure(power == 0.0, || format!("power {power}"))?;
-            laws::nothing(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None))?;
+            laws::nothing(&environment.light(None))?;
             nothing_in_product(environment, [0.0, 0.0, 1.0])
         });
     }
@@ -113,7 +112,7 @@ fn scaled() -> Verdict {
 
 fn sampled(image: &Image) -> Result<Vec<[u32; 4]>, String> {
     let environment = Environment::new(&image.map())?;
-    let light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, None);
+    let light = environment.light(None);
     let bits = |sample: raw::wis_drawn| {
         let [x, y, z] = sample.wi;
         [x, y, z, sample.pdf].map(f32::to_bits)
@@ -155,7 +154,7 @@ fn invalid(table: &mut Table) {
         let verdict = Environment::new(&Map { flags: raw::WIS_WAVELET_LIGHT_SANITISE, ..image.map() });
         let verdict = verdict.map_err(String::from).and_then(|environment| {
             ensure(environment.info.sanitised == 32, || format!("{} replaced", environment.info.sanitised))?;
-            laws::nothing(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None))?;
+            laws::nothing(&environment.light(None))?;
             Ok("32 replaced; pdf 0".into())
         });
         let expected = "all replaced by 0: a black map";
@@ -208,45 +207,9 @@ fn tiny_product(environment: &Environment) -> Verdict {
     let mut memory = preparation.memory()?;
     let product = Product::prepare(environment, &diffuse([0.0, 0.0, 1.0]), &preparation, &mut memory)?;
     laws::legal(&product)?;
-    let share = product.estimate()? / environment.power()?;
+    let share = product.estimate()? / environment.info.power;
     ensure((0.0..1.0 / 1024.0).contains(&share), || format!("estimate / power = {share:e}"))?;
     Ok(format!("legal; estimate / power = {share:.1e}"))
-}
-
-fn compensated(table: &mut Table) {
-    let image = Image::new(64, 32, |_, _| 3.0);
-    let name = "constant map with compensation";
-    let expected = "legal samples with pdf 1 / (4 pi) everywhere";
-    case(table, name, expected, &image, flags(raw::WIS_WAVELET_LIGHT_COMPENSATED), |_, environment| {
-        let light = environment.light(raw::WIS_DISTRIBUTION_COMPENSATED, None);
-        laws::legal(&light)?;
-        let pdf = f64::from(client::Density::pdf(&light, [0.6, 0.0, 0.8])?);
-        ensure((4.0 * PI * pdf - 1.0).abs() < 1e-5, || format!("pdf {pdf}"))?;
-        Ok(format!("legal; pdf {pdf:.6}"))
-    });
-    let name = "the compensated distribution of a map built without it";
-    let verdict = Environment::new(&image.map()).map_err(String::from).and_then(|environment| {
-        let light = environment.light(raw::WIS_DISTRIBUTION_COMPENSATED, None);
-        fails(client::Density::sample(&light, [0.5; 2]), raw::WIS_NOT_BUILT)?;
-        fails(client::Density::pdf(&light, [0.0, 0.0, 1.0]), raw::WIS_NOT_BUILT)?;
-        Ok("NOT_BUILT".into())
-    });
-    table.add(name, "NOT_BUILT", verdict);
-    let name = "a texel of 1e10 beside 1 with compensation";
-    let expected = "legal samples; pdf > 0 at lit texels";
-    case(
-        table,
-        name,
-        expected,
-        &hot(17, 5, 1e10, 1.0),
-        flags(raw::WIS_WAVELET_LIGHT_COMPENSATED),
-        |image, environment| {
-            let light = environment.light(raw::WIS_DISTRIBUTION_COMPENSATED, None);
-            laws::legal(&light)?;
-            let count = laws::positive(&light, image.lit())?;
-            Ok(format!("legal; pdf > 0 at {count} texels"))
-        },
-    );
 }
 
 fn colours(table: &mut Table) {

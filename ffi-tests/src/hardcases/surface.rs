@@ -72,7 +72,7 @@ fn wi(vector: [f32; 3]) -> Verdict {
     let preparation = Preparation::default();
     let mut memory = preparation.memory()?;
     let product = Product::prepare(&environment, &diffuse(UP), &preparation, &mut memory)?;
-    refused(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None), vector)?;
+    refused(&environment.light(None), vector)?;
     refused(&product, vector)?;
     let mut f_cos = [[f32::NAN; 3]];
     client::evaluate(&diffuse(UP), &[vector], &mut f_cos)?;
@@ -146,7 +146,7 @@ fn matrices(table: &mut Table) {
 
 fn no_matrix(matrix: [f32; 9]) -> Verdict {
     let environment = Environment::new(&sky().map())?;
-    let light = environment.light(raw::WIS_DISTRIBUTION_PLAIN, Some(matrix));
+    let light = environment.light(Some(matrix));
     fails(light.sample([0.5; 2]), raw::WIS_INVALID_TRANSFORM)?;
     fails(light.pdf(UP), raw::WIS_INVALID_TRANSFORM)?;
     let preparation = Preparation { world_from_map: Some(matrix), ..Preparation::default() };
@@ -157,5 +157,5 @@ fn no_matrix(matrix: [f32; 9]) -> Verdict {
 
 fn turned(matrix: [f32; 9]) -> Result<(), String> {
     let environment = Environment::new(&sky().map())?;
-    laws::legal(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, Some(matrix)))
+    laws::legal(&environment.light(Some(matrix)))
 }

@@ -59,7 +59,7 @@ fn answers(case: &Value) -> Verdict {
     let exact = exact(&tree, case, &image)?;
     let flags = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_EXACT_ZERO;
     let environment = Environment::new(&Map { flags, ..Map::octahedral(1 << depth(case), &image) })?;
-    laws::legal(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None))?;
+    laws::legal(&environment.light(None))?;
     Ok(format!("legal; {exact} points exact"))
 }
 
@@ -123,7 +123,7 @@ fn nothing(case: &Value) -> Verdict {
     }
     let failure = fails(tree.invert([0.3, 0.7]), raw::WIS_ZERO_DENSITY)?;
     let environment = Environment::new(&Map::octahedral(1 << depth(case), &pixels(case, "image")))?;
-    laws::nothing(&environment.light(raw::WIS_DISTRIBUTION_PLAIN, None))?;
+    laws::nothing(&environment.light(None))?;
     Ok(format!("pdf 0; invert: {failure}"))
 }
 

@@ -17,16 +17,13 @@ pub mod environment;
 pub mod grid;
 pub mod haar;
 pub mod product;
-pub mod products;
+pub mod sampling;
 pub mod table;
 pub mod tree;
 pub mod triple;
 pub mod visibility;
 
-mod density;
-
 use crate::ffi::{Checked, Diagnostic, Failure};
-use crate::simd::Level;
 use crate::status::Status;
 
 /// Checks the dimensions and the depth of a grid, which are the first two arguments.
@@ -38,16 +35,6 @@ pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
         return Err(Failure::new(Status::InvalidArgument, 2));
     }
     Ok(())
-}
-
-/// The level of the processor that wis_cpu_detect answered.
-///
-/// # Safety
-/// A number other than 0 was answered on this processor, if it was answered at all.
-#[inline(always)]
-pub(crate) unsafe fn level(code: u32, argument: u32) -> Checked<Level> {
-    // SAFETY: the caller's contract.
-    unsafe { Level::from_code(code) }.ok_or(Failure::new(Status::InvalidArgument, argument))
 }
 
 impl Failure {

@@ -1,27 +1,21 @@
 //! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
 
-use crate::ffi::wavelets::environment::{Environment, view};
-use crate::ffi::wavelets::product::{
-    Material, Product, ProductConfig, estimate_coloured, evaluate, prepare, read_config,
-};
 use crate::ffi::wavelets::tree::{Tree, square_tree};
-use crate::ffi::{Checked, Diagnostic, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
+use crate::ffi::{Checked, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
 use crate::numeric::exp2i;
 use crate::sphere::unit;
 use crate::status::{Fault, Status};
 use crate::wavelets::lobe::Lobes;
 use crate::wavelets::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
-use crate::wavelets::reuse::Reuse;
 use crate::wavelets::table::{self as kernel, Between, Slice, WIS_MAX_SLICES};
 use crate::wavelets::tree::MAX_DEPTH;
-use core::ffi::c_void;
 use core::ptr::null_mut;
 use glam::Vec3;
 
 /// An isotropic BRDF x cosine as trees that you built and that stay yours: slice k is its luminance for the view whose
 /// angle to the normal is `(k + 1/2) / slice_count` of a right angle, over the octahedral square about the mirror
 /// direction (wis_wavelet_table_directions). Other views blend the two slices beside them (Clarberg et al. 2005, Section 5).
-/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_table_eval tells.
+/// Directions are sampled by luminance; colours, if there are any, are what wis_wavelet_query_eval tells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
@@ -85,131 +79,67 @@ pub unsafe extern "C" fn wis_wavelet_table_directions(
     })
 }
 
-/// As wis_query_eval, for a query with tabulated lobes: what the table means, in its colours.
-///
-/// # Safety
-/// Pointers are null or point to `count` elements.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_wavelet_table_eval(
-    table: *const Table,
-    query: *const Query,
-    count: usize,
-    wi: *const f32,
-    wi_stride: usize,
-    f_cos: *mut f32,
-    f_cos_stride: usize,
-) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let (lobes, [red, green, blue]) = coloured((table, 1), (sized(query, 2)?, 2))?;
-            let rgb = |wi| lobes.coloured(wi, [&red, &green, &blue]);
-            evaluate(rgb, count, (wi, wi_stride), (f_cos, f_cos_stride), 4)?;
-        }
-        Ok(())
-    })
+/// The lobes of a query.
+pub(super) struct Tabulated<'a> {
+    pub(super) lobes: Lobes<'a>,
+    /// The table as its lobes see it, and the slices beside the view.
+    seen: kernel::Table<'a>,
+    beside: Option<(&'a Table, Between, u32)>,
 }
 
-/// As wis_wavelet_product_prepare, for a query with tabulated lobes (WIS_WAVELET_LOBE_TABLE, weighted, beside others if there are). The
-/// narrow lobe of the table, if it has one, is found in its slices. The table is read during the call only: densities are
-/// above 0 wherever the true BRDF may be, however coarse the table is.
-///
-/// # Safety
-/// Pointers are null or point to what the header says; nobody else uses the block.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_wavelet_product_prepare_table(
-    environment: *const Environment,
-    table: *const Table,
-    query: *const Query,
-    config: *const ProductConfig,
-    memory: *mut c_void,
-    bytes: usize,
-    product: *mut *const Product,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let environment = view(environment, 1)?;
-            let query = *sized(query, 3)?;
-            let (mut lobes, ..) = lobes((table, 2), (&query, 3))?;
-            let settings = read_config(config, 4)?;
-            lobes.widen(Reuse::new(settings.reuse_cone));
-            prepare(&environment, query, Material::Lobes(lobes), (&settings, 4), (memory, bytes), product)
-        }
-    })
-}
-
-/// As wis_wavelet_product_estimate_rgb, for a product that was prepared with this table, in the table's colours.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_wavelet_table_estimate_rgb(
-    environment: *const Environment,
-    product: *const Product,
-    table: *const Table,
-    rgb: *mut [f64; 3],
-) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let target = out(rgb, 4)?;
-            let estimate = estimate_coloured(environment, product, |query| coloured((table, 3), (query, 2)))?;
-            target.write(estimate);
-        }
-        Ok(())
-    })
-}
-
-/// The lobes of a query with a table, and the table's channels as its view sees them.
-///
-/// # Safety
-/// The pointer is null or points to what the header says.
-unsafe fn coloured<'a>(
-    (table, argument): (*const Table, u32),
-    query: (&Query, u32),
-) -> Checked<(Lobes<'a>, [kernel::Table<'a>; 3])> {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let (lobes, grey, between) = lobes((table, argument), query)?;
-        let table = sized(table, argument)?;
-        let mut channels = [lobes.seen(grey); 3];
-        if table.colour.iter().any(|channel| !channel.is_null()) {
-            for (channel, trees) in channels.iter_mut().zip(table.colour) {
-                let of_colour = |at: Failure| at.of(c"colour");
-                let trees = slice(trees, table.slice_count as usize, argument).map_err(of_colour)?;
-                *channel = lobes.seen(blend(trees, between, argument).map_err(of_colour)?);
+impl<'a> Tabulated<'a> {
+    /// The lobes, and the table's channels as they see them.
+    ///
+    /// # Safety
+    /// As [`lobes_of`].
+    pub(super) unsafe fn coloured(&self) -> Checked<(Lobes<'a>, [kernel::Table<'a>; 3])> {
+        let mut channels = [self.lobes.seen(self.seen); 3];
+        if let Some((table, between, argument)) = self.beside {
+            if table.colour.iter().any(|channel| !channel.is_null()) {
+                for (channel, trees) in channels.iter_mut().zip(table.colour) {
+                    let of_colour = |at: Failure| at.of(c"table.colour");
+                    // SAFETY: the caller's contract.
+                    let blended = unsafe {
+                        let trees = slice(trees, table.slice_count as usize, argument).map_err(of_colour)?;
+                        blend(trees, between, argument).map_err(of_colour)?
+                    };
+                    *channel = self.lobes.seen(blended);
+                }
             }
         }
-        Ok((lobes, channels))
+        Ok((self.lobes, channels))
     }
 }
 
-/// The lobes of a query with the two slices of the table beside its view.
+/// The lobes of a query, and of a table, which may be null, the two slices beside its view; each with its argument.
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-unsafe fn lobes<'a>(
-    (table, table_argument): (*const Table, u32),
+pub(super) unsafe fn lobes_of<'a>(
     (query, query_argument): (&Query, u32),
-) -> Checked<(Lobes<'a>, kernel::Table<'a>, Between)> {
+    (table, argument): (*const Table, u32),
+) -> Checked<Tabulated<'a>> {
+    let of_query = |fault| Failure::fault(fault, query_argument);
+    if table.is_null() {
+        let lobes = Lobes::new(query, None).map_err(of_query)?;
+        return Ok(Tabulated { lobes, seen: kernel::Table::NOTHING, beside: None });
+    }
     // SAFETY: the caller's contract.
     unsafe {
-        let table = sized(table, table_argument)?;
+        let table = sized(table, argument).map_err(|at| at.of(c"table"))?;
         if !(1..=WIS_MAX_SLICES).contains(&table.slice_count) {
-            return Err(Failure::fault(Fault::range(c"slice_count"), table_argument));
+            return Err(Failure::fault(Fault::range(c"table.slice_count"), argument));
         }
-        let of_slice = |at: Failure| at.of(c"slice");
-        let trees = slice(table.slice, table.slice_count as usize, table_argument).map_err(of_slice)?;
-        let direction = |v, field| unit(v).ok_or(Failure::fault(Fault::transform(field), query_argument));
+        let of_slice = |at: Failure| at.of(c"table.slice");
+        let trees = slice(table.slice, table.slice_count as usize, argument).map_err(of_slice)?;
+        let direction = |v, field| unit(v).ok_or(of_query(Fault::transform(field)));
         let (normal, wo): (Vec3, Vec3) = (direction(query.normal, c"normal")?, direction(query.wo, c"wo")?);
         let cosine = normal.dot(wo);
         let above = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
         let between = Between::new(above, table.slice_count);
-        let seen = blend(trees, between, table_argument).map_err(of_slice)?;
-        let lobes = Lobes::new(query, Some(seen)).map_err(|fault| Failure::fault(fault, query_argument))?;
-        Ok((lobes, seen, between))
+        let seen = blend(trees, between, argument).map_err(of_slice)?;
+        let lobes = Lobes::new(query, Some(seen)).map_err(of_query)?;
+        Ok(Tabulated { lobes, seen, beside: Some((table, between, argument)) })
     }
 }
 

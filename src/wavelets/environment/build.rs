@@ -1,10 +1,11 @@
-//! Building an environment: decode rows, integrate cells, then the trees. Rows of the first two passes are
-//! independent of each other, so the caller's threads may share them and the bits stay the same.
+//! Building an environment: decode rows, integrate cells, then the trees.
 
-use super::distribution::{self, Table};
 use super::integrate::{Texels, cell_average, cell_moments, neighbour};
 use super::spread::{Refined, Spread};
-use super::{Header, Storage};
+use super::{
+    Header, Storage, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB,
+    WIS_WAVELET_LIGHT_SANITISE,
+};
 use crate::light::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
 use crate::numeric::{exp2i, exponent};
 use crate::status::{Result, Status};
@@ -28,24 +29,18 @@ pub struct Config {
     pub nearest: bool,
     /// Black stays exactly 0.
     pub exact_zero: bool,
-    /// The compensated distribution is stored too.
-    pub compensated: bool,
     /// RGB averages are stored too.
     pub rgb: bool,
     /// Invalid texels are replaced and counted, not rejected.
     pub sanitise: bool,
     /// Cells of a pyramid are refined where light varies within them.
     pub refined: bool,
-    /// The resolution is left to the library, which may keep texels where they take no more room than cells.
-    pub natural: bool,
 }
 
 /// No cell is darker than this share of the mean, unless it is to stay exactly 0 (rule 16).
 const FLOOR: f64 = 1.0 / 65_536.0;
 /// No cell that is lit at all is darker than this share of the mean (rule 18).
 const LEAST: f64 = 1.0 / 18_446_744_073_709_551_616.0;
-/// What compensation leaves of a cell at or below the mean (rule 41).
-const COMPENSATED: f64 = 1.0 / 64.0;
 
 impl Config {
     /// Cells per axis that are integrated: at least 2, since a cell must lie in one quadrant.
@@ -66,13 +61,15 @@ impl Config {
         if self.refined { (1usize << (2 * self.depth)).div_ceil(32) } else { 0 }
     }
 
-    /// The texels that the compensated distribution keeps, as the header writes them; 0 if it is a tree.
-    pub fn kept_texels(&self) -> [u16; 2] {
-        let Pixels { layout, width, height, .. } = self.pixels;
-        // What a client with a filter sees varies inside texels, too: the cells of the square are smaller.
-        let kept = self.compensated && self.natural && self.nearest && self.storage == Storage::Pyramid;
-        let fits = self.texels() <= 1 << (2 * self.depth);
-        if kept && fits { distribution::written(layout, [height, width]) } else { [0; 2] }
+    /// WIS_WAVELET_LIGHT_*.
+    pub fn flags(&self) -> u32 {
+        let flags = [
+            (self.nearest, WIS_WAVELET_LIGHT_NEAREST),
+            (self.exact_zero, WIS_WAVELET_LIGHT_EXACT_ZERO),
+            (self.rgb, WIS_WAVELET_LIGHT_RGB),
+            (self.sanitise, WIS_WAVELET_LIGHT_SANITISE),
+        ];
+        flags.into_iter().filter(|(is_set, _)| *is_set).fold(0, |all, (_, flag)| all | flag)
     }
 
     /// The number of texels.
@@ -242,10 +239,6 @@ pub struct Grid<'a> {
 pub struct Trees<'a> {
     /// Luminance.
     pub plain: &'a mut [[f32; 4]],
-    /// The compensated distribution, if it is a tree.
-    pub compensated: &'a mut [[f32; 4]],
-    /// The compensated distribution, if it keeps texels.
-    pub texels: Option<Table<'a>>,
     /// RGB.
     pub rgb: &'a mut [[[f32; 3]; 4]],
 }
@@ -263,7 +256,6 @@ pub(super) fn mean(grid: &Grid, cells: u32) -> f64 {
 /// [`Status::InvalidArgument`] if a slice has the wrong length.
 pub fn complete(
     config: &Config,
-    decoded: Decoded,
     grid: &Grid,
     refined: &[Refined],
     trees: &mut Trees,
@@ -276,11 +268,6 @@ pub fn complete(
     let normal = Normaliser::new(header.exponent);
     let mean = normal.apply(mean);
     let value = |luminance: f64| floored(config, normal.apply(luminance), mean);
-    let compensated = |luminance: f64| {
-        let e = value(luminance);
-        let above = e - mean;
-        if above > e * COMPENSATED { above } else { e * COMPENSATED }
-    };
     let colour = |c: [f32; 3]| c.map(|c| normal.apply(c.into()));
     let light = |t: [u32; 2]| {
         let mean = at(grid.luminance, t, cells);
@@ -290,20 +277,6 @@ pub fn complete(
     header.average = fill(config.depth, heap, |t| value(light(t)))?;
     for (square, from) in below.iter_mut().zip(refined) {
         *square = from.luminance.map(|l| value(l) as f32);
-    }
-    if let Some(table) = &mut trees.texels {
-        let texels = Dilated { config, decoded };
-        header.texels = config.kept_texels();
-        header.compensated_average = distribution::fill(header.texels, table, |[y, x]| {
-            let [luminance] = texels.texel(x, y);
-            compensated(luminance)
-        }) as f32;
-    } else if config.compensated {
-        let (heap, below) = halves(trees.compensated, refined)?;
-        header.compensated_average = fill(config.depth, heap, |t| compensated(light(t)))?;
-        for (square, from) in below.iter_mut().zip(refined) {
-            *square = from.luminance.map(|l| compensated(l) as f32);
-        }
     }
     if config.rgb {
         let (heap, below) = halves(trees.rgb, refined)?;

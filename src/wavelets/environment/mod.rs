@@ -1,45 +1,31 @@
 //! An environment: light from every direction, as a tree over the octahedral square in map space.
 //!
 //! Two storages stand behind one interface: the exact pyramid, and a sparse tree pruned by an error budget.
-//! On its own an environment samples directions in proportion to its luminance, or to the luminance above the mean
-//! (compensated: Karlik et al. 2019, "MIS Compensation", for use together with BRDF sampling). Nothing is multiplied by
-//! the compensated distribution, so that may keep the texels of the map in place of a tree.
+//! On its own an environment samples directions in proportion to its luminance.
 
 mod build;
-mod cube;
-mod distribution;
+mod flags;
 mod integrate;
-mod inverse;
-mod latlong;
-mod octahedral;
+mod object;
 mod polygon;
 mod refine;
-mod shape;
 mod spread;
-mod texel_lanes;
-mod texels;
 
 pub use crate::light::pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
 pub use build::{
     Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
 };
-pub use cube::Cube;
-pub use distribution::{Distribution, Table, size as size_of_texels};
+pub use flags::*;
 pub use integrate::Texels;
-pub use inverse::{Inverse, MOST_CELLS};
-pub use latlong::LatLong;
-pub use octahedral::Octahedral;
 pub use refine::{Refinement, refine};
-pub use shape::{RowNumbers, Shape, Texel};
 pub use spread::{Refined, Spread};
-pub use texels::TexelMap;
 
-use crate::numeric::{ContentHash, exp2i};
+use crate::numeric::ContentHash;
 use crate::simd::{LANES, Lanes};
 use crate::wavelets::descent::Density;
 use crate::wavelets::tree::{Link, Mark, Tree};
 use crate::wavelets::wide::{ALL, GROUPS, Walker, WideDensity};
-use core::f64::consts::PI;
+use bytemuck::{Pod, Zeroable};
 
 /// How a tree is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +38,7 @@ pub enum Storage {
 
 /// The first bytes of an environment: what it is, and every number that is not per square.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Header {
     /// Marks an environment of this version.
     pub magic: u64,
@@ -78,26 +64,16 @@ pub struct Header {
     pub exponent: i32,
     /// The stored average.
     pub average: f32,
-    /// The stored average of the compensated distribution.
-    pub compensated_average: f32,
     /// The stored average of RGB.
     pub rgb_average: [f32; 3],
     /// Squares below the cells of a pyramid.
     pub refined: u32,
-    /// Rows and columns of texels if the compensated distribution keeps those, else 0; of a cube map 0 and the columns, of
-    /// an octahedral one the rows and 0.
-    pub texels: [u16; 2],
-}
-
-impl Header {
-    /// The integral of the compensated distribution, in the units of the input.
-    pub fn compensated_power(&self) -> f64 {
-        4.0 * PI * f64::from(self.compensated_average) * exp2i(self.exponent)
-    }
+    /// Always 0: with these it is a multiple of 16 bytes long.
+    pub reserved: [u32; 2],
 }
 
 /// "wis-env" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x03");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x04");
 
 /// An environment in the caller's memory.
 #[derive(Clone, Copy)]
@@ -110,41 +86,19 @@ pub struct Environment<'a> {
     pub marks: &'a [Mark],
     /// The links of sparse storage, or of the squares below the cells of a pyramid.
     pub links: &'a [Link],
-    /// Child averages of the compensated distribution; empty if not built, or kept as texels.
-    pub compensated: &'a [[f32; 4]],
-    /// The compensated distribution as texels; `None` if not built, or kept as a tree.
-    pub texels: Option<Distribution<'a>>,
     /// Child averages of RGB; empty if not built.
     pub rgb: &'a [[[f32; 3]; 4]],
 }
 
 impl<'a> Environment<'a> {
     /// The luminance.
+    #[inline(always)]
     pub fn light(&self) -> Tree<'a, 4> {
-        self.tree(self.header.average, self.squares)
-    }
-
-    /// Directions in proportion to the luminance.
-    #[inline(always)]
-    pub fn plain(&self) -> Distribution<'a> {
-        Distribution::Tree(Light(self.light()))
-    }
-
-    /// Directions in proportion to the luminance above the mean.
-    #[inline(always)]
-    pub fn compensated(&self) -> Distribution<'a> {
-        match self.texels {
-            Some(texels) => texels,
-            None => Distribution::Tree(Light(self.tree(self.header.compensated_average, self.compensated))),
-        }
-    }
-
-    fn tree(&self, average: f32, squares: &'a [[f32; 4]]) -> Tree<'a, 4> {
-        let depth = self.header.depth;
+        let &Header { depth, average, .. } = self.header;
         if self.marks.is_empty() {
-            Tree::trusted(depth, average, squares, self.links)
+            Tree::trusted(depth, average, self.squares, self.links)
         } else {
-            Tree::trusted_refined(depth, average, squares, self.marks, self.links)
+            Tree::trusted_refined(depth, average, self.squares, self.marks, self.links)
         }
     }
 
@@ -165,14 +119,11 @@ impl<'a> Environment<'a> {
         for word in [h.magic, h.bytes, h.sanitised, h.power.to_bits(), h.error.to_bits(), h.exponent as u64] {
             hash.add(word);
         }
-        for word in
-            [h.storage, h.flags, h.depth, h.squares, h.refined, h.average.to_bits(), h.compensated_average.to_bits()]
-        {
+        for word in [h.storage, h.flags, h.depth, h.squares, h.refined, h.average.to_bits()] {
             hash.add(word.into());
         }
-        h.texels.into_iter().for_each(|count| hash.add(count.into()));
         hash.add_floats(&h.rgb_average);
-        for square in self.squares.iter().chain(self.compensated) {
+        for square in self.squares {
             hash.add_floats(square);
         }
         for mark in self.marks {
@@ -183,9 +134,6 @@ impl<'a> Environment<'a> {
         }
         for colour in self.rgb.iter().flatten() {
             hash.add_floats(colour);
-        }
-        if let Some(texels) = &self.texels {
-            texels.add_to(&mut hash);
         }
         hash.finish()
     }
@@ -270,29 +218,15 @@ impl<'a, F: Lanes> Descent<'a, F> {
 }
 
 impl WideDensity for Light<'_> {
-    type One = Self;
-
-    #[inline(always)]
-    fn one(&self, _: usize) -> &Self {
-        self
-    }
-
-    #[inline(always)]
-    fn positive(&self) -> u32 {
-        if self.is_positive() { ALL } else { 0 }
-    }
-
     #[inline(always)]
     fn walk_wide<F: Lanes>(
-        groups: [&Self; GROUPS],
+        &self,
         walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS] {
-        let mut descents = [0, 1].map(|g: usize| {
-            let tree = groups[g].0;
-            let starts = if tree.root_square().is_some() { walks[g] } else { 0 };
-            Descent::<F>::from(tree, [0; LANES], starts)
-        });
+        let tree = self.0;
+        let starts = walks.map(|walks| if tree.root_square().is_some() { walks } else { 0 });
+        let mut descents = starts.map(|starts| Descent::<F>::from(tree, [0; LANES], starts));
         let (mut levels, mut walks) = (0, true);
         while walks && levels < crate::wavelets::tree::MAX_REFINED {
             walks = false;

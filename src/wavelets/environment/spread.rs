@@ -1,10 +1,11 @@
 //! How light is spread within a region, and the squares below cells in which it varies.
 
 use super::integrate::Moments;
+use bytemuck::{Pod, Zeroable};
 
 /// A square below a cell, in the units of the input.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct Refined {
     /// Luminance of the children as it is sampled: the root of the mean square, or the average of what is below.
     pub luminance: [f64; 4],
@@ -22,7 +23,7 @@ const LEAST_OF_BRIGHTEST: f64 = 1.0 / 32.0;
 
 /// How light is spread within a region, relative to its mean. Scaling changes no bit.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct Spread {
     /// mean(L^2) / mean(L)^2 - 1
     variance: f32,

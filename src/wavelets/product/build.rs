@@ -12,7 +12,6 @@ use crate::sphere::wide::direction_in;
 use crate::sphere::{Frame, cell_chord, square};
 use crate::status::{Result, Status};
 use crate::wavelets::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
-use crate::wavelets::reuse::Reuse;
 use crate::wavelets::tree::{MAX_DEPTH, NO_SQUARE, Tree};
 use crate::wavelets::wide::ALL;
 
@@ -33,15 +32,6 @@ impl Budget {
     fn evaluations(&self, rounds: u32) -> u32 {
         if self.evaluations > 0 { self.evaluations } else { BASE as u32 + rounds * (LANES * NEW) as u32 }
     }
-}
-
-/// How to build.
-#[derive(Clone, Copy, Debug)]
-pub struct Options {
-    /// What may be spent.
-    pub budget: Budget,
-    /// Which normals the product is to serve.
-    pub reuse: Reuse,
 }
 
 /// Splits that the peaks of narrow lobes may cause.
@@ -96,10 +86,9 @@ pub fn build<F: Lanes, B: Brdf>(
     light: Tree<'_, 4>,
     frame: &Frame,
     brdf: &mut B,
-    options: &Options,
+    budget: Budget,
     scratch: &mut Scratch,
 ) -> Result<Built> {
-    let budget = options.budget;
     let room = Room::new(budget.squares).ok_or(Status::Overflow)?;
     if budget.squares == 0 || !scratch.fits(room) {
         return Err(Status::MemoryTooSmall);
@@ -109,7 +98,7 @@ pub fn build<F: Lanes, B: Brdf>(
     if !(light.average() > 0.0 && brdf.may_reflect()) {
         return Ok(Built { evaluations: base.evaluations, ..Built::default() });
     }
-    let mut builder = Builder::new((light, frame, brdf), scratch, &base, &peaks, options);
+    let mut builder = Builder::new((light, frame, brdf), scratch, &base, &peaks, budget);
     builder.start::<F>(&base);
     loop {
         let batch = builder.next::<F>();
@@ -130,13 +119,13 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         to: &'a mut Scratch<'c>,
         base: &Base,
         peaks: &[Option<Peak>; MAX_PEAKS],
-        options: &Options,
+        budget: Budget,
     ) -> Self {
         // The mean of the base may underflow for very narrow lobes: the second term keeps the floor positive, since
         // the BRDF may well be above 0 between the directions of the base.
         let least = max(base.mean * (1.0 / 1024.0), exp2i(-40) as f32);
         let hemisphere = brdf.hemisphere();
-        let squares = options.budget.squares;
+        let squares = budget.squares;
         let all = peaks.iter().flatten().zip(base.peaks());
         let narrow = all.filter(|(peak, _)| is_narrow(peak, level_of_base(squares)));
         let mut peaks = [None; MAX_PEAKS];
@@ -144,10 +133,10 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             let place = square(frame.to_map(peak.direction));
             *slot = Some(Narrow { peak: *peak, value, place });
         }
-        let evaluations = options.budget.evaluations(brdf.rounds());
+        let evaluations = budget.evaluations(brdf.rounds());
         Builder {
             light,
-            floors: Floors { frame, hemisphere, horizon: options.reuse.horizon(), least, peaks },
+            floors: Floors { frame, hemisphere, least, peaks },
             brdf,
             to,
             base: 0,

@@ -5,17 +5,17 @@
 //! by its `3 base + 1` leaves, at the front; every later square q stands at node `4 q + 1` before three of its children.
 //! Leaves are numbered from the first one on, later squares among them.
 
+use super::Node;
 use super::base::LEAST_SQUARES;
-use super::{LEAF, Node};
-use crate::prior::{WIS_PRIOR_CELLS, mean_weight};
 use crate::simd::{LANES, Lanes};
+use bytemuck::{Pod, Zeroable};
 
 /// A cell that lies near a narrow lobe's peak.
 pub const NEAR: u32 = 1;
 
 /// What is known of a leaf besides its node, while it may be split.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct Cell {
     /// BRDF x cosine at the corners, as evaluated.
     pub corners: [f32; 4],
@@ -146,31 +146,9 @@ impl Scratch<'_> {
         (0u32..).step_by(LANES).zip(groups.filter_map(|eight| eight.first_chunk()))
     }
 
-    /// Completes the averages of squares, and answers that of the product, without and with the factors of a prior.
-    pub fn finish(&mut self, base: u32, squares: u32, prior: Option<&[f32; WIS_PRIOR_CELLS]>) -> [f32; 2] {
-        if squares == 0 {
-            return [0.0; 2];
-        }
-        let average = self.sum_up(base, squares);
-        let Some(factors) = prior else { return [average; 2] };
-        for square in 0..squares as usize {
-            let place = if square < base as usize { square } else { 4 * square + 1 };
-            let Some(&node) = self.nodes.get(place) else { continue };
-            let factor = node.links.map(|link| self.factor(link, factors));
-            if let Some(node) = self.nodes.get_mut(place) {
-                node.values.iter_mut().zip(factor).for_each(|(value, factor)| *value *= factor);
-            }
-        }
-        [average, self.sum_up(base, squares)]
-    }
-
-    /// The factor of a prior for a leaf; 1 for a square.
-    fn factor(&self, link: u32, factors: &[f32; WIS_PRIOR_CELLS]) -> f32 {
-        if link & LEAF == 0 {
-            return 1.0;
-        }
-        let leaf = self.nodes.get((link & !LEAF) as usize).copied().unwrap_or(Node::NOTHING);
-        mean_weight(factors, leaf.level(), leaf.index())
+    /// Completes the averages of squares, and answers that of the product.
+    pub fn finish(&mut self, base: u32, squares: u32) -> f32 {
+        if squares == 0 { 0.0 } else { self.sum_up(base, squares) }
     }
 
     /// Sums averages up to the root. Children come after their parents.

@@ -12,7 +12,7 @@ mod peak;
 mod start;
 mod weigh;
 
-pub use build::{Budget, Built, Options, build};
+pub use build::{Budget, Built, build};
 pub use cells::{Cell, Room, Scratch};
 
 use crate::numeric::{inverse_power, max, select};
@@ -21,6 +21,7 @@ use crate::wavelets::descent::{Density, lerp};
 use crate::wavelets::environment::Descent;
 use crate::wavelets::tree::{MAX_DEPTH, NO_SQUARE, Tree};
 use crate::wavelets::wide::{self, ALL, GROUPS, Walker, WideDensity};
+use bytemuck::{Pod, Zeroable};
 
 /// Set in a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
@@ -36,7 +37,7 @@ const LEAF_FLOOR: f32 = 0.05;
 /// times the environment's square above it plus the child that contains it, or [`NO_SQUARE`]; its index along axis 1, plus
 /// 2^16 times that along axis 2; and its level: it is one of 2^level cells along each axis.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Node {
     values: [f32; 4],
     links: [u32; 4],
@@ -240,38 +241,14 @@ impl<F: Lanes> Parts<F> {
     }
 }
 
-/// A product for each lane, all of one environment: eight shading points side by side.
-#[derive(Clone, Copy)]
-pub struct Group<'p, 'a>(pub [&'p Product<'a>; LANES]);
-
-impl<'p, 'a> Group<'p, 'a> {
-    /// The same product in all lanes.
-    #[inline(always)]
-    pub fn of(product: &'p Product<'a>) -> Self {
-        Group([product; LANES])
-    }
-}
-
-impl<'a> WideDensity for Group<'_, 'a> {
-    type One = Product<'a>;
-
-    #[inline(always)]
-    fn one(&self, lane: usize) -> &Product<'a> {
-        self.0[lane & (LANES - 1)]
-    }
-
-    #[inline(always)]
-    fn positive(&self) -> u32 {
-        self.0.iter().rev().fold(0, |bits, product| bits << 1 | u32::from(product.is_positive()))
-    }
-
+impl<'a> WideDensity for Product<'a> {
     #[inline(always)]
     fn walk_wide<F: Lanes>(
-        groups: [&Self; GROUPS],
+        &self,
         walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS] {
-        let mut above = [0, 1].map(|g: usize| Above::<F>::root(groups[g].0, walks[g]));
+        let mut above = walks.map(|walks| Above::<F>::root(self, walks));
         let (mut levels, mut going) = (0, true);
         while going && levels < MAX_DEPTH {
             going = false;
@@ -302,9 +279,9 @@ impl<'a> WideDensity for Group<'_, 'a> {
     }
 }
 
-/// Where eight lanes stand in the squares of their products.
+/// Where eight lanes stand in the squares of a product.
 struct Above<'p, 'a, F: Lanes> {
-    products: [&'p Product<'a>; LANES],
+    product: &'p Product<'a>,
     links: F::Index,
     /// The lanes that stand at a square, as bits.
     walks: u32,
@@ -319,9 +296,9 @@ struct Below<'a, F: Lanes> {
 
 impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
     #[inline(always)]
-    fn root(products: [&'p Product<'a>; LANES], walks: u32) -> Self {
+    fn root(product: &'p Product<'a>, walks: u32) -> Self {
         let links = F::select_index(F::mask(walks), F::index([0; LANES]), F::index([u32::MAX; LANES]));
-        Above { products, links, walks }
+        Above { product, links, walks }
     }
 
     #[inline(always)]
@@ -331,8 +308,8 @@ impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
         let mut squares = [&NOTHING; LANES];
         // Lanes that have arrived look at the root: whether a node exists is then always foreseen.
         let links = F::numbers(F::select_index(F::mask(self.walks), self.links, F::index([0; LANES])));
-        for ((square, product), link) in squares.iter_mut().zip(self.products).zip(links) {
-            *square = product.nodes.get(link as usize).unwrap_or(&NOTHING);
+        for (square, link) in squares.iter_mut().zip(links) {
+            *square = self.product.nodes.get(link as usize).unwrap_or(&NOTHING);
         }
         let [s1, s2] = walker.choose(self.walks, F::transpose(squares.map(|square| &square.values)));
         let [a, b, c, d] = F::transpose_index(squares.map(|square| &square.links));
@@ -341,13 +318,12 @@ impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
         self.walks = ALL & !F::highest_bits(self.links);
     }
 
-    /// Goes on below the leaves. The light is that of the first product.
+    /// Goes on below the leaves.
     #[inline(always)]
     fn leaf(self) -> Below<'a, F> {
         let (mut leaves, mut failed) = ([&Node::NOTHING; LANES], self.walks);
-        for (i, ((slot, product), link)) in leaves.iter_mut().zip(self.products).zip(F::numbers(self.links)).enumerate()
-        {
-            match product.nodes.get((link & !LEAF) as usize) {
+        for (i, (slot, link)) in leaves.iter_mut().zip(F::numbers(self.links)).enumerate() {
+            match self.product.nodes.get((link & !LEAF) as usize) {
                 Some(leaf) => *slot = leaf,
                 None => failed |= 1 << i,
             }
@@ -356,7 +332,7 @@ impl<'p, 'a, F: Lanes> Above<'p, 'a, F> {
         let lit = ALL & !F::highest_bits(F::index(squares)) & !failed;
         Below {
             parts: Parts::whole(F::transpose(leaves.map(|leaf| &leaf.values))),
-            descent: Descent::from(self.products[0].light, squares, lit),
+            descent: Descent::from(self.product.light, squares, lit),
             failed,
         }
     }

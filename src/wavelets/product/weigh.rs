@@ -15,8 +15,6 @@ pub struct Floors<'a> {
     pub frame: &'a Frame,
     /// The normal of the hemisphere outside which the BRDF is 0.
     pub hemisphere: Option<Vec3>,
-    /// How far the horizon lies below that hemisphere's.
-    pub horizon: f32,
     /// The least value of a corner in a leaf that reaches above the horizon (rule 16 of the design).
     pub least: f32,
     /// The peaks of narrow lobes.
@@ -91,7 +89,7 @@ impl Floors<'_> {
             // Four dark corners do not mean a dark cell: one that reaches above the horizon keeps the least value.
             if let Some(normal) = self.hemisphere {
                 let height = dot(splat(normal.to_array()), centre);
-                let above = zero.le(height + cells.chord + F::splat(self.horizon));
+                let above = zero.le(height + cells.chord);
                 let known = F::select(above, floor, F::splat(-1.0));
                 floor = F::select(F::mask(dark), known, floor);
             }

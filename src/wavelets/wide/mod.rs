@@ -6,9 +6,9 @@
 
 mod split;
 
-use crate::simd::{self, Kernel, LANES, Lanes, Level};
+use crate::simd::{LANES, Lanes};
 use crate::sphere::{Frame, SPHERE, wide};
-use crate::wavelets::descent::{self, Density, Sample, Sampled};
+use crate::wavelets::descent::{self, Density, Sample};
 pub use split::ALL;
 use split::{quad_density, take_quad};
 
@@ -26,116 +26,15 @@ pub const GROUPS: usize = 2;
 /// Samples or directions of one call.
 pub const TOGETHER: usize = GROUPS * LANES;
 
-/// Densities that eight lanes can walk at once: one for all, or one for each.
-pub trait WideDensity {
-    /// What a lane walks.
-    type One: Density;
-    /// The density of a lane.
-    fn one(&self, lane: usize) -> &Self::One;
-    /// The lanes that have something to sample, as bits.
-    fn positive(&self) -> u32;
+/// A density that eight lanes can walk at once.
+pub trait WideDensity: Density {
     /// The lanes of `walks` (bits, for each group) walk from the whole square to cells. Returns the corners of the cells
     /// as [`Density::walk`] does, and the lanes that failed as bits.
     fn walk_wide<F: Lanes>(
-        groups: [&Self; GROUPS],
+        &self,
         walks: [u32; GROUPS],
         walkers: &mut [impl Walker<F>; GROUPS],
     ) -> [([F; 4], u32); GROUPS];
-}
-
-/// What lanes compute: samples and pdfs of up to two groups.
-pub trait InLanes: Copy {
-    /// As many samples as there are `u`, at most [`TOGETHER`].
-    fn sample_lanes<F: Lanes>(self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]);
-    /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
-    fn pdf_lanes<F: Lanes>(self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]);
-
-    /// As [`InLanes::sample_lanes`], on the lanes of a level. One function for all callers, since it is large.
-    #[inline(never)]
-    fn sample_all(self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        simd::run(level, Samples { of: self, frame, u, samples });
-    }
-
-    /// As [`InLanes::pdf_lanes`], on the lanes of a level.
-    #[inline(never)]
-    fn pdf_all(self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        simd::run(level, Pdfs { of: self, frame, wi, values });
-    }
-}
-
-impl<D: WideDensity> InLanes for [&D; GROUPS] {
-    #[inline(always)]
-    fn sample_lanes<F: Lanes>(self, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        sample::<F, D>(self, frame, u, samples);
-    }
-
-    #[inline(always)]
-    fn pdf_lanes<F: Lanes>(self, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        pdf::<F, D>(self, frame, wi, values);
-    }
-}
-
-/// What eight lanes can sample and ask at once: any [`WideDensity`], or another map from u to directions.
-pub trait SampledWide {
-    /// What a lane samples.
-    type One: Sampled;
-    /// What a lane samples.
-    fn one(&self, lane: usize) -> &Self::One;
-    /// As many samples as there are `u`, at most [`TOGETHER`], on the lanes of a level.
-    fn samples(&self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]);
-    /// As many pdfs as there are directions, at most [`TOGETHER`]; 0 for one that is not of unit length.
-    fn pdfs(&self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]);
-}
-
-impl<D: WideDensity> SampledWide for D {
-    type One = D::One;
-
-    #[inline(always)]
-    fn one(&self, lane: usize) -> &D::One {
-        WideDensity::one(self, lane)
-    }
-
-    #[inline(always)]
-    fn samples(&self, level: Level, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
-        [self; GROUPS].sample_all(level, frame, u, samples);
-    }
-
-    #[inline(always)]
-    fn pdfs(&self, level: Level, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-        [self; GROUPS].pdf_all(level, frame, wi, values);
-    }
-}
-
-struct Samples<'a, T> {
-    of: T,
-    frame: &'a Frame,
-    u: &'a [[f32; 2]],
-    samples: &'a mut [Sample],
-}
-
-impl<T: InLanes> Kernel for Samples<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        self.of.sample_lanes::<F>(self.frame, self.u, self.samples);
-    }
-}
-
-struct Pdfs<'a, T> {
-    of: T,
-    frame: &'a Frame,
-    wi: &'a [[f32; 3]],
-    values: &'a mut [f32],
-}
-
-impl<T: InLanes> Kernel for Pdfs<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        self.of.pdf_lanes::<F>(self.frame, self.wi, self.values);
-    }
 }
 
 /// Walks where random numbers lead.
@@ -209,20 +108,18 @@ impl<F: Lanes> Walker<F> for Locating<F> {
 
 /// As many times [`descent::sample`] as there are `u`, at most [`TOGETHER`].
 #[inline(always)]
-pub fn sample<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
+pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: &[[f32; 2]], samples: &mut [Sample]) {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let start = Sampling { inside: [zero; 2], index: [zero; 2], width: one, product: one };
     let (mut walkers, mut walks) = ([start; GROUPS], [0; GROUPS]);
-    for (((walker, walks), density), u) in walkers.iter_mut().zip(&mut walks).zip(groups).zip(u.chunks(LANES)) {
+    for ((walker, walks), u) in walkers.iter_mut().zip(&mut walks).zip(u.chunks(LANES)) {
         let [x, y] = columns(u, [0.5; 2]);
         walker.inside = [clamp(F::from_array(x)), clamp(F::from_array(y))];
-        *walks = density.positive() & first_lanes(u.len());
+        *walks = if density.is_positive() { first_lanes(u.len()) } else { 0 };
     }
-    let cells = D::walk_wide(groups, walks, &mut walkers);
-    let parts = u.chunks(LANES).zip(samples.chunks_mut(LANES)).zip(groups);
-    for ((((u, samples), density), (corners, failed)), (walker, walks)) in
-        parts.zip(cells).zip(walkers.iter().zip(walks))
-    {
+    let cells = density.walk_wide(walks, &mut walkers);
+    let parts = u.chunks(LANES).zip(samples.chunks_mut(LANES));
+    for (((u, samples), (corners, failed)), (walker, walks)) in parts.zip(cells).zip(walkers.iter().zip(walks)) {
         let Sampling { inside, index, width, product } = *walker;
         let place = sample_bilinear(corners, inside);
         let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
@@ -238,8 +135,8 @@ pub fn sample<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, u: 
         }
         let unsound = first_lanes(u.len()) & !sound;
         if unsound != 0 {
-            for (i, (sample, &u)) in samples.iter_mut().zip(u).enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
-                *sample = descent::sample(density.one(i), frame, u);
+            for (_, (sample, &u)) in samples.iter_mut().zip(u).enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
+                *sample = descent::sample(density, frame, u);
             }
         }
     }
@@ -247,21 +144,20 @@ pub fn sample<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, u: 
 
 /// As many times [`descent::pdf`] as there are `wi`, at most [`TOGETHER`]; 0 for a direction that is not of unit length.
 #[inline(always)]
-pub fn pdf<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
+pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
     let zero = F::splat(0.0);
     let start = Locating { rest: [zero; 2], product: F::splat(1.0) };
     let (mut walkers, mut walks, mut units) = ([start; GROUPS], [0; GROUPS], [0; GROUPS]);
-    let parts = walkers.iter_mut().zip(walks.iter_mut().zip(&mut units)).zip(groups);
-    for (((walker, (walks, units)), density), wi) in parts.zip(wi.chunks(LANES)) {
+    let parts = walkers.iter_mut().zip(walks.iter_mut().zip(&mut units));
+    for ((walker, (walks, units)), wi) in parts.zip(wi.chunks(LANES)) {
         let [x, y, z] = columns(wi, [0.0; 3]);
         let (rest, unit) = wide::to_square(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
         walker.rest = rest;
-        (*walks, *units) = (density.positive() & first_lanes(wi.len()), F::bits(unit));
+        (*walks, *units) = (if density.is_positive() { first_lanes(wi.len()) } else { 0 }, F::bits(unit));
     }
-    let cells = D::walk_wide(groups, walks, &mut walkers);
-    let parts = wi.chunks(LANES).zip(values.chunks_mut(LANES)).zip(groups).zip(cells);
-    for ((((wi, values), density), (corners, failed)), ((walker, walks), units)) in
-        parts.zip(walkers.iter().zip(walks).zip(units))
+    let cells = density.walk_wide(walks, &mut walkers);
+    let parts = wi.chunks(LANES).zip(values.chunks_mut(LANES)).zip(cells);
+    for (((wi, values), (corners, failed)), ((walker, walks), units)) in parts.zip(walkers.iter().zip(walks).zip(units))
     {
         let Locating { rest, product } = *walker;
         let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
@@ -269,8 +165,8 @@ pub fn pdf<F: Lanes, D: WideDensity>(groups: [&D; GROUPS], frame: &Frame, wi: &[
         values.iter_mut().zip(pdf).for_each(|(value, pdf)| *value = pdf);
         let unsound = first_lanes(wi.len()) & !(walks & !failed);
         if unsound != 0 {
-            for (i, (value, &wi)) in values.iter_mut().zip(wi).enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
-                *value = descent::pdf(density.one(i), frame, wi).unwrap_or(0.0);
+            for (_, (value, &wi)) in values.iter_mut().zip(wi).enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
+                *value = descent::pdf(density, frame, wi).unwrap_or(0.0);
             }
         }
     }

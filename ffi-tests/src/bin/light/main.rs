@@ -12,7 +12,7 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use wis_ffi_tests::client::{Density, raw};
+use wis_ffi_tests::client::Density;
 use wis_ffi_tests::data;
 use wis_ffi_tests::environment;
 use wis_ffi_tests::layout::Layout;
@@ -178,7 +178,7 @@ fn with_densities<T>(light: &Light, run: impl FnOnce(&[&dyn Density]) -> Result<
     let (tables, pyramid, piecewise) = (light.tables(0, 0.0)?, light.environment()?, Piecewise::plain(light));
     let sampler = RefCell::new(environment::Sampler::new(1, 0, 0)?);
     let own = environment::Light::new(&tables, &sampler);
-    let pyramid = light.distribution(&pyramid, raw::WIS_DISTRIBUTION_PLAIN);
+    let pyramid = light.distribution(&pyramid);
     run(&[&own, &pyramid, &piecewise])
 }
 

@@ -18,10 +18,9 @@ struct Line<'a> {
 }
 
 /// Methods that plots show, with their colours: the library's are wide.
-const METHODS: [(&str, RGBColor, u32); 8] = [
+const METHODS: [(&str, RGBColor, u32); 7] = [
     ("direct", RGBColor(0, 60, 170), 4),
     ("product", RGBColor(0, 150, 200), 3),
-    ("0.1 by its rule", RGBColor(120, 120, 120), 2),
     ("wavelet product", RGBColor(175, 175, 175), 2),
     ("MIS balance", RGBColor(220, 120, 0), 2),
     ("MIS compensated", RGBColor(190, 20, 40), 2),

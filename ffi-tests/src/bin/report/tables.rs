@@ -376,12 +376,6 @@ fn verdicts(cells: &[Cell], measured: &Measured) -> Vec<Part> {
             goal(&mut table, &name, best(&FIRST, counts, lobes, scale), (bound, true, "x"), &beside);
         }
     }
-    for scale in Scale::all() {
-        let gain = |&n: &usize| Against::Method("0.1 by its rule").mean(main.iter().copied(), "direct", n, scale);
-        let least = [1, 4, 16, 64].iter().map(gain).filter(|g| g.is_finite()).fold(f64::INFINITY, f64::min);
-        let name = format!("direct over version 0.1 by its rule, least of 1, 4, 16 and 64 rays; {}", scale.name());
-        goal(&mut table, &name, least, (1.0, true, "x"), "-");
-    }
     let nearest = of_study(cells, NEAREST);
     for (material, bound) in goals::UNSHADOWED {
         let error = |cells: &[&Cell]| {
@@ -565,7 +559,7 @@ fn method(run: &Run) -> Vec<Part> {
         format!("Peers: {}. The list of version 0.1 is the first {}.", EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join(", "), FIRST.each.len()),
         "The best peer of a cell is chosen on the even repeats and scored on the odd ones.".into(),
         "Maps st_fagans and rooitou_park were used for tuning, the others were not.".into(),
-        "`wavelet product` is the product of wis_wavelets.h. `0.1 by its rule` is what version 0.1 recommended for each setting.".into(),
+        "`wavelet product` is the product of wis_wavelets.h.".into(),
     ];
     vec![Part::Heading("How it was measured".into()), Part::List(items.into())]
 }

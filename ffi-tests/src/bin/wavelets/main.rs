@@ -83,7 +83,7 @@ since the inner product of details is bilinear. `wis_tree_of_environment` turns 
 .10, .087. The biased ones stop at the error of the integral, and win for up to 4 samples.
 
 *Colour.* Directions are sampled by luminance; a client divides its own colour by the pdf, so that each sample has the hue of
-its light and BRDF, and `wis_wavelet_product_estimate_rgb` integrates in colour. A `wis_wavelet_table` samples by luminance and evaluates red, green and blue (`wis_wavelet_table_eval`, `wis_wavelet_table_estimate_rgb`).
+its light and BRDF, and `wis_wavelet_product_estimate_rgb` integrates in colour. A `wis_wavelet_table` samples by luminance and evaluates red, green and blue (`wis_wavelet_query_eval`, `wis_wavelet_product_estimate_rgb`).
 "#;
 
 /// What is written, and the light of all figures.

@@ -81,7 +81,7 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
         "\nOne point, variance of one sample relative to the square of the integral: the product of a turned tree and a BRDF slice \
          in its frame (`wis_tree_multiply`), with the nearest of 64 x 64 directions, with four of them and four of 16 x 16 views \
          blended (`wis_tree_blend`: one product is all sixteen, exactly), and with the point's own, and the product on the map \
-         itself by a table (`wis_wavelet_product_prepare_table`). Times: blends and product.\n"
+         itself by a table (`wis_wavelet_product_prepare`). Times: blends and product.\n"
     )?;
     writeln!(
         out,

@@ -1,51 +1,22 @@
 //! A configuration that was checked, and the client's rows as the kernel reads them.
 
-use super::stored::{Counts, Stored};
 use super::{
-    ALL_FLAGS, EnvironmentConfig, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG,
-    WIS_LAYOUT_OCTAHEDRAL, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_COMPENSATED,
-    WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
+    EnvironmentConfig, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
+    WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
+    WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 use crate::ffi::light::rows::{PixelRows, Source};
 use crate::ffi::{Checked, Failure, sized};
-use crate::numeric::ContentHash;
+use crate::light::pixels::RowError;
 use crate::status::{Fault, Status};
-use crate::wavelets::environment::{self as kernel, Config, Format, Layout, Pixels, Storage};
-use crate::wavelets::tree::{MAX_DEPTH, complete_len};
+use crate::wavelets::environment::{self as kernel, ALL_FLAGS, Config, Format, Layout, Pixels, Storage};
+use crate::wavelets::tree::MAX_DEPTH;
 
-/// A checked configuration.
-#[derive(Clone, Copy)]
-pub(in crate::ffi) struct Request {
-    pub(in crate::ffi) config: Config,
-    pub(super) flags: u32,
-}
-
-impl Request {
-    /// Squares of the complete tree.
-    pub(super) fn squares(&self) -> u32 {
-        complete_len::<4>(self.config.depth).unwrap_or(0)
-    }
-
-    /// The layout with so many squares, of which some lie below the cells of a pyramid.
-    pub(super) fn stored(&self, squares: u32, refined: u32) -> Option<Stored> {
-        let (depth, sparse) = (self.config.depth, self.config.storage == Storage::Sparse);
-        let (squares, texels) = (squares.checked_add(refined)?, self.config.kept_texels());
-        Stored::new(Counts { squares, refined, depth, sparse, texels }, self.flags)
-    }
-
-    /// Tells whether a later call of the same build brings the same configuration.
-    pub(super) fn fingerprint(&self) -> u64 {
-        let pixels = &self.config.pixels;
-        let mut hash = ContentHash::new();
-        for word in [pixels.width, pixels.height, pixels.channels, pixels.layout as u32, pixels.format as u32] {
-            hash.add(word.into());
-        }
-        let kinds = [self.config.storage as u32, self.config.refined.into(), self.config.natural.into()];
-        for word in [self.flags, self.config.depth].into_iter().chain(kinds) {
-            hash.add(word.into());
-        }
-        hash.add(self.config.error_budget.to_bits());
-        hash.finish()
+/// What a row that could not be decoded is to the caller.
+pub(super) fn row_failure(y: u32, error: RowError) -> Failure {
+    match error {
+        RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
+        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
     }
 }
 
@@ -53,7 +24,7 @@ impl Request {
 ///
 /// # Safety
 /// The pointer is null or points to what the header says.
-pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Request, PixelRows)> {
+pub(super) unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, PixelRows)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
     let invalid = |field| Failure::fault(Fault::range(field), 1);
@@ -99,11 +70,9 @@ pub(in crate::ffi) unsafe fn read_config(config: *const EnvironmentConfig) -> Ch
         error_budget: c.error_budget.into(),
         nearest,
         exact_zero: c.flags & WIS_WAVELET_LIGHT_EXACT_ZERO != 0,
-        compensated: c.flags & WIS_WAVELET_LIGHT_COMPENSATED != 0,
         rgb: c.flags & WIS_WAVELET_LIGHT_RGB != 0,
         sanitise: c.flags & WIS_WAVELET_LIGHT_SANITISE != 0,
         refined: nearest && c.resolution == 0 && storage == Storage::Pyramid && depth > 0,
-        natural: c.resolution == 0,
     };
-    Ok((Request { config, flags: c.flags }, rows))
+    Ok((config, rows))
 }

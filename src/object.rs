@@ -1,0 +1,85 @@
+//! Objects as bytes: a header, then arrays one behind the other, each aligned to [`ALIGNMENT`].
+
+use bytemuck::{Pod, try_cast_slice, try_cast_slice_mut, try_from_bytes};
+
+/// Every array of an object begins at a multiple of this.
+pub const ALIGNMENT: usize = 16;
+
+/// Where an array stands, and its length.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Part {
+    /// The bytes before it.
+    pub offset: usize,
+    /// Elements.
+    pub count: usize,
+}
+
+impl Part {
+    /// The array in the bytes of its object; empty if it does not fit.
+    #[inline(always)]
+    pub fn of<T: Pod>(self, bytes: &[u8]) -> &[T] {
+        let end = self.offset.wrapping_add(self.count.wrapping_mul(size_of::<T>()));
+        bytes.get(self.offset..end).and_then(|part| try_cast_slice(part).ok()).unwrap_or(&[])
+    }
+
+    /// The bytes between the array's end and the next multiple of the alignment.
+    pub fn padding<T>(self) -> core::ops::Range<usize> {
+        let end = self.offset.saturating_add(self.count.saturating_mul(size_of::<T>()));
+        end..end.saturating_add(ALIGNMENT - 1) & !(ALIGNMENT - 1)
+    }
+}
+
+/// Arrays that are placed one behind the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    end: u64,
+}
+
+impl Layout {
+    /// Nothing but a header.
+    #[inline(always)]
+    pub const fn behind<H>() -> Layout {
+        Layout { end: aligned(size_of::<H>() as u64) }
+    }
+
+    /// Places an array of fewer than 2^48 bytes.
+    #[inline(always)]
+    pub const fn part<T>(&mut self, count: u64) -> Part {
+        let part = Part { offset: self.end as usize, count: count as usize };
+        self.end = aligned(self.end + count * size_of::<T>() as u64);
+        part
+    }
+
+    /// The bytes of the whole; `None` if no memory is as long.
+    pub fn bytes(self) -> Option<usize> {
+        usize::try_from(self.end).ok().filter(|bytes| *bytes <= isize::MAX as usize)
+    }
+}
+
+const fn aligned(end: u64) -> u64 {
+    (end + ALIGNMENT as u64 - 1) & !(ALIGNMENT as u64 - 1)
+}
+
+/// What bytes begin with; `None` if they are too few, or not aligned.
+#[inline(always)]
+pub fn header<H: Pod>(bytes: &[u8]) -> Option<&H> {
+    try_from_bytes(bytes.get(..size_of::<H>())?).ok()
+}
+
+/// Writes what an object begins with.
+pub fn write_header<H: Pod>(bytes: &mut [u8], header: &H) {
+    bytes.iter_mut().zip(bytemuck::bytes_of(header)).for_each(|(slot, byte)| *slot = *byte);
+}
+
+/// Takes the first `count` elements of a block off it, and what stands between them and the next multiple of the alignment.
+pub fn take<'a, T: Pod>(bytes: &mut &'a mut [u8], count: usize) -> Option<&'a mut [T]> {
+    let length = count.checked_mul(size_of::<T>())?;
+    let (first, rest) = core::mem::take(bytes).split_at_mut_checked(length.checked_next_multiple_of(ALIGNMENT)?)?;
+    *bytes = rest;
+    try_cast_slice_mut(first.get_mut(..length)?).ok()
+}
+
+/// The bytes that [`take`] takes.
+pub fn taken<T>(count: usize) -> Option<usize> {
+    count.checked_mul(size_of::<T>())?.checked_next_multiple_of(ALIGNMENT)
+}

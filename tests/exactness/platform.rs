@@ -56,23 +56,23 @@ fn add_products(environment: &Environment, digests: &mut Vec<u64>) {
 #[test]
 fn bits_are_on_record() {
     const RECORD: [u64; 17] = [
-        0xf0f2_7d5a_a946_3c59,
-        0xc0a4_244f_8e50_7913,
-        0x4df7_c9b6_c2ec_8a21,
-        0xee13_2d25_e0b2_8131,
-        0xeab1_0b73_978a_63c3,
-        0x981c_7c74_aeeb_ddf3,
-        0x45ad_2e5e_8c10_be15,
-        0xaf08_5704_4210_5f2d,
+        0x03d1_7337_011e_d91f,
+        0x75b7_d09e_f752_e587,
+        0x1aa2_5ae8_6d2f_6e19,
+        0x706e_7737_7c56_402d,
+        0x54d0_a50d_f030_7b29,
+        0x3523_7c16_78fc_0d9b,
+        0x8999_689e_743f_f217,
+        0x136d_98b1_d07f_d535,
         0x735a_5e3d_49ac_6fd1,
-        0x3511_b2b8_780e_08c5,
-        0x11c9_a000_23fd_e4b7,
-        0x20e8_23f0_216e_ace1,
-        0x8974_8f2d_c615_51d7,
-        0xe064_ef3c_f60f_7315,
+        0xf83e_8310_83e7_465f,
+        0xfcda_c39e_b560_425f,
+        0x64f3_ff53_3f56_7d91,
+        0xfdee_9420_962b_af27,
+        0xd76c_85d5_1244_1e35,
         0xb3d6_0eb6_6650_1b25,
-        0x3142_403e_9ae5_2ca5,
-        0x7d6a_e01f_e7b9_dfcb,
+        0xb268_c361_5e4e_5137,
+        0x912b_8b59_7037_5313,
     ];
     let map = map();
     let config = map.config(64, WIS_WAVELET_LIGHT_RGB);

@@ -85,7 +85,6 @@ fn main() -> Result<()> {
     if options.references {
         return Ok(());
     }
-    check(&cells)?;
     let goals = goals::Measured::new(&studies, options.quick)?;
     let pictures = if options.quick { Vec::new() } else { pictures::all(&options, &bench)? };
     let run = Run {
@@ -97,7 +96,8 @@ fn main() -> Result<()> {
         repeats,
     };
     let page = tables::page(&run, &cells, &goals, pictures)?;
-    write(&page, &options)
+    write(&page, &options)?;
+    check(&cells)
 }
 
 fn write(page: &Page, options: &Options) -> Result<()> {

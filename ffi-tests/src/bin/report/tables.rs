@@ -65,7 +65,9 @@ const RIVALS: [Against; 3] =
 ///
 /// # Errors
 /// Those of drawing and writing.
-pub fn page(run: &Run, cells: &[Cell], measured: &Measured, pictures: Vec<Part>) -> Result<Page> {
+pub fn page(run: &Run, cells: &[Cell], measured: &Measured, mut pictures: Vec<Part>) -> Result<Page> {
+    // One picture is enough for the short form: each takes a megabyte.
+    let more = pictures.split_off(pictures.len().min(1));
     let main: Vec<&Cell> = of_study(cells, MAIN);
     let lobes = materials(&main);
     let mut short = first_screen(cells);
@@ -75,7 +77,8 @@ pub fn page(run: &Run, cells: &[Cell], measured: &Measured, pictures: Vec<Part>)
     short.extend(weights_and_limit(&main));
     short.extend(drawn(&main, &lobes, pictures)?);
     short.extend(method(run));
-    let mut long = Vec::new();
+    let mut long = vec![("More pictures".to_string(), more)];
+    long.retain(|(_, parts)| !parts.is_empty());
     for name in studies(cells) {
         let cells = of_study(cells, &name);
         let mut parts = by_method(&cells);

@@ -26,11 +26,11 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer relight hardcases report test-report check-pages light sampler structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page relight hardcases report test-report check-pages light sampler structured wavelets \
 	triple check test mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
-	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 12
+	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
 
 lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone
 	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES)'
@@ -82,10 +82,18 @@ demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of 
 $(BUILD)/pathtracer: lib
 	$(CC) -std=c99 $(CFLAGS) -Iinclude $(PATHS) $(LIB)/libwis.a -lm -o $@
 
-pathtracer: ## compare MIS and direct in a path tracer: ENV=map.hdr ARGS='--spp 16 --width 160 --height 90'
+$(BUILD)/pathtracer-small: lib
+	$(CC) -std=c99 $(CFLAGS) -Iinclude c-examples/pathtracer/small.c $(LIB)/libwis.a -lm -o $@
+
+pathtracer: ## compare MIS and direct in a path tracer: ENV=map.hdr ARGS='--most 16 --stratified 1'
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer
 	$(BUILD)/pathtracer $(if $(ENV),--map '$(ENV)') $(ARGS)
+
+pathtracer-page: ## run the path tracer under all lat-long maps of a folder and write docs/pathtracer.md: MAPS=folder
+	scripts/setup.sh demo
+	$(MAKE) $(BUILD)/pathtracer
+	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/pathtracer.md
 
 $(BUILD)/relight: lib
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \

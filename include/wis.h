@@ -161,15 +161,15 @@ uint32_t wis_version(void);
 /// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
-/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For multiple
-/// importance sampling with BRDF samples.
+/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
+/// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
 /// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
 /// +Inf by the largest finite luminance of the map.
 #define WIS_ENVIRONMENT_SANITISE 8
 
-/// No products will be prepared with it, nor shared by hits: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+/// No products will be prepared with it, nor shared by hits, nor used for several rays: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 #define WIS_ENVIRONMENT_LIGHT_ONLY 16
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
@@ -351,7 +351,7 @@ typedef struct wis_sampler_config {
   uint32_t reserved;
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 1.4 kB for 16 rays.
+/// The bytes that a sampler needs: 4 kB for 16 rays, 1.4 kB for up to three.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);
@@ -520,8 +520,15 @@ typedef struct wis_ray {
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
 /// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
-/// fall with the spread of your numbers. Without `u`, and for fewer hits, rays are chosen among candidates: about 30 ns for each, of
-/// which a single ray has 16.
+/// fall with the spread of your numbers. Otherwise one to three rays are chosen among candidates, 8 to 16 for each at about 30 ns. Four
+/// rays and more are samples of a product that the call prepares for about 2 us, at about 100 ns each; up to 15 of them, if a lobe is
+/// narrower than 0.25, are picks among such samples and others. With a visibility cache, a target or `candidates_per_ray` of your own,
+/// rays are picks at any number.
+///
+/// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
+/// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
+/// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
+/// the last hit, too. A single ray then has 8 to 16 candidates, and `u` is not read.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,

@@ -52,7 +52,13 @@ minimal() {
         diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" && diff "$logs/minimal.txt" "$logs/minimal-rs.txt" &&
         "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
         diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
-        make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured"
+        make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured" &&
+        make --no-print-directory "$build/pathtracer-small" BUILD="$build" &&
+        "$build/pathtracer-small" > "$logs/pathtracer.txt" && cat "$logs/pathtracer.txt" &&
+        cargo run --quiet --example pathtracer > "$logs/pathtracer-rs.txt" &&
+        diff "$logs/pathtracer.txt" "$logs/pathtracer-rs.txt" &&
+        make --no-print-directory "$build/pathtracer" BUILD="$build" &&
+        "$build/pathtracer" --width 8 --height 4 --most 4 --repeats 1 --reference 4 > /dev/null
 }
 
 minimal_valgrind() {

@@ -1,50 +1,68 @@
 /* Renders one scene by several methods and prints how far each is from a reference, in which time. */
-#include <string.h>
 #include <time.h>
 
 #include "../render/image.h"
 #include "path.h"
 
 #define RELATIVE_FLOOR 1e-4 /* relative squared error: d^2 / (reference^2 + this mean^2) */
+#define FOREVER 1000000     /* hits of a pixel: products are shared in any case */
+
+static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0, 0},
+                                 {"compensated", BY_LIGHT, BALANCE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"direct", BY_DIRECT, BASE, false, 1, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"split", BY_LIGHT, BASE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"alone", BY_DIRECT, NOTHING, false, 1, 0},
+                                 {"alone-shared", BY_DIRECT, NOTHING, true, FOREVER, 0},
+                                 {"product", BY_PRODUCT, BALANCE, false, 0, 0},
+                                 {"reuse", BY_PRODUCT, BALANCE, true, 0, 0},
+                                 {"reuse-base", BY_PRODUCT, BASE, true, 0, WIS_ENVIRONMENT_COMPENSATED}};
+#define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
-    unsigned width, height, spp, reference, repeats, seed;
-    const char *map, *method, *out;
+    unsigned width, height, least, most, reference, repeats, rays, seed, stratified;
+    const char *map, *methods, *out;
 } Options;
 
 typedef struct Result {
     double seconds, mean, absolute, relative;
 } Result;
 
+static const char HELP[] =
+    "pathtracer: the light of an environment map by MIS, by products and by wis_direct\n\n"
+    "  --map FILE.hdr    a lat-long map (default: a sky with a sun and windows)\n"
+    "  --width N --height N --seed N\n"
+    "  --least N         1, 4, 16 ... samples per pixel, from so many (default: 1)\n"
+    "  --most N          up to so many (default: 16)\n"
+    "  --rays N          rays for light at each hit, 1 to 4 (default: 1)\n"
+    "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
+    "  --methods LIST    of mis,compensated,direct,split,alone,alone-shared,product,reuse,reuse-base\n"
+    "  --out FILE.png    the last image\n"
+    "  --reference N     samples per pixel of each of two references (default: 256)\n"
+    "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 4)";
+
 static Options parse(int argc, char **argv) {
-    Options o = {160, 90, 16, 256, 4, 1, NULL, NULL, NULL};
-    const char *names[] = {"--width", "--height", "--spp", "--reference", "--repeats", "--seed"};
-    unsigned *values[] = {&o.width, &o.height, &o.spp, &o.reference, &o.repeats, &o.seed};
+    Options o = {128, 72, 1, 16, 256, 4, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
+    struct { const char *name; unsigned *number; const char **text; } known[] = {
+        {"--width", &o.width, NULL},       {"--height", &o.height, NULL},   {"--least", &o.least, NULL},
+        {"--most", &o.most, NULL},         {"--seed", &o.seed, NULL},       {"--reference", &o.reference, NULL},
+        {"--repeats", &o.repeats, NULL},   {"--rays", &o.rays, NULL},       {"--stratified", &o.stratified, NULL},
+        {"--map", NULL, &o.map},           {"--out", NULL, &o.out},         {"--methods", NULL, &o.methods}};
     for (int i = 1; i < argc; i += 2) {
-        size_t k = 0;
-        while (k < 6 && strcmp(argv[i], names[k]) != 0) {
+        size_t k = 0, count = sizeof known / sizeof known[0];
+        while (k < count && strcmp(argv[i], known[k].name) != 0) {
             k++;
         }
-        if (i + 1 < argc && k < 6 && atoi(argv[i + 1]) > 0) {
-            *values[k] = (unsigned)atoi(argv[i + 1]);
-        } else if (i + 1 < argc && strcmp(argv[i], "--map") == 0) {
-            o.map = argv[i + 1];
-        } else if (i + 1 < argc && strcmp(argv[i], "--method") == 0) {
-            o.method = argv[i + 1];
-        } else if (i + 1 < argc && strcmp(argv[i], "--out") == 0) {
-            o.out = argv[i + 1];
-        } else {
-            puts("pathtracer: the light of an environment map by MIS and by wis_direct\n\n"
-                 "  --map FILE.hdr  a lat-long map (default: a sky with a sun and windows)\n"
-                 "  --width N --height N --seed N\n"
-                 "  --spp N         1, 4, 16 ... samples per pixel up to so many (default: 16)\n"
-                 "  --method NAME   only that one beside MIS\n"
-                 "  --out FILE.png  the last image\n"
-                 "  --reference N   samples per pixel of each of two references (default: 256)\n"
-                 "  --repeats N     images of N samples per pixel, and the same samples in more images of fewer (default: 4)");
+        if (k == count || i + 1 == argc || (known[k].number != NULL && atoi(argv[i + 1]) < 0)) {
+            puts(HELP);
             exit(EXIT_FAILURE);
         }
+        if (known[k].number != NULL) {
+            *known[k].number = (unsigned)atoi(argv[i + 1]);
+        } else {
+            *known[k].text = argv[i + 1];
+        }
     }
+    o.rays = o.rays < 1 ? 1 : o.rays > MAX_RAYS ? MAX_RAYS : o.rays;
     return o;
 }
 
@@ -71,31 +89,38 @@ static const wis_environment *build_environment(const Light *light, uint32_t fla
 }
 
 /* Answers the seconds it took. */
-static double render(Tracer *t, const Options *o, const Method *method, uint32_t spp, uint32_t seed, Vec3 *image) {
-    clock_t start = clock();
-    t->method = method;
+static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image) {
+    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = method->hits > 0 ? method->hits : spp};
+    wis_memory_size size;
+    void *memory;
+    clock_t start;
+    check(wis_sampler_size(&config, &size, NULL));
+    memory = malloc(size.bytes);
+    check(wis_sampler_init(&config, memory, size.bytes, &t->sampler, NULL));
+    t->method = *method;
+    t->environment = lights[method->flags != 0];
+    start = clock();
     for (uint32_t i = 0; i < o->width * o->height; i++) {
         image[i] = vec3_make(0, 0, 0);
         memset(t->hits, 0, sizeof t->hits);
-        t->pixel = (seed * 0x9e3779b1u) ^ i;
+        t->pixel = wis_pixel_seed(i % o->width, i / o->width, seed);
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));
-        for (uint32_t s = 0; s < spp; s++) {
-            float x = (float)(i % o->width) + uniform(t), y = (float)(i / o->width) + uniform(t);
-            Vec3 color;
-            x = (x - 0.5f * (float)o->width) * 0.62f / (float)o->height;
-            y = (0.5f * (float)o->height - y) * 0.62f / (float)o->height;
-            color = path(t, vec3_make(0, 2.6f, 5.5f), vec3_normalise(vec3_make(x, y - 0.43f, -1)));
-            image[i] = vec3_axpy(image[i], 1 / (float)spp, color);
+        for (t->sample = 0; t->sample < spp; t->sample++) {
+            float u[2], x, y;
+            numbers(t, 0, 1, u);
+            x = ((float)(i % o->width) + u[0] - 0.5f * (float)o->width) * 0.62f / (float)o->height;
+            y = (0.5f * (float)o->height - (float)(i / o->width) - u[1]) * 0.62f / (float)o->height;
+            image[i] = vec3_axpy(image[i], 1 / (float)spp, path(t, vec3_make(0, 2.4f, 4.6f), vec3_normalise(vec3_make(x, y - 0.42f, -1))));
         }
     }
-    return (double)(clock() - start) / CLOCKS_PER_SEC;
+    start = clock() - start;
+    free(memory);
+    return (double)start / CLOCKS_PER_SEC;
 }
 
 /* The error of an image, unbiased by the noise of the two references, which are independent of one another. */
-static void add_error(Result *result, const Options *o, const Vec3 *image, Vec3 *const reference[2], double mean,
-                      double share) {
-    size_t pixels = (size_t)o->width * o->height;
+static void add_error(Result *result, size_t pixels, const Vec3 *image, Vec3 *const reference[2], double mean, double share) {
     for (size_t i = 0; i < pixels; i++) {
         double y = luminance(image[i]), a = luminance(reference[0][i]), b = luminance(reference[1][i]);
         double truth = 0.5 * (a + b), squared = (y - a) * (y - b);
@@ -116,51 +141,63 @@ static bool write_picture(const Options *o, const Vec3 *image, double mean) {
 
 int main(int argc, char **argv) {
     Options o = parse(argc, argv);
-    Method methods[] = {{"MIS", true, 0, NULL},
-                        {"compensated", true, WIS_ENVIRONMENT_COMPENSATED, NULL},
-                        {"direct", false, 0, NULL}};
-    size_t pixels = (size_t)o.width * o.height, count = sizeof methods / sizeof methods[0];
+    static Tracer t;
+    size_t pixels = (size_t)o.width * o.height, count = 0;
     Vec3 *image = malloc(pixels * sizeof *image), *reference[2];
-    Tracer t = {0};
     const char *fault = o.map != NULL ? light_read(&t.light, o.map) : light_make_sky(&t.light);
+    const wis_environment *lights[2];
+    wis_environment_info info = {.size = sizeof info};
+    Method methods[COUNT];
     double mean = 0;
     if (fault != NULL) {
         fprintf(stderr, "pathtracer: %s\n", fault);
         return EXIT_FAILURE;
     }
     scene_init();
-    tracer_init(&t);
-    for (size_t i = 0; i < count; i++) {
-        methods[i].environment = build_environment(&t.light, methods[i].flags);
+    lights[0] = build_environment(&t.light, 0);
+    lights[1] = build_environment(&t.light, WIS_ENVIRONMENT_COMPENSATED);
+    check(wis_environment_describe(lights[1], &info));
+    t.mean = (float)info.mean;
+    for (char *name = strtok(strcpy(malloc(strlen(o.methods) + 1), o.methods), ","); name != NULL; name = strtok(NULL, ",")) {
+        for (size_t k = 0; k < COUNT && count < COUNT; k++) {
+            if (strcmp(name, METHODS[k].name) == 0) {
+                methods[count++] = METHODS[k];
+            }
+        }
     }
     for (int k = 0; k < 2; k++) {
         reference[k] = malloc(pixels * sizeof *image);
-        render(&t, &o, &methods[1 + k], o.reference, o.seed + 1000000 + (uint32_t)k, reference[k]);
+        t.rays = MAX_RAYS;
+        t.stratified = true;
+        render(&t, &o, &METHODS[2], lights, o.reference, o.seed + 1000000 + (uint32_t)k, reference[k]);
     }
     for (size_t i = 0; i < pixels; i++) {
         mean += 0.5 * (double)luminance(vec3_add(reference[0][i], reference[1][i])) / (double)pixels;
     }
-    printf("%s, %u x %u\n", o.map != NULL ? o.map : "the built-in sky", o.width, o.height);
-    puts("                                                                 efficiency over MIS");
+    t.rays = o.rays;
+    t.stratified = o.stratified != 0;
+    printf("%s, %u x %u, %u rays at a hit, %s\n", o.map != NULL ? o.map : "the built-in sky", o.width, o.height, o.rays,
+           t.stratified ? "(0,2)-sequence" : "random numbers");
+    printf("                                                                 efficiency over %s\n", methods[0].name);
     puts("samples method        seconds    mean          MSE relative MSE  absolute  relative");
-    for (uint32_t spp = 1; spp <= o.spp; spp *= 4) {
-        Result mis = {0, 0, 0, 0};
-        for (size_t m = 0; m < count; m++) {
-            Result r = {0, 0, 0, 0};
-            uint32_t repeats = o.repeats * o.spp / spp;
-            if (m > 0 && o.method != NULL && strcmp(o.method, methods[m].name) != 0) {
-                continue;
+    for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
+        Result first = {0, 0, 0, 0}, results[COUNT] = {{0, 0, 0, 0}};
+        uint32_t repeats = o.repeats * o.most / spp;
+        /* Methods in turns: what disturbs the machine disturbs all. */
+        for (uint32_t k = 0; k < repeats; k++) {
+            for (size_t m = 0; m < count; m++) {
+                results[m].seconds += render(&t, &o, &methods[m], lights, spp, o.seed + k, image) / repeats;
+                add_error(&results[m], pixels, image, reference, mean, 1.0 / repeats);
             }
-            for (uint32_t k = 0; k < repeats; k++) {
-                r.seconds += render(&t, &o, &methods[m], spp, o.seed + k, image) / repeats;
-                add_error(&r, &o, image, reference, mean, 1.0 / repeats);
-            }
-            mis = m == 0 ? r : mis;
-            printf("%7u %-12s %8.3f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
-                   r.relative, mis.absolute * mis.seconds / (r.absolute * r.seconds),
-                   mis.relative * mis.seconds / (r.relative * r.seconds));
-            fflush(stdout);
         }
+        first = results[0];
+        for (size_t m = 0; m < count; m++) {
+            Result r = results[m];
+            printf("%7u %-12s %8.3f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
+                   r.relative, first.absolute * first.seconds / (r.absolute * r.seconds),
+                   first.relative * first.seconds / (r.relative * r.seconds));
+        }
+        fflush(stdout);
     }
     return o.out == NULL || write_picture(&o, image, mean) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

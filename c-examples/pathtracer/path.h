@@ -2,175 +2,168 @@
 #ifndef PATHTRACER_PATH_H
 #define PATHTRACER_PATH_H
 
+#include <string.h>
+
 #include "../render/light.h"
-#include "scene.h"
+#include "bsdf.h"
 
 #define DEPTH 4
-
-/* ---- The BSDF of a hit: albedo / pi + Trowbridge-Reitz (GGX) with height-correlated Smith shadowing. ---- */
-
-typedef struct Bsdf {
-    Vec3 tangent, bitangent, normal, wo, albedo, f0;
-    float alpha, cos_o, layer; /* the share of samples that the GGX layer gets */
-} Bsdf;
-
-static Bsdf bsdf_begin(const Hit *hit, Vec3 wo) {
-    const Material *m = hit->material;
-    Bsdf b = {{0, 0, 0}, {0, 0, 0}, hit->normal, wo, m->albedo, m->f0, m->alpha, vec3_dot(hit->normal, wo), 0};
-    Vec3 p = vec3_scale(hit->position, m->frequency);
-    b.albedo = vec3_scale(b.albedo, 0.7f + 0.3f * sinf(p.x) * sinf(p.y + 1) * sinf(p.z));
-    b.tangent = vec3_normalise(vec3_cross(fabsf(b.normal.x) < 0.7f ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0), b.normal));
-    b.bitangent = vec3_cross(b.normal, b.tangent);
-    b.layer = b.alpha > 0 ? luminance(b.f0) : 0;
-    b.layer = b.layer > 0 ? fmaxf(0.25f, b.layer / (b.layer + luminance(b.albedo))) : 0;
-    return b;
-}
-
-/* f cos, and the density of bsdf_sample. */
-static Vec3 bsdf_eval(const Bsdf *b, Vec3 wi, float *pdf) {
-    float cos_i = vec3_dot(b->normal, wi), a2 = b->alpha * b->alpha;
-    Vec3 f = vec3_scale(b->albedo, cos_i / PI);
-    *pdf = (1 - b->layer) * cos_i / PI;
-    if (cos_i > 0 && b->layer > 0) {
-        Vec3 half = vec3_normalise(vec3_add(wi, b->wo)), white = {1, 1, 1};
-        float d = 1 + (a2 - 1) * powf(vec3_dot(b->normal, half), 2), c5 = powf(1 - vec3_dot(b->wo, half), 5);
-        float root_o = sqrtf(a2 + (1 - a2) * b->cos_o * b->cos_o), root_i = sqrtf(a2 + (1 - a2) * cos_i * cos_i);
-        float facets = 0.5f * a2 / (PI * d * d);
-        Vec3 fresnel = vec3_axpy(vec3_scale(b->f0, 1 - c5), c5, white);
-        f = vec3_axpy(f, facets * cos_i / (b->cos_o * root_i + cos_i * root_o), fresnel);
-        *pdf += b->layer * facets / (b->cos_o + root_o);
-    }
-    return vec3_scale(f, cos_i > 0);
-}
-
-static Vec3 bsdf_sample(const Bsdf *b, const float u[3]) {
-    float phi = 2 * PI * u[0], x = cosf(phi), y = sinf(phi), r = sqrtf(u[1]), z = sqrtf(1 - u[1]);
-    Vec3 w = vec3_axpy(vec3_axpy(vec3_scale(b->tangent, r * x), r * y, b->bitangent), z, b->normal);
-    if (u[2] < b->layer) { /* a visible normal by a spherical cap (Dupuy and Benyoub 2023), and the reflection at it */
-        Vec3 o = {b->alpha * vec3_dot(b->tangent, b->wo), b->alpha * vec3_dot(b->bitangent, b->wo), b->cos_o};
-        o = vec3_normalise(o);
-        z = (1 - u[1]) * (1 + o.z) - o.z;
-        r = sqrtf(fmaxf(0, 1 - z * z));
-        w = vec3_axpy(vec3_scale(b->tangent, b->alpha * (r * x + o.x)), b->alpha * (r * y + o.y), b->bitangent);
-        w = vec3_normalise(vec3_axpy(w, z + o.z, b->normal));
-        w = vec3_sub(vec3_scale(w, 2 * vec3_dot(b->wo, w)), b->wo);
-    }
-    return w;
-}
-
-/* ---- Light at a hit. ---- */
+#define MAX_RAYS 4
 
 typedef struct Method {
     const char *name;
-    bool is_mis;    /* one sample of the light and one of the BSDF at each hit; else the rays of wis_direct */
+    enum { BY_LIGHT, BY_PRODUCT, BY_DIRECT } kind; /* samples of the light or of its product with the BSDF, or wis_direct */
+    /* What BSDF rays bring that leave the scene: their share by the balance heuristic, or light up to the mean of the map. */
+    enum { NOTHING, BALANCE, BASE } escape;
+    bool keeps;     /* products serve later hits of the pixel on the same material; wis_direct gets the client's numbers */
+    uint32_t hits;  /* of a pixel, as wis_direct is told; 0: samples per pixel */
     uint32_t flags; /* of the environment */
-    const wis_environment *environment;
 } Method;
 
 typedef struct Tracer {
     Light light;
-    const Method *method;
+    float mean; /* luminance of the map */
+    Method method;
+    const wis_environment *environment;
     wis_sampler *sampler;
+    bool stratified;
     uint64_t random;
-    uint32_t pixel, hits[DEPTH]; /* of this pixel, by bounce */
+    uint32_t pixel, sample, rays, hits[DEPTH]; /* hits of this pixel, by bounce */
+    void *products[MATERIALS];
+    uint32_t products_of[MATERIALS]; /* the pixel that prepared each */
 } Tracer;
 
-/* A sampler for this thread. */
-static void tracer_init(Tracer *t) {
-    wis_sampler_config config = {0};
-    wis_memory_size size;
-    config.size = sizeof config;
-    config.rays = 1;
-    check(wis_sampler_size(&config, &size, NULL));
-    check(wis_sampler_init(&config, malloc(size.bytes), size.bytes, &t->sampler, NULL));
+/* Points in the unit square: independent ones, or those of this sample in a (0,2)-sequence for each pixel and dimension. */
+static void numbers(Tracer *t, uint32_t dimension, uint32_t count, float *u) {
+    if (t->stratified) {
+        check(wis_points_sobol(wis_pixel_seed(t->pixel, dimension, 0), t->sample * count, count, u, 0));
+    }
+    for (uint32_t i = 0; !t->stratified && i < 2 * count; i++) { /* SplitMix64 */
+        uint64_t z = t->random += 0x9e3779b97f4a7c15u;
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        u[i] = (float)((z ^ (z >> 31)) >> 40) / 16777216.0f;
+    }
 }
 
-/* SplitMix64. */
-static float uniform(Tracer *t) {
-    uint64_t z = t->random += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return (float)((z ^ (z >> 31)) >> 40) / 16777216.0f;
+/* The map as rays for light see it, or BSDF rays that leave the scene: two parts where those bring the light up to the mean. */
+static Vec3 radiance(const Tracer *t, Vec3 wi, bool escapes) {
+    Vec3 light = light_radiance(&t->light, wi);
+    float base = t->method.escape == BASE ? fminf(1, t->mean / luminance(light)) : escapes;
+    return vec3_scale(light, escapes ? base : 1 - base);
 }
 
 /* BSDF x cosine x light x visibility. */
-static Vec3 reflected(const Tracer *t, const Hit *hit, const Bsdf *b, Vec3 wi, float *pdf) {
-    Vec3 f = bsdf_eval(b, wi, pdf);
+static Vec3 reflected(const Tracer *t, const Hit *hit, const Bsdf *b, const float wi[3], float *pdf) {
+    Vec3 direction = vec3_load(wi), f = bsdf_eval(b, direction, pdf);
     Hit blocker;
-    bool is_black = luminance(f) <= 0 || scene_trace(hit->position, wi, &blocker);
-    return is_black ? vec3_make(0, 0, 0) : vec3_mul(f, light_radiance(&t->light, wi));
+    bool is_black = luminance(f) <= 0 || scene_trace(hit->position, direction, &blocker);
+    return is_black ? vec3_make(0, 0, 0) : vec3_mul(f, radiance(t, direction, false));
 }
 
-/* All light of the environment, by the rays that wis asks for. */
-static Vec3 direct(Tracer *t, const Hit *hit, const Bsdf *b, uint32_t bounce) {
-    Vec3 sum = {0, 0, 0};
-    float pdf;
-    wis_point point = {0};
-    wis_ray ray[1];
-    uint32_t count;
-    point.size = sizeof point;
-    point.material = &hit->material->lobes;
+/* What wis knows of a hit: its frame, and how strongly each lobe reflects there. */
+static wis_point describe(const Tracer *t, const Hit *hit, const Bsdf *b, uint32_t bounce) {
+    wis_point point = {.size = sizeof point, .material = &hit->material->lobes, .seed = t->pixel, .stream = bounce};
     vec3_store(b->normal, point.normal);
     vec3_store(b->wo, point.wo);
     vec3_store(b->albedo, point.weight[0]);
     vec3_store(vec3_make(1, 1, 1), point.weight[1]);
     vec3_store(b->f0, point.f0[1]);
-    point.seed = t->pixel;
-    point.stream = bounce;
-    point.turn = t->hits[bounce]++;
-    check(wis_direct(t->sampler, t->method->environment, &point, 1, NULL, ray, &count));
+    return point;
+}
+
+/* The light at a hit, by the rays that wis asks for. */
+static Vec3 direct(Tracer *t, const Hit *hit, const Bsdf *b, wis_point point, const float *u) {
+    Vec3 sum = {0, 0, 0};
+    wis_ray ray[MAX_RAYS];
+    uint32_t count;
+    float pdf;
+    point.turn = t->hits[point.stream]++;
+    check(wis_direct(t->sampler, t->environment, &point, t->rays, u, ray, &count));
     for (uint32_t i = 0; i < count; i++) {
-        sum = vec3_axpy(sum, ray[i].weight, reflected(t, hit, b, vec3_load(ray[i].wi), &pdf));
+        sum = vec3_axpy(sum, ray[i].weight, reflected(t, hit, b, ray[i].wi, &pdf));
     }
     return sum;
 }
 
-/* What a sample of the light adds; the BSDF's adds the rest when its ray leaves the scene. */
-static Vec3 sample_light(Tracer *t, const Hit *hit, const Bsdf *b) {
-    float u[2] = {uniform(t), uniform(t)}, pdf;
-    wis_drawn drawn;
-    Vec3 sum;
-    check(wis_sample(t->sampler, t->method->environment, NULL, 1, u, 0, &drawn, 0));
-    sum = reflected(t, hit, b, vec3_load(drawn.wi), &pdf);
-    return vec3_scale(sum, 1 / (drawn.pdf + pdf));
+/* The product at a hit: a new one, or one that an earlier hit of this pixel on the same material left. */
+static const wis_product *product_at(Tracer *t, const Hit *hit, const wis_point *point) {
+    size_t slot = (size_t)(hit->material - materials), offset, used;
+    wis_product_config config = {.size = sizeof config, .cone = t->method.keeps ? 0.1f : 0};
+    uint32_t covers = 0;
+    wis_memory_size size;
+    if (t->method.keeps && t->products_of[slot] == t->pixel) {
+        check(wis_product_covers(t->products[slot], point, &covers));
+    }
+    if (covers == 0) {
+        check(wis_product_size(&config, &size, NULL));
+        t->products[slot] = t->products[slot] != NULL ? t->products[slot] : malloc(size.bytes);
+        check(wis_product_prepare(t->sampler, t->environment, &config, 1, point, t->products[slot], size.bytes, &offset, &used));
+        t->products_of[slot] = t->pixel;
+    }
+    return t->products[slot];
 }
 
-/* The balance heuristic's share of a BSDF sample whose ray leaves the scene. */
-static float share_of_bsdf(Tracer *t, Vec3 direction, float pdf) {
-    float wi[3], light_pdf;
+/* The light at a hit, by samples of the map (no product) or of a product. */
+static Vec3 sample_light(Tracer *t, const Hit *hit, const Bsdf *b, const wis_product *product, const float *u) {
+    Vec3 sum = {0, 0, 0};
+    wis_drawn drawn[MAX_RAYS];
+    check(wis_sample(t->sampler, t->environment, product, t->rays, u, 0, drawn, 0));
+    for (uint32_t i = 0; i < t->rays; i++) {
+        float pdf, density;
+        Vec3 light = reflected(t, hit, b, drawn[i].wi, &pdf);
+        density = (float)t->rays * drawn[i].pdf + (t->method.escape == BALANCE ? pdf : 0);
+        sum = density > 0 ? vec3_axpy(sum, 1 / density, light) : sum;
+    }
+    return sum;
+}
+
+/* The balance heuristic's share of a BSDF sample. */
+static float share_of_bsdf(Tracer *t, const wis_product *product, Vec3 direction, float pdf) {
+    float wi[3], other;
     vec3_store(direction, wi);
-    check(wis_pdf(t->sampler, t->method->environment, NULL, 1, wi, 0, &light_pdf, 0));
-    return pdf / (pdf + light_pdf);
+    check(wis_pdf(t->sampler, t->environment, product, 1, wi, 0, &other, 0));
+    return pdf / (pdf + (float)t->rays * other);
 }
-
-/* ---- A path. ---- */
 
 static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
     Vec3 color = {0, 0, 0}, beta = {1, 1, 1};
-    bool is_mis = t->method->is_mis;
-    float pdf = 0;
+    float pdf = 0, share = 1; /* of the last BSDF sample: all that MIS needs to know of it when its ray leaves the scene */
     for (uint32_t bounce = 0;; bounce++) {
+        const Method *m = &t->method;
+        const wis_product *product = NULL;
+        float u[2 * MAX_RAYS];
+        wis_point point;
         Hit hit;
         Bsdf b;
         if (!scene_trace(origin, direction, &hit)) {
-            /* wis_direct has already brought this light, but to the camera. */
-            float share = bounce == 0 ? 1 : is_mis ? share_of_bsdf(t, direction, pdf) : 0;
-            return share > 0 ? vec3_axpy(color, share, vec3_mul(beta, light_radiance(&t->light, direction))) : color;
+            share = bounce > 0 && m->kind == BY_LIGHT && m->escape == BALANCE ? share_of_bsdf(t, NULL, direction, pdf) : share;
+            return share > 0 ? vec3_axpy(color, share, vec3_mul(beta, bounce == 0 ? light_radiance(&t->light, direction) : radiance(t, direction, true))) : color;
         }
         if (bounce == DEPTH) {
             return color;
         }
         b = bsdf_begin(&hit, vec3_scale(direction, -1));
-        color = vec3_add(color, vec3_mul(beta, is_mis ? sample_light(t, &hit, &b) : direct(t, &hit, &b, bounce)));
-        if (bounce == DEPTH - 1 && !is_mis) {
+        point = describe(t, &hit, &b, bounce);
+        if (m->kind != BY_DIRECT || m->keeps) {
+            numbers(t, 1 + 2 * bounce, t->rays, u);
+        }
+        if (m->kind == BY_PRODUCT) {
+            product = product_at(t, &hit, &point);
+        }
+        color = vec3_add(color, vec3_mul(beta, m->kind == BY_DIRECT ? direct(t, &hit, &b, point, m->keeps ? u : NULL)
+                                                                    : sample_light(t, &hit, &b, product, u)));
+        if (bounce == DEPTH - 1 && m->escape == NOTHING) {
             return color;
         }
-        direction = bsdf_sample(&b, (float[3]){uniform(t), uniform(t), uniform(t)});
+        numbers(t, 2 + 2 * bounce, 1, u);
+        direction = bsdf_sample(&b, u);
         beta = vec3_mul(beta, bsdf_eval(&b, direction, &pdf));
         if (luminance(beta) <= 0) {
             return color;
         }
         beta = vec3_scale(beta, 1 / pdf);
+        share = m->escape == BALANCE && product != NULL ? share_of_bsdf(t, product, direction, pdf) : m->escape == BASE;
         origin = hit.position;
     }
 }

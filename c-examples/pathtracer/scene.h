@@ -1,4 +1,4 @@
-/* Geometry: a disc, three spheres and a knot of 19,200 triangles, and what they are made of. */
+/* Geometry: a disc, three spheres and a smooth knot of 115,200 triangles, and what they are made of. */
 #ifndef PATHTRACER_SCENE_H
 #define PATHTRACER_SCENE_H
 
@@ -10,12 +10,12 @@
 #include "../render/vec3.h"
 #include "wis.h"
 
-#define ALONG 400
-#define AROUND 24
+#define ALONG 1200
+#define AROUND 48
 #define TRIANGLES (2 * ALONG * AROUND)
+#define MATERIALS 5
 
-/* A diffuse base under a GGX layer (alpha 0: none), and the same shapes as wis knows them. */
-typedef struct Material {
+typedef struct Material { /* a diffuse base under a GGX layer (alpha 0: none), and the same shapes as wis knows them */
     Vec3 albedo, f0;
     float alpha, frequency; /* of a pattern in the albedo; 0: none */
     wis_material lobes;
@@ -24,17 +24,16 @@ typedef struct Material {
 typedef struct Hit {
     float distance;
     Vec3 position, normal; /* the normal on the side where the ray comes from */
-    const Material *material;
+    Material *material;
 } Hit;
 
-static Material materials[] = {
-    {{0.5f, 0.5f, 0.45f}, {0, 0, 0}, 0, 9, {0}},                     /* the disc */
-    {{0.25f, 0.4f, 0.2f}, {0.05f, 0.05f, 0.05f}, 0.3f, 20, {0}},      /* the knot */
-    {{0.6f, 0.25f, 0.15f}, {0.04f, 0.04f, 0.04f}, 0.15f, 15, {0}},    /* the spheres: varnish, metal, clay */
-    {{0, 0, 0}, {0.95f, 0.75f, 0.45f}, 0.3f, 0, {0}},
-    {{0.2f, 0.4f, 0.6f}, {0, 0, 0}, 0, 0, {0}}};
-static const struct { Vec3 centre; float radius; } spheres[] = {
-    {{-1.3f, 0.5f, 0}, 0.5f}, {{1.3f, 0.5f, 0}, 0.5f}, {{0.6f, 0.25f, 1}, 0.25f}};
+static Material materials[MATERIALS] = {
+    {{0.5f, 0.5f, 0.45f}, {0, 0, 0}, 0, 9, {0}},                  /* the disc */
+    {{0.25f, 0.4f, 0.2f}, {0.05f, 0.05f, 0.05f}, 0.3f, 20, {0}},   /* the knot */
+    {{0.6f, 0.25f, 0.15f}, {0.04f, 0.04f, 0.04f}, 0.15f, 15, {0}}, /* the spheres: varnish, metal, clay */
+    {{0, 0, 0}, {0.95f, 0.75f, 0.45f}, 0.3f, 0, {0}}, {{0.2f, 0.4f, 0.6f}, {0, 0, 0}, 0, 0, {0}}};
+static const struct { Vec3 centre; float radius; } spheres[3] = {
+    {{-1.25f, 0.6f, 0.2f}, 0.6f}, {{1.25f, 0.6f, 0.1f}, 0.6f}, {{0.5f, 0.3f, 1.2f}, 0.3f}};
 
 static void check(wis_status status) {
     if (status != WIS_OK) {
@@ -45,26 +44,41 @@ static void check(wis_status status) {
 
 /* Triangles stand in the order of the tube, so halving them again and again gives a tree of boxes: node n has the children
  * 2n + 1 and 2n + 2. */
-static Vec3 triangles[TRIANGLES][3], boxes[TRIANGLES][2];
+static struct Vertex { Vec3 position, normal; } triangles[TRIANGLES][3];
+static Vec3 boxes[TRIANGLES][2];
 
-/* A point of a tube along a trefoil. */
-static Vec3 knot(int along, int around) {
-    float s = 4 * PI * (float)along / ALONG, t = 2 * PI * (float)around / AROUND, r = 2 + cosf(1.5f * s) + 0.45f * cosf(t);
-    Vec3 p = {r * cosf(s), r * sinf(s) + 3.45f, sinf(1.5f * s) + 0.45f * sinf(t)};
-    return vec3_scale(p, 0.16f);
+static Vec3 vec3_min(Vec3 a, Vec3 b) {
+    return vec3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static Vec3 vec3_max(Vec3 a, Vec3 b) {
+    return vec3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
+/* A tube along a trefoil. */
+static Vec3 knot(float s, float t) {
+    float r = 2 + cosf(1.5f * s) + 0.45f * cosf(t);
+    return vec3_scale(vec3_make(r * cosf(s), r * sinf(s) + 3.45f, sinf(1.5f * s) + 0.45f * sinf(t)), 0.24f);
+}
+
+static struct Vertex knot_vertex(int along, int around) {
+    float s = 4 * PI * (float)along / ALONG, t = 2 * PI * (float)around / AROUND, step = 0.005f;
+    Vec3 ds = vec3_sub(knot(s + step, t), knot(s - step, t)), dt = vec3_sub(knot(s, t + step), knot(s, t - step));
+    return (struct Vertex){knot(s, t), vec3_normalise(vec3_cross(ds, dt))};
 }
 
 static void scene_build(int node, int first, int count) {
     Vec3 low = {FLT_MAX, FLT_MAX, FLT_MAX}, high = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
     for (int i = first; i < first + count; i++) {
         int s = i / 2 / AROUND, t = i / 2 % AROUND;
-        triangles[i][0] = knot(s, t);
-        triangles[i][1] = knot(s + 1, t + i % 2);
-        triangles[i][2] = knot(s + 1 - i % 2, t + 1);
+        if (node == 0) {
+            triangles[i][0] = knot_vertex(s, t);
+            triangles[i][1] = knot_vertex(s + 1, t + i % 2);
+            triangles[i][2] = knot_vertex(s + 1 - i % 2, t + 1);
+        }
         for (int k = 0; k < 3; k++) {
-            Vec3 p = triangles[i][k];
-            low = vec3_make(fminf(low.x, p.x), fminf(low.y, p.y), fminf(low.z, p.z));
-            high = vec3_make(fmaxf(high.x, p.x), fmaxf(high.y, p.y), fmaxf(high.z, p.z));
+            low = vec3_min(low, triangles[i][k].position);
+            high = vec3_max(high, triangles[i][k].position);
         }
     }
     boxes[node][0] = low;
@@ -76,7 +90,7 @@ static void scene_build(int node, int first, int count) {
 }
 
 static void scene_init(void) {
-    for (size_t i = 0; i < sizeof materials / sizeof materials[0]; i++) {
+    for (size_t i = 0; i < MATERIALS; i++) {
         float a = materials[i].alpha;
         materials[i].lobes = (wis_material){sizeof(wis_material), 1, {{WIS_LOBE_LAMBERT, 0, 0, 0}, {WIS_LOBE_GGX, a, a, 0}}, 0};
         materials[i].lobes.lobe_count += a > 0;
@@ -87,7 +101,7 @@ static void scene_init(void) {
 
 /* Keeps a hit that is nearer than the one before. */
 static void offer(Hit *hit, float distance, Vec3 normal, int material) {
-    if (distance > 1e-4f && distance < hit->distance) {
+    if (distance > 1e-3f && distance < hit->distance) {
         hit->distance = distance;
         hit->normal = normal;
         hit->material = &materials[material];
@@ -95,20 +109,20 @@ static void offer(Hit *hit, float distance, Vec3 normal, int material) {
 }
 
 /* Moeller and Trumbore 1997. */
-static void hit_triangle(const Vec3 corner[3], Vec3 o, Vec3 d, Hit *hit) {
-    Vec3 a = vec3_sub(corner[1], corner[0]), b = vec3_sub(corner[2], corner[0]);
-    Vec3 p = vec3_cross(d, b), s = vec3_sub(o, corner[0]), q = vec3_cross(s, a);
-    float inverse = 1 / vec3_dot(a, p), u = vec3_dot(s, p) * inverse, v = vec3_dot(d, q) * inverse;
-    if (u >= 0 && v >= 0 && u + v <= 1) {
-        offer(hit, vec3_dot(b, q) * inverse, vec3_cross(a, b), 1);
+static void hit_triangle(const struct Vertex v[3], Vec3 o, Vec3 d, Hit *hit) {
+    Vec3 a = vec3_sub(v[1].position, v[0].position), b = vec3_sub(v[2].position, v[0].position);
+    Vec3 p = vec3_cross(d, b), s = vec3_sub(o, v[0].position), q = vec3_cross(s, a);
+    float inverse = 1 / vec3_dot(a, p), x = vec3_dot(s, p) * inverse, y = vec3_dot(d, q) * inverse;
+    if (x >= 0 && y >= 0 && x + y <= 1) {
+        Vec3 normal = vec3_axpy(vec3_axpy(vec3_scale(v[0].normal, 1 - x - y), x, v[1].normal), y, v[2].normal);
+        offer(hit, vec3_dot(b, q) * inverse, normal, 1);
     }
 }
 
 static void hit_node(int node, int first, int count, Vec3 o, Vec3 inverse, Vec3 d, Hit *hit) {
     Vec3 a = vec3_mul(vec3_sub(boxes[node][0], o), inverse), b = vec3_mul(vec3_sub(boxes[node][1], o), inverse);
-    float enter = fmaxf(fmaxf(fminf(a.x, b.x), fminf(a.y, b.y)), fmaxf(fminf(a.z, b.z), 0));
-    float leave = fminf(fminf(fmaxf(a.x, b.x), fmaxf(a.y, b.y)), fminf(fmaxf(a.z, b.z), hit->distance));
-    if (enter > leave) {
+    Vec3 near = vec3_min(a, b), far = vec3_max(a, b);
+    if (fmaxf(fmaxf(near.x, near.y), fmaxf(near.z, 0)) > fminf(fminf(far.x, far.y), fminf(far.z, hit->distance))) {
         return;
     }
     if (count > 4) {

@@ -21,7 +21,7 @@ void options_help(void) {
          "  --size WxH             pixels of one panel (default: 640x240)\n"
          "  --threads N            (default: one per processor)\n"
          "  --nearest              look the light up without filtering\n"
-         "  --reference-spp N      samples per pixel of the reference (default: 2048)\n"
+         "  --reference-spp N      samples per pixel of the reference (default: 512)\n"
          "  --help");
 }
 
@@ -43,7 +43,7 @@ static Options defaults(void) {
     o.width = 640;
     o.height = 240;
     o.spp = 16;
-    o.reference_spp = 2048;
+    o.reference_spp = 512;
     o.threads = processors();
     return o;
 }

@@ -1,11 +1,13 @@
-//! Candidates for rays, eight at a time: half from the light, half from the lobes, each with the library's own estimate of what
-//! it would bring.
+//! Candidates for rays, eight at a time: from the product, the light and the lobes, each with the library's own estimate of what it
+//! would bring.
 
 use super::joint::{Set, Turn};
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
-use crate::light::density::to_world;
+use crate::light::batch::Density;
+use crate::light::density::{to_map, to_world};
 use crate::light::tables::Light;
+use crate::product::density::Shaded;
 use crate::simd::{LANES, Lanes, Num};
 use crate::sphere::{Frame, wide};
 use crate::visibility::{CELLS, Factors, cell};
@@ -37,47 +39,89 @@ pub struct Draw<'a> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
+    /// The product of both, if candidates come from it.
+    pub product: Option<&'a Shaded<'a>>,
+    /// From map space to the world.
+    pub frame: &'a Frame,
+    /// How many candidates come from each source.
+    pub counts: Counts,
     /// Whether the client's own target follows: the lobes' values do not count.
     pub without_lobes: bool,
-    /// What was seen from there, by cell of the world's directions, and how the world lies to map space.
-    pub seen: Option<(&'a Frame, &'a Factors)>,
+    /// What was seen from there, by cell of the world's directions.
+    pub seen: Option<&'a Factors>,
+}
+
+/// How many candidates come from each source, one after the other: multiples of 8.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Samples of the product.
+    pub product: usize,
+    /// Samples of the light.
+    pub light: usize,
+    /// Samples of the lobes.
+    pub lobes: usize,
+}
+
+impl Counts {
+    /// All candidates.
+    pub fn sum(&self) -> usize {
+        self.product + self.light + self.lobes
+    }
+
+    /// Where candidate `i` comes from, and its number there.
+    fn of(&self, i: usize) -> (Set, usize, usize) {
+        if i < self.product {
+            (Set::Product, self.product, i)
+        } else if i < self.product + self.light {
+            (Set::Light, self.light, i - self.product)
+        } else {
+            (Set::Lobes, self.lobes, i - self.product - self.light)
+        }
+    }
 }
 
 impl Draw<'_> {
-    /// Draws all candidates: the first half from the light.
+    /// Draws all candidates.
     #[inline(always)]
     pub fn run<F: Lanes>(&self, out: &mut Candidates<'_>) {
-        let count = out.x.len();
-        let half = count / 2;
-        let (light_seed, light_first) = self.turn.set(Set::Light, half);
-        let (lobe_seed, lobe_first) = self.turn.set(Set::Lobes, half);
-        for group in (0..count).step_by(LANES) {
-            let from_light = group < half;
-            let (seed, first) = if from_light {
-                (light_seed, light_first + group as u32)
-            } else {
-                (lobe_seed, lobe_first + (group - half) as u32)
-            };
+        for group in (0..out.x.len()).step_by(LANES) {
+            let (set, count, number) = self.counts.of(group);
+            let (seed, first) = self.turn.set(set, count);
+            let first = first.wrapping_add(number as u32);
             let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
             for ((across, down), index) in across.iter_mut().zip(&mut down).zip(0..) {
                 [*across, *down] = Turn::point(seed, first.wrapping_add(index));
             }
             let u = [<F as Num>::load(across), <F as Num>::load(down)];
-            let (direction, light) = if from_light {
-                self.light.candidates(u)
-            } else {
-                let direction = self.surface.to_map(self.surface.sample(u));
-                (direction, self.light.density(direction))
-            };
-            self.weigh(direction, light, half as f32, group, out);
+            let (direction, light, product) = self.draw(set, u);
+            self.weigh(direction, light, product, group, out);
         }
+    }
+
+    /// Eight directions of map space, with their densities in the light and in the product (or in the light again).
+    #[inline(always)]
+    fn draw<F: Lanes>(&self, set: Set, u: [F; 2]) -> ([F; 3], F, F) {
+        if let (Set::Product, Some(product)) = (set, self.product) {
+            let (world, density) = product.sample::<F>(self.frame, u);
+            let direction = to_map(self.frame, world);
+            return (direction, self.light.density(direction), density);
+        }
+        let (direction, light) = if set == Set::Lobes {
+            let direction = self.surface.to_map(self.surface.sample(u));
+            (direction, self.light.density(direction))
+        } else {
+            self.light.candidates(u)
+        };
+        let product =
+            self.product.map_or(light, |product| product.pdf::<F>(self.frame, to_world(self.frame, direction)));
+        (direction, light, product)
     }
 
     /// How much of the light along eight directions of map space was seen.
     #[inline(always)]
     fn visible<F: Lanes>(&self, direction: [F; 3]) -> F {
-        let Some((frame, factors)) = self.seen else { return <F as Num>::splat(1.0) };
-        let [x, y] = wide::square(wide::to_world(frame, direction));
+        let Some(factors) = self.seen else { return <F as Num>::splat(1.0) };
+        let [x, y] = wide::square(wide::to_world(self.frame, direction));
         let (x, y) = (Num::store(x), Num::store(y));
         let mut visible = [1.0; LANES];
         for ((visible, x), y) in visible.iter_mut().zip(x).zip(y) {
@@ -86,13 +130,15 @@ impl Draw<'_> {
         <F as Num>::load(visible)
     }
 
-    /// Weighs eight directions with their densities in the light, and writes them.
+    /// Weighs eight directions with their densities in light and product, and writes them.
     #[inline(always)]
-    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, half: f32, group: usize, out: &mut Candidates<'_>) {
+    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, product: F, group: usize, out: &mut Candidates<'_>) {
         let zero = <F as Num>::splat(0.0);
         let local = self.surface.to_local(direction);
         let (value, lobes) = self.surface.eval(local);
-        let density = <F as Num>::splat(half) * (light + lobes);
+        let Counts { product: products, light: lights, lobes: of_lobes } = self.counts;
+        let [products, lights, of_lobes] = [products, lights, of_lobes].map(|n| <F as Num>::splat(n as f32));
+        let density = products * product + (lights * light + of_lobes * lobes);
         // Lobes answer 0 in all components where they have no direction.
         let height = if self.surface.is_whole() {
             local[0] * local[0] + local[1] * local[1] + local[2] * local[2]

@@ -6,19 +6,22 @@
 //! is unbiased for every BRDF, radiance and visibility of the client that vanish where the point's hemisphere or the light do.
 
 pub mod candidates;
+pub mod drawn;
 pub mod joint;
 pub mod pick;
 pub mod ray;
 pub mod sampler;
+pub mod several;
 pub mod shared;
 
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
 use crate::light::tables::Light;
+use crate::product::density::Shaded;
 use crate::simd::{Kernel, Lanes};
 use crate::sphere::Frame;
 use crate::visibility::Factors;
-use candidates::{Candidates, Draw};
+use candidates::{Candidates, Counts, Draw};
 use joint::Turn;
 pub use ray::Ray;
 
@@ -53,7 +56,11 @@ pub struct Request<'a, 'b> {
     pub target: Option<&'a dyn Target>,
     /// How many rays may be traced.
     pub rays: usize,
-    /// Room for the candidates; their number is [`candidate_count`].
+    /// The product of light and lobes, if candidates come from it.
+    pub product: Option<&'a Shaded<'a>>,
+    /// How many candidates come from each source.
+    pub counts: Counts,
+    /// Room for the candidates.
     pub candidates: &'a mut Candidates<'b>,
     /// The rays, at least as many as may be traced.
     pub out: &'a mut [Ray],
@@ -65,14 +72,13 @@ impl Kernel for Request<'_, '_> {
     /// How many rays there are; `None` if the target failed.
     #[inline(always)]
     fn run<F: Lanes>(self) -> Option<usize> {
-        let Request { light, frame, surface, turn, seen, target, rays, candidates, out } = self;
-        let draw = Draw { light, surface, turn, without_lobes: target.is_some(), seen: seen.map(|seen| (frame, seen)) };
+        let Request { light, frame, surface, turn, seen, target, rays, product, counts, candidates, out } = self;
+        let draw = Draw { light, surface, turn, product, frame, counts, without_lobes: target.is_some(), seen };
         draw.run::<F>(candidates);
         if let Some(target) = target {
             candidates.weigh_by(target, frame)?;
         }
-        let half = candidates.x.len() / 2;
-        Some(pick::pick(candidates, rays, turn.pick(half), |ray, direction, weight| {
+        Some(pick::pick(candidates, rays, turn.pick(counts.product.max(counts.light)), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
                 let [x, y, z] = crate::light::density::to_world(frame, direction);
                 *out = Ray { wi: [x, y, z], weight };

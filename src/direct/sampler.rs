@@ -1,12 +1,14 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
-use super::candidates::Candidates;
+use super::candidates::{Candidates, Counts};
 use super::joint::Turn;
+use super::several;
 use super::shared::{self, Ring};
 use super::{Ray, Request, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
+use crate::product::density::Shaded;
 use crate::simd::{Level, run};
 use bytemuck::{Pod, Zeroable};
 
@@ -40,6 +42,18 @@ impl Config {
         candidate_count(rays, per_ray)
     }
 
+    /// How many candidates a call has from each source.
+    fn counts(&self, rays: usize, environment: &Environment<'_>, surface: &Surface, has_product: bool) -> Counts {
+        let candidates = self.candidates(rays);
+        if has_product {
+            return several::counts(candidates);
+        }
+        // What is left of a compensated light is lamps: they are found by drawing the light, however wide lobes reflect.
+        let lights_suffice = environment.is_compensated() && surface.is_wide();
+        let half = candidates / 2;
+        Counts { product: 0, light: half, lobes: if lights_suffice { 0 } else { half } }
+    }
+
     /// The most candidates of any call: the library's own number for each ray falls as rays grow.
     fn most_candidates(&self) -> usize {
         let rays = self.rays as usize;
@@ -49,7 +63,17 @@ impl Config {
     /// Bytes of working memory.
     #[inline(never)]
     pub fn bytes(&self) -> usize {
-        self.shared_bytes() + 5 * 4 * self.most_candidates()
+        self.shared_bytes() + self.product_bytes() + 5 * 4 * self.most_candidates()
+    }
+
+    /// Bytes of the product of a hit with several rays.
+    fn product_bytes(&self) -> usize {
+        if self.takes_products() { several::bytes() } else { 0 }
+    }
+
+    /// Whether calls for several rays draw them from products: unless the client wants a number of candidates.
+    fn takes_products(&self) -> bool {
+        self.rays as usize >= several::SEVERAL && self.candidates_per_ray == 0
     }
 
     /// Bytes of the products that hits share.
@@ -75,6 +99,7 @@ pub struct Sampler<'a> {
     level: Level,
     config: Config,
     shared: Option<Ring<'a>>,
+    product: &'a mut [u8],
     scratch: &'a mut [f32],
 }
 
@@ -86,9 +111,10 @@ impl<'a> Sampler<'a> {
 
     /// As [`Sampler::new`], in memory of exactly that length, which every call from C would have to find out again.
     pub(crate) fn open(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
-        let (shared, scratch) = memory.split_at_mut_checked(config.shared_bytes())?;
+        let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
+        let (product, scratch) = rest.split_at_mut_checked(config.product_bytes())?;
         let shared = if shared.is_empty() { None } else { Some(Ring::new(shared)) };
-        Some(Sampler { level, config, shared, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
+        Some(Sampler { level, config, shared, product, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
     }
 
     /// The instructions that it uses.
@@ -129,14 +155,28 @@ impl<'a> Sampler<'a> {
         if rays == 0 || !(environment.header().power > 0.0) {
             return Ok(0);
         }
-        let shares = self.shared.as_mut().filter(|_| point.target.is_none() && environment.guide().is_some());
+        // Under a compensated light candidates win against shared products in time x error, whatever the client's numbers:
+        // measured in `c-examples/pathtracer` at 16, 64 and 256 hits.
+        let can_share = point.target.is_none() && environment.guide().is_some() && !environment.is_compensated();
+        let shares = self.shared.as_mut().filter(|_| can_share);
         if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
             return shared.direct(self.level, environment, point, u, out);
         }
-        let light = environment.light();
         let turn = Turn::new(at.seed, at.turn, at.stream);
-        let count = self.config.candidates(rays);
-        let mut columns = self.scratch.chunks_exact_mut(count.max(1));
+        // The client's own target is not what the lobes describe, so their product is no help.
+        let products = rays >= several::SEVERAL && point.target.is_none() && self.config.takes_products();
+        let product = match products {
+            true => several::product(self.level, environment, point, self.product)?,
+            false => None,
+        };
+        if let (Some(product), true) = (product, several::suffices(rays, &surface, point.seen.is_some())) {
+            let out = out.get_mut(..rays).unwrap_or_default();
+            return Ok(several::draw(self.level, environment, product, point, turn, out));
+        }
+        let light = environment.light();
+        let shaded = product.map(|product| Shaded { light, product });
+        let counts = self.config.counts(rays, environment, &surface, shaded.is_some());
+        let mut columns = self.scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
         let request = Request {
@@ -147,6 +187,8 @@ impl<'a> Sampler<'a> {
             seen: point.seen,
             target: point.target,
             rays,
+            product: shaded.as_ref(),
+            counts,
             candidates: &mut candidates,
             out,
         };

@@ -4,11 +4,9 @@
 //! product of an earlier hit that covers it; else one is prepared in its place. Beginning a pixel forgets them all.
 
 use super::Ray;
+use super::drawn::Source;
 use crate::brdf::point::{Fault, Point};
-use crate::light::batch::{Drawn, samples};
 use crate::light::environment::Environment;
-use crate::numeric::clamp_u;
-use crate::product::density::Shaded;
 use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
 use crate::product::stored::{Product, most_bytes};
 use crate::simd::Level;
@@ -19,8 +17,6 @@ const KEPT: usize = 4;
 const CONE: f32 = 0.1;
 /// From so many hits of a pixel on, the spread of the client's numbers outweighs the choice among candidates.
 const MANY_HITS: u32 = 16;
-/// Rays that are drawn together.
-const TOGETHER: usize = 16;
 /// What stands before the products: how many there are, and which is next to go.
 const STATE: usize = 16;
 
@@ -102,28 +98,7 @@ impl<'a> Ring<'a> {
     ) -> Result<usize, Fault> {
         let number = self.serve(level, environment, point)?;
         let Some(product) = self.slot(number).and_then(|bytes| Product::view(bytes)) else { return Ok(0) };
-        let shaded = Shaded { light: environment.light(), product };
-        let whole = point.whole_sphere || point.material.transmits();
-        let (frame, [nx, ny, nz]) = (environment.frame(), point.normal);
-        // One over the density of rays.
-        let rays = u.len() as f32;
-        let mut written = 0;
-        for u in u.chunks(TOGETHER) {
-            let (mut numbers, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
-            for (number, &[x, y]) in numbers.iter_mut().zip(u) {
-                *number = [clamp_u(x), clamp_u(y)];
-            }
-            let numbers = numbers.get(..u.len()).unwrap_or_default();
-            samples(level, &shaded, &frame, numbers, drawn.get_mut(..u.len()).unwrap_or_default());
-            for Drawn { wi, pdf } in drawn.into_iter().take(u.len()) {
-                let [x, y, z] = wi;
-                let counts = pdf > 0.0 && (whole || nx * x + ny * y + nz * z > 0.0);
-                if let (true, Some(ray)) = (counts, out.get_mut(written)) {
-                    *ray = Ray { wi, weight: 1.0 / (rays * pdf) };
-                    written += 1;
-                }
-            }
-        }
-        Ok(written)
+        let source = Source { level, environment, product, from_light: 0.0 };
+        Ok(source.rays(point, u, u.len(), out))
     }
 }

@@ -41,14 +41,14 @@ pub const WIS_FILTER_NEAREST: u32 = 1;
 pub const WIS_ENVIRONMENT_ROWS_AT_POLES: u32 = 1;
 /// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
-/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For multiple
-/// importance sampling with BRDF samples.
+/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
+/// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
 /// +Inf by the largest finite luminance of the map.
 pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
-/// No products will be prepared with it, nor shared by hits: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+/// No products will be prepared with it, nor shared by hits, nor used for several rays: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
 
 const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES

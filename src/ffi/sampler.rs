@@ -87,7 +87,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 1.4 kB for 16 rays.
+/// The bytes that a sampler needs: 4 kB for 16 rays, 1.4 kB for up to three.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

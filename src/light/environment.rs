@@ -324,6 +324,11 @@ impl<'a> Environment<'a> {
         self.header
     }
 
+    /// Whether the light is what compensation leaves of it.
+    pub fn is_compensated(&self) -> bool {
+        self.header.flags & COMPENSATED != 0
+    }
+
     /// Its bytes.
     pub fn as_bytes(&self) -> &'a [u8] {
         self.bytes

@@ -8,6 +8,7 @@ mod shared;
 mod target;
 mod unbiased;
 mod visibility;
+mod wave;
 
 use crate::support::Map;
 use crate::support::maps::{sky, sun};

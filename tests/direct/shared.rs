@@ -1,7 +1,7 @@
 //! Products that hits of a pixel share: unbiased for hits that differ in normal, view and texture; forgotten between pixels.
 
 use super::client::{self, Client};
-use super::light::{Light, TURNED, Thread};
+use super::light::{Light, TURNED, Thread, description};
 use super::maps;
 use crate::support::Random;
 use crate::support::maps::Filter;
@@ -11,6 +11,7 @@ use wis::brdf::material::Shape;
 use wis::brdf::point::Point;
 use wis::direct::Ray;
 use wis::direct::sampler::{Config, Sequence};
+use wis::light::plan::Description;
 use wis::points::sobol;
 use wis::simd::Level;
 
@@ -125,4 +126,20 @@ fn hits_share_a_product() {
     assert_eq!((&here, &here), (&there, &again));
     assert_ne!(here, away);
     assert_eq!(single(here[0].wi.map(f64::from)), here[0].wi);
+}
+
+/// Under a compensated light rays are chosen among candidates, whatever numbers the client has.
+#[test]
+fn compensated_lights_have_no_shared_products() {
+    let (_, map) = &maps()[1];
+    let light = Light::build(map, &Description { compensated: true, ..description(map) });
+    let client = Client::new(&[Shape::LAMBERT, Shape::ggx(0.4, 0.15)], client::mixture);
+    let mut thread = sharing(Level::detect());
+    for turn in 0..HITS {
+        let at = Sequence { seed: 5, turn, stream: 0 };
+        let (environment, point) = (light.environment(), client.point());
+        let with = thread.direct_by(&environment, &point, at, &[sobol(5, turn)]);
+        assert_eq!(with, thread.direct(&environment, &point, at, 1));
+        assert_eq!(with.len(), 1);
+    }
 }

@@ -179,7 +179,10 @@ fn other_lights() {
     let client = Client::new(&[Shape::LAMBERT, GGX], client::coated);
     for (light, map) in maps() {
         let compensated = Setting::new(&format!("compensated {light}:"), &map);
-        Setting { of: Description { compensated: true, ..compensated.of }, ..compensated }.check(&client);
+        let compensated = Setting { of: Description { compensated: true, ..compensated.of }, ..compensated };
+        compensated.check(&client);
+        // Wide lobes: all candidates come from the light.
+        compensated.check(&Client::new(&[Shape::LAMBERT], client::lambert));
         let nearest = Setting::new(&format!("nearest {light}:"), &map);
         Setting { of: Description { filter: Built::Nearest, ..nearest.of }, ..nearest }.check(&client);
     }

@@ -7,8 +7,8 @@ use super::points::{materials, view};
 use super::prepared::Prepared;
 use wis::brdf::material::{Kind, Material, Shape};
 use wis::brdf::point::Point;
-use wis::direct::Ray;
 use wis::direct::sampler::{self as direct, Sampler};
+use wis::direct::{Ray, candidates_per_ray};
 use wis::light::chart::Layout;
 use wis::light::plan::{Description, Filter};
 use wis::product::prepare::{Config, PrepareError, prepare};
@@ -160,7 +160,7 @@ fn products_are_small() {
     }
 }
 
-/// A light that was built without what products need says so, and hits that would share one get rays by candidates.
+/// A light that was built without what products need says so, and rays that would come from one are picks among candidates.
 #[test]
 fn a_light_alone_has_no_products() {
     let map = Map::of_directions(Layout::LatLong, 64, 32, sky);
@@ -174,8 +174,8 @@ fn a_light_alone_has_no_products() {
     let bytes = bytemuck::cast_slice_mut(&mut memory);
     let refused = prepare(Level::BASELINE, &alone.environment(), &point, &Config::default(), bytes);
     assert_eq!(refused, Err(PrepareError::Status(Status::NotBuilt)));
-    let rays = |built: &Built, hits_per_pixel| {
-        let config = direct::Config { rays: 4, candidates_per_ray: 0, hits_per_pixel, reserved: 0 };
+    let rays = |built: &Built, hits_per_pixel, candidates_per_ray| {
+        let config = direct::Config { rays: 4, candidates_per_ray, hits_per_pixel, reserved: 0 };
         let mut memory = vec![0u64; config.bytes().div_ceil(8)];
         let mut sampler = Sampler::new(Level::BASELINE, config, bytemuck::cast_slice_mut(&mut memory)).unwrap();
         let mut rays = [Ray::default(); 4];
@@ -183,7 +183,9 @@ fn a_light_alone_has_no_products() {
         let count = sampler.direct(&built.environment(), &point, direct::Sequence::default(), 4, &u, &mut rays);
         (count, rays.map(|ray| ray.wi.map(f32::to_bits)))
     };
-    assert_eq!(rays(&alone, 64), rays(&alone, 0));
-    assert_eq!(rays(&alone, 64), rays(&with, 0));
-    assert_ne!(rays(&with, 64), rays(&with, 0));
+    let per_ray = candidates_per_ray(4) as u32;
+    assert_eq!(rays(&alone, 64, 0), rays(&alone, 0, 0));
+    assert_eq!(rays(&alone, 64, 0), rays(&with, 0, per_ray), "whoever sets the candidates gets them");
+    assert_ne!(rays(&with, 0, 0), rays(&with, 0, per_ray), "several rays have a product");
+    assert_ne!(rays(&with, 64, 0), rays(&with, 0, 0));
 }

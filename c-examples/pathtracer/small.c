@@ -1,0 +1,139 @@
+/* A small path tracer under a map of two parts: BSDF rays bring the map up to its mean, wis_direct brings the rest.
+ * examples/pathtracer.rs prints the same numbers. */
+#include <float.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "../render/vec3.h"
+#include "wis.h"
+
+#define WIDTH 64
+#define HEIGHT 32
+#define DEPTH 3
+#define SAMPLES 64
+
+static float map[WIDTH * HEIGHT], mean;
+static const Vec3 centre = {0, 0, 0.5f};
+static uint64_t state;
+
+static void check(wis_status status) {
+    if (status != WIS_OK) {
+        fprintf(stderr, "%s\n", wis_status_string(status));
+        exit(EXIT_FAILURE);
+    }
+}
+
+static float uniform(void) { /* SplitMix64 */
+    uint64_t z = state += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return (float)((z ^ (z >> 31)) >> 40) / 16777216.0f;
+}
+
+/* The nearest texel. */
+static float radiance(Vec3 wi) {
+    float turn = atan2f(wi.y, wi.x) / (2 * PI), polar = acosf(fmaxf(-1, fminf(1, wi.z))) / PI;
+    int x = (int)((turn < 0 ? turn + 1 : turn) * WIDTH), y = (int)(polar * HEIGHT);
+    return map[(y < HEIGHT ? y : HEIGHT - 1) * WIDTH + (x < WIDTH ? x : WIDTH - 1)];
+}
+
+/* The share of the map that BSDF rays bring. */
+static float base(float light) {
+    return fminf(1, mean / light);
+}
+
+/* A floor z = 0 and a sphere upon it: the distance, or 0. */
+static float trace(Vec3 o, Vec3 d, Vec3 *normal) {
+    float nearest = FLT_MAX;
+    Vec3 to = vec3_sub(centre, o);
+    float along = vec3_dot(to, d), square = along * along - vec3_dot(to, to) + 0.25f, floor = -o.z / d.z;
+    if (square > 0 && along - sqrtf(square) > 1e-3f) {
+        nearest = along - sqrtf(square);
+        *normal = vec3_normalise(vec3_sub(vec3_scale(d, nearest), to));
+    }
+    if (floor > 1e-3f && floor < nearest) {
+        nearest = floor;
+        *normal = vec3_make(0, 0, 1);
+    }
+    return nearest < FLT_MAX ? nearest : 0;
+}
+
+static float path(wis_sampler *sampler, const wis_environment *environment, wis_point point, Vec3 o, Vec3 d) {
+    float color = 0, beta = 1;
+    for (uint32_t bounce = 0;; bounce++) {
+        Vec3 normal = {0, 0, 1}, tangent, hidden;
+        float distance = trace(o, d, &normal), phi, r;
+        wis_ray ray[1];
+        uint32_t count;
+        if (distance == 0) {
+            float light = radiance(d);
+            return color + beta * light * (bounce == 0 ? 1 : base(light));
+        }
+        if (bounce == DEPTH) {
+            return color;
+        }
+        o = vec3_axpy(o, distance, d);
+        vec3_store(normal, point.normal);
+        vec3_store(vec3_scale(d, -1), point.wo);
+        point.stream = bounce;
+        check(wis_direct(sampler, environment, &point, 1, NULL, ray, &count));
+        for (uint32_t i = 0; i < count; i++) {
+            Vec3 wi = vec3_load(ray[i].wi);
+            float light = radiance(wi), cosine = vec3_dot(normal, wi);
+            if (cosine > 0 && trace(o, wi, &hidden) == 0) {
+                color += beta * (0.6f / PI) * cosine * light * (1 - base(light)) * ray[i].weight;
+            }
+        }
+        beta *= 0.6f;
+        phi = 2 * PI * uniform();
+        r = uniform();
+        tangent = vec3_normalise(vec3_cross(fabsf(normal.x) < 0.7f ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0), normal));
+        d = vec3_axpy(vec3_scale(tangent, sqrtf(r) * cosf(phi)), sqrtf(r) * sinf(phi), vec3_cross(normal, tangent));
+        d = vec3_normalise(vec3_axpy(d, sqrtf(1 - r), normal));
+    }
+}
+
+int main(void) {
+    wis_environment_config config = {.size = sizeof config, .layout = WIS_LAYOUT_LATLONG, .width = WIDTH, .height = HEIGHT,
+                                     .channels = 1, .format = WIS_FORMAT_F32, .filter = WIS_FILTER_NEAREST,
+                                     .flags = WIS_ENVIRONMENT_COMPENSATED, .pixels = map};
+    wis_environment_info info = {.size = sizeof info};
+    wis_sampler_config thread = {.size = sizeof thread, .rays = 1};
+    wis_material material = {.size = sizeof material, .lobe_count = 1, .lobe = {{.kind = WIS_LOBE_LAMBERT}}};
+    wis_point point = {.size = sizeof point, .material = &material, .weight = {{0.6f, 0.6f, 0.6f}}};
+    const wis_environment *environment;
+    wis_sampler *sampler;
+    wis_memory_size size;
+    void *memory[3];
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        int x = i % WIDTH, y = i / WIDTH;
+        map[i] = x >= 20 && x < 24 && y >= 6 && y < 9 ? 40 : 0.25f + 0.015625f * (float)y;
+    }
+    check(wis_environment_size(&config, &size, NULL));
+    memory[0] = malloc(size.bytes);
+    memory[1] = malloc(size.scratch_bytes);
+    check(wis_environment_init(&config, memory[0], size.bytes, memory[1], size.scratch_bytes, &environment, NULL));
+    check(wis_environment_describe(environment, &info));
+    mean = (float)info.mean;
+    check(wis_sampler_size(&thread, &size, NULL));
+    memory[2] = malloc(size.bytes);
+    check(wis_sampler_init(&thread, memory[2], size.bytes, &sampler, NULL));
+    check(wis_material_init(&material, NULL));
+    for (uint32_t pixel = 0; pixel < 32; pixel++) {
+        double sum = 0;
+        state = pixel;
+        point.seed = pixel;
+        check(wis_sampler_begin_pixel(sampler));
+        for (point.turn = 0; point.turn < SAMPLES; point.turn++) {
+            float x = ((float)(pixel % 8) + uniform() - 4) / 4;
+            float z = (2 - (float)(pixel / 8)) / 4 - uniform() / 4;
+            sum += path(sampler, environment, point, vec3_make(0, -3, 1), vec3_normalise(vec3_make(x, 2, z - 0.4f)));
+        }
+        printf("%.4f%c", sum / SAMPLES, pixel % 8 == 7 ? '\n' : ' ');
+    }
+    for (int i = 0; i < 3; i++) {
+        free(memory[i]);
+    }
+    return 0;
+}

@@ -1,0 +1,135 @@
+#!/bin/sh
+# Runs the path tracer under each lat-long map of a folder and writes its page: pathtracer-page.sh PROGRAM MAPS PAGE
+# Results stay in PAGE.runs, and a file of them in place of MAPS writes the page alone.
+set -eu
+program=$1
+maps=$2
+page=$3
+runs=$page.runs
+if [ -f "$maps" ]; then
+    runs=$maps
+else
+    : > "$runs"
+fi
+
+# run KIND MAP STRATIFIED ARGUMENTS...: each line of the program's table, with what it belongs to.
+run() {
+    kind=$1
+    map=$2
+    stratified=$3
+    shift 3
+    "$program" --map "$map" --stratified "$stratified" --width 24 --height 14 "$@" |
+        awk -v kind="$kind" -v map="$(basename "$map" .hdr)" -v s="$stratified" \
+            '$1 ~ /^[0-9]+$/ && NF == 8 { print kind, map, s, $0 }' >> "$runs"
+}
+
+for map in "$maps"/*.hdr; do
+    case $map in *cross* | *probe*) continue ;; esac
+    [ -f "$map" ] || continue
+    for stratified in 0 1; do
+        run equal "$map" $stratified --most 64 --repeats 2 --reference 250 \
+            --methods mis,compensated,direct,alone,product,reuse-base
+        case $map in *venice* | *studio_small*)
+            run many "$map" $stratified --least 16 --most 256 --repeats 1 --reference 400 \
+                --methods direct,reuse-base,alone,alone-shared ;;
+        esac
+    done
+done
+
+awk -v lines="$(cat c-examples/pathtracer/scene.h c-examples/pathtracer/bsdf.h c-examples/pathtracer/path.h | wc -l)" '
+function better(a, b) { return a < b ? a : b }
+function many(    i, k, m, part, last) {
+    print "## Candidates or shared products\n"
+    print "Efficiency of shared products over candidates at equal time. Above 1, sharing is better. Under a compensated light products are"
+    print "kept by the client, since the sampler always chooses candidates there. Under a plain light the sampler shares if the client"
+    print "hands in numbers, as one with a (0,2)-sequence should.\n"
+    print "| map | numbers | samples | compensated: absolute | compensated: relative | plain: absolute | plain: relative |\n| --- | --- | --- | --- | --- | --- | --- |"
+    for (i = 1; i <= count; i++) {
+        k = keys[i]; split(k, part, SUBSEP)
+        if (part[1] != "many") continue
+        printf "| %s | %s | %d |", part[2], name[part[3]], part[4]
+        for (m = 1; m <= 2; m++) printf " %.2fx |", cost(k, m, "direct") / cost(k, m, "reuse-base")
+        for (m = 1; m <= 2; m++) printf " %.2fx |", cost(k, m, "alone") / cost(k, m, "alone-shared")
+        print ""
+    }
+    print "\n## Convergence\n"
+    print "Slope of log relative error over log samples, from 16 to 256 samples per pixel. Independent samples have -1.\n"
+    print "| map | numbers | direct | direct alone |\n| --- | --- | --- | --- |"
+    for (i = 1; i <= count; i++) {
+        k = keys[i]; split(k, part, SUBSEP)
+        if (part[1] != "many" || part[4] != 16) continue
+        last = part[1] SUBSEP part[2] SUBSEP part[3] SUBSEP 256
+        printf "| %s | %s | %.2f | %.2f |\n", part[2], name[part[3]], log(error[last, 2, "direct"] / error[k, 2, "direct"]) / log(16), log(error[last, 2, "alone"] / error[k, 2, "alone"]) / log(16)
+    }
+}
+function cost(k, metric, method) { return seconds[k, method] * error[k, metric, method] }
+{
+    k = $1 SUBSEP $2 SUBSEP $3 SUBSEP $4
+    seconds[k, $5] = $6
+    error[k, 1, $5] = $8
+    error[k, 2, $5] = $9
+    if (!(k in seen)) { seen[k] = 1; keys[++count] = k }
+    if (!($2 in known)) { known[$2] = 1; names = names (names == "" ? "" : ", ") $2 }
+    kinds[$1]++
+}
+END {
+    name[0] = "random"; name[1] = "(0,2)-sequence"; metric[1] = "absolute"; metric[2] = "relative"
+    split("1 4 16 64 256", samples, " ")
+    for (i = 1; i <= count; i++) {
+        k = keys[i]; split(k, part, SUBSEP)
+        if (part[1] != "equal") continue
+        for (m = 1; m <= 2; m++) {
+            gain = better(cost(k, m, "mis"), cost(k, m, "compensated")) / cost(k, m, "direct")
+            total[part[3]]++
+            won[part[3]] += gain > 1
+            if (gain <= 1) losses = losses sprintf("| %s | %s | %d | %s | %.2fx |\n", part[2], name[part[3]], part[4], metric[m], gain)
+            g = part[3] SUBSEP part[4] SUBSEP m
+            n[g]++
+            split("direct alone product reuse-base", methods, " ")
+            for (j = 1; j <= 4; j++) {
+                x = better(cost(k, m, "mis"), cost(k, m, "compensated")) / cost(k, m, methods[j])
+                logs[g, methods[j]] += log(x)
+                if (!((g, methods[j]) in least) || x < least[g, methods[j]]) least[g, methods[j]] = x
+            }
+        }
+    }
+    print "# Light in a path tracer, at equal time\n"
+    print "**Build the light compensated, let BSDF rays bring the map up to its mean, and let `wis_direct` bring the rest.**"
+    printf "Against the better of MIS and compensated MIS, this wins %d of %d cells with random numbers, and %d of %d with a\n", won[0], total[0], won[1], total[1]
+    print "(0,2)-sequence. A cell is a map, a number of samples per pixel and a metric. Efficiency is 1 / (error x time)."
+    print "Maps of this run: " names ".\n"
+    print "## Where it loses\n"
+    if (losses == "") print "In no cell.\n"; else print "| map | numbers | samples per pixel | metric | efficiency over the better MIS |\n| --- | --- | --- | --- | --- |\n" losses
+    print "## Efficiency over the better of MIS and compensated MIS\n"
+    print "Geometric mean over maps, and in brackets the worst map. Above 1 is better.\n"
+    print "| numbers | samples | metric | direct | direct alone | product with MIS | product kept by the client |\n| --- | --- | --- | --- | --- | --- | --- |"
+    for (s = 0; s <= 1; s++) for (q = 1; q <= 4; q++) for (m = 1; m <= 2; m++) {
+        g = s SUBSEP samples[q] SUBSEP m
+        printf "| %s | %d | %s |", name[s], samples[q], metric[m]
+        for (j = 1; j <= 4; j++) printf " %.2fx (%.2fx) |", exp(logs[g, methods[j]] / n[g]), least[g, methods[j]]
+        print ""
+    }
+    print "\n- **direct**: `wis_direct` on a compensated light brings what exceeds the mean of the map; BSDF rays that leave the scene bring"
+    print "  the map up to its mean."
+    print "- **direct alone**: `wis_direct` brings all light; BSDF rays that leave the scene bring none."
+    print "- **product with MIS**: a product at each hit, `wis_sample`, and deferred MIS: one float in the path state."
+    print "- **product kept by the client**: one product for each pixel and material (`wis_product_covers`), in the split of direct.\n"
+    if (kinds["many"] == 0) print "Shared products and convergence were not measured in this run."
+    else many()
+    print "\n## Each map\n"
+    print "Error times seconds, relative to MIS (below 1 is better): absolute / relative.\n"
+    print "| map | numbers | samples | compensated MIS | direct | direct alone | product with MIS |\n| --- | --- | --- | --- | --- | --- | --- |"
+    split("compensated direct alone product", columns, " ")
+    for (i = 1; i <= count; i++) {
+        k = keys[i]; split(k, part, SUBSEP)
+        if (part[1] != "equal") continue
+        printf "| %s | %s | %d |", part[2], name[part[3]], part[4]
+        for (j = 1; j <= 4; j++) printf " %.2f / %.2f |", cost(k, 1, columns[j]) / cost(k, 1, "mis"), cost(k, 2, columns[j]) / cost(k, 2, "mis")
+        print ""
+    }
+    print "\n## How it was measured\n"
+    printf "`make pathtracer-page MAPS=folder` wrote this page. The tracer has %d lines (`scene.h`, `bsdf.h`, `path.h` in\n", lines
+    print "`c-examples/pathtracer`): spheres, a mesh of 115,200 triangles, Lambert, GGX of 0.15 and 0.3, patterned albedo, four bounces. One"
+    print "ray for light at each hit. 24 x 14 pixels; processor time of one thread; methods take turns. Errors are unbiased by the noise of two"
+    print "references of 250 to 400 samples, of four rays at each hit. Relative error: squared error / (reference^2 + 1e-4 mean^2)."
+}' "$runs" > "$page"

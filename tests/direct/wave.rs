@@ -1,0 +1,168 @@
+//! A wave is single calls in order, with `begin_pixel` where the seed changes: the same bits (rule 40). A bad point fails alone.
+
+use super::light::Light;
+use super::maps;
+use crate::support::Random;
+use crate::support::vector::single;
+use std::ptr::{null, null_mut};
+use wis::direct::Ray;
+use wis::ffi::MemorySize;
+use wis::ffi::direct::wis_direct;
+use wis::ffi::material::*;
+use wis::ffi::sampler::*;
+use wis::ffi::wave::*;
+use wis::status::Status;
+
+const POINTS: usize = 96;
+const RAYS: usize = 3;
+/// Normal, tangent, wo; weight and f0 of two lobes; u.
+const NUMBERS: usize = 9 + 12 + 2 * RAYS;
+
+/// A sampler in memory of its own.
+struct Thread {
+    _memory: Vec<u128>,
+    sampler: *mut SamplerObject,
+}
+
+impl Thread {
+    fn new(hits_per_pixel: u32) -> Thread {
+        let size = size_of::<SamplerConfig>() as u32;
+        let config = SamplerConfig { size, rays: RAYS as u32, hits_per_pixel, ..SamplerConfig::default() };
+        let (mut needed, mut sampler) = (MemorySize::default(), null_mut());
+        // SAFETY: all pointers are valid, and the memory is as long as the size query says.
+        unsafe {
+            assert_eq!(wis_sampler_size(&config, &mut needed, null_mut()), Status::Ok);
+            let mut memory = vec![0u128; needed.bytes.div_ceil(16)];
+            let (start, bytes) = (memory.as_mut_ptr().cast(), 16 * memory.len());
+            assert_eq!(wis_sampler_init(&config, start, bytes, &mut sampler, null_mut()), Status::Ok);
+            Thread { _memory: memory, sampler }
+        }
+    }
+}
+
+fn material(lobes: &[LobeData]) -> MaterialData {
+    let size = size_of::<MaterialData>() as u32;
+    let mut data = MaterialData { size, lobe_count: lobes.len() as u32, ..MaterialData::default() };
+    data.lobe[..lobes.len()].copy_from_slice(lobes);
+    // SAFETY: the pointer is valid.
+    assert_eq!(unsafe { wis_material_init(&mut data, null_mut()) }, Status::Ok);
+    data
+}
+
+/// The numbers of all points, each of which begins at a multiple of `point` and goes on in steps of `number`.
+fn floats(columns: &[f32], from: usize, [point, number]: [usize; 2]) -> FloatsIn {
+    let first = columns[from * number..].as_ptr();
+    FloatsIn { first, point: 4 * point as isize, number: 4 * number as isize }
+}
+
+#[test]
+fn waves_are_single_calls() {
+    let light = Light::of(&maps()[1].1);
+    let mut copy = vec![0u128; light.environment().as_bytes().len().div_ceil(16)];
+    bytemuck::cast_slice_mut(&mut copy)[..light.environment().as_bytes().len()]
+        .copy_from_slice(light.environment().as_bytes());
+    let environment = copy.as_ptr().cast();
+    let lobe = |kind, a| LobeData { kind, a, b: a, eta: 0.0 };
+    let materials =
+        [material(&[lobe(WIS_LOBE_LAMBERT, 0.0)]), material(&[lobe(WIS_LOBE_LAMBERT, 0.0), lobe(WIS_LOBE_GGX, 0.2)])];
+    // Structures, and columns.
+    for layout in [[NUMBERS, 1], [1, POINTS]] {
+        for (hits, with_u) in [(0, false), (16, true)] {
+            let mut random = Random(7);
+            let mut columns = vec![0.0f32; POINTS * NUMBERS];
+            let mut kind = vec![0u32; POINTS];
+            for i in 0..POINTS {
+                let normal = single(random.direction());
+                let (tangent, wo) = (single(random.direction()), normal);
+                let rest = (0..NUMBERS - 9).map(|_| random.f32());
+                // Point 40 has no normal.
+                let normal = if i == 40 { [0.0; 3] } else { normal };
+                for (k, x) in normal.into_iter().chain(tangent).chain(wo).chain(rest).enumerate() {
+                    columns[i * layout[0] + k * layout[1]] = x;
+                }
+                kind[i] = (i % 2) as u32;
+            }
+            let seed: Vec<u32> = (0..POINTS as u32).map(|i| i / 16).collect();
+            let turn: Vec<u32> = (0..POINTS as u32).map(|i| i % 16).collect();
+            let mask: Vec<u8> = (0..POINTS).map(|i| u8::from(i % 7 != 3)).collect();
+            let mut rays = vec![0.0f32; 4 * RAYS * POINTS];
+            let (mut count, mut status) = (vec![9u32; POINTS], vec![99u8; POINTS]);
+            let none = FloatsIn { first: null(), point: 0, number: 0 };
+            let ints = |values: &[u32]| IntsIn { first: values.as_ptr(), point: 4 };
+            let zero = IntsIn { first: null(), point: 0 };
+            let wave = DirectWave {
+                size: size_of::<DirectWave>() as u32,
+                flags: 0,
+                material_count: 2,
+                rays: RAYS as u32,
+                materials: materials.as_ptr(),
+                material: ints(&kind),
+                mask: mask.as_ptr(),
+                normal: floats(&columns, 0, layout),
+                tangent: floats(&columns, 3, layout),
+                wo: floats(&columns, 6, layout),
+                weight: floats(&columns, 9, layout),
+                f0: floats(&columns, 15, layout),
+                seed: ints(&seed),
+                turn: ints(&turn),
+                stream: zero,
+                visibility_key: zero,
+                visibility: null_mut(),
+                u: if with_u { floats(&columns, 21, layout) } else { none },
+                ray: FloatsOut { first: rays.as_mut_ptr(), point: 16 * RAYS as isize, number: 0 },
+                count: count.as_mut_ptr(),
+                status: status.as_mut_ptr(),
+            };
+            let (waves, singles) = (Thread::new(hits), Thread::new(hits));
+            // SAFETY: all arrays hold `POINTS` points.
+            assert_eq!(unsafe { wis_direct_wave(waves.sampler, environment, POINTS, &wave) }, Status::Ok);
+            let at = |i: usize, k: usize| columns[i * layout[0] + k * layout[1]];
+            let mut last = None;
+            for i in 0..POINTS {
+                if mask[i] == 0 {
+                    assert_eq!((count[i], status[i]), (0, 0));
+                    continue;
+                }
+                let three = |k| [at(i, k), at(i, k + 1), at(i, k + 2)];
+                let mut point = PointData {
+                    size: size_of::<PointData>() as u32,
+                    flags: 0,
+                    material: &materials[kind[i] as usize],
+                    normal: three(0),
+                    tangent: three(3),
+                    wo: three(6),
+                    weight: [[0.0; 3]; WIS_MAX_LOBES],
+                    f0: [[0.0; 3]; WIS_MAX_LOBES],
+                    seed: seed[i],
+                    turn: turn[i],
+                    stream: 0,
+                    visibility_key: 0,
+                    visibility: null_mut(),
+                    target: None,
+                    target_user: null_mut(),
+                };
+                (point.weight[0], point.weight[1]) = (three(9), three(12));
+                (point.f0[0], point.f0[1]) = (three(15), three(18));
+                let u: Vec<f32> = (0..2 * RAYS).map(|k| at(i, 21 + k)).collect();
+                let (mut got, mut out) = (0u32, [Ray::default(); RAYS]);
+                let numbers = if with_u { u.as_ptr() } else { null() };
+                // SAFETY: all pointers are valid.
+                let answer = unsafe {
+                    if last != Some(seed[i]) {
+                        assert_eq!(wis_sampler_begin_pixel(singles.sampler), Status::Ok);
+                        last = Some(seed[i]);
+                    }
+                    let rays = RAYS as u32;
+                    wis_direct(singles.sampler, environment, &point, rays, numbers, out.as_mut_ptr(), &mut got)
+                };
+                assert_eq!((status[i], answer == Status::Ok), (answer as u8, i != 40));
+                assert_eq!(count[i], got, "point {i}");
+                for (r, ray) in out.iter().take(got as usize).enumerate() {
+                    let own = &rays[4 * (i * RAYS + r)..][..4];
+                    let [x, y, z] = ray.wi;
+                    assert_eq!(own.to_vec(), [x, y, z, ray.weight], "point {i}");
+                }
+            }
+        }
+    }
+}

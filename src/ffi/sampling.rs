@@ -20,7 +20,7 @@ const TOGETHER: usize = 64;
 /// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `drawn`: directions of unit length in world space, and
 /// their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides
 /// are the bytes from one element to the next; 0: packed. WIS_MISMATCH for a product of another environment. About 40 ns each in
-/// batches of 8 and more, with a product 65 ns, and up to 190 ns where lobes are narrow.
+/// batches of 8 and more; with a product about 80 ns in batches of 64, 90 ns to 140 ns in batches of 8, and 400 ns alone.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -46,6 +46,10 @@ const HEAVY_OF_MANY: f32 = 0.008;
 /// No leaf that counts is darker than this share of the mean of F over all corners above the horizon.
 const DARKEST: f32 = 1.0 / 1024.0;
 
+/// The parts of a divided cell keep this part of the least value of the whole cell. Where nearly all numbers of a cell lead to a lamp that
+/// reflects nothing, the sky about it would otherwise have weights of several hundred. 0.5 costs 2 % of the error (at most 6 %), 1 costs 4 %.
+const KEPT: f32 = 0.5;
+
 /// What a leaf holds for 1.
 const STORED_ONE: f64 = 65536.0;
 
@@ -151,6 +155,8 @@ struct Stage<'a> {
     corners: [[[f32; LANES]; 4]; MAX_CELLS / LANES],
     /// The middles of the parts of eight divided cells each.
     middles: [Middles; MAX_DIVIDED / LANES],
+    /// The least that a leaf of each cell holds; 0 below the horizon.
+    floors: [f32; MAX_CELLS],
     /// The weight of each cell: its light times its mean of F.
     weights: [f32; MAX_CELLS],
     /// The largest value of F.
@@ -172,6 +178,7 @@ impl<'a> Stage<'a> {
             constant: config.constant,
             corners: [[[0.0; LANES]; 4]; MAX_CELLS / LANES],
             middles: [[[0.0; LANES]; MIDDLES]; MAX_DIVIDED / LANES],
+            floors: [0.0; MAX_CELLS],
             weights: [0.0; MAX_CELLS],
             largest: 0.0,
             darkest: 0.0,
@@ -235,8 +242,9 @@ impl Stage<'_> {
         let zero = <F as Num>::splat(0.0);
         let (quadrants, masses, cones) =
             (quadrants(&self.guide), self.guide.groups(Column::Mass, 0), Cones::new(&self.guide));
-        let groups = self.corners.iter_mut().zip(self.weights.chunks_exact_mut(LANES)).zip(masses);
-        for (group, ((out, weights), mass)) in groups.enumerate() {
+        let kept = self.weights.chunks_exact_mut(LANES).zip(self.floors.chunks_exact_mut(LANES));
+        let groups = self.corners.iter_mut().zip(kept).zip(masses);
+        for (group, ((out, (weights, floors)), mass)) in groups.enumerate() {
             let first = group * LANES;
             let counts = cones.reach::<F>(self.surface, &self.cone, group);
             if <F as Num>::bits(counts) == 0 {
@@ -244,6 +252,7 @@ impl Stage<'_> {
             }
             let corners = corner_values::<F>(&self.guide, values, first);
             let floor = (largest(corners) * <F as Num>::splat(FLOOR)).max(<F as Num>::splat(self.darkest));
+            floors.copy_from_slice(&Num::store(floor));
             let tilted = tilted(&quadrants, &corners, group);
             let mut sum = zero;
             for (out, corner) in out.iter_mut().zip(tilted) {
@@ -452,8 +461,13 @@ impl Kernel for Write<'_, '_> {
         let groups = divided.chunks(LANES).zip(&stage.middles).zip(parts.chunks_exact_mut(MIDDLES));
         for (group, (((cells, middles), out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
             let mut means = [<F as Num>::splat(0.0); MIDDLES];
+            let mut least = [0.0; LANES];
+            for (least, &cell) in least.iter_mut().zip(cells) {
+                *least = stage.floors.get(cell as usize).copied().unwrap_or(0.0);
+            }
+            let least = darkest.max(<F as Num>::load(least) * <F as Num>::splat(KEPT));
             for ((index, mean), out) in means.iter_mut().enumerate().zip(out) {
-                let corners = part::<F>(middles, index % PARTS, index / PARTS, darkest);
+                let corners = part::<F>(middles, index % PARTS, index / PARTS, least);
                 let [a, b, c, d] = corners;
                 let mut corners = [a * scale, b * scale, c * scale, d * scale];
                 if stage.constant {

@@ -103,6 +103,7 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     for (uint32_t i = 0; i < o->width * o->height; i++) {
         image[i] = vec3_make(0, 0, 0);
         memset(t->hits, 0, sizeof t->hits);
+        memset(t->products_of, 0xff, sizeof t->products_of); /* of no pixel */
         t->pixel = wis_pixel_seed(i % o->width, i / o->width, seed);
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));

@@ -9,6 +9,7 @@ use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::product::density::Shaded;
+use crate::product::stored::Product;
 use crate::simd::{Level, run};
 use bytemuck::{Pod, Zeroable};
 
@@ -149,17 +150,16 @@ impl<'a> Sampler<'a> {
         u: &[[f32; 2]],
         out: &mut [Ray],
     ) -> Result<usize, Fault> {
-        let frame = environment.frame();
-        let surface = Surface::new(point, &frame)?;
         let rays = rays.min(self.config.rays as usize).min(out.len());
         if rays == 0 || !(environment.header().power > 0.0) {
-            return Ok(0);
+            return check(environment, point).map(|()| 0);
         }
         // Under a compensated light candidates win against shared products in time x error, whatever the client's numbers:
         // measured in `c-examples/pathtracer` at 16, 64 and 256 hits.
         let can_share = point.target.is_none() && environment.guide().is_some() && !environment.is_compensated();
         let shares = self.shared.as_mut().filter(|_| can_share);
         if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
+            check(environment, point)?;
             return shared.direct(self.level, environment, point, u, out);
         }
         let turn = Turn::new(at.seed, at.turn, at.stream);
@@ -169,14 +169,43 @@ impl<'a> Sampler<'a> {
             true => several::product(self.level, environment, point, self.product)?,
             false => None,
         };
+        let out = out.get_mut(..rays).unwrap_or_default();
+        let call = Call { level: self.level, config: self.config, environment, point, turn, product };
+        call.rays(self.scratch, out)
+    }
+}
+
+/// What is wrong with a point.
+#[inline(never)]
+fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<(), Fault> {
+    Surface::new(point, &environment.frame()).map(|_| ())
+}
+
+/// A call whose product, if it has one, is prepared.
+struct Call<'a> {
+    level: Level,
+    config: Config,
+    environment: &'a Environment<'a>,
+    point: &'a Point<'a>,
+    turn: Turn,
+    product: Option<Product<'a>>,
+}
+
+impl Call<'_> {
+    /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
+    #[inline(never)]
+    fn rays(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
+        let &Call { level, config, environment, point, turn, product } = self;
+        let frame = environment.frame();
+        let surface = Surface::new(point, &frame)?;
+        let rays = out.len();
         if let (Some(product), true) = (product, several::suffices(rays, &surface, point.seen.is_some())) {
-            let out = out.get_mut(..rays).unwrap_or_default();
-            return Ok(several::draw(self.level, environment, product, point, turn, out));
+            return Ok(several::draw(level, environment, product, point, turn, out));
         }
         let light = environment.light();
         let shaded = product.map(|product| Shaded { light, product });
-        let counts = self.config.counts(rays, environment, &surface, shaded.is_some());
-        let mut columns = self.scratch.chunks_exact_mut(counts.sum().max(1));
+        let counts = config.counts(rays, environment, &surface, shaded.is_some());
+        let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
         let request = Request {
@@ -192,6 +221,6 @@ impl<'a> Sampler<'a> {
             candidates: &mut candidates,
             out,
         };
-        run(self.level, request).ok_or(Fault::Target)
+        run(level, request).ok_or(Fault::Target)
     }
 }

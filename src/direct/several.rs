@@ -32,6 +32,7 @@ pub fn bytes() -> usize {
 ///
 /// # Errors
 /// What is wrong with the point.
+#[inline(never)]
 pub fn product<'a>(
     level: Level,
     environment: &Environment<'_>,
@@ -60,6 +61,7 @@ pub fn counts(candidates: usize) -> Counts {
 /// Draws the rays of a hit from its product, with the points of its turn. Answers how many there are.
 ///
 /// A share of [`FLOOR`] comes from the light alone, which bounds weights as the floor of candidates does (rule 24).
+#[inline(never)]
 pub fn draw(
     level: Level,
     environment: &Environment<'_>,

@@ -62,12 +62,19 @@ impl Source {
     }
 }
 
+impl Source {
+    /// Whether these tables can be sampled so: pyramids have no compensated light.
+    pub fn has(self, technique: Technique) -> bool {
+        technique != Technique::Compensated || self != Source::Pyramid
+    }
+}
+
 impl LightOnly {
-    /// Every technique from every kind of tables; pyramids have no compensated light.
+    /// Every technique from every kind of tables that has it.
     pub fn all() -> impl Iterator<Item = LightOnly> {
         let of = |technique| Source::ALL.map(|source| LightOnly { technique, source });
         let all = Technique::ALL.into_iter().flat_map(of);
-        all.filter(|of| of.technique != Technique::Compensated || of.source != Source::Pyramid)
+        all.filter(|of| of.source.has(of.technique))
     }
 
     pub fn name(self) -> String {

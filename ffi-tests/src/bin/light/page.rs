@@ -296,6 +296,10 @@ the {} and the {} cost model, with cold caches. The reference's own error stands
                 let (light, error) = (&cell.light, cell.disagreement);
                 write!(out, "| {light} ({error:.4}) | {} | {} | {count} ", cell.material, technique.name())?;
                 for source in Source::ALL {
+                    if !source.has(technique) {
+                        write!(out, "| - | - | - | - ")?;
+                        continue;
+                    }
                     let row = cell.row(technique, source, count);
                     for (_, metric) in METRICS {
                         let mean =

@@ -362,7 +362,7 @@ fn ratio(seen: &[f32; DIRECTIONS], light: &[f32; DIRECTIONS], dark: f32) -> f32 
         }
     }
     // Nothing is above a ratio of 0 if half of what was seen is black.
-    if low == 0 { 0.0 } else { f32::from_bits(high) }
+    if low == 0 { 0.0 } else { min(f32::from_bits(high), f32::MAX) }
 }
 
 impl LookUp {

@@ -164,6 +164,8 @@ pub unsafe extern "C" fn wis_jitter_init(
                 latlong_solid_angle(size[0], size[1], row as u32)
             };
             let energy = |texel: usize| luminance.get(texel).copied().unwrap_or(0.0) * solid_angle(texel);
+            // Also what stands between the parts: equal tables are equal bytes.
+            block.start().write_bytes(0, layout.bytes);
             let mut parts = layout.parts(&block);
             let built = match distribution {
                 WIS_JITTER_UNIFORM => jitter::build(labels, solid_angle, solid_angle, &mut parts),

@@ -1,0 +1,213 @@
+//! Calls every function of the headers with valid and hostile arguments, and checks what must hold afterwards.
+//!
+//! The functions are called in a built shared library by the calling convention of x86-64 Linux. Everything follows from the
+//! seed: a failure names the words that reproduce it.
+
+mod alarm;
+mod building;
+mod call;
+mod case;
+mod header;
+mod laws;
+mod maps;
+mod memory;
+mod oracle;
+mod pool;
+mod random;
+mod rows;
+mod structs;
+mod tally;
+mod values;
+mod world;
+
+use crate::call::DEFAULT_CONTROL;
+use crate::case::{Case, Role};
+use crate::oracle::Verdict;
+use crate::random::Random;
+use crate::rows::{ROWS, Row};
+use crate::tally::Tally;
+use crate::world::World;
+use anyhow::{Result, bail};
+use clap::Parser;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Calls after which everything begins anew, so that a failure is reproduced in seconds.
+const EPOCH: u64 = 4000;
+/// Valid calls of every row at the beginning of an epoch, so that there are objects of every kind.
+const ROUNDS: usize = 3;
+/// Other rounding modes, with or without denormals as results and as operands.
+const CONTROLS: [u32; 7] = [0x2000, 0x4000, 0x6000, 0x8040, 0xa040, 0xc000, 0x6040];
+
+#[derive(Parser)]
+struct Options {
+    /// The shared library.
+    library: String,
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How long.
+    #[arg(long, default_value_t = 0.5)]
+    minutes: f64,
+    /// The words of a failure: seed:epoch:number.
+    #[arg(long)]
+    replay: Option<String>,
+    /// The table of stack sizes, which no call may exceed: written if it is not there.
+    #[arg(long)]
+    stack: Option<String>,
+}
+
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("{fault}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<()> {
+    let mut world = World::new(&options.library)?;
+    alarm::set();
+    let mut tally = Tally::default();
+    if let Some(words) = &options.replay {
+        let numbers: Vec<u64> = words.split(':').map(str::parse).collect::<std::result::Result<_, _>>()?;
+        let [seed, epoch, number] = numbers[..] else { bail!("--replay seed:epoch:number") };
+        return play(&mut world, seed, epoch, number + 1, &mut tally, true);
+    }
+    let (begin, length) = (Instant::now(), Duration::from_secs_f64(60.0 * options.minutes));
+    let mut epoch = 0;
+    while begin.elapsed() < length {
+        play(&mut world, options.seed, epoch, EPOCH, &mut tally, false)?;
+        epoch += 1;
+    }
+    print!("{}", tally.table());
+    tally.judge(options.stack.as_deref())
+}
+
+/// Plays an epoch, or its beginning.
+fn play(world: &mut World, seed: u64, epoch: u64, count: u64, tally: &mut Tally, verbose: bool) -> Result<()> {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ epoch << 20);
+    world.begin(&mut random);
+    let shares: Vec<&Row> = ROWS.iter().flat_map(|row| std::iter::repeat_n(row, row.share)).collect();
+    for number in 0..count {
+        let first = number as usize / ROUNDS < ROWS.len();
+        let row = if first { &ROWS[number as usize % ROWS.len()] } else { random.pick(&shares) };
+        let index = ROWS.iter().position(|other| other.name == row.name).unwrap_or(0);
+        for (slot, word) in alarm::CASE.iter().zip([seed, epoch, number, index as u64]) {
+            slot.store(word, Ordering::Relaxed);
+        }
+        let case_random = Random(random.bits());
+        if !rows::needs(row.name).iter().all(|kind| !world.pool.of(kind).is_empty()) {
+            continue;
+        }
+        let last = verbose && number + 1 == count;
+        if let Err(fault) = one(world, row, case_random, first, tally, last) {
+            bail!("FAILED {fault}: {}", alarm::reproduce());
+        }
+    }
+    Ok(())
+}
+
+/// One call, often followed by the same under another control word.
+fn one(world: &mut World, row: &Row, random: Random, valid: bool, tally: &mut Tally, verbose: bool) -> Verdict {
+    let mut case = Case::new(world, world.function(row.name), random);
+    if valid {
+        case.spoiled = None;
+    }
+    while case.words.len() < case.function.parameters.len() {
+        values::give(&mut case);
+    }
+    if verbose {
+        show(&case);
+    }
+    let clock = alarm::seconds(libc::CLOCK_THREAD_CPUTIME_ID);
+    let answer = case.run(DEFAULT_CONTROL);
+    let seconds = alarm::seconds(libc::CLOCK_THREAD_CPUTIME_ID) - clock;
+    let status = if case.function.answers_status { answer.result as u32 } else { 0 };
+    if verbose {
+        eprintln!("status {status}, {} bytes of stack, {seconds:.6} s", answer.stack);
+    }
+    tally.add(row, status, answer.stack, seconds);
+    oracle::check(&case, answer, DEFAULT_CONTROL)?;
+    if status == 0 {
+        row.law.map_or(Ok(()), |law| law(&case))?;
+    }
+    let left = if status == 0 && case.function.answers_status { building::left(&case) } else { Vec::new() };
+    if seconds < 0.01 && case.random.one_in(2) {
+        let before = oracle::outcome(&case, answer);
+        again(&mut case, tally, row, before)?;
+    }
+    let mut random = case.random;
+    world.keep(left, &mut random);
+    Ok(())
+}
+
+/// The same call under another control word, and in memory of other content, has the same outcome.
+fn again(case: &mut Case, tally: &mut Tally, row: &Row, before: (u64, Vec<Vec<u8>>)) -> Verdict {
+    case.restore();
+    for given in case.given.iter().filter(|given| given.role == Role::Work && case.build.is_none()) {
+        case.world.memory.bytes(given.place).fill(case.random.bits() as u8);
+    }
+    let control = DEFAULT_CONTROL | case.random.pick(&CONTROLS);
+    let answer = case.run(control);
+    tally.add(row, answer.result as u32, answer.stack, 0.0);
+    oracle::check(case, answer, control)?;
+    let after = oracle::outcome(case, answer);
+    let differs = |(a, b): (&Vec<u8>, &Vec<u8>)| a != b;
+    match before.1.iter().zip(&after.1).position(differs) {
+        None if before.0 == after.0 && before.1.len() == after.1.len() => Ok(()),
+        None => Err(format!("{} became {} under control word {control:x}", before.0, after.0)),
+        Some(block) => {
+            let (a, b) = (&before.1[block], &after.1[block]);
+            let at = a.iter().zip(b).position(|(a, b)| a != b);
+            Err(format!("byte {at:?} of {} of result {block} is another under control word {control:x}", a.len()))
+        }
+    }
+}
+
+fn show(case: &Case) {
+    for (k, (parameter, word)) in case.function.parameters.iter().zip(&case.words).enumerate() {
+        let spoiled = if case.spoiled == Some(k) { "spoiled " } else { "" };
+        eprintln!("{spoiled}{} = {word:x?}", parameter.declaration);
+        for given in case.given.iter().filter(|given| given.parameter == k) {
+            let bytes = &case.world.memory.bytes(given.place);
+            let words: Vec<String> = bytes.chunks(4).take(80).map(|word| match word.try_into() {
+                Ok(four) => format!("{}|{:e}", u32::from_le_bytes(four), f32::from_le_bytes(four)),
+                Err(_) => format!("{word:?}"),
+            }).collect();
+            eprintln!("    {:?}, {} bytes: {}", given.role, bytes.len(), words.join(" "));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The headers drive the fuzzer: what they declare has a row.
+    #[test]
+    fn every_function_has_a_row() {
+        let mut declared: Vec<String> = header::Headers::read().functions.into_iter().map(|f| f.name).collect();
+        let mut rows: Vec<String> = ROWS.iter().map(|row| row.name.into()).collect();
+        declared.sort_unstable();
+        rows.sort_unstable();
+        assert_eq!(declared, rows);
+    }
+
+    /// The parser of headers agrees with a compiler on what it reads.
+    #[test]
+    fn layouts_are_those_of_the_binary_interface() {
+        let headers = header::Headers::read();
+        let abi = include_str!("../../packaging/abi.txt");
+        let mut seen = 0;
+        for line in abi.lines().filter_map(|line| line.strip_prefix("struct ")) {
+            let Some((name, size)) = line.split_once(": ").filter(|(name, _)| !name.contains('.')) else { continue };
+            let layout = &headers.layouts[name];
+            assert_eq!(size, format!("{} bytes, alignment {}", layout.size, layout.align), "{name}");
+            seen += 1;
+        }
+        assert!(seen >= 15, "{seen}");
+    }
+}

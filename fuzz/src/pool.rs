@@ -1,0 +1,188 @@
+//! Objects that earlier calls built, in read-only memory, and corrupted ones with the right hash.
+
+use crate::memory::{CAPACITY, Memory, Place};
+use crate::random::Random;
+use wis::numeric::ContentHash;
+
+/// An object for the arguments of later calls.
+#[derive(Clone, Copy, Debug)]
+pub struct Object {
+    /// The type in the header: `wis_tree`.
+    pub kind: &'static str,
+    pub place: Place,
+    /// Tells objects of one epoch apart.
+    pub id: u64,
+    /// The object that it was prepared with, which calls take beside it; 0: none.
+    pub owner: u64,
+    /// Axes of a tree, lights of a jitter.
+    pub number: usize,
+}
+
+/// The objects of an epoch.
+pub struct Pool {
+    objects: Vec<Object>,
+    first_region: usize,
+    next_id: u64,
+}
+
+/// Objects of a kind that are kept; a new one then replaces the oldest.
+const KEPT: usize = 8;
+/// Kinds of objects.
+pub const KINDS: [&str; 10] = [
+    "wis_environment",
+    "wis_sampler",
+    "wis_visibility_cache",
+    "wis_product",
+    "wis_jitter",
+    "wis_wavelet_light",
+    "wis_wavelet_product",
+    "wis_tree",
+    "wis_visibility",
+    "wis_material",
+];
+
+impl Pool {
+    pub const REGIONS: usize = KEPT * KINDS.len();
+
+    pub fn new(first_region: usize) -> Pool {
+        Pool { objects: Vec::new(), first_region, next_id: 1 }
+    }
+
+    pub fn clear(&mut self) {
+        (self.objects, self.next_id) = (Vec::new(), 1);
+    }
+
+    /// Copies an object into memory of its own.
+    pub fn keep(&mut self, memory: &Memory, kind: &str, bytes: &[u8], owner: u64, number: usize, random: &mut Random) {
+        let Some(index) = KINDS.iter().position(|known| *known == kind) else { return };
+        if bytes.is_empty() || bytes.len() + 64 > CAPACITY {
+            return;
+        }
+        let count = self.of(kind).len();
+        let slot = if count < KEPT { count } else { random.below(KEPT) };
+        let region = self.first_region + index * KEPT + slot;
+        let place = memory.place(region, bytes.len(), 16, 0, random.one_in(2));
+        memory.bytes(place).copy_from_slice(bytes);
+        let object = Object { kind: KINDS[index], place, id: self.next_id, owner, number };
+        self.next_id += 1;
+        match self.position(kind, slot) {
+            Some(position) => self.objects[position] = object,
+            None => self.objects.push(object),
+        }
+    }
+
+    fn position(&self, kind: &str, slot: usize) -> Option<usize> {
+        (0..self.objects.len()).filter(|&i| self.objects[i].kind == kind).nth(slot)
+    }
+
+    pub fn of(&self, kind: &str) -> Vec<Object> {
+        self.objects.iter().copied().filter(|object| object.kind == kind).collect()
+    }
+
+    pub fn by_id(&self, id: u64) -> Option<Object> {
+        self.objects.iter().copied().find(|object| object.id == id)
+    }
+}
+
+/// Changes some bytes or words of an object, and signs it anew as an attacker would, nearly always.
+pub fn corrupt(kind: &str, bytes: &mut [u8], random: &mut Random) {
+    // Headers and small tables as often as what stands behind them.
+    for _ in 0..1 + random.below(3) {
+        let end = random.pick(&[64, 320, 4096, usize::MAX]).min(bytes.len());
+        let at = random.below(end);
+        match random.below(4) {
+            0 => bytes[at] ^= 1 << random.below(8),
+            1 => bytes[at] = random.bits() as u8,
+            2 => put(bytes, at & !3, &random.hard().to_le_bytes()),
+            _ => {
+                let from = random.below(bytes.len()) & !3;
+                let word: Vec<u8> = bytes[from..].iter().copied().take(4).collect();
+                put(bytes, at & !3, &word);
+            }
+        }
+    }
+    if !random.one_in(16) {
+        sign(kind, bytes);
+    }
+}
+
+fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
+    bytes[at..].iter_mut().zip(value).for_each(|(slot, byte)| *slot = *byte);
+}
+
+fn word(bytes: &[u8], at: usize) -> u64 {
+    bytes.get(at..at + 4).map_or(0, |word| u64::from(u32::from_le_bytes(word.try_into().expect("four"))))
+}
+
+fn long(bytes: &[u8], at: usize) -> u64 {
+    word(bytes, at) | word(bytes, at + 4) << 32
+}
+
+/// Every kind of signed object keeps its content id here.
+const CONTENT_ID: usize = 16;
+
+/// Writes the hashes that the bytes would have if they had been built so. The layouts are those of the kernel: that an object
+/// as it was built keeps its bytes is what `signed_as_built` of the tests sees.
+pub fn sign(kind: &str, bytes: &mut [u8]) {
+    let id = match kind {
+        "wis_environment" if bytes.len() > ENVIRONMENT.header => sign_environment(bytes),
+        "wis_wavelet_light" => wavelet_light_id(bytes),
+        "wis_tree" if bytes.len() >= 64 => tree_id(bytes),
+        // Visibility has none, and the others are not opened.
+        _ => return,
+    };
+    put(bytes, CONTENT_ID, &id.to_le_bytes());
+}
+
+/// Where the parts of an environment's header stand that its hashes cover.
+struct EnvironmentHeader {
+    tables_hash: usize,
+    power: usize,
+    frame: usize,
+    header: usize,
+}
+
+const ENVIRONMENT: EnvironmentHeader = EnvironmentHeader { tables_hash: 24, power: 32, frame: 240, header: 280 };
+
+fn sign_environment(bytes: &mut [u8]) -> u64 {
+    let EnvironmentHeader { tables_hash, power, frame, header } = ENVIRONMENT;
+    let mut tables = ContentHash::new();
+    for part in [&bytes[power..frame], &bytes[header..]] {
+        for start in (0..part.len()).step_by(8) {
+            let mut eight = [0; 8];
+            put(&mut eight, 0, &part[start..part.len().min(start + 8)]);
+            tables.add(u64::from_le_bytes(eight));
+        }
+    }
+    let tables = tables.finish();
+    put(bytes, tables_hash, &tables.to_le_bytes());
+    let mut hash = ContentHash::new();
+    hash.add(tables);
+    (0..9).for_each(|k| hash.add(word(bytes, frame + 4 * k)));
+    hash.finish()
+}
+
+fn wavelet_light_id(bytes: &[u8]) -> u64 {
+    // The kernel's own, on memory that is aligned for it.
+    let mut aligned = vec![0u128; bytes.len().div_ceil(16)];
+    // SAFETY: as many bytes as the words have.
+    let copy = unsafe { std::slice::from_raw_parts_mut(aligned.as_mut_ptr().cast::<u8>(), bytes.len()) };
+    copy.copy_from_slice(bytes);
+    wis::wavelets::environment::Environment::view(copy).map_or(0, |view| view.content_id())
+}
+
+fn tree_id(bytes: &[u8]) -> u64 {
+    let mut hash = ContentHash::new();
+    [0, 8, 24, 32].iter().for_each(|at| hash.add(long(bytes, *at)));
+    hash.add(word(bytes, 52) as u32 as i32 as i64 as u64);
+    [40, 44, 48, 56].iter().for_each(|at| hash.add(word(bytes, *at)));
+    let (children, squares) = (1usize << (word(bytes, 40) % 5), word(bytes, 48) as usize);
+    let links = 64 + 4 * children * squares;
+    if squares <= bytes.len() {
+        (64..links.min(bytes.len())).step_by(4).for_each(|at| hash.add(word(bytes, at)));
+        (links..(links + 8 * squares).min(bytes.len()))
+            .step_by(8)
+            .for_each(|at| hash.add(word(bytes, at) << 32 | word(bytes, at + 4)));
+    }
+    hash.finish()
+}

@@ -1,0 +1,166 @@
+//! The table of functions that are fuzzed: a function of the headers without a row fails, and so does a row that never succeeds.
+
+use crate::case::Case;
+use crate::laws;
+use crate::oracle::Verdict;
+
+/// A function of the headers.
+pub struct Row {
+    pub name: &'static str,
+    /// How often it is drawn.
+    pub share: usize,
+    /// The query that tells how long its blocks must be.
+    pub size: Option<&'static str>,
+    /// What must hold between its results.
+    pub law: Option<fn(&Case) -> Verdict>,
+}
+
+impl Row {
+    const fn often(mut self) -> Row {
+        self.share = 8;
+        self
+    }
+
+    /// Builds and checks that cost a thousand times as much as a look-up.
+    const fn seldom(mut self) -> Row {
+        self.share = 1;
+        self
+    }
+
+    const fn sized(mut self, query: &'static str) -> Row {
+        self.size = Some(query);
+        self
+    }
+
+    const fn law(mut self, law: fn(&Case) -> Verdict) -> Row {
+        self.law = Some(law);
+        self
+    }
+}
+
+const fn row(name: &'static str) -> Row {
+    Row { name, share: 4, size: None, law: None }
+}
+
+pub fn of(name: &str) -> &'static Row {
+    ROWS.iter().find(|row| row.name == name).unwrap_or_else(|| panic!("{name} has no row"))
+}
+
+/// Kinds of objects that a call needs.
+pub fn needs(name: &str) -> &'static [&'static str] {
+    match name {
+        "wis_environment_open" | "wis_environment_turn" | "wis_environment_describe" => &["wis_environment"],
+        "wis_sampler_begin_pixel" | "wis_sampler_fault" => &["wis_sampler"],
+        "wis_visibility_cache_end_pass" => &["wis_visibility_cache"],
+        "wis_direct" | "wis_direct_wave" | "wis_check" | "wis_product_prepare" => &["wis_sampler", "wis_environment"],
+        "wis_product_describe" | "wis_product_covers" => &["wis_product", "wis_environment"],
+        "wis_sample" | "wis_pdf" | "wis_invert" => &["wis_product", "wis_environment", "wis_sampler"],
+        "wis_jitter_sample" | "wis_jitter_pdf" => &["wis_jitter"],
+        "wis_wavelet_light_open" | "wis_wavelet_product_prepare" | "wis_tree_of_environment" => &["wis_wavelet_light"],
+        "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert" => &["wis_wavelet_product", "wis_wavelet_light"],
+        "wis_wavelet_product_describe" | "wis_wavelet_product_estimate_rgb" => &["wis_wavelet_product", "wis_wavelet_light"],
+        "wis_visibility_open" | "wis_visibility_integral" | "wis_visibility_product_integral" => &["wis_visibility", "wis_tree"],
+        name if name.starts_with("wis_tree_") && name.contains("_of_") || matches!(name, "wis_tree_size" | "wis_tree_init") => &[],
+        name if name.starts_with("wis_tree_") || name.starts_with("wis_triple") || name.starts_with("wis_visibility_") => {
+            &["wis_tree"]
+        }
+        "wis_warp_in_place" | "wis_sparse_select" => &["wis_tree"],
+        _ => &[],
+    }
+}
+
+pub const ROWS: &[Row] = &[
+    row("wis_status_string").seldom(),
+    row("wis_version").seldom(),
+    row("wis_environment_size").law(laws::aligned),
+    row("wis_environment_init").sized("wis_environment_size"),
+    row("wis_environment_begin").sized("wis_environment_size"),
+    row("wis_environment_run").often().sized("wis_environment_size"),
+    row("wis_environment_finish").sized("wis_environment_size"),
+    row("wis_environment_open").often(),
+    row("wis_environment_describe"),
+    row("wis_environment_turn"),
+    row("wis_sampler_size").law(laws::aligned),
+    row("wis_sampler_init").sized("wis_sampler_size"),
+    row("wis_sampler_begin_pixel"),
+    row("wis_sampler_fault"),
+    row("wis_material_init"),
+    row("wis_visibility_cache_size").law(laws::aligned),
+    row("wis_visibility_cache_init").sized("wis_visibility_cache_size"),
+    row("wis_visibility_cache_record"),
+    row("wis_visibility_cache_end_pass"),
+    row("wis_visibility_key").law(laws::key),
+    row("wis_direct").often().law(laws::rays),
+    row("wis_direct_wave").often(),
+    row("wis_product_size").law(laws::aligned),
+    row("wis_product_prepare").often().sized("wis_product_size"),
+    row("wis_product_describe"),
+    row("wis_product_covers").law(laws::yes_or_no),
+    row("wis_sample").often().law(laws::drawn_by_light),
+    row("wis_pdf").often().law(laws::densities),
+    row("wis_invert").often().law(laws::inverted),
+    row("wis_check").seldom(),
+    row("wis_pool_size").law(laws::aligned),
+    row("wis_pool_pick").sized("wis_pool_size").law(laws::picks),
+    row("wis_pixel_seed").seldom(),
+    row("wis_points_hammersley").law(laws::points),
+    row("wis_points_sobol").law(laws::points),
+    row("wis_strata_size").law(laws::aligned),
+    row("wis_strata_lights").sized("wis_strata_size"),
+    row("wis_jitter_size").law(laws::aligned),
+    row("wis_jitter_init").sized("wis_jitter_size"),
+    row("wis_jitter_sample").law(laws::jittered),
+    row("wis_jitter_pdf").law(laws::densities),
+    row("wis_strata_order").law(laws::permutation),
+    row("wis_wavelet_light_size").law(laws::aligned),
+    row("wis_wavelet_light_init").seldom().sized("wis_wavelet_light_size"),
+    row("wis_wavelet_light_open").often(),
+    row("wis_wavelet_query_eval"),
+    row("wis_wavelet_product_size").law(laws::aligned),
+    row("wis_wavelet_product_prepare").often().sized("wis_wavelet_product_size"),
+    row("wis_wavelet_product_describe"),
+    row("wis_wavelet_product_estimate_rgb"),
+    row("wis_wavelet_sample").often().law(laws::drawn_by_wavelets),
+    row("wis_wavelet_pdf").often().law(laws::densities),
+    row("wis_wavelet_invert").often().law(laws::inverted),
+    row("wis_tree_size").law(laws::aligned),
+    row("wis_tree_init").often().sized("wis_tree_size"),
+    row("wis_tree_open").often(),
+    row("wis_tree_average"),
+    row("wis_tree_product_integral"),
+    row("wis_tree_sample").law(laws::in_tree),
+    row("wis_tree_pdf").law(laws::densities),
+    row("wis_tree_invert"),
+    row("wis_warp_in_place"),
+    row("wis_wavelet_table_directions"),
+    row("wis_haar_forward"),
+    row("wis_haar_inverse"),
+    row("wis_tree_multiply_size").law(laws::aligned),
+    row("wis_tree_multiply").sized("wis_tree_multiply_size"),
+    row("wis_tree_blend_size").law(laws::aligned),
+    row("wis_tree_blend").sized("wis_tree_blend_size"),
+    row("wis_triple_terms"),
+    row("wis_triple_at_least"),
+    row("wis_sparse_select"),
+    row("wis_triple_multiply"),
+    row("wis_sparse_multiply"),
+    row("wis_tree_of_wavelets_size").law(laws::aligned),
+    row("wis_tree_of_wavelets").sized("wis_tree_of_wavelets_size"),
+    row("wis_tree_of_details_size").law(laws::aligned),
+    row("wis_tree_of_details").sized("wis_tree_of_details_size"),
+    row("wis_tree_of_environment_size").law(laws::aligned),
+    row("wis_tree_of_environment").sized("wis_tree_of_environment_size"),
+    row("wis_tripling_coefficient"),
+    row("wis_triple_integral"),
+    row("wis_triple_select"),
+    row("wis_triple_select_squares"),
+    row("wis_triple_sublinear"),
+    row("wis_triple_blend"),
+    row("wis_visibility_size").law(laws::aligned),
+    row("wis_visibility_init").sized("wis_visibility_size"),
+    row("wis_visibility_open"),
+    row("wis_visibility_integral"),
+    row("wis_visibility_product_integral"),
+    row("wis_grid_direction"),
+    row("wis_grid_cells").law(laws::weights),
+];

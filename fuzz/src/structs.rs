@@ -1,0 +1,404 @@
+//! What the configurations and points of the header are filled with.
+
+use crate::building;
+use crate::case::{Case, Fields, Role, Span, bytes_of};
+use crate::maps;
+use crate::random::Random;
+use crate::values::MOST;
+use std::ffi::{c_int, c_void};
+
+/// The bytes of a struct that a call reads, valid or with a hostile field.
+pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
+    let mut fields = Fields::new(&case.world.headers.layouts[kind]);
+    match kind {
+        "wis_environment_config" => match building::config(case) {
+            Some(config) => return config,
+            None => environment(case, &mut fields),
+        },
+        "wis_wavelet_light_config" => wavelet_light(case, &mut fields),
+        "wis_wave" => wave(case, &mut fields),
+        "wis_tree_config" => tree(case, &mut fields),
+        "wis_wavelet_table" => table(case, &mut fields),
+        _ => {
+            let fill = match kind {
+                "wis_sampler_config" => sampler,
+                "wis_point" => point,
+                "wis_product_config" => product,
+                "wis_check_config" => check,
+                "wis_strata_config" => strata,
+                "wis_wavelet_query" => query,
+                "wis_wavelet_product_config" => wavelet_product,
+                "wis_rotated_config" => rotated,
+                "wis_basis_function" => basis,
+                _ => panic!("no rule for {kind}"),
+            };
+            fill(case, &mut fields);
+            if case.is_spoiled() {
+                fields.spoil(&mut case.random);
+            }
+        }
+    }
+    fields.bytes
+}
+
+fn frame(case: &mut Case, fields: &mut Fields, path: &str) {
+    if case.random.one_in(2) && case.function.name != "wis_environment_begin" {
+        let mut frame = case.random.frame();
+        if case.is_spoiled() && case.random.one_in(4) {
+            frame[case.random.below(9)] = case.random.hard();
+        }
+        let address = case.input(&bytes_of(&frame), 4);
+        fields.word(path, address);
+    }
+}
+
+fn budget(random: &mut Random) -> f32 {
+    match random.below(4) {
+        0 => random.scale(1e-4, 1.0),
+        _ => 0.0,
+    }
+}
+
+fn environment(case: &mut Case, fields: &mut Fields) {
+    let strata = case.function.position("map").is_some();
+    let flags = if strata { 8 } else { case.random.below(32) as u64 };
+    // Rows at the poles are a lat-long map's.
+    let latlong = strata || flags & 1 != 0;
+    fields.word("flags", flags | if case.random.one_in(2) { 8 } else { 0 });
+    fields.word("filter", case.random.below(2) as u64);
+    fields.float("error_budget", budget(&mut case.random));
+    frame(case, fields, "world_from_map");
+    maps::describe(case, fields, latlong);
+}
+
+fn wavelet_light(case: &mut Case, fields: &mut Fields) {
+    let flags = case.random.below(16) as u64;
+    fields.word("flags", flags);
+    fields.word("storage", 1 + case.random.below(2) as u64);
+    fields.word("resolution", case.random.pick(&[0, 0, 1, 2, 8, 32]));
+    fields.float("error_budget", budget(&mut case.random));
+    maps::describe(case, fields, false);
+}
+
+fn sampler(case: &mut Case, fields: &mut Fields) {
+    let random = &mut case.random;
+    fields.word("cpu_level", random.below(3) as u64);
+    fields.word("rays", random.pick(&[0, 1, 2, 3, 4, 8, 16, 64]));
+    fields.word("candidates_per_ray", random.pick(&[0, 0, 1, 8, 40]));
+    fields.word("hits_per_pixel", random.pick(&[0, 1, 16, 100]));
+}
+
+/// A material before wis_material_init.
+pub fn material(case: &mut Case) -> Vec<u8> {
+    let mut fields = Fields::new(&case.world.headers.layouts["wis_material"]);
+    let lobes = case.random.below(5);
+    fields.word("lobe_count", lobes as u64);
+    for k in 0..lobes {
+        let kind = case.random.pick(&[1, 2, 3, 5, 6]);
+        let (least, most) = if kind == 3 { (1e-3, 1e7) } else { (1e-5, 16.0) };
+        let a = case.random.scale(least, most);
+        let b = if case.random.one_in(3) { case.random.scale(least, most) } else { a };
+        fields.word(&format!("lobe[{k}].kind"), kind);
+        fields.float(&format!("lobe[{k}].a"), a);
+        fields.float(&format!("lobe[{k}].b"), b);
+        fields.float(&format!("lobe[{k}].eta"), case.random.pick(&[0.1, 0.66, 1.5, 1.01, 10.0]));
+    }
+    if case.is_spoiled() {
+        fields.spoil(&mut case.random);
+    }
+    fields.bytes
+}
+
+/// Factors of lobes: mostly of a size that materials have.
+fn factors(random: &mut Random, count: usize, most: f32) -> Vec<f32> {
+    let scale = if most > 1.0 { random.pick(&[1.0, 1.0, 0.0, 1e-30, 1e-45, 1e20]) } else { 1.0 };
+    (0..count).map(|_| random.unit() * scale).collect()
+}
+
+/// The address of an object of the pool, or null.
+fn object(case: &mut Case, kind: &str) -> u64 {
+    let objects = case.world.pool.of(kind);
+    if objects.is_empty() { 0 } else { case.world.memory.reader(case.random.pick(&objects).place) as u64 }
+}
+
+/// A cache that the call may write, and that points hold by its address.
+fn cache(case: &mut Case) -> u64 {
+    let objects = case.world.pool.of("wis_visibility_cache");
+    if objects.is_empty() || case.random.one_in(3) {
+        return 0;
+    }
+    if case.function.name != "wis_visibility_cache_record" {
+        return object(case, "wis_visibility_cache");
+    }
+    let bytes = case.world.memory.bytes(case.random.pick(&objects).place).to_vec();
+    let layout = crate::header::Layout { fields: Vec::new(), size: 1, align: 16 };
+    case.give_packed(Role::State, &bytes, &layout)
+}
+
+fn point(case: &mut Case, fields: &mut Fields) {
+    fields.word("flags", case.random.below(4) as u64);
+    let material = object(case, "wis_material");
+    fields.word("material", if case.random.one_in(8) { 0 } else { material });
+    fields.floats("normal", &case.random.direction());
+    fields.floats("tangent", &case.random.direction());
+    fields.floats("wo", &case.random.direction());
+    fields.floats("weight", &factors(&mut case.random, 12, 2.0));
+    fields.floats("f0", &factors(&mut case.random, 12, 1.0));
+    for path in ["seed", "turn", "stream"] {
+        fields.word(path, case.random.bits());
+    }
+    fields.word("visibility_key", case.random.below(4) as u64);
+    let cache = cache(case);
+    fields.word("visibility", cache);
+    if case.random.one_in(4) {
+        let (function, user) = callback(case, values);
+        fields.word("target", function);
+        fields.word("target_user", user);
+    }
+}
+
+/// Arrays of a wave: each shared by its points, packed, or inside larger structures.
+fn wave(case: &mut Case, fields: &mut Fields) {
+    let count = case.number("count").unwrap_or(0).min(MOST);
+    let rays = 1 + case.random.below(4);
+    fields.word("flags", case.random.below(4) as u64);
+    fields.word("rays", rays as u64);
+    let material = object(case, "wis_material");
+    fields.word("materials", material);
+    fields.word("material_count", u64::from(material != 0));
+    for (path, numbers, optional) in
+        [("normal", 3, false), ("tangent", 3, true), ("wo", 3, false), ("weight", 12, true), ("f0", 12, true), ("u", 2 * rays, true)]
+    {
+        if optional && case.random.one_in(2) {
+            continue;
+        }
+        let (gap, is_shared) = (4 * case.random.below(3), case.random.one_in(4));
+        let stride = 4 * numbers + gap;
+        let element = |random: &mut Random| match path {
+            "weight" | "f0" | "u" => factors(random, numbers, 1.0),
+            _ => random.direction().to_vec(),
+        };
+        let elements = if is_shared { 1 } else { count.max(1) };
+        let mut bytes = Vec::new();
+        for _ in 0..elements {
+            bytes.extend(bytes_of(&element(&mut case.random)));
+            bytes.resize(bytes.len() + gap, 0xff);
+        }
+        bytes.truncate(stride * elements - gap);
+        let first = case.input(&bytes, 4);
+        fields.word(&format!("{path}.first"), first);
+        fields.word(&format!("{path}.point"), if is_shared { 0 } else { stride as u64 });
+    }
+    for path in ["seed", "turn", "stream", "visibility_key"] {
+        let bytes: Vec<u8> = (0..count).flat_map(|i| (i as u32 / 3).to_le_bytes()).collect();
+        let first = case.input(&bytes, 4);
+        fields.word(&format!("{path}.first"), first);
+        fields.word(&format!("{path}.point"), 4);
+    }
+    if case.random.one_in(3) {
+        let mask: Vec<u8> = (0..count).map(|_| u8::from(!case.random.one_in(3))).collect();
+        let mask = case.input(&mask, 1);
+        fields.word("mask", mask);
+    }
+    let cache = cache(case);
+    fields.word("visibility", cache);
+    let (width, gap) = (16 * rays, 4 * case.random.below(3));
+    let floats = crate::header::Layout { size: width, align: 4, fields: Vec::new() };
+    let stride = width + gap;
+    let bytes = case.garbage((stride * count).saturating_sub(gap));
+    let span = Span { width, stride, count };
+    let ray = case.give(Role::Result, &bytes, floats, span);
+    fields.word("ray.first", ray);
+    fields.word("ray.point", stride as u64);
+    let bytes = case.garbage(4 * count);
+    let counts = case.give_packed(Role::Result, &bytes, &case.world.headers.layouts["uint32_t"]);
+    fields.word("count", counts);
+    if case.random.one_in(2) {
+        let bytes = case.garbage(count);
+        let status = case.give_packed(Role::Result, &bytes, &case.world.headers.layouts["uint8_t"]);
+        fields.word("status", status);
+    }
+    if case.is_spoiled() {
+        // Fields that say how much memory there is stay true.
+        match case.random.below(8) {
+            0 => fields.word("size", case.random.bits()),
+            1 => fields.word("flags", case.random.bits()),
+            2 => fields.word("rays", case.random.pick(&[0, 65, 5000, u64::from(u32::MAX)])),
+            3 => fields.word("ray.point", case.random.pick(&[0, 2])),
+            4 => fields.word("material_count", 0),
+            5 => fields.word("ray.number", case.random.pick(&[1, 2])),
+            _ => {
+                let path = case.random.pick(&["normal.first", "wo.first", "ray.first", "count", "materials", "seed.first"]);
+                fields.word(path, case.random.pick(&[0, 1]));
+            }
+        }
+    }
+}
+
+fn product(case: &mut Case, fields: &mut Fields) {
+    fields.word("flags", case.random.below(2) as u64);
+    fields.word("divided_cells", case.random.pick(&[0, 0, 1, 8, 24]));
+    fields.float("cone", case.random.pick(&[0.0, 0.05, 0.3, 1.5]));
+}
+
+fn check(case: &mut Case, fields: &mut Fields) {
+    let (function, user) = callback(case, colours);
+    fields.word("radiance", function);
+    fields.word("radiance_user", user);
+}
+
+fn strata(case: &mut Case, fields: &mut Fields) {
+    fields.word("count", 1 + case.random.below(60) as u64);
+    fields.word("levels", case.random.pick(&[0, 1, 6, 64]));
+    fields.float("angle_limit", case.random.pick(&[0.0, 0.01, 12.6, 1e-20]));
+    if case.random.one_in(2) {
+        let exponents = [8.0 * case.random.unit(), 8.0 * case.random.unit()];
+        let address = case.input(&bytes_of(&exponents), 4);
+        fields.word("exponents", address);
+    }
+}
+
+fn query(case: &mut Case, fields: &mut Fields) {
+    let lobes = case.random.below(5);
+    fields.word("flags", case.random.below(4) as u64);
+    fields.word("lobe_count", lobes as u64);
+    fields.floats("normal", &case.random.direction());
+    fields.floats("tangent", &case.random.direction());
+    fields.floats("wo", &case.random.direction());
+    for k in 0..lobes {
+        let kind = case.random.pick(&[1, 2, 2, 3, 4]);
+        let a = case.random.scale(1e-5, 16.0);
+        fields.word(&format!("lobe[{k}].kind"), kind);
+        fields.floats(&format!("lobe[{k}].weight"), &factors(&mut case.random, 3, 2.0));
+        fields.floats(&format!("lobe[{k}].f0"), &factors(&mut case.random, 3, 1.0));
+        fields.float(&format!("lobe[{k}].a"), a);
+        fields.float(&format!("lobe[{k}].b"), if case.random.one_in(3) { case.random.scale(1e-5, 16.0) } else { a });
+    }
+}
+
+fn wavelet_product(case: &mut Case, fields: &mut Fields) {
+    fields.word("max_squares", case.random.pick(&[0, 1, 16, 200]));
+    fields.word("max_evaluations", case.random.pick(&[0, 1, 66, 300]));
+    frame(case, fields, "world_from_map");
+    if case.random.one_in(2) {
+        let mut inner = Fields::new(&case.world.headers.layouts["wis_wavelet_table"]);
+        table(case, &mut inner);
+        let address = case.input(&inner.bytes, 8);
+        fields.word("table", address);
+    }
+    if case.random.one_in(4) {
+        let mut inner = Fields::new(&case.world.headers.layouts["wis_wavelet_callback"]);
+        let (function, user) = callback(case, values);
+        inner.float("half_angle", case.random.pick(&[0.0, 1e-3, 0.1, 1.5]));
+        inner.floats("peak", &case.random.direction());
+        inner.word("eval", function);
+        inner.word("user", user);
+        let address = case.input(&inner.bytes, 8);
+        fields.word("callback", address);
+    }
+}
+
+/// A table of trees of two axes, some of which are missing.
+fn table(case: &mut Case, fields: &mut Fields) {
+    let trees: Vec<_> = case.world.pool.of("wis_tree").into_iter().filter(|tree| tree.number == 2).collect();
+    let slices = 1 + case.random.below(5);
+    fields.word("slice_count", slices as u64);
+    let pointers = |case: &mut Case| {
+        let mut bytes = Vec::new();
+        for _ in 0..slices {
+            let missing = trees.is_empty() || case.random.one_in(8);
+            let tree = if missing { 0 } else { case.world.memory.reader(case.random.pick(&trees).place) as u64 };
+            bytes.extend(tree.to_le_bytes());
+        }
+        case.input(&bytes, 8)
+    };
+    let slice = pointers(case);
+    fields.word("slice", slice);
+    if case.random.one_in(2) {
+        for k in 0..3 {
+            let colour = pointers(case);
+            fields.word(&format!("colour[{k}]"), colour);
+        }
+    }
+    if case.is_spoiled() {
+        let (path, value) = case.random.pick(&[("size", 0), ("slice_count", 0), ("slice_count", 257), ("slice", 0), ("colour[1]", 0)]);
+        fields.word(path, value);
+    }
+}
+
+fn tree(case: &mut Case, fields: &mut Fields) {
+    let dimensions = case.random.pick(&[1, 2, 2, 2, 3, 4]);
+    let depth = case.random.below(1 + 10 / dimensions);
+    let scale = case.random.pick(&[1.0, 1.0, 1e-44, 1e30, 3e38]);
+    let hostile = case.is_spoiled() && case.random.one_in(3);
+    let mut values = vec![0.0f32; 1 << (dimensions * depth)];
+    for value in &mut values {
+        let one = if case.random.one_in(3) { 0.0 } else { case.random.unit() * scale };
+        *value = if hostile && case.random.one_in(4) { case.random.hard() } else { one };
+    }
+    fields.word("dimensions", dimensions as u64);
+    fields.word("depth", depth as u64);
+    fields.float("error_budget", budget(&mut case.random));
+    let pixels = case.input(&bytes_of(&values), 4);
+    fields.word("pixels", pixels);
+    if case.is_spoiled() && !hostile {
+        fields.spoil(&mut case.random);
+        let wanted = fields.get("dimensions").saturating_mul(fields.get("depth"));
+        if wanted > (dimensions * depth) as u64 && fields.get("pixels") == pixels {
+            fields.word("pixels", 0);
+        }
+    }
+}
+
+fn rotated(case: &mut Case, fields: &mut Fields) {
+    fields.word("depth", case.random.below(5) as u64);
+    fields.word("places", 1 + case.random.below(3) as u64);
+    fields.float("error_budget", budget(&mut case.random));
+    fields.float("least", case.random.pick(&[0.0, 1e-3, 1.0, 1e6]));
+    frame(case, fields, "world_from_map");
+    frame(case, fields, "world_from_tree");
+}
+
+fn basis(case: &mut Case, fields: &mut Fields) {
+    let level = case.random.below(5);
+    fields.word("level", level as u64);
+    for k in 0..4 {
+        fields.word(&format!("translation[{k}]"), case.random.below(1 << level) as u64);
+    }
+    fields.word("wavelet", case.random.below(2) as u64);
+}
+
+/// How a client's callback behaves: it answers well, fails, or writes what is no value.
+fn callback(case: &mut Case, function: Callback) -> (u64, u64) {
+    let manner = if case.is_spoiled() { case.random.below(6) as u32 } else { case.random.below(2) as u32 };
+    let user = case.input(&manner.to_le_bytes(), 4);
+    (function as *const () as u64, user)
+}
+
+type Callback = extern "C" fn(*mut c_void, usize, *const f32, *mut f32) -> c_int;
+
+extern "C" fn values(user: *mut c_void, count: usize, wi: *const f32, out: *mut f32) -> c_int {
+    answer(user, count, wi, out, 1)
+}
+
+extern "C" fn colours(user: *mut c_void, count: usize, wi: *const f32, out: *mut f32) -> c_int {
+    answer(user, count, wi, out, 3)
+}
+
+fn answer(user: *mut c_void, count: usize, wi: *const f32, out: *mut f32, width: usize) -> c_int {
+    // SAFETY: the library hands on `user`, directions and room for so many results.
+    let (manner, wi, out) = unsafe {
+        (*user.cast::<u32>(), std::slice::from_raw_parts(wi, 3 * count), std::slice::from_raw_parts_mut(out, width * count))
+    };
+    for (slot, k) in out.iter_mut().zip(0..) {
+        let z = wi[k / width * 3 + 2];
+        *slot = match manner {
+            1 => z.abs() * z.abs() + 0.01,
+            3 => f32::NAN,
+            4 => -1.0,
+            5 => f32::MAX,
+            _ => 1.0,
+        };
+    }
+    c_int::from(manner == 2)
+}

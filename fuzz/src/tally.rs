@@ -1,0 +1,72 @@
+//! What was called, how it answered, and how much stack and time it took.
+
+use crate::rows::{ROWS, Row};
+use anyhow::{Result, bail};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+#[derive(Clone, Debug, Default)]
+struct Of {
+    statuses: BTreeMap<u32, u64>,
+    stack: usize,
+    seconds: f64,
+}
+
+/// By row.
+#[derive(Default)]
+pub struct Tally {
+    rows: BTreeMap<&'static str, Of>,
+}
+
+impl Tally {
+    pub fn add(&mut self, row: &Row, status: u32, stack: usize, seconds: f64) {
+        let of = self.rows.entry(row.name).or_default();
+        *of.statuses.entry(if row.name == "wis_status_string" || row.name == "wis_pixel_seed" || row.name == "wis_version" { 0 } else { status }).or_default() += 1;
+        of.stack = of.stack.max(stack);
+        of.seconds = of.seconds.max(seconds);
+    }
+
+    fn calls(of: &Of) -> u64 {
+        of.statuses.values().sum()
+    }
+
+    /// A line for each row.
+    pub fn table(&self) -> String {
+        let mut text = String::new();
+        for row in ROWS {
+            let of = self.rows.get(row.name).cloned().unwrap_or_default();
+            let statuses: Vec<String> = of.statuses.iter().map(|(status, count)| format!("{status}:{count}")).collect();
+            let (calls, stack, ms) = (Tally::calls(&of), of.stack, 1e3 * of.seconds);
+            let _ = writeln!(text, "{:36} {calls:>10} calls {stack:>6} B {ms:>8.2} ms  {}", row.name, statuses.join(" "));
+        }
+        let total: u64 = self.rows.values().map(Tally::calls).sum();
+        let _ = writeln!(text, "{total} calls of {} functions", self.rows.len());
+        text
+    }
+
+    /// Fails if a row never succeeded, or a call used more stack than is recorded.
+    pub fn judge(&self, stack: Option<&str>) -> Result<()> {
+        for row in ROWS {
+            let succeeded = self.rows.get(row.name).is_some_and(|of| of.statuses.contains_key(&0));
+            if !succeeded {
+                bail!("FAILED {} never succeeded: its arguments are wrong", row.name);
+            }
+        }
+        stack.map_or(Ok(()), |path| self.compare(path))
+    }
+
+    fn compare(&self, path: &str) -> Result<()> {
+        let Ok(recorded) = std::fs::read_to_string(path) else {
+            let lines = ROWS.iter().map(|row| format!("{} {}\n", row.name, self.rows[row.name].stack));
+            return Ok(std::fs::write(path, lines.collect::<String>())?);
+        };
+        let mut grown = String::new();
+        for (name, bytes) in recorded.lines().filter_map(|line| line.split_once(' ')) {
+            let now = self.rows.get(name).map_or(0, |of| of.stack);
+            if now > bytes.parse()? {
+                let _ = write!(grown, " {name}: {bytes} became {now};");
+            }
+        }
+        if grown.is_empty() { Ok(()) } else { bail!("FAILED stack grew, see {path}:{grown}") }
+    }
+}

@@ -1,0 +1,75 @@
+//! What calls happen in: the library, memory, a stack, and the objects that were built so far.
+
+use crate::building::Build;
+use crate::call::{Answer, Stack, Word};
+use crate::header::{Function, Headers};
+use crate::maps::Maps;
+use crate::memory::Memory;
+use crate::pool::Pool;
+use crate::random::Random;
+use anyhow::{Context, Result, ensure};
+use std::collections::BTreeMap;
+use std::ffi::CString;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Calls so far: what the watchdog sees move.
+pub static CALLS: AtomicU64 = AtomicU64::new(0);
+
+/// Everything that lasts longer than a call.
+pub struct World {
+    pub headers: Headers,
+    pub memory: Memory,
+    pub pool: Pool,
+    pub maps: Maps,
+    pub builds: Vec<Build>,
+    stack: Stack,
+    addresses: BTreeMap<String, usize>,
+}
+
+impl World {
+    /// Regions of one call's arguments.
+    const ARGUMENTS: usize = 64;
+    /// Where a size query answers.
+    pub const QUERY: usize = World::ARGUMENTS;
+    /// Where checks that make calls of their own place things.
+    pub const CHECK: usize = World::ARGUMENTS + 1;
+    const CHECKS: usize = 4;
+
+    pub fn new(library: &str) -> Result<World> {
+        let headers = Headers::read();
+        let path = CString::new(library)?;
+        // SAFETY: the library has no initialisers.
+        let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
+        ensure!(!handle.is_null(), "{library}: not a shared library");
+        let mut addresses = BTreeMap::new();
+        for function in &headers.functions {
+            let symbol = CString::new(function.name.as_str())?;
+            // SAFETY: the handle is open.
+            let address = unsafe { libc::dlsym(handle, symbol.as_ptr()) } as usize;
+            ensure!(address != 0, "{library} has no {}", function.name);
+            addresses.insert(function.name.clone(), address);
+        }
+        let maps = World::CHECK + World::CHECKS;
+        let memory = Memory::new(maps + Maps::REGIONS + Pool::REGIONS);
+        let pool = Pool::new(maps + Maps::REGIONS);
+        Ok(World { headers, memory, pool, maps: Maps::new(maps), builds: Vec::new(), stack: Stack::new(), addresses })
+    }
+
+    /// Begins anew: what follows depends on nothing before.
+    pub fn begin(&mut self, random: &mut Random) {
+        self.pool.clear();
+        self.builds.clear();
+        self.maps.fill(&self.memory, random);
+    }
+
+    pub fn function(&self, name: &str) -> &Function {
+        let found = self.headers.functions.iter().find(|function| function.name == name);
+        found.with_context(|| format!("no function {name}")).expect("a name of the headers")
+    }
+
+    pub fn call(&self, function: &Function, words: &[Word], control: u32) -> Answer {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the words are what the header declares; pointers are null, or to blocks that are as long as it says.
+        unsafe { self.stack.call(self.addresses[&function.name], words, control) }
+    }
+}

@@ -397,8 +397,8 @@ enum wis_status wis_tree_init(const struct wis_tree_config *config,
                               struct wis_tree_info *info,
                               struct wis_diagnostic *diagnostic);
 
-/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. Reads all of
-/// them once. `info` may be null.
+/// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. WIS_CORRUPT if a byte
+/// was changed. Reads all of them once. `info` may be null.
 enum wis_status wis_tree_open(const void *memory,
                               size_t bytes,
                               const struct wis_tree **tree,
@@ -804,8 +804,8 @@ enum wis_status wis_visibility_init(const struct wis_tree *tree,
                                     const struct wis_visibility **visibility,
                                     struct wis_diagnostic *diagnostic);
 
-/// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility. Reads
-/// all of them once.
+/// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility.
+/// WIS_CORRUPT if they are none. Reads all of them once.
 enum wis_status wis_visibility_open(const void *memory,
                                     size_t bytes,
                                     const struct wis_visibility **visibility,

@@ -3,7 +3,7 @@
 use crate::world::CALLS;
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 /// The case that is under way: seed, epoch and number, and the row.
@@ -17,7 +17,7 @@ pub fn reproduce() -> String {
     format!("{} --replay {seed}:{epoch}:{number}", crate::rows::ROWS[row as usize].name)
 }
 
-fn die(fault: &str) -> ! {
+pub fn die(fault: &str) -> ! {
     // Formatting allocates, which a signal handler must not do in general; the fault is in the library, which never allocates.
     eprintln!("FAILED {fault}: {}", reproduce());
     // SAFETY: ends the process without running anything else.
@@ -28,6 +28,13 @@ extern "C" fn handler(signal: i32, info: *mut libc::siginfo_t, _: *mut libc::c_v
     // SAFETY: the kernel gives the information of the fault.
     let address = unsafe { (*info).si_addr() } as usize;
     die(&format!("signal {signal} at {address:#x}"));
+}
+
+/// Whether someone asked the program to come to an end.
+pub static STOP: AtomicBool = AtomicBool::new(false);
+
+extern "C" fn stop(_: i32) {
+    STOP.store(true, Ordering::Relaxed);
 }
 
 /// From now on faults of memory and slow calls of this thread end the program with the words that reproduce them.
@@ -43,6 +50,9 @@ pub fn set() {
         action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
         for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT] {
             assert_eq!(libc::sigaction(signal, &action, null_mut()), 0);
+        }
+        for signal in [libc::SIGTERM, libc::SIGINT] {
+            libc::signal(signal, stop as *const () as usize);
         }
         let mut clock = 0;
         assert_eq!(libc::pthread_getcpuclockid(libc::pthread_self(), &mut clock), 0);

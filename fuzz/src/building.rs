@@ -1,6 +1,8 @@
 //! What successful calls leave for later ones: objects, and environments that are being built in parts.
 
 use crate::case::{Case, Role};
+use crate::memory::Place;
+use crate::pool::{KINDS, Object};
 use crate::world::World;
 
 /// An environment between wis_environment_begin and wis_environment_finish.
@@ -60,7 +62,7 @@ pub fn portion(case: &mut Case) -> (u64, u64) {
 
 /// What a successful call leaves, taken from the case before its memory is used again.
 pub enum Left {
-    Object { kind: String, bytes: Vec<u8>, owner: u64, number: usize },
+    Object(Object, Vec<u8>),
     Begun(Build),
     Run { build: usize, memory: Vec<u8>, scratch: Vec<u8>, count: u32 },
 }
@@ -68,6 +70,11 @@ pub enum Left {
 pub fn left(case: &Case) -> Vec<Left> {
     let owner = case.objects.iter().find(|object| object.kind.ends_with("environment") || object.kind.ends_with("light"));
     let owner = owner.map_or(0, |light| light.id);
+    let object = |kind: &str, bytes, owner, number| {
+        let kind = KINDS.into_iter().find(|known| *known == kind).expect("a kind of objects");
+        let (place, id, is_altered) = (Place::default(), case.id, case.is_altered);
+        Left::Object(Object { kind, place, id, owner, number, is_altered }, bytes)
+    };
     let memory = || case.bytes_of("memory").unwrap_or_default().to_vec();
     let scratch = || case.bytes_of("scratch").unwrap_or_default().to_vec();
     let long = |name: &str, at: usize| {
@@ -92,11 +99,11 @@ pub fn left(case: &Case) -> Vec<Left> {
             let next = if case.number("count") == Some(1) { long("bytes_used", 0) } else { long("offset", 8) };
             bytes.truncate(next as usize);
             bytes.drain(..long("offset", 0) as usize);
-            vec![Left::Object { kind: "wis_product".into(), bytes, owner, number: 0 }]
+            vec![object("wis_product", bytes, owner, 0)]
         }
         "wis_material_init" => {
             let bytes = case.bytes_of("material").unwrap_or_default().to_vec();
-            vec![Left::Object { kind: "wis_material".into(), bytes, owner, number: 0 }]
+            vec![object("wis_material", bytes, 0, 0)]
         }
         name => {
             let handle = case.function.parameters.iter().find(|parameter| parameter.is_handle());
@@ -115,7 +122,7 @@ pub fn left(case: &Case) -> Vec<Left> {
                 _ => 0,
             };
             let owner = if name.contains("product") { owner } else { 0 };
-            vec![Left::Object { kind, bytes, owner, number }]
+            vec![object(&kind, bytes, owner, number)]
         }
     }
 }
@@ -124,9 +131,7 @@ impl World {
     pub fn keep(&mut self, left: Vec<Left>, random: &mut crate::random::Random) {
         for left in left {
             match left {
-                Left::Object { kind, bytes, owner, number } => {
-                    self.pool.keep(&self.memory, &kind, &bytes, owner, number, random);
-                }
+                Left::Object(object, bytes) => self.pool.keep(&self.memory, object, &bytes, random),
                 Left::Begun(build) if self.builds.len() < MOST => self.builds.push(build),
                 Left::Begun(build) => {
                     let slot = random.below(MOST);

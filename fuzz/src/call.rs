@@ -79,6 +79,14 @@ unsafe extern "C" {
     fn wis_fuzz_call(frame: *mut Frame);
 }
 
+/// The control bits of MXCSR now.
+pub fn control() -> u32 {
+    let mut word = 0u32;
+    // SAFETY: stores the word into a local.
+    unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &mut word, options(nostack, preserves_flags)) };
+    word & !RECORD
+}
+
 /// The painted stack.
 pub struct Stack {
     /// Painted words; behind them stand the arguments that registers do not hold.

@@ -52,6 +52,8 @@ impl Given {
 pub struct Case<'w> {
     pub world: &'w World,
     pub function: &'w Function,
+    /// Tells the objects of an epoch apart: the number of the case + 1.
+    pub id: u64,
     pub random: Random,
     /// The parameter that is hostile.
     pub spoiled: Option<usize>,
@@ -69,8 +71,8 @@ pub struct Case<'w> {
     pub sizes: Option<[usize; 2]>,
     /// The build in parts that the call goes on with.
     pub build: Option<usize>,
-    /// An object was changed behind its header, which no call checks: numbers mean nothing.
-    pub tainted: bool,
+    /// An object was corrupted and signed, or made with such a one: it does no harm, but need not be a distribution.
+    pub is_altered: bool,
 }
 
 impl<'w> Case<'w> {
@@ -78,6 +80,7 @@ impl<'w> Case<'w> {
         let mut case = Case {
             world,
             function,
+            id: 1 + crate::alarm::CASE[2].load(std::sync::atomic::Ordering::Relaxed),
             random,
             spoiled: None,
             words: Vec::new(),
@@ -88,7 +91,7 @@ impl<'w> Case<'w> {
             texels: 0,
             sizes: None,
             build: None,
-            tainted: false,
+            is_altered: false,
         };
         if case.random.one_in(2) {
             case.spoiled = Some(case.random.below(function.parameters.len()));
@@ -150,6 +153,14 @@ impl<'w> Case<'w> {
     pub fn garbage(&mut self, len: usize) -> Vec<u8> {
         let filling = self.random.pick(&[0, 0xa5, 0xff]);
         vec![filling; len]
+    }
+
+    /// Chooses an object, which later arguments may depend on.
+    pub fn choose(&mut self, among: &[Object]) -> Object {
+        let chosen = self.random.pick(among);
+        self.is_altered |= chosen.is_altered;
+        self.objects.push(chosen);
+        chosen
     }
 
     /// Calls another function with the arguments so far that have the names of its parameters.

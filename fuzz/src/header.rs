@@ -154,12 +154,14 @@ impl Function {
 pub struct Headers {
     pub functions: Vec<Function>,
     pub layouts: BTreeMap<String, Layout>,
-    pub constants: BTreeMap<String, usize>,
+    constants: BTreeMap<String, usize>,
+    /// `WIS_OK` and the others, by their numbers.
+    pub statuses: Vec<String>,
 }
 
 impl Headers {
     pub fn read() -> Headers {
-        let mut headers = Headers { functions: Vec::new(), layouts: BTreeMap::new(), constants: BTreeMap::new() };
+        let mut headers = Headers { functions: Vec::new(), layouts: BTreeMap::new(), constants: BTreeMap::new(), statuses: Vec::new() };
         for scalar in ["uint8_t", "uint32_t", "uint64_t", "size_t", "float", "double"] {
             headers.layouts.insert(scalar.into(), Layout::one(Scalar::of(scalar).expect(scalar)));
         }
@@ -199,9 +201,8 @@ impl Headers {
         let words = text.split_whitespace().filter(|word| !matches!(*word, "struct" | "enum"));
         let text = words.collect::<Vec<_>>().join(" ").replace("(struct ", "(");
         if let Some(body) = text.strip_prefix("typedef wis_status {") {
-            for (name, value) in body.split(['{', ',', '}']).filter_map(|item| item.split_once(" = ")) {
-                self.constants.insert(name.trim().into(), value.trim().parse().expect("a status"));
-            }
+            let names = body.split(['{', ',', '}']).filter_map(|item| item.split_once(" = "));
+            self.statuses = names.map(|(name, _)| name.trim().into()).collect();
         } else if let Some((name, body)) = text.strip_prefix("typedef ").and_then(|rest| rest.split_once(" {")) {
             let layout = self.layout(body.split('}').next().unwrap_or_default());
             self.layouts.insert(name.into(), layout);

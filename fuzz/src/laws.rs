@@ -79,7 +79,8 @@ fn floats(case: &Case, name: &str) -> Vec<f32> {
 /// The elements of an array with a stride.
 fn elements(case: &Case, name: &str, stride: &str, width: usize) -> Vec<Vec<f32>> {
     let stride = case.number(stride).unwrap_or(0);
-    let stride = if stride == 0 { width } else { stride / 4 };
+    // Of no elements the stride does not matter, nor whether it is one.
+    let stride = if stride < 4 { width } else { stride / 4 };
     floats(case, name).chunks(stride).map(|element| element[..width.min(element.len())].to_vec()).collect()
 }
 
@@ -91,12 +92,12 @@ fn is_unit(wi: &[f32]) -> bool {
 fn drawn(case: &Case, pdf: &str) -> Verdict {
     let drawn = elements(case, "drawn", "drawn_stride", 4);
     let some = drawn.iter().filter(|drawn| drawn[3] > 0.0).count();
-    must!(some == 0 || some == drawn.len(), "{some} of {} samples", drawn.len());
+    must!(some == 0 || some == drawn.len() || case.is_altered, "{some} of {} samples", drawn.len());
     must!(drawn.iter().all(|drawn| drawn[3] >= 0.0), "a pdf below 0");
     if some == 0 {
         return Ok(());
     }
-    must!(drawn.iter().all(|drawn| is_unit(&drawn[..3])), "no direction of unit length");
+    must!(drawn.iter().all(|drawn| drawn[3] == 0.0 || is_unit(&drawn[..3])), "no direction of unit length");
     let memory = &case.world.memory;
     let place = memory.place(World::CHECK, 4 * drawn.len(), 4, 0, true);
     let count = drawn.len() as u64;
@@ -108,7 +109,7 @@ fn drawn(case: &Case, pdf: &str) -> Verdict {
     must!(status == 0, "{pdf} answers {status} for samples");
     for (k, (bytes, drawn)) in memory.bytes(place).chunks_exact(4).zip(&drawn).enumerate() {
         let again = f32::from_le_bytes(bytes.try_into().expect("four"));
-        must!(again.to_bits() == drawn[3].to_bits(), "sample {k}: pdf {}, asked again {again}", drawn[3]);
+        must!(again.to_bits() == drawn[3].to_bits() || drawn[3] == 0.0, "sample {k}: pdf {}, asked again {again}", drawn[3]);
     }
     Ok(())
 }

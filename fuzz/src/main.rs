@@ -21,7 +21,7 @@ mod values;
 mod world;
 
 use crate::call::DEFAULT_CONTROL;
-use crate::case::{Case, Role};
+use crate::case::{Case, Given, Role};
 use crate::oracle::Verdict;
 use crate::random::Random;
 use crate::rows::{ROWS, Row};
@@ -78,11 +78,13 @@ fn run(options: &Options) -> Result<()> {
     }
     let (begin, length) = (Instant::now(), Duration::from_secs_f64(60.0 * options.minutes));
     let mut epoch = 0;
-    while begin.elapsed() < length {
+    while begin.elapsed() < length && !alarm::STOP.load(Ordering::Relaxed) {
         play(&mut world, options.seed, epoch, EPOCH, &mut tally, false)?;
         epoch += 1;
     }
     print!("{}", tally.table());
+    let hours = alarm::seconds(libc::CLOCK_PROCESS_CPUTIME_ID) / 3600.0;
+    println!("seed {}, {epoch} epochs, {hours:.3} hours of a core", options.seed);
     tally.judge(options.stack.as_deref())
 }
 
@@ -128,6 +130,7 @@ fn one(world: &mut World, row: &Row, random: Random, valid: bool, tally: &mut Ta
     let status = if case.function.answers_status { answer.result as u32 } else { 0 };
     if verbose {
         eprintln!("status {status}, {} bytes of stack, {seconds:.6} s", answer.stack);
+        show(&case);
     }
     tally.add(row, status, answer.stack, seconds);
     oracle::check(&case, answer, DEFAULT_CONTROL)?;
@@ -167,19 +170,30 @@ fn again(case: &mut Case, tally: &mut Tally, row: &Row, before: (u64, Vec<Vec<u8
     }
 }
 
+/// Prints the arguments of a call, and the beginning of what they point to.
 fn show(case: &Case) {
+    for object in &case.objects {
+        eprintln!("{} of case {}", object.kind, object.id - 1);
+    }
     for (k, (parameter, word)) in case.function.parameters.iter().zip(&case.words).enumerate() {
         let spoiled = if case.spoiled == Some(k) { "spoiled " } else { "" };
         eprintln!("{spoiled}{} = {word:x?}", parameter.declaration);
         for given in case.given.iter().filter(|given| given.parameter == k) {
-            let bytes = &case.world.memory.bytes(given.place);
-            let words: Vec<String> = bytes.chunks(4).take(80).map(|word| match word.try_into() {
-                Ok(four) => format!("{}|{:e}", u32::from_le_bytes(four), f32::from_le_bytes(four)),
-                Err(_) => format!("{word:?}"),
-            }).collect();
-            eprintln!("    {:?}, {} bytes: {}", given.role, bytes.len(), words.join(" "));
+            eprintln!("    {:?} of {} bytes{}", given.role, given.place.len, content(case, given));
         }
     }
+}
+
+/// The fields of the first elements, or the first bytes.
+fn content(case: &Case, given: &Given) -> String {
+    let (bytes, mut text) = (&*case.world.memory.bytes(given.place), String::new());
+    for (k, element) in bytes.chunks(given.span.stride).take(8).enumerate() {
+        for field in given.layout.fields.iter().filter(|field| field.offset + field.scalar.size() <= element.len()) {
+            let value = oracle::number(&element[field.offset..], field.scalar);
+            text += &format!("\n        [{k}].{} {value:e}", field.path);
+        }
+    }
+    if text.is_empty() { format!(": {:02x?}", &bytes[..bytes.len().min(96)]) } else { text }
 }
 
 #[cfg(test)]

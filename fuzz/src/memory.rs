@@ -12,7 +12,7 @@ const CANARY: u8 = 0x5c;
 const PAGE: usize = 4096;
 
 /// Bytes in a region.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
     region: usize,
     start: usize,
@@ -87,18 +87,6 @@ impl Memory {
         let before = start.min(MARGIN);
         let behind = (CAPACITY - start - len).min(MARGIN);
         [(start - before, before), (start + len, behind)].map(|(start, len)| self.bytes(Place { region, start, len }))
-    }
-
-    /// Where an address is, for a report.
-    pub fn describe(&self, address: usize) -> String {
-        for (base, kind) in [(self.writers, "writable"), (self.readers, "read only")] {
-            let offset = address.wrapping_sub(base as usize);
-            if offset < self.regions * (CAPACITY + PAGE) + PAGE {
-                let (region, at) = (offset / (CAPACITY + PAGE), offset % (CAPACITY + PAGE));
-                return format!("{kind} region {region}, byte {}", at as isize - PAGE as isize);
-            }
-        }
-        "no region".into()
     }
 }
 

@@ -10,19 +10,20 @@ pub struct Object {
     /// The type in the header: `wis_tree`.
     pub kind: &'static str,
     pub place: Place,
-    /// Tells objects of one epoch apart.
+    /// The number of the case that made it.
     pub id: u64,
     /// The object that it was prepared with, which calls take beside it; 0: none.
     pub owner: u64,
     /// Axes of a tree, lights of a jitter.
     pub number: usize,
+    /// It was corrupted, or made with one that was.
+    pub is_altered: bool,
 }
 
 /// The objects of an epoch.
 pub struct Pool {
     objects: Vec<Object>,
     first_region: usize,
-    next_id: u64,
 }
 
 /// Objects of a kind that are kept; a new one then replaces the oldest.
@@ -45,27 +46,25 @@ impl Pool {
     pub const REGIONS: usize = KEPT * KINDS.len();
 
     pub fn new(first_region: usize) -> Pool {
-        Pool { objects: Vec::new(), first_region, next_id: 1 }
+        Pool { objects: Vec::new(), first_region }
     }
 
     pub fn clear(&mut self) {
-        (self.objects, self.next_id) = (Vec::new(), 1);
+        self.objects.clear();
     }
 
-    /// Copies an object into memory of its own.
-    pub fn keep(&mut self, memory: &Memory, kind: &str, bytes: &[u8], owner: u64, number: usize, random: &mut Random) {
-        let Some(index) = KINDS.iter().position(|known| *known == kind) else { return };
+    /// Copies an object into memory of its own: all of it but `place` is known.
+    pub fn keep(&mut self, memory: &Memory, object: Object, bytes: &[u8], random: &mut Random) {
         if bytes.is_empty() || bytes.len() + 64 > CAPACITY {
             return;
         }
-        let count = self.of(kind).len();
+        let index = KINDS.iter().position(|kind| *kind == object.kind).expect("a kind of objects");
+        let count = self.of(object.kind).len();
         let slot = if count < KEPT { count } else { random.below(KEPT) };
-        let region = self.first_region + index * KEPT + slot;
-        let place = memory.place(region, bytes.len(), 16, 0, random.one_in(2));
+        let place = memory.place(self.first_region + index * KEPT + slot, bytes.len(), 16, 0, random.one_in(2));
         memory.bytes(place).copy_from_slice(bytes);
-        let object = Object { kind: KINDS[index], place, id: self.next_id, owner, number };
-        self.next_id += 1;
-        match self.position(kind, slot) {
+        let object = Object { place, ..object };
+        match self.position(object.kind, slot) {
             Some(position) => self.objects[position] = object,
             None => self.objects.push(object),
         }
@@ -77,10 +76,6 @@ impl Pool {
 
     pub fn of(&self, kind: &str) -> Vec<Object> {
         self.objects.iter().copied().filter(|object| object.kind == kind).collect()
-    }
-
-    pub fn by_id(&self, id: u64) -> Option<Object> {
-        self.objects.iter().copied().find(|object| object.id == id)
     }
 }
 

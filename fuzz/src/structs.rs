@@ -1,6 +1,7 @@
 //! What the configurations and points of the header are filled with.
 
 use crate::building;
+use crate::call::DEFAULT_CONTROL;
 use crate::case::{Case, Fields, Role, Span, bytes_of};
 use crate::maps;
 use crate::random::Random;
@@ -390,6 +391,9 @@ fn answer(user: *mut c_void, count: usize, wi: *const f32, out: *mut f32, width:
     let (manner, wi, out) = unsafe {
         (*user.cast::<u32>(), std::slice::from_raw_parts(wi, 3 * count), std::slice::from_raw_parts_mut(out, width * count))
     };
+    if crate::call::control() != DEFAULT_CONTROL {
+        crate::alarm::die("a callback runs under the host's control word");
+    }
     for (slot, k) in out.iter_mut().zip(0..) {
         let z = wi[k / width * 3 + 2];
         *slot = match manner {

@@ -243,8 +243,7 @@ fn object(case: &mut Case, parameter: &Parameter) -> u64 {
     let kind = parameter.pointee.as_str();
     let fitting = candidates(case, kind);
     let fitting = if case.random.one_in(32) { case.world.pool.of(kind) } else { fitting };
-    let chosen = case.random.pick(&fitting);
-    case.objects.push(chosen);
+    let chosen = case.choose(&fitting);
     let bytes = &*case.world.memory.bytes(chosen.place);
     let is_state = !parameter.declaration.starts_with("const");
     let layout = Layout { fields: Vec::new(), size: 1, align: 16 };
@@ -264,13 +263,15 @@ fn object(case: &mut Case, parameter: &Parameter) -> u64 {
 /// Bytes for a call that opens them: as they were built, cut, or changed.
 fn stored(case: &mut Case) -> u64 {
     let kind = case.function.name.trim_end_matches("_open").to_string();
-    let chosen = case.random.pick(&case.world.pool.of(&kind));
-    case.objects.push(chosen);
+    let chosen = case.choose(&case.world.pool.of(&kind));
     let mut bytes = case.world.memory.bytes(chosen.place).to_vec();
     match case.random.below(8) {
         0..=1 => {}
         2 => bytes.truncate(case.random.below(bytes.len())),
-        _ => corrupt(&kind, &mut bytes, &mut case.random),
+        _ => {
+            case.is_altered = true;
+            corrupt(&kind, &mut bytes, &mut case.random);
+        }
     }
     case.decide("bytes", bytes.len() as u64);
     case.input(&bytes, 16)
@@ -280,7 +281,7 @@ fn stored(case: &mut Case) -> u64 {
 fn block(case: &mut Case, name: &str) -> u64 {
     let layout = Layout { fields: Vec::new(), size: 1, align: 16 };
     if case.function.name == "wis_environment_turn" {
-        let chosen = case.random.pick(&case.world.pool.of("wis_environment"));
+        let chosen = case.choose(&case.world.pool.of("wis_environment"));
         let bytes = &*case.world.memory.bytes(chosen.place);
         case.decide("bytes", bytes.len() as u64);
         return case.give_packed(Role::State, bytes, &layout);

@@ -77,8 +77,8 @@ pub unsafe extern "C" fn wis_visibility_init(
     })
 }
 
-/// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility. Reads
-/// all of them once.
+/// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility.
+/// WIS_CORRUPT if they are none. Reads all of them once.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the map is in use.

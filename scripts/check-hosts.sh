@@ -29,6 +29,8 @@ build control
 "$out/control"
 build fibers
 "$out/fibers"
+build soak
+"$out/soak"
 
 rustc --edition 2024 --crate-type staticlib -o "$out/libother.a" other.rs
 for order in first last; do

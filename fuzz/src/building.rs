@@ -68,7 +68,8 @@ pub enum Left {
 }
 
 pub fn left(case: &Case) -> Vec<Left> {
-    let owner = case.objects.iter().find(|object| object.kind.ends_with("environment") || object.kind.ends_with("light"));
+    let owner =
+        case.objects.iter().find(|object| object.kind.ends_with("environment") || object.kind.ends_with("light"));
     let owner = owner.map_or(0, |light| light.id);
     let object = |kind: &str, bytes, owner, number| {
         let kind = KINDS.into_iter().find(|known| *known == kind).expect("a kind of objects");
@@ -111,7 +112,10 @@ pub fn left(case: &Case) -> Vec<Left> {
             let mut bytes = memory();
             let kind = handle.pointee.trim_end_matches([' ', '*']).to_string();
             // These begin with what they are and their length.
-            if matches!(kind.as_str(), "wis_environment" | "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_jitter") {
+            if matches!(
+                kind.as_str(),
+                "wis_environment" | "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_jitter"
+            ) {
                 let length = u64::from_le_bytes(bytes[8..16].try_into().expect("eight"));
                 bytes.truncate(length as usize);
             }

@@ -151,3 +151,37 @@ impl Stack {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    extern "C" fn deep(a: u64, b: f64, c: u64, d: u64, e: u64, f: u64, g: u64, h: u64) -> u64 {
+        let room = std::hint::black_box([1u8; 4000]);
+        a + c + d + e + f + g + h + b as u64 + u64::from(room[17])
+    }
+
+    extern "C" fn leaves_another_control_word() {
+        let word = DEFAULT_CONTROL | 0x2000;
+        // SAFETY: the word masks all exceptions.
+        unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &word, options(nostack)) };
+    }
+
+    #[test]
+    fn arguments_arrive_and_the_stack_is_measured() {
+        let words = [1, 2, 3, 4, 5, 6, 7].map(Word::Integer);
+        let words = [&words[..1], &[Word::Float(0.5f64.to_bits())], &words[1..]].concat();
+        // SAFETY: the words are the function's arguments.
+        let answer = unsafe { Stack::new().call(deep as *const () as usize, &words, DEFAULT_CONTROL) };
+        assert_eq!((answer.result, answer.control), (29, DEFAULT_CONTROL));
+        assert!((4000..4600).contains(&answer.stack), "{}", answer.stack);
+    }
+
+    #[test]
+    fn a_control_word_that_is_left_is_seen() {
+        let function = leaves_another_control_word as *const () as usize;
+        // SAFETY: the function takes nothing.
+        let answer = unsafe { Stack::new().call(function, &[], DEFAULT_CONTROL) };
+        assert_eq!(answer.control, DEFAULT_CONTROL | 0x2000);
+    }
+}

@@ -2,6 +2,7 @@
 
 use crate::call::{Answer, Word};
 use crate::header::{Function, Layout, Parameter, Scalar};
+use crate::maps::Map;
 use crate::memory::Place;
 use crate::pool::Object;
 use crate::random::Random;
@@ -65,7 +66,8 @@ pub struct Case<'w> {
     pub decided: Vec<(String, u64)>,
     /// Elements of a list whose length stands before it.
     pub list: Vec<u8>,
-    /// Texels of the map.
+    /// The map, and its texels.
+    pub map: Option<Map>,
     pub texels: usize,
     /// What the size query answered: bytes, and bytes of scratch memory.
     pub sizes: Option<[usize; 2]>,
@@ -88,6 +90,7 @@ impl<'w> Case<'w> {
             objects: Vec::new(),
             decided: Vec::new(),
             list: Vec::new(),
+            map: None,
             texels: 0,
             sizes: None,
             build: None,

@@ -161,7 +161,12 @@ pub struct Headers {
 
 impl Headers {
     pub fn read() -> Headers {
-        let mut headers = Headers { functions: Vec::new(), layouts: BTreeMap::new(), constants: BTreeMap::new(), statuses: Vec::new() };
+        let mut headers = Headers {
+            functions: Vec::new(),
+            layouts: BTreeMap::new(),
+            constants: BTreeMap::new(),
+            statuses: Vec::new(),
+        };
         for scalar in ["uint8_t", "uint32_t", "uint64_t", "size_t", "float", "double"] {
             headers.layouts.insert(scalar.into(), Layout::one(Scalar::of(scalar).expect(scalar)));
         }
@@ -190,7 +195,8 @@ impl Headers {
     fn constant(&mut self, definition: &str) {
         if let Some((name, value)) = definition.split_once(' ') {
             let value = value.trim_matches(['(', ')']);
-            let shifted = value.split_once(" << ").and_then(|(a, b)| Some(a.parse::<usize>().ok()? << b.parse::<u32>().ok()?));
+            let shifted =
+                value.split_once(" << ").and_then(|(a, b)| Some(a.parse::<usize>().ok()? << b.parse::<u32>().ok()?));
             if let Some(value) = shifted.or_else(|| value.parse().ok()) {
                 self.constants.insert(name.into(), value);
             }
@@ -239,7 +245,8 @@ impl Headers {
 fn function(text: &str, comment: &str) -> Option<Function> {
     let (before, parameters) = text.trim_end_matches(';').split_once('(')?;
     let name = before.rsplit([' ', '*']).next().filter(|name| name.starts_with("wis_"))?;
-    let parameters = parameters.trim_end_matches(')').split(',').map(str::trim).filter(|parameter| *parameter != "void");
+    let parameters =
+        parameters.trim_end_matches(')').split(',').map(str::trim).filter(|parameter| *parameter != "void");
     let words = comment.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
     Some(Function {
         name: name.into(),

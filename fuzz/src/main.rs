@@ -52,7 +52,7 @@ struct Options {
     /// The words of a failure: seed:epoch:number.
     #[arg(long)]
     replay: Option<String>,
-    /// The table of stack sizes, which no call may exceed: written if it is not there.
+    /// The table of stack sizes, which no call may exceed; written if it is not there.
     #[arg(long)]
     stack: Option<String>,
 }
@@ -174,6 +174,10 @@ fn again(case: &mut Case, tally: &mut Tally, row: &Row, before: (u64, Vec<Vec<u8
 fn show(case: &Case) {
     for object in &case.objects {
         eprintln!("{} of case {}", object.kind, object.id - 1);
+    }
+    if let Some(map) = case.map.filter(|map| map.bytes == 4) {
+        let channels = case.world.memory.bytes(map.place).chunks(4);
+        eprintln!("{map:?}: {:?}", channels.map(|four| oracle::number(four, header::Scalar::F32)).collect::<Vec<_>>());
     }
     for (k, (parameter, word)) in case.function.parameters.iter().zip(&case.words).enumerate() {
         let spoiled = if case.spoiled == Some(k) { "spoiled " } else { "" };

@@ -134,6 +134,7 @@ extern "C" fn row(user: *mut c_void, y: u32) -> *const c_void {
 pub fn describe(case: &mut Case, fields: &mut Fields, latlong: bool) {
     let map = case.world.maps.pick(&mut case.random, latlong);
     let pixels = case.world.memory.reader(map.place);
+    case.map = Some(map);
     case.texels = map.width * map.height;
     let put = |fields: &mut Fields| {
         fields.word("layout", map.layout.into());

@@ -93,3 +93,33 @@ impl Memory {
 fn offset(region: usize) -> usize {
     PAGE + region * (CAPACITY + PAGE)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A byte that is written before or behind a block is seen; at the guard page it would end the program.
+    #[test]
+    fn writes_beside_a_block_are_seen() {
+        let memory = Memory::new(1);
+        for at_end in [false, true] {
+            for beside in [-1, 33] {
+                let place = memory.place(0, 33, 16, if at_end { 0 } else { 16 }, at_end);
+                assert!(memory.is_intact(place));
+                // SAFETY: the byte is in the region.
+                unsafe { memory.writer(place).offset(beside).write(1) };
+                assert!(!memory.is_intact(place), "{at_end} {beside}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_elsewhere() {
+        let memory = Memory::new(2);
+        let place = memory.place(1, 8, 8, 0, true);
+        memory.bytes(place).copy_from_slice(&[7; 8]);
+        assert_ne!(memory.reader(place), memory.writer(place).cast_const());
+        // SAFETY: eight bytes stand there.
+        assert_eq!(unsafe { slice::from_raw_parts(memory.reader(place), 8) }, [7; 8]);
+    }
+}

@@ -51,7 +51,8 @@ const ANY: [&str; 8] = [
 fn documented(case: &Case, status: u32) -> bool {
     let headers = &case.world.headers;
     let Some(name) = headers.statuses.get(status as usize) else { return false };
-    let takes = |kinds: &[&str]| case.function.parameters.iter().any(|parameter| kinds.contains(&parameter.pointee.as_str()));
+    let takes =
+        |kinds: &[&str]| case.function.parameters.iter().any(|parameter| kinds.contains(&parameter.pointee.as_str()));
     let maps = ["wis_environment_config", "wis_wavelet_light_config", "wis_tree_config"];
     ANY.contains(&name.as_str())
         || case.function.statuses.contains(name)
@@ -59,7 +60,14 @@ fn documented(case: &Case, status: u32) -> bool {
             "WIS_INVALID_TEXEL" => takes(&maps),
             "WIS_CALLBACK_FAILED" => takes(&maps) || takes(&["wis_point", "wis_wavelet_product_config"]),
             "WIS_INVALID_TRANSFORM" => {
-                takes(&maps) || takes(&["wis_point", "wis_wavelet_query", "wis_wavelet_product_config", "wis_rotated_config", "float"])
+                takes(&maps)
+                    || takes(&[
+                        "wis_point",
+                        "wis_wavelet_query",
+                        "wis_wavelet_product_config",
+                        "wis_rotated_config",
+                        "float",
+                    ])
             }
             "WIS_NOT_BUILT" => takes(&["wis_wavelet_product_config", "wis_wavelet_table"]),
             _ => false,
@@ -117,16 +125,15 @@ fn finite(given: &Given, bytes: &[u8]) -> Verdict {
     for start in (0..bytes.len()).step_by(given.span.stride) {
         let end = bytes.len().min(start + given.span.width);
         for at in (start..end).step_by(given.layout.size) {
-            // A pdf of 0 means that there is no sample: its direction means nothing.
-            let is_none = |pdf: usize| number(&bytes[at + pdf..], Scalar::F32) == 0.0;
-            if given.layout.fields.iter().any(|field| field.path == "pdf" && is_none(field.offset)) {
-                continue;
-            }
             for field in &floats {
                 let place = at + field.offset..at + field.offset + field.scalar.size();
                 let value = number(&bytes[place.clone()], field.scalar);
                 // What is as it was may never have been written.
-                must!(value.is_finite() || bytes[place.clone()] == given.before[place], "{} of {at} is {value}", field.path);
+                must!(
+                    value.is_finite() || bytes[place.clone()] == given.before[place],
+                    "{} of {at} is {value}",
+                    field.path
+                );
             }
         }
     }
@@ -167,9 +174,8 @@ pub fn diagnostic(case: &Case, bytes: &[u8], status: u32) -> Verdict {
         let text = unsafe { CStr::from_ptr(field as *const _) }.to_string_lossy();
         // A field of a struct that a field points to is named as one of its own: `table.slice`.
         let layouts = &case.world.headers.layouts;
-        let is_there = |part: &str| {
-            layouts.values().flat_map(|layout| &layout.fields).any(|field| field.path.starts_with(part))
-        };
+        let is_there =
+            |part: &str| layouts.values().flat_map(|layout| &layout.fields).any(|field| field.path.starts_with(part));
         must!(is_there(&text) || text.split('.').all(is_there), "there is no field {text:?}");
     }
     Ok(())

@@ -81,6 +81,9 @@ impl Pool {
 
 /// Changes some bytes or words of an object, and signs it anew as an attacker would, nearly always.
 pub fn corrupt(kind: &str, bytes: &mut [u8], random: &mut Random) {
+    let before = bytes.to_vec();
+    sign(kind, bytes);
+    assert_eq!(before, bytes, "the signature of {kind} is not the library's");
     // Headers and small tables as often as what stands behind them.
     for _ in 0..1 + random.below(3) {
         let end = random.pick(&[64, 320, 4096, usize::MAX]).min(bytes.len());
@@ -116,9 +119,8 @@ fn long(bytes: &[u8], at: usize) -> u64 {
 /// Every kind of signed object keeps its content id here.
 const CONTENT_ID: usize = 16;
 
-/// Writes the hashes that the bytes would have if they had been built so. The layouts are those of the kernel: that an object
-/// as it was built keeps its bytes is what `signed_as_built` of the tests sees.
-pub fn sign(kind: &str, bytes: &mut [u8]) {
+/// Writes the hashes that the bytes would have if they had been built so.
+fn sign(kind: &str, bytes: &mut [u8]) {
     let id = match kind {
         "wis_environment" if bytes.len() > ENVIRONMENT.header => sign_environment(bytes),
         "wis_wavelet_light" => wavelet_light_id(bytes),

@@ -57,11 +57,24 @@ pub fn needs(name: &str) -> &'static [&'static str] {
         "wis_sample" | "wis_pdf" | "wis_invert" => &["wis_product", "wis_environment", "wis_sampler"],
         "wis_jitter_sample" | "wis_jitter_pdf" => &["wis_jitter"],
         "wis_wavelet_light_open" | "wis_wavelet_product_prepare" | "wis_tree_of_environment" => &["wis_wavelet_light"],
-        "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert" => &["wis_wavelet_product", "wis_wavelet_light"],
-        "wis_wavelet_product_describe" | "wis_wavelet_product_estimate_rgb" => &["wis_wavelet_product", "wis_wavelet_light"],
-        "wis_visibility_open" | "wis_visibility_integral" | "wis_visibility_product_integral" => &["wis_visibility", "wis_tree"],
-        name if name.starts_with("wis_tree_") && name.contains("_of_") || matches!(name, "wis_tree_size" | "wis_tree_init") => &[],
-        name if name.starts_with("wis_tree_") || name.starts_with("wis_triple") || name.starts_with("wis_visibility_") => {
+        "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert" => {
+            &["wis_wavelet_product", "wis_wavelet_light"]
+        }
+        "wis_wavelet_product_describe" | "wis_wavelet_product_estimate_rgb" => {
+            &["wis_wavelet_product", "wis_wavelet_light"]
+        }
+        "wis_visibility_open" | "wis_visibility_integral" | "wis_visibility_product_integral" => {
+            &["wis_visibility", "wis_tree"]
+        }
+        name if name.starts_with("wis_tree_") && name.contains("_of_")
+            || matches!(name, "wis_tree_size" | "wis_tree_init") =>
+        {
+            &[]
+        }
+        name if name.starts_with("wis_tree_")
+            || name.starts_with("wis_triple")
+            || name.starts_with("wis_visibility_") =>
+        {
             &["wis_tree"]
         }
         "wis_warp_in_place" | "wis_sparse_select" => &["wis_tree"],

@@ -167,9 +167,14 @@ fn wave(case: &mut Case, fields: &mut Fields) {
     let material = object(case, "wis_material");
     fields.word("materials", material);
     fields.word("material_count", u64::from(material != 0));
-    for (path, numbers, optional) in
-        [("normal", 3, false), ("tangent", 3, true), ("wo", 3, false), ("weight", 12, true), ("f0", 12, true), ("u", 2 * rays, true)]
-    {
+    for (path, numbers, optional) in [
+        ("normal", 3, false),
+        ("tangent", 3, true),
+        ("wo", 3, false),
+        ("weight", 12, true),
+        ("f0", 12, true),
+        ("u", 2 * rays, true),
+    ] {
         if optional && case.random.one_in(2) {
             continue;
         }
@@ -229,7 +234,8 @@ fn wave(case: &mut Case, fields: &mut Fields) {
             4 => fields.word("material_count", 0),
             5 => fields.word("ray.number", case.random.pick(&[1, 2])),
             _ => {
-                let path = case.random.pick(&["normal.first", "wo.first", "ray.first", "count", "materials", "seed.first"]);
+                let path =
+                    case.random.pick(&["normal.first", "wo.first", "ray.first", "count", "materials", "seed.first"]);
                 fields.word(path, case.random.pick(&[0, 1]));
             }
         }
@@ -322,7 +328,8 @@ fn table(case: &mut Case, fields: &mut Fields) {
         }
     }
     if case.is_spoiled() {
-        let (path, value) = case.random.pick(&[("size", 0), ("slice_count", 0), ("slice_count", 257), ("slice", 0), ("colour[1]", 0)]);
+        let (path, value) =
+            case.random.pick(&[("size", 0), ("slice_count", 0), ("slice_count", 257), ("slice", 0), ("colour[1]", 0)]);
         fields.word(path, value);
     }
 }
@@ -389,7 +396,11 @@ extern "C" fn colours(user: *mut c_void, count: usize, wi: *const f32, out: *mut
 fn answer(user: *mut c_void, count: usize, wi: *const f32, out: *mut f32, width: usize) -> c_int {
     // SAFETY: the library hands on `user`, directions and room for so many results.
     let (manner, wi, out) = unsafe {
-        (*user.cast::<u32>(), std::slice::from_raw_parts(wi, 3 * count), std::slice::from_raw_parts_mut(out, width * count))
+        (
+            *user.cast::<u32>(),
+            std::slice::from_raw_parts(wi, 3 * count),
+            std::slice::from_raw_parts_mut(out, width * count),
+        )
     };
     if crate::call::control() != DEFAULT_CONTROL {
         crate::alarm::die("a callback runs under the host's control word");

@@ -21,7 +21,13 @@ pub struct Tally {
 impl Tally {
     pub fn add(&mut self, row: &Row, status: u32, stack: usize, seconds: f64) {
         let of = self.rows.entry(row.name).or_default();
-        *of.statuses.entry(if row.name == "wis_status_string" || row.name == "wis_pixel_seed" || row.name == "wis_version" { 0 } else { status }).or_default() += 1;
+        *of.statuses
+            .entry(if row.name == "wis_status_string" || row.name == "wis_pixel_seed" || row.name == "wis_version" {
+                0
+            } else {
+                status
+            })
+            .or_default() += 1;
         of.stack = of.stack.max(stack);
         of.seconds = of.seconds.max(seconds);
     }
@@ -37,7 +43,8 @@ impl Tally {
             let of = self.rows.get(row.name).cloned().unwrap_or_default();
             let statuses: Vec<String> = of.statuses.iter().map(|(status, count)| format!("{status}:{count}")).collect();
             let (calls, stack, ms) = (Tally::calls(&of), of.stack, 1e3 * of.seconds);
-            let _ = writeln!(text, "{:36} {calls:>10} calls {stack:>6} B {ms:>8.2} ms  {}", row.name, statuses.join(" "));
+            let _ =
+                writeln!(text, "{:36} {calls:>10} calls {stack:>6} B {ms:>8.2} ms  {}", row.name, statuses.join(" "));
         }
         let total: u64 = self.rows.values().map(Tally::calls).sum();
         let _ = writeln!(text, "{total} calls of {} functions", self.rows.len());

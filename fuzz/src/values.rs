@@ -122,9 +122,10 @@ fn width(name: &str) -> usize {
 /// The parameter that is the stride of an array.
 fn stride_of(case: &Case, name: &str) -> Option<String> {
     let own = format!("{name}_stride");
-    [own.as_str(), "stride"].into_iter().find(|stride| case.function.position(stride).is_some()).and_then(|stride| {
-        (stride != "stride" || name == "out").then(|| stride.to_string())
-    })
+    [own.as_str(), "stride"]
+        .into_iter()
+        .find(|stride| case.function.position(stride).is_some())
+        .and_then(|stride| (stride != "stride" || name == "out").then(|| stride.to_string()))
 }
 
 fn array(case: &mut Case, parameter: &Parameter, layout: &Layout) -> u64 {
@@ -394,7 +395,11 @@ fn number(case: &mut Case, parameter: &Parameter) -> u64 {
             }
             let bits = case.random.bits() >> 32;
             // A value beyond the most is hostile already.
-            if value > most { value } else { case.random.pick(&[0, 1, value + 1, 1 << 31, u64::from(u32::MAX), bits]).min(most) }
+            if value > most {
+                value
+            } else {
+                case.random.pick(&[0, 1, value + 1, 1 << 31, u64::from(u32::MAX), bits]).min(most)
+            }
         }
     }
 }
@@ -443,7 +448,9 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
         }
         "count" if name == "wis_triple_blend" => (1 + random.below(5) as u64, 20),
         "tree_count" => (1 + random.below(5) as u64, 20),
-        "count" if matches!(name, "wis_wavelet_product_prepare" | "wis_product_prepare") => (1 + random.below(5) as u64, 5),
+        "count" if matches!(name, "wis_wavelet_product_prepare" | "wis_product_prepare") => {
+            (1 + random.below(5) as u64, 5)
+        }
         "count" if name == "wis_points_hammersley" => (random.below(50) as u64, 100),
         "count" if name == "wis_direct_wave" => (random.below(40) as u64, 100),
         "count" => {
@@ -458,7 +465,9 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
         "total" => (number("first") + number("count"), u64::MAX),
         "dimensions" | "n" => (1 + random.below(4) as u64, u64::MAX),
         "m" => (1 + random.below(number_of(&case.words, 0).clamp(1, 4)) as u64, u64::MAX),
-        "depth" if name.starts_with("wis_haar") => (random.below(1 + 10 / number_of(&case.words, 0).max(1)) as u64, u64::MAX),
+        "depth" if name.starts_with("wis_haar") => {
+            (random.below(1 + 10 / number_of(&case.words, 0).max(1)) as u64, u64::MAX)
+        }
         // A hostile depth has as many directions as memory for them, or must be refused.
         "depth" => (if case.is_spoiled() { random.pick(&[13, 31, 64]) } else { random.below(5) as u64 }, 4),
         "rays" => (1 + random.below(8) as u64, 4999),

@@ -44,6 +44,11 @@ pub unsafe extern "C" fn wis_sample(
             if product.is_null() {
                 sample_all(level, &environment.light(), &environment.frame(), count, &u, &out);
             } else if let Some(shaded) = shaded(product, &environment, 3)? {
+                if shaded.product.header.scale == 0.0 {
+                    // A black product has no cell to search: that leads to no direction.
+                    (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
+                    return Ok(());
+                }
                 sample_all(level, &shaded, &environment.frame(), count, &u, &out);
             }
             Ok(())

@@ -1,0 +1,109 @@
+/* Eight threads on one environment, sharing chunks of work as they come: the bits are those of one thread. soak [millions of samples] */
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <time.h>
+
+#include "work.h"
+
+enum { THREADS = 8, SAMPLES = 4096, HITS = 64 };
+
+static const work_library wis = WORK_LIBRARY;
+static const wis_environment *environment;
+static uint32_t chunks;
+static atomic_uint next;
+static atomic_int failed;
+static _Atomic uint64_t sum;
+
+/* Samples of the light and of a product, their pdfs, and rays at hits, all by the number of the chunk; 0: a call failed. */
+static uint64_t chunk(wis_sampler *sampler, work_memory *memory, uint32_t number) {
+    static _Thread_local float u[SAMPLES][2], pdf[SAMPLES];
+    static _Thread_local wis_drawn drawn[SAMPLES];
+    const wis_product *product = (const wis_product *)memory->product;
+    wis_product_config config = {sizeof config, 0, 0, 0.0f};
+    wis_material material = {sizeof material, 1, {{WIS_LOBE_GGX, 0.2f, 0.2f, 0.0f}}, 0};
+    wis_point point;
+    size_t offset = 0, used = 0;
+    memset(&point, 0, sizeof point);
+    point.size = sizeof point;
+    point.material = &material;
+    point.normal[number % 3] = 1.0f;
+    point.wo[number % 3] = 0.8f;
+    point.wo[(number + 1) % 3] = 0.6f;
+    point.weight[0][0] = point.weight[0][1] = point.weight[0][2] = 1.0f;
+    point.seed = number;
+    if (wis_material_init(&material, NULL) != WIS_OK || wis_points_sobol(number, 0, SAMPLES, &u[0][0], 0) != WIS_OK ||
+        wis_product_prepare(sampler, environment, &config, 1, &point, memory->product, memory->product_size.bytes, &offset,
+                            &used) != WIS_OK)
+        return 0;
+    uint64_t hash = work_hash(14695981039346656037u, &number, sizeof number);
+    for (int half = 0; half < 2; half++) {
+        const size_t count = SAMPLES / 2;
+        const float *first = &u[half * count][0];
+        const wis_product *of = half ? product : NULL;
+        if (wis_sample(sampler, environment, of, count, first, 0, drawn, 0) != WIS_OK ||
+            wis_pdf(sampler, environment, of, count, drawn[0].wi, sizeof drawn[0], pdf, 0) != WIS_OK)
+            return 0;
+        for (size_t i = 0; i < count; i++)
+            if (pdf[i] != drawn[i].pdf) return 0;
+        hash = work_hash(hash, drawn, count * sizeof drawn[0]);
+    }
+    if (wis_sampler_begin_pixel(sampler) != WIS_OK) return 0;
+    for (uint32_t hit = 0; hit < HITS; hit++) {
+        wis_ray ray[WORK_RAYS];
+        uint32_t count = 0;
+        point.turn = hit;
+        if (wis_direct(sampler, environment, &point, 1 + hit % WORK_RAYS, NULL, ray, &count) != WIS_OK) return 0;
+        hash = work_hash(hash, ray, count * sizeof ray[0]);
+    }
+    return hash;
+}
+
+static void *work(void *unused) {
+    work_memory memory;
+    wis_sampler *sampler = NULL;
+    wis_sampler_config config;
+    (void)unused;
+    memset(&memory, 0, sizeof memory);
+    memset(&config, 0, sizeof config);
+    config.size = sizeof config;
+    if (!work_allocate(&wis, &memory) ||
+        wis_sampler_init(&config, memory.sampler, memory.sampler_size.bytes, &sampler, NULL) != WIS_OK) {
+        failed = 1;
+        return NULL;
+    }
+    for (uint32_t number = next++; number < chunks && !failed; number = next++) {
+        const uint64_t hash = chunk(sampler, &memory, number);
+        if (hash == 0) failed = 1;
+        sum += hash;
+    }
+    work_release(&memory);
+    return NULL;
+}
+
+/* The sum of all hashes: it does not depend on who did what when. */
+static uint64_t all(int threads) {
+    pthread_t thread[THREADS];
+    next = 0;
+    sum = 0;
+    for (int i = 0; i < threads; i++)
+        if (pthread_create(&thread[i], NULL, work, NULL) != 0) failed = 1;
+    for (int i = 0; i < threads && !failed; i++) pthread_join(thread[i], NULL);
+    return sum;
+}
+
+int main(int count, char **argument) {
+    const double millions = count > 1 ? atof(argument[1]) : 1.0;
+    work_memory memory;
+    memset(&memory, 0, sizeof memory);
+    chunks = (uint32_t)(1e6 * millions / SAMPLES) + 1;
+    work_paint();
+    if (!work_allocate(&wis, &memory) || !(environment = work_build(&wis, &memory))) return 2;
+    const time_t begin = time(NULL);
+    const uint64_t one = all(1), eight = all(THREADS);
+    failed |= one != eight;
+    printf("%s: %u samples, as many pdfs and %u hits by 8 threads and by one, %d s\n", failed ? "FAILED" : "the same bits",
+           chunks * SAMPLES, chunks * HITS, (int)(time(NULL) - begin));
+    work_release(&memory);
+    return failed;
+}

@@ -1,0 +1,22 @@
+#!/bin/sh
+# Fuzzes an installed library: fuzz.sh LIBRARY_FOLDER MINUTES [SEED]
+#
+# Without a seed two processes side by side, with seeds of their own; with one that seed alone, for a failure of any length.
+set -eu
+cd "$(dirname "$0")/.."
+library=$(cd "$1" && pwd)/libwis.so
+minutes=$2
+fuzz=${CARGO_TARGET_DIR:-target}/instruments/wis-fuzz
+cargo build --quiet --profile instruments --package wis-fuzz
+
+run() { "$fuzz" "$library" --minutes "$minutes" --seed "$1" --stack fuzz/stack.txt; }
+
+if [ $# -gt 2 ]; then
+    run "$3"
+else
+    # The day is the seed, so that each finds something else and a failure is found again.
+    first=$(($(date +%s) / 86400 * 2))
+    run $((first + 1)) &
+    run "$first"
+    wait $!
+fi

@@ -122,7 +122,7 @@ step freestanding scripts/check-freestanding.sh "$installed" "$logs/freestanding
 step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
 step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
 step sanitizers scripts/check-sanitizers.sh "$installed/lib" "$logs/sanitizers"
-step fuzz scripts/fuzz.sh "$installed/lib" 0.5
+step fuzz scripts/fuzz.sh "$installed/lib" 0.5 1
 step integrating scripts/check-integrating.sh "$logs/integrating"
 step abi scripts/check-abi.sh
 step dist scripts/dist.sh "$build" --check

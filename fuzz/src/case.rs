@@ -190,6 +190,22 @@ impl<'w> Case<'w> {
         self.world.call(self.function, &self.words, control)
     }
 
+    /// Where a sampler keeps the instructions that it uses.
+    pub const LEVEL: std::ops::Range<usize> = 24..28;
+
+    /// The instructions of any sampler, if the call has a valid one.
+    pub fn level_of(&self, mut random: Random) -> Option<Vec<u8>> {
+        let has_sampler = self.function.parameters[0].pointee == "wis_sampler" && self.spoiled != Some(0);
+        let samplers = self.world.pool.of("wis_sampler");
+        let is_state = self.given.first().is_some_and(|given| given.parameter == 0 && given.role == Role::State);
+        (has_sampler && is_state && self.function.name != "wis_sampler_fault")
+            .then(|| self.world.memory.bytes(random.pick(&samplers).place)[Case::LEVEL].to_vec())
+    }
+
+    pub fn set_level(&self, level: &[u8]) {
+        self.world.memory.bytes(self.given[0].place)[Case::LEVEL].copy_from_slice(level);
+    }
+
     /// Puts back what stood in all blocks before the call.
     pub fn restore(&self) {
         for given in self.given.iter().filter(|given| given.role != Role::Input) {

@@ -147,15 +147,20 @@ fn one(world: &mut World, row: &Row, random: Random, valid: bool, tally: &mut Ta
     Ok(())
 }
 
-/// The same call under another control word, and in memory of other content, has the same outcome.
+/// The same call under another control word, on other instructions, and in memory of other content, has the same outcome.
 fn again(case: &mut Case, tally: &mut Tally, row: &Row, before: (u64, Vec<Vec<u8>>)) -> Verdict {
     case.restore();
     for given in case.given.iter().filter(|given| given.role == Role::Work && case.build.is_none()) {
         case.world.memory.bytes(given.place).fill(case.random.bits() as u8);
     }
+    let level = case.level_of(case.random);
+    level.iter().for_each(|level| case.set_level(level));
     let control = DEFAULT_CONTROL | case.random.pick(&CONTROLS);
     let answer = case.run(control);
     tally.add(row, answer.result as u32, answer.stack, 0.0);
+    if level.is_some() {
+        case.set_level(&case.given[0].before[Case::LEVEL]);
+    }
     oracle::check(case, answer, control)?;
     let after = oracle::outcome(case, answer);
     let differs = |(a, b): (&Vec<u8>, &Vec<u8>)| a != b;

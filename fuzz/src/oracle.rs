@@ -13,11 +13,12 @@ const OVERFLOW: u32 = 6;
 pub type Verdict = Result<(), String>;
 
 macro_rules! must {
-    ($condition:expr, $($text:tt)*) => {
-        if !$condition {
+    ($condition:expr, $($text:tt)*) => {{
+        let holds: bool = $condition;
+        if !holds {
             return Err(format!($($text)*));
         }
-    };
+    }};
 }
 pub(crate) use must;
 
@@ -92,7 +93,7 @@ fn written(case: &Case, given: &Given, status: u32) -> Verdict {
             );
             Ok(())
         }
-        Role::Diagnostic if status == OK || !bytes.as_ptr().addr().is_multiple_of(given.layout.align) => {
+        Role::Diagnostic if status == OK || bytes.as_ptr().addr() % given.layout.align != 0 => {
             must!(bytes == given.before, "written although nothing failed, or not aligned");
             Ok(())
         }

@@ -195,7 +195,8 @@ impl<'w> Case<'w> {
 
     /// The instructions of any sampler, if the call has a valid one.
     pub fn level_of(&self, mut random: Random) -> Option<Vec<u8>> {
-        let has_sampler = self.function.parameters[0].pointee == "wis_sampler" && self.spoiled != Some(0);
+        let has_sampler = self.function.parameters.first().is_some_and(|first| first.pointee == "wis_sampler")
+            && self.spoiled != Some(0);
         let samplers = self.world.pool.of("wis_sampler");
         let is_state = self.given.first().is_some_and(|given| given.parameter == 0 && given.role == Role::State);
         (has_sampler && is_state && self.function.name != "wis_sampler_fault")

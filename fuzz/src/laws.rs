@@ -92,7 +92,7 @@ fn is_unit(wi: &[f32]) -> bool {
 /// Whether an environment was built with WIS_ENVIRONMENT_EXACT_ZERO. Texels of 1e-30 beside one of 3e38 then have densities below
 /// the smallest float, and samples there the pdf 0: docs/trust.md.
 fn keeps_black(case: &Case, object: &Object) -> bool {
-    const FLAGS: usize = 180;
+    const FLAGS: usize = 188;
     const EXACT_ZERO: u8 = 4;
     object.kind == "wis_environment" && case.world.memory.bytes(object.place)[FLAGS] & EXACT_ZERO != 0
 }

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 /// What is written.
 pub struct Paper {
     file: PathBuf,
+    /// The commit that it is written at.
+    commit: String,
     /// The folder of the pictures.
     pub pictures: PathBuf,
     /// The sections.
@@ -24,9 +26,14 @@ impl Paper {
     /// There is no argument, or the folder cannot be made.
     pub fn from_arguments() -> Result<Paper> {
         let file = PathBuf::from(std::env::args().nth(1).context("which page is to be written?")?);
+        // Before pictures of the run before are replaced.
+        let commit = page::commit();
         let pictures = file.with_extension("");
+        if pictures.exists() {
+            std::fs::remove_dir_all(&pictures)?;
+        }
         std::fs::create_dir_all(&pictures)?;
-        Ok(Paper { file, pictures, text: String::new(), claims: Claims::default() })
+        Ok(Paper { file, commit, pictures, text: String::new(), claims: Claims::default() })
     }
 
     /// Whether a section is to be written: all are, unless arguments after the first name some.
@@ -55,7 +62,7 @@ impl Paper {
     /// # Errors
     /// The file cannot be written.
     pub fn write(self, instrument: &str, title: &str, introduction: &str) -> Result<()> {
-        let mut text = format!("# {title}\n\n{}\n", introduction.replace("{commit}", &page::commit()));
+        let mut text = format!("# {title}\n\n{}\n", introduction.replace("{commit}", &self.commit));
         self.claims.write(&mut text)?;
         text += &self.text;
         writeln!(text, "\n<!-- {} -->", page::made_from(instrument)?)?;

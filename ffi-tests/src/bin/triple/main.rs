@@ -44,7 +44,9 @@ fn main() -> Result<()> {
 
 const INTRODUCTION: &str = "Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\", claim by claim: the integrals, their
 coefficients and the sublinear algorithm (`wis_triple_*`, `wis_tripling_coefficient`), and the product as something to sample
-(`wis_tree_multiply`). Written by `make triple` at {commit}. `make relight` relights the vertices of a mesh.
+(`wis_tree_multiply`). Written by `make triple` at {commit}. `make relight` relights the vertices of a mesh:
+
+![A frame of make relight](relight.png)
 ";
 
 /// The direction of a place in a pixel.

@@ -91,7 +91,7 @@ fn memory(page: &mut Paper, lit: &Lit) -> Result<()> {
         page.text,
         "\n## Memory\n\n| what | kB |\n|---|---:|\n| environment of {} | {:.0} |\n| table of {} | {:.0} |\n\
          | product of a point | {:.1} |\n| the block that it is prepared in, one a thread | {reserved:.0} |\n\n\
-         The product on the fly keeps the first three; turned maps and the product for all directions keep what stands there \
+         The product on the fly keeps the first three; rotated maps and the product for all directions keep what stands there \
          instead of the first. Peak of this program, with all maps, meshes and pictures: {peak}.",
         lit.light.name,
         kb(lit.environment.info.bytes),

@@ -48,13 +48,14 @@ pub fn times(gain: f64) -> String {
     }
 }
 
-/// The commit of the working tree, and whether files differ from it.
+/// The commit of the working tree, and whether files differ from it, but for the pages themselves.
 pub fn commit() -> String {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).output().ok().filter(|o| o.status.success())?;
         Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
     };
-    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|lines| !lines.is_empty());
+    let changed =
+        git(&["status", "--porcelain", "--untracked-files=no", "--", ":!docs"]).is_some_and(|lines| !lines.is_empty());
     git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".into()) + if changed { ", with changes" } else { "" }
 }
 

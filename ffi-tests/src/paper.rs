@@ -4,14 +4,16 @@
 use crate::images::Sheet;
 use crate::page;
 use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What is written.
 pub struct Paper {
     file: PathBuf,
-    /// The commit that it is written at.
-    commit: String,
+    instrument: &'static str,
+    /// The sources that it is made from.
+    made_from: String,
     /// The folder of the pictures.
     pub pictures: PathBuf,
     /// The sections.
@@ -20,24 +22,51 @@ pub struct Paper {
 }
 
 impl Paper {
-    /// A page at the path that is the first argument of the program; pictures go to the folder of its name.
+    /// A page at the path that is the first argument of the program, an instrument; pictures go to the folder of its name.
     ///
     /// # Errors
     /// There is no argument, or the folder cannot be made.
-    pub fn from_arguments() -> Result<Paper> {
+    pub fn from_arguments(instrument: &'static str) -> Result<Paper> {
         let file = PathBuf::from(std::env::args().nth(1).context("which page is to be written?")?);
-        // Before pictures of the run before are replaced.
-        let commit = page::commit();
-        let pictures = file.with_extension("");
-        if pictures.exists() {
-            std::fs::remove_dir_all(&pictures)?;
-        }
+        let (pictures, made_from) = (file.with_extension(""), page::made_from(instrument)?);
         std::fs::create_dir_all(&pictures)?;
-        Ok(Paper { file, commit, pictures, text: String::new(), claims: Claims::default() })
+        Ok(Paper { file, instrument, made_from, pictures, text: String::new(), claims: Claims::default() })
+    }
+
+    /// Writes a section, or takes it from the cache if the same sources wrote it to this page before: a run that was stopped
+    /// goes on where it was.
+    ///
+    /// # Errors
+    /// Those of the section, and of the files.
+    pub fn section(&mut self, name: &str, write: impl FnOnce(&mut Paper) -> Result<()>) -> Result<()> {
+        if !self.wants(name) {
+            return Ok(());
+        }
+        let key = self.made_from.split(' ').nth(2).unwrap_or_default();
+        let cache = Path::new(CACHE).join(format!("{}-{name}-{key}.json", self.instrument));
+        let kept = std::fs::read(&cache).ok().and_then(|bytes| serde_json::from_slice::<Section>(&bytes).ok());
+        if let Some(section) = kept.filter(|section| section.file == self.file) {
+            self.text += &section.text;
+            self.claims.0.extend(section.claims.0);
+            return Ok(());
+        }
+        let (text, claims) = (std::mem::take(&mut self.text), std::mem::take(&mut self.claims));
+        write(self)?;
+        let section = Section {
+            file: self.file.clone(),
+            text: std::mem::replace(&mut self.text, text),
+            claims: std::mem::replace(&mut self.claims, claims),
+        };
+        std::fs::create_dir_all(CACHE)?;
+        std::fs::write(cache, serde_json::to_vec(&section)?)?;
+        eprintln!("{}: {name}", self.instrument);
+        self.text += &section.text;
+        self.claims.0.extend(section.claims.0);
+        Ok(())
     }
 
     /// Whether a section is to be written: all are, unless arguments after the first name some.
-    pub fn wants(&self, section: &str) -> bool {
+    fn wants(&self, section: &str) -> bool {
         std::env::args().len() < 3 || std::env::args().skip(2).any(|name| name == section)
     }
 
@@ -57,24 +86,43 @@ impl Paper {
         format!("{folder}/{file}")
     }
 
-    /// Writes the page: title and introduction, in which {commit} is replaced, the claims, the sections.
+    /// Writes the page: title and introduction, in which {commit} is replaced, the claims, the sections. Removes pictures that
+    /// it does not show.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write(self, instrument: &str, title: &str, introduction: &str) -> Result<()> {
-        let mut text = format!("# {title}\n\n{}\n", introduction.replace("{commit}", &self.commit));
+    pub fn write(self, title: &str, introduction: &str) -> Result<()> {
+        let mut text = format!("# {title}\n\n{}\n", introduction.replace("{commit}", &page::commit()));
         self.claims.write(&mut text)?;
         text += &self.text;
-        writeln!(text, "\n<!-- {} -->", page::made_from(instrument)?)?;
+        writeln!(text, "\n<!-- {} -->", self.made_from)?;
+        for picture in std::fs::read_dir(&self.pictures)? {
+            let picture = picture?;
+            if !text.contains(&self.link(&picture.file_name().to_string_lossy())) {
+                std::fs::remove_file(picture.path())?;
+            }
+        }
         print!("{text}");
         Ok(std::fs::write(self.file, text)?)
     }
 }
 
+/// Where sections are kept.
+const CACHE: &str = "build/papers";
+
+/// A section that was written.
+#[derive(Serialize, Deserialize)]
+struct Section {
+    file: PathBuf,
+    text: String,
+    claims: Claims,
+}
+
 /// The claims of a page, in the order of the paper.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct Claims(Vec<Claim>);
 
+#[derive(Serialize, Deserialize)]
 struct Claim {
     claim: String,
     paper: String,

@@ -139,7 +139,7 @@ fn claims(page: &mut Paper, m: &[Measured]) {
             at(3)
         ),
         at(20) * 2.0 <= at(15),
-        "a ray costs 50 ns here, about as much as evaluating and ordering a light",
+        "a ray costs about as much here as evaluating and ordering a light",
     );
 }
 

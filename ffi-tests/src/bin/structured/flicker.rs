@@ -14,7 +14,7 @@ use wis_ffi_tests::structured::{How, Lights, Raster, Source, picture};
 
 const FRAMES: usize = 8;
 /// Columns and rows of pixels from one point to the next.
-const STEP: u32 = 4;
+const STEP: u32 = 6;
 
 /// Writes the section.
 pub fn write(page: &mut Paper, light: &Light) -> Result<()> {

@@ -32,29 +32,19 @@ const MEGAPIXELS: f64 = 0.25;
 const WHITE: f64 = 0.25;
 
 fn main() -> Result<()> {
-    let mut page = Paper::from_arguments()?;
+    let mut page = Paper::from_arguments("structured")?;
     let (galileo, grace) = (Map::load("galileo_probe.hdr")?, Map::load("grace_latlong.exr")?);
-    if page.wants("visibility") {
-        shadows::write(&mut page)?;
-    }
-    if page.wants("maps") {
-        maps::allocation(&mut page)?;
-        maps::real(&mut page, &[&galileo, &grace])?;
-        maps::speed(&mut page, &[&galileo.light, &grace.light])?;
-    }
-    if page.wants("teapot") {
-        teapot::write(&mut page, &galileo)?;
-    }
-    if page.wants("buddha") {
-        buddha::write(&mut page, &grace)?;
-    }
-    if page.wants("mountain") {
-        mountain::write(&mut page)?;
-    }
-    if page.wants("flicker") {
-        flicker::write(&mut page, &galileo.light)?;
-    }
-    page.write("structured", "Structured importance sampling", INTRODUCTION)
+    page.section("visibility", shadows::write)?;
+    page.section("maps", |page| {
+        maps::allocation(page)?;
+        maps::real(page, &[&galileo, &grace])?;
+        maps::speed(page, &[&galileo.light, &grace.light])
+    })?;
+    page.section("teapot", |page| teapot::write(page, &galileo))?;
+    page.section("buddha", |page| buddha::write(page, &grace))?;
+    page.section("mountain", mountain::write)?;
+    page.section("flicker", |page| flicker::write(page, &galileo.light))?;
+    page.write("Structured importance sampling", INTRODUCTION)
 }
 
 const INTRODUCTION: &str = "Agarwal et al. 2003, \"Structured Importance Sampling of Environment Maps\", claim by claim. `wis_strata_*` cuts a map

@@ -12,7 +12,7 @@ use wis_ffi_tests::scene::{Scene, View};
 use wis_ffi_tests::structured::{How, Lights, Raster, Source, Start, clustered, truth};
 
 /// Columns and rows of pixels from one measured point to the next.
-const STEP: u32 = 2;
+const STEP: u32 = 3;
 /// Few random lights of the rest, when lights are sorted.
 const FEW: usize = 4;
 /// The share of the shadow rays that sorting saves in the paper.
@@ -39,7 +39,7 @@ fn lights(page: &mut Paper, map: &Map, whole: Known, thinned: Known, material: &
         clustered(&map.light, count, rounds, start).tinted(&map.light, &map.colours)
     };
     let (k300, k3000) = (kmeans(300, ROUNDS, Start::Weight), kmeans(3000, 2, Start::Weight));
-    let (even300, even3000) = (kmeans(300, ROUNDS, Start::Area), kmeans(3000, 4, Start::Area));
+    let (even300, even3000) = (kmeans(300, ROUNDS, Start::Area), kmeans(3000, 3, Start::Area));
     let rows = [
         ("uniform stratified, 300", How::Uniform(&map.light, 300)),
         ("stratified importance, 300", How::Importance(&raster, 300)),

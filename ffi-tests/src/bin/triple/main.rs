@@ -24,22 +24,21 @@ const SIDE: usize = 1 << DEPTH;
 type Section = fn(&mut Paper, &Light) -> Result<()>;
 
 fn main() -> Result<()> {
-    let mut page = Paper::from_arguments()?;
+    let mut page = Paper::from_arguments("triple")?;
     let light = data::light("grace_latlong.exr")?;
-    let sections: [(&str, Section); 6] = [
+    let sections: [(&str, Section); 7] = [
         ("complexity", |page, _| complexity::write(page)),
         ("time", approximation::write),
         ("bases", |page, _| spherical::write(page)),
         ("vertices", relighting::write),
+        ("terms", fields::by_terms),
         ("fields", fields::write),
         ("sampling", sampling::write),
     ];
     for (name, section) in sections {
-        if page.wants(name) {
-            section(&mut page, &light)?;
-        }
+        page.section(name, |page| section(page, &light))?;
     }
-    page.write("triple", "Triple product wavelet integrals", INTRODUCTION)
+    page.write("Triple product wavelet integrals", INTRODUCTION)
 }
 
 const INTRODUCTION: &str = "Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\", claim by claim: the integrals, their

@@ -16,7 +16,7 @@ use wis_ffi_tests::paper::Paper;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
 
 /// Columns and rows of pixels between the points, and the part of the picture that is drawn.
-const STEP: u32 = 4;
+const STEP: u32 = 6;
 const LOW: [u32; 2] = [132, 24];
 const HIGH: [u32; 2] = [348, 258];
 /// Shares of the wavelets of BRDF and light.

@@ -26,7 +26,7 @@ use wis_ffi_tests::structured::Picture;
 type Section = fn(&mut Paper, &Lit) -> Result<()>;
 
 fn main() -> Result<()> {
-    let mut page = Paper::from_arguments()?;
+    let mut page = Paper::from_arguments("wavelets")?;
     let lit = Lit::load("grace_latlong.exr")?;
     let sections: [(&str, Section); 9] = [
         ("point", figures::one_point),
@@ -40,11 +40,9 @@ fn main() -> Result<()> {
         ("memory", memory),
     ];
     for (name, section) in sections {
-        if page.wants(name) {
-            section(&mut page, &lit)?;
-        }
+        page.section(name, |page| section(page, &lit))?;
     }
-    page.write("wavelets", "Wavelet importance sampling", INTRODUCTION)
+    page.write("Wavelet importance sampling", INTRODUCTION)
 }
 
 const INTRODUCTION: &str = "Clarberg et al. 2005, \"Wavelet Importance Sampling: Efficiently Evaluating Products of Complex Functions\", claim by

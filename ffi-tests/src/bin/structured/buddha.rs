@@ -95,7 +95,7 @@ fn claims(page: &mut Paper, m: &[Measured]) {
         "\"even more noisy\" with 1000 samples",
         format!("BRDF {:.3}, map {:.3}", error(7), error(4)),
         error(7) > error(4),
-        "the lobe of exponent 50 is 0.2 radians wide, and the lamps of this map are wide enough to be met: see MIS",
+        "the lamps of this map are wide enough for samples of the lobe to meet them, while most samples of the map lie outside the lobe",
     );
     page.claims.add(
         "MIS of map and BRDF cannot be better than structured sampling",
@@ -110,7 +110,7 @@ fn claims(page: &mut Paper, m: &[Measured]) {
             at(15)
         ),
         error(10) >= error(15),
-        "the paper concludes it from both parts being worse; MIS is better than either, because each serves other points",
+        "the paper concludes it from both parts being worse; here the BRDF alone is better than structured sampling, and MIS lies between its parts",
     );
     let paired = (17..=22).find(|&i| m[i].rays <= RAYS).unwrap_or(22);
     page.claims.add(

@@ -61,7 +61,7 @@ pub fn real(page: &mut Paper, maps: &[&Map]) -> Result<()> {
     let heads = METRICS.map(|metric| metric.0).join(" | ");
     writeln!(page.text, "| map | solid angle that is bright, sr | its share of the light | {heads} |")?;
     writeln!(page.text, "|---|---:|---:|---:|---:|---:|")?;
-    let (mut holds, mut found) = (true, Vec::new());
+    let (mut holds, mut found, mut sheets) = (true, Vec::new(), Vec::new());
     for map in maps {
         let threshold = DEVIATIONS * deviation(&map.light);
         let is_bright = |direction: Vec3| f64::from(map.light.radiance(direction)) > threshold;
@@ -99,7 +99,10 @@ pub fn real(page: &mut Paper, maps: &[&Map]) -> Result<()> {
         )?;
         holds &= counts[2] < counts[1] && counts[0] < counts[2];
         found.push(format!("{} in place of {} ({})", counts[2], counts[1], map.light.name));
-        page.save(&format!("lights-{}.png", map.light.name), &sheet)?;
+        sheets.push((format!("lights-{}.png", map.light.name), sheet));
+    }
+    for (file, sheet) in &sheets {
+        page.save(file, sheet)?;
     }
     page.claims.add(
         "the same on real maps: the metric lies between area and light alone",

@@ -49,13 +49,18 @@ fn claims(page: &mut Paper, models: &[(String, Model)], rows: &[[f64; 3]], (mode
         values.filter(|x| !x.is_nan()).fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)])
     };
     let [least, most] = range(&mut models.iter().map(|m| m.1.explained));
+    let mut names: Vec<&str> = models.iter().filter(|m| m.1.explained < LINE).map(|m| m.0.as_str()).collect();
+    names.dedup();
     let [short, long] = range(&mut models.iter().map(|m| m.1.angle));
     page.claims.add(
         "correlation of visibility falls exponentially with the angle (Fig. 2)",
         "a line in the logarithm; T = 0.5",
         format!("R^2 {least:.2} to {most:.2}, T = {short:.2} to {long:.2}, 10 points"),
         least >= LINE,
-        "",
+        &format!(
+            "R^2 is below {LINE} at points of {} alone, where the features of visibility are finest",
+            names.join(", ")
+        ),
     );
     let [low, high] = range(&mut rows.iter().map(|row| row[0]));
     let third = 1.0 / 3.0;

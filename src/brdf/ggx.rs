@@ -44,11 +44,6 @@ impl Ggx {
         Ggx { alpha, norm: 1.0 / (PI * alpha[0] * alpha[1]), wo, wo_length, stretched }
     }
 
-    /// The smaller roughness.
-    pub fn narrower(&self) -> f32 {
-        self.alpha[0].min(self.alpha[1])
-    }
-
     /// D of a half vector of any length, and its squared length.
     #[inline(always)]
     fn distribution<F: Num>(&self, h: [F; 3]) -> (F, F) {

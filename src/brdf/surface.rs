@@ -12,10 +12,6 @@ use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
-/// The roughness from which on a lobe is wide: under the developer maps, candidates from a compensated light alone then have less
-/// variance x time than candidates from light and lobes.
-const WIDE: f32 = 0.25;
-
 /// A lobe at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe {
@@ -127,15 +123,6 @@ impl Surface {
     /// Whether directions on both sides count.
     pub fn is_whole(&self) -> bool {
         self.whole
-    }
-
-    /// Whether every lobe that reflects is at least as wide as [`WIDE`].
-    pub fn is_wide(&self) -> bool {
-        self.lobes.iter().take(self.count).filter(|lobe| lobe.share > 0.0).all(|lobe| match &lobe.shape {
-            LobeShape::Lambert | LobeShape::LambertTransmission => true,
-            LobeShape::Ggx(ggx) => ggx.narrower() >= WIDE,
-            LobeShape::GgxTransmission(..) | LobeShape::Phong(_) => false,
-        })
     }
 
     /// The normal, in map space, on the side of wo if both sides count.

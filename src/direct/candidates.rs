@@ -1,13 +1,11 @@
-//! Candidates for rays, eight at a time: from the product, the light and the lobes, each with the library's own estimate of what it
-//! would bring.
+//! Candidates for rays, eight at a time: from the light and from the lobes, each with the library's own estimate of what it would bring.
 
 use super::joint::{Set, Turn};
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
-use crate::light::batch::Density;
-use crate::light::density::{to_map, to_world};
+use crate::light::density::to_world;
+use crate::light::glance::Looked;
 use crate::light::tables::Light;
-use crate::product::density::Shaded;
 use crate::simd::{LANES, Lanes, Num};
 use crate::sphere::{Frame, wide};
 use crate::visibility::{CELLS, Factors, cell};
@@ -39,8 +37,6 @@ pub struct Draw<'a> {
     pub surface: &'a Surface,
     /// Its random numbers.
     pub turn: Turn,
-    /// The product of both, if candidates come from it.
-    pub product: Option<&'a Shaded<'a>>,
     /// From map space to the world.
     pub frame: &'a Frame,
     /// How many candidates come from each source.
@@ -51,11 +47,30 @@ pub struct Draw<'a> {
     pub seen: Option<&'a Factors>,
 }
 
-/// How many candidates come from each source, one after the other: multiples of 8.
+/// Eight directions of map space.
+struct Drawn<F: Lanes> {
+    direction: [F; 3],
+    /// The radiance there, and how many candidates the light has there.
+    light: Looked<F>,
+    /// Their densities in the light, if they were drawn from it.
+    own: Option<F>,
+}
+
+/// The bits of two numbers of at most 16 bits by turns, those of the first one lower.
+#[inline(always)]
+fn morton(low: u32, high: u32) -> u32 {
+    let spread = |x: u32| {
+        let x = (x | x << 8) & 0x00ff_00ff;
+        let x = (x | x << 4) & 0x0f0f_0f0f;
+        let x = (x | x << 2) & 0x3333_3333;
+        (x | x << 1) & 0x5555_5555
+    };
+    spread(low) | spread(high) << 1
+}
+
+/// How many candidates come from each source, one after the other: powers of two, or none, and multiples of 8.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Samples of the product.
-    pub product: usize,
     /// Samples of the light.
     pub light: usize,
     /// Samples of the lobes.
@@ -65,18 +80,7 @@ pub struct Counts {
 impl Counts {
     /// All candidates.
     pub fn sum(&self) -> usize {
-        self.product + self.light + self.lobes
-    }
-
-    /// Where candidate `i` comes from, and its number there.
-    fn of(&self, i: usize) -> (Set, usize, usize) {
-        if i < self.product {
-            (Set::Product, self.product, i)
-        } else if i < self.product + self.light {
-            (Set::Light, self.light, i - self.product)
-        } else {
-            (Set::Lobes, self.lobes, i - self.product - self.light)
-        }
+        self.light + self.lobes
     }
 }
 
@@ -84,37 +88,48 @@ impl Draw<'_> {
     /// Draws all candidates.
     #[inline(always)]
     pub fn run<F: Lanes>(&self, out: &mut Candidates<'_>) {
+        self.place(Set::Light, 0, self.counts.light, out);
+        self.place(Set::Lobes, self.counts.light, self.counts.lobes, out);
         for group in (0..out.x.len()).step_by(LANES) {
-            let (set, count, number) = self.counts.of(group);
-            let (seed, first) = self.turn.set(set, count);
-            let first = first.wrapping_add(number as u32);
-            let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
-            for ((across, down), index) in across.iter_mut().zip(&mut down).zip(0..) {
-                [*across, *down] = Turn::point(seed, first.wrapping_add(index));
-            }
-            let u = [<F as Num>::load(across), <F as Num>::load(down)];
-            let (direction, light, product) = self.draw(set, u);
-            self.weigh(direction, light, product, group, out);
+            let set = if group < self.counts.light { Set::Light } else { Set::Lobes };
+            let read = |of: &[f32]| <F as Num>::read(of.get(group..).unwrap_or(&[]));
+            let drawn = self.draw::<F>(set, [read(out.x), read(out.y)]);
+            self.weigh(&drawn, group, out);
         }
     }
 
-    /// Eight directions of map space, with their densities in the light and in the product (or in the light again).
+    /// Writes the numbers of a set to where its directions will stand, in the order of a Morton curve, so that systematic picks are spread
+    /// over directions.
+    ///
+    /// The points of a set are a (0, 2)-net: of the boxes along the curve each holds one of them.
     #[inline(always)]
-    fn draw<F: Lanes>(&self, set: Set, u: [F; 2]) -> ([F; 3], F, F) {
-        if let (Set::Product, Some(product)) = (set, self.product) {
-            let (world, density) = product.sample::<F>(self.frame, u);
-            let direction = to_map(self.frame, world);
-            return (direction, self.light.density(direction), density);
+    fn place(&self, set: Set, begin: usize, count: usize, out: &mut Candidates<'_>) {
+        let (seed, first) = self.turn.set(set, count);
+        let bits = count.max(1).trailing_zeros();
+        let [across, down] = [bits.div_ceil(2), bits / 2];
+        for index in 0..count as u32 {
+            let [x, y] = Turn::point(seed, first.wrapping_add(index));
+            let of = |u: f32, bits: u32| (u * (1 << (bits & 31)) as f32) as u32;
+            // With an odd number of bits the first one is of the first number.
+            let slot =
+                if across == down { morton(of(y, down), of(x, across)) } else { morton(of(x, across), of(y, down)) };
+            let at = begin + slot as usize;
+            if let (Some(across), Some(down)) = (out.x.get_mut(at), out.y.get_mut(at)) {
+                (*across, *down) = (x, y);
+            }
         }
-        let (direction, light) = if set == Set::Lobes {
+    }
+
+    /// Eight directions of map space.
+    #[inline(always)]
+    fn draw<F: Lanes>(&self, set: Set, u: [F; 2]) -> Drawn<F> {
+        if set == Set::Lobes {
             let direction = self.surface.to_map(self.surface.sample(u));
-            (direction, self.light.density(direction))
-        } else {
-            self.light.candidates(u)
-        };
-        let product =
-            self.product.map_or(light, |product| product.pdf::<F>(self.frame, to_world(self.frame, direction)));
-        (direction, light, product)
+            let light = self.light.radiance(&self.light.chart.place(direction));
+            return Drawn { direction, light, own: None };
+        }
+        let (direction, density, light) = self.light.draw_candidates(u);
+        Drawn { direction, light, own: Some(density) }
     }
 
     /// How much of the light along eight directions of map space was seen.
@@ -130,15 +145,23 @@ impl Draw<'_> {
         <F as Num>::load(visible)
     }
 
-    /// Weighs eight directions with their densities in light and product, and writes them.
+    /// Weighs eight directions and writes them.
+    ///
+    /// Densities are mixed by the balance heuristic (Veach and Guibas 1995), in which the radiance over the power stands for the density of
+    /// the light: tables round that a little, and finding it takes longer. A candidate of the light has its own density in place of the
+    /// radiance there, so that the estimate is unbiased.
     #[inline(always)]
-    fn weigh<F: Lanes>(&self, direction: [F; 3], light: F, product: F, group: usize, out: &mut Candidates<'_>) {
+    fn weigh<F: Lanes>(&self, drawn: &Drawn<F>, group: usize, out: &mut Candidates<'_>) {
         let zero = <F as Num>::splat(0.0);
+        let direction = drawn.direction;
+        let light = drawn.light.radiance;
         let local = self.surface.to_local(direction);
         let (value, lobes) = self.surface.eval(local);
-        let Counts { product: products, light: lights, lobes: of_lobes } = self.counts;
-        let [products, lights, of_lobes] = [products, lights, of_lobes].map(|n| <F as Num>::splat(n as f32));
-        let density = products * product + (lights * light + of_lobes * lobes);
+        let [lights, of_lobes] = [self.counts.light, self.counts.lobes].map(|n| <F as Num>::splat(n as f32));
+        let mut density = lights * (light * drawn.light.candidates) + of_lobes * lobes;
+        if let Some(own) = drawn.own {
+            density = density * (own / light);
+        }
         // Lobes answer 0 in all components where they have no direction.
         let height = if self.surface.is_whole() {
             local[0] * local[0] + local[1] * local[1] + local[2] * local[2]
@@ -146,11 +169,13 @@ impl Draw<'_> {
             local[2]
         };
         let counts = Num::lt(zero, height);
-        // A density of 0 can only come from rounding: such a direction does not count either.
+        // A density of 0 can only come from rounding, and one that is not finite from a place without light or without area: such
+        // directions do not count either.
         let counts = <F as Num>::and(counts, Num::lt(zero, density));
+        let counts = <F as Num>::and(counts, Num::lt(density, <F as Num>::splat(f32::INFINITY)));
         let value = if self.without_lobes { <F as Num>::splat(1.0) } else { value };
         let target = value * light * self.visible(direction);
-        let weight = <F as Num>::only(counts, target / density);
+        let weight = <F as Num>::only(counts, (target / density).min(<F as Num>::splat(f32::MAX)));
         let density = <F as Num>::select(counts, density, <F as Num>::splat(f32::INFINITY));
         let columns = [direction[0], direction[1], direction[2], density, weight];
         let targets = [&mut *out.x, &mut *out.y, &mut *out.z, &mut *out.density, &mut *out.weight];

@@ -8,8 +8,6 @@ use super::{Ray, Request, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
-use crate::product::density::Shaded;
-use crate::product::stored::Product;
 use crate::simd::{Level, run};
 use bytemuck::{Pod, Zeroable};
 
@@ -19,7 +17,7 @@ pub const MAX_RAYS: usize = 4096;
 pub const MAX_PER_RAY: usize = 256;
 
 /// Beyond this many rays, more of them never mean fewer candidates.
-const FEW_RAYS: usize = 16;
+const FEW_RAYS: usize = 8;
 
 /// What a sampler is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -38,21 +36,16 @@ pub struct Config {
 impl Config {
     /// Candidates of a call for so many rays.
     fn candidates(&self, rays: usize) -> usize {
-        let per_ray =
-            if self.candidates_per_ray == 0 { candidates_per_ray(rays) } else { self.candidates_per_ray as usize };
-        candidate_count(rays, per_ray)
+        let own = self.candidates_per_ray as usize;
+        candidate_count(rays, if own == 0 { candidates_per_ray(rays) } else { own })
     }
 
     /// How many candidates a call has from each source.
-    fn counts(&self, rays: usize, environment: &Environment<'_>, surface: &Surface, has_product: bool) -> Counts {
-        let candidates = self.candidates(rays);
-        if has_product {
-            return several::counts(candidates);
-        }
+    fn counts(&self, rays: usize, environment: &Environment<'_>, wide: bool) -> Counts {
+        let half = self.candidates(rays) / 2;
         // What is left of a compensated light is lamps: they are found by drawing the light, however wide lobes reflect.
-        let lights_suffice = environment.is_compensated() && surface.is_wide();
-        let half = candidates / 2;
-        Counts { product: 0, light: half, lobes: if lights_suffice { 0 } else { half } }
+        let lights_suffice = environment.is_compensated() && wide;
+        Counts { light: half, lobes: if lights_suffice { 0 } else { half } }
     }
 
     /// The most candidates of any call: the library's own number for each ray falls as rays grow.
@@ -123,6 +116,12 @@ impl<'a> Sampler<'a> {
         self.level
     }
 
+    /// Whether so many rays of a point are samples of a product. That knows neither the client's own target nor what was seen.
+    fn draws_products(&self, point: &Point<'_>, rays: usize) -> bool {
+        let least = if point.is_wide() { several::SEVERAL } else { several::MANY };
+        self.config.takes_products() && rays >= least && point.target.is_none() && point.seen.is_none()
+    }
+
     /// What it was made for.
     pub fn config(&self) -> &Config {
         &self.config
@@ -163,14 +162,13 @@ impl<'a> Sampler<'a> {
             return shared.direct(self.level, environment, point, u, out);
         }
         let turn = Turn::new(at.seed, at.turn, at.stream);
-        // The client's own target is not what the lobes describe, so their product is no help.
-        let products = rays >= several::SEVERAL && point.target.is_none() && self.config.takes_products();
-        let product = match products {
-            true => several::product(self.level, environment, point, self.product)?,
-            false => None,
-        };
         let out = out.get_mut(..rays).unwrap_or_default();
-        let call = Call { level: self.level, config: self.config, environment, point, turn, product };
+        if self.draws_products(point, rays) {
+            if let Some(product) = several::product(self.level, environment, point, self.product)? {
+                return Ok(several::draw(self.level, environment, product, point, turn, out));
+            }
+        }
+        let call = Call { level: self.level, config: self.config, environment, point, turn };
         call.rays(self.scratch, out)
     }
 }
@@ -181,30 +179,25 @@ fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<(), Fault> 
     Surface::new(point, &environment.frame()).map(|_| ())
 }
 
-/// A call whose product, if it has one, is prepared.
+/// A call whose rays are picked among candidates.
 struct Call<'a> {
     level: Level,
     config: Config,
     environment: &'a Environment<'a>,
     point: &'a Point<'a>,
     turn: Turn,
-    product: Option<Product<'a>>,
 }
 
 impl Call<'_> {
     /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
-        let &Call { level, config, environment, point, turn, product } = self;
+        let &Call { level, config, environment, point, turn } = self;
         let frame = environment.frame();
         let surface = Surface::new(point, &frame)?;
         let rays = out.len();
-        if let (Some(product), true) = (product, several::suffices(rays, &surface, point.seen.is_some())) {
-            return Ok(several::draw(level, environment, product, point, turn, out));
-        }
         let light = environment.light();
-        let shaded = product.map(|product| Shaded { light, product });
-        let counts = config.counts(rays, environment, &surface, shaded.is_some());
+        let counts = config.counts(rays, environment, point.is_wide());
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
@@ -216,7 +209,6 @@ impl Call<'_> {
             seen: point.seen,
             target: point.target,
             rays,
-            product: shaded.as_ref(),
             counts,
             candidates: &mut candidates,
             out,

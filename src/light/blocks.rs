@@ -2,7 +2,7 @@
 
 use super::plan::{Filter, Plan};
 use super::search::{Words, stored_cell, variance16, words16, write_table};
-use super::tables::{BLOCK, Block, Cell, decode, encode, line_words};
+use super::tables::{BLOCK, Block, Cell, decode, encode, line_words, row_words};
 use super::texels::{Corners, PatchValues, Texels, Tile};
 
 /// No corner of a coarse grid is darker than this share of the brightest one.
@@ -111,10 +111,7 @@ fn cell_lengths([columns, rows]: [usize; 2]) -> Lengths {
 /// The words of a block: of its row starts, and of its lines.
 fn block_words(plan: &Plan, [columns, rows]: [usize; 2]) -> [usize; 2] {
     let bilinear = plan.of.filter == Filter::Bilinear;
-    // The first row start is left out, and its place stays empty. Row starts of full width fill half a cache line, so that
-    // all lines begin at halves of cache lines.
-    let starts = if columns == BLOCK { BLOCK } else { rows };
-    [starts, (rows + usize::from(bilinear)) * line_words(columns, bilinear)]
+    [row_words(columns, rows), (rows + usize::from(bilinear)) * line_words(columns, bilinear)]
 }
 
 /// Tiles of at most 16 x 16 single patches that cover a tile.
@@ -130,8 +127,8 @@ pub(super) fn parts(tile: &Tile) -> impl Iterator<Item = Tile> + use<> {
     })
 }
 
-/// The corners of a grid as they are stored, in [0, 1] of the brightest.
-pub(super) fn stored_corners(texels: &Texels<'_>, tile: &Tile, corners: &mut Corners) {
+/// The corners of a grid as they are stored, in [0, 1] of the brightest. Answers that.
+pub(super) fn stored_corners(texels: &Texels<'_>, tile: &Tile, corners: &mut Corners) -> f32 {
     texels.corners(tile, corners);
     let rows = tile.grid[1] as usize + 1;
     let used = |row: &[f32]| row.iter().take(tile.grid[0] as usize + 1).fold(0.0f32, |a, &b| a.max(b));
@@ -142,6 +139,7 @@ pub(super) fn stored_corners(texels: &Texels<'_>, tile: &Tile, corners: &mut Cor
         let value = (f64::from(*corner) * scale) as f32;
         *corner = if coarse { value.max(DARKEST_COARSE) } else { value };
     }
+    brightest
 }
 
 /// Where a cell's tables go: its parts of all tables, and where those begin.
@@ -174,11 +172,11 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         let (rows, rest) = core::mem::take(&mut words).split_at_mut_checked(row_words).unwrap_or_default();
         let (lines, rest) = rest.split_at_mut_checked(line_words).unwrap_or_default();
         words = rest;
-        let (of_block, to_ends) = write_block(texels, &tile, rows, lines);
+        let (of_block, brightest, to_ends) = write_block(texels, &tile, rows, lines);
         *light = of_block;
         *block = Block {
             rows: at as u32,
-            lines: (at + row_words) as u32,
+            brightest,
             share: 0.0,
             grid: tile.grid.map(|n| n as u8),
             steps: steps[0] | steps[1] << 4,
@@ -197,7 +195,7 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         starts: if cell.count() == 1 { 0 } else { offset.starts as u32 },
         first: offset.blocks as u32,
         probability: 0.0,
-        padding: 0,
+        candidates: 0.0,
     };
     (written, total)
 }
@@ -223,8 +221,9 @@ fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [
     total
 }
 
-/// Writes the row starts and the lines of a block; answers its light, and whether its words lie closer towards the ends.
-fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, bool) {
+/// Writes the row starts and the lines of a block; answers its light, its brightest corner, and whether its words lie closer towards
+/// the ends.
+fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, f32, bool) {
     let bilinear = texels.plan.of.filter == Filter::Bilinear;
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
     let mut mass: PatchValues = [0.0; BLOCK * BLOCK];
@@ -257,9 +256,10 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
         let line = line.get_mut(corners..).unwrap_or_default();
         put_inner(line, &words16(row.get(..grid_columns).unwrap_or(&[]), to_ends), grid_columns);
     }
+    let mut brightest = 0.0;
     if bilinear {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
-        stored_corners(texels, tile, &mut corners);
+        brightest = stored_corners(texels, tile, &mut corners) / decode(encode(1.0));
         for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(corners.chunks_exact(BLOCK + 1)).take(grid_rows + 1)
         {
             for (out, &corner) in line.iter_mut().zip(row).take(grid_columns + 1) {
@@ -267,7 +267,7 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
             }
         }
     }
-    (total, to_ends)
+    (total, brightest, to_ends)
 }
 
 /// Whether a patch has so much of its block's light that evenly spaced words may give the others too much.

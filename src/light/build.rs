@@ -4,6 +4,7 @@
 use super::blocks::{CellBlocks, CellTables, Lengths, SINGLE, Steps, write_cell};
 use super::budget::{Choice, choose};
 use super::decode::RowSummary;
+use super::guide::MAX_CELLS;
 use super::plan::Plan;
 use super::search::{stored_cell, write_table};
 use super::tables::Cell;
@@ -116,19 +117,70 @@ pub fn write(texels: &Texels<'_>, index: u32, work: &CellWork, steps: &[Steps], 
 
 /// The end: probabilities of cells, and the tables above them. Answers the light of all.
 pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f32]) -> f64 {
+    let light = |index: usize| work.get(index).map_or(0.0, |cell| cell.light);
+    write_tops(plan, light, tops, |index, probability| {
+        if let Some(cell) = cells.get_mut(index) {
+            cell.probability = probability;
+        }
+    })
+}
+
+/// The tables of cells from which candidates are drawn, as compensation would have it for whole cells: lobes find what is as bright as the
+/// mean. A light that is compensated stays as it is.
+pub fn write_candidates(plan: &Plan, cells: &mut [Cell], tops: &mut [f32]) {
+    let of = |index: usize| {
+        let Some(cell) = cells.get(index) else { return 0.0 };
+        let light = f64::from(cell.probability);
+        let above = if plan.of.compensated { light } else { light - solid_angle(plan, cell) / (4.0 * PI) };
+        above.max(light * DIM)
+    };
+    let mut weights = [0.0; MAX_CELLS];
+    for (index, weight) in weights.iter_mut().enumerate() {
+        *weight = of(index);
+    }
+    let of = |index: usize| weights.get(index).copied().unwrap_or(0.0);
+    write_tops(plan, of, tops, |index, probability| {
+        if let Some(cell) = cells.get_mut(index) {
+            cell.candidates = if cell.probability > 0.0 { probability / cell.probability } else { 0.0 };
+        }
+    });
+}
+
+/// What a cell below the mean keeps of its light among candidates, at least. Compensation keeps a 64th (Karlik et al. 2019); but a client's
+/// BRDF may reflect where no lobe of the library does, and weighs 64 times more there.
+const DIM: f64 = 0.25;
+
+/// The solid angle of a cell, about: it only decides how many candidates the cell gets.
+fn solid_angle(plan: &Plan, cell: &Cell) -> f64 {
+    const STEPS: usize = 4;
+    let chart = &plan.chart;
+    let edge = |k: usize, patch: u16| chart.axes[k].edge(f32::from(patch));
+    let low = [edge(0, cell.origin[0]), edge(1, cell.origin[1])];
+    let size = [0, 1].map(|k: usize| edge(k, cell.origin[k] + cell.patches[k]) - low[k]);
+    let at = |i: usize, k: usize| low[k] + size[k] * ((i as f32 + 0.5) / STEPS as f32);
+    let places = (0..STEPS * STEPS).map(|i| [at(i % STEPS, 0), at(i / STEPS, 1)]);
+    let density = |position| f64::from(chart.place(chart.direction(f32::from(cell.face), position)).solid_angle);
+    f64::from(size[0] * size[1]) * places.map(density).sum::<f64>() / (STEPS * STEPS) as f64
+}
+
+/// Writes the starts of the rows of cells, then of the cells of each row, for the light of each cell, and hands over their probabilities.
+/// Answers the light of all.
+fn write_tops(
+    plan: &Plan,
+    light: impl Fn(usize) -> f64 + Copy,
+    tops: &mut [f32],
+    mut put: impl FnMut(usize, f32),
+) -> f64 {
     let [columns, rows] = plan.grid.map(|n| n as usize);
     let (row_starts, column_starts) = tops.split_at_mut_checked(rows + 1).unwrap_or_default();
-    let power = write_table(work.chunks(columns.max(1)).map(|row| row.iter().map(|c| c.light).sum()), row_starts);
-    let lines = column_starts
-        .chunks_exact_mut((columns + 1).max(1))
-        .zip(work.chunks(columns.max(1)))
-        .zip(cells.chunks_mut(columns.max(1)));
-    for (j, ((starts, work), cells)) in lines.enumerate() {
-        write_table(work.iter().map(|c| c.light), starts);
+    let row = |j: usize| (j * columns..(j + 1) * columns).map(light);
+    let power = write_table((0..rows).map(|j| row(j).sum()), row_starts);
+    for (j, starts) in column_starts.chunks_exact_mut((columns + 1).max(1)).enumerate() {
+        write_table(row(j), starts);
         let [top, bottom] = stored_cell(row_starts, j);
-        for (i, written) in cells.iter_mut().enumerate() {
+        for i in 0..columns {
             let [left, right] = stored_cell(starts, i);
-            written.probability = if power > 0.0 { (bottom - top) * (right - left) } else { 0.0 };
+            put(j * columns + i, if power > 0.0 { (bottom - top) * (right - left) } else { 0.0 });
         }
     }
     power

@@ -14,7 +14,7 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     let light = environment.light();
     let columns = plan.grid[0] as usize;
     let rows = plan.grid[1] as usize;
-    let tops = tables_are_sound(light.tops.beginnings(), [columns, rows]);
+    let tops = [&light.tops, &light.candidates].iter().all(|t| tables_are_sound(t.beginnings(), [columns, rows]));
     let maps = (0..2).all(|k| {
         let of = light.cell_of[k];
         (0..plan.small_blocks(k)).all(|small| of.get(small as usize) == Some(&(plan.cell_of(k, small) as u8)))
@@ -48,7 +48,7 @@ fn cell_is_sound(plan: &Plan, light: &Light<'_>, index: u32) -> bool {
         && c.origin.map(u32::from) == origin
         && c.patches.map(u32::from) == patches
         && c.reserved == 0
-        && c.padding == 0;
+        && (0.0..f32::INFINITY).contains(&c.candidates);
     if !fits || !doubled || c.blocks.map(u32::from) != expected || !(0.0..=1.0).contains(&c.probability) {
         return false;
     }
@@ -77,14 +77,24 @@ fn block_is_sound(light: &Light<'_>, index: u32, [column, row]: [usize; 2], shar
             && patches.div_ceil(1 << block.step(k)) == u32::from(block.grid[k])
     });
     let [columns, rows] = block.grid.map(usize::from);
-    if !grid_fits || block.to_ends > 1 || columns == 0 || columns > 16 || rows == 0 || rows > 16 || block.share != share
+    let bright = (0.0..f32::INFINITY).contains(&block.brightest);
+    if !grid_fits
+        || !bright
+        || block.to_ends > 1
+        || columns == 0
+        || columns > 16
+        || rows == 0
+        || rows > 16
+        || block.share != share
     {
         return false;
     }
     let words = line_words(columns, light.bilinear);
     let lines = (rows + usize::from(light.bilinear)) * words;
-    let words_at = |first: u32, count: usize| light.words.beginnings().get(first as usize..first as usize + count);
-    let (Some(row_starts), Some(lines)) = (words_at(block.rows, rows), words_at(block.lines, lines)) else {
+    let words_at = |first: usize, count: usize| light.words.beginnings().get(first..first + count);
+    let (Some(row_starts), Some(lines)) =
+        (words_at(block.rows as usize, rows), words_at(block.line(0, light.bilinear), lines))
+    else {
         return false;
     };
     let ordered = |starts: &[u16]| starts.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));

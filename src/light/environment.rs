@@ -82,6 +82,7 @@ const LINE: usize = 64;
 #[repr(C)]
 struct Sections {
     tops: u64,
+    candidates: u64,
     cell_of: [u64; 2],
     cells: u64,
     colours: u64,
@@ -105,6 +106,7 @@ impl Sections {
         // What every sample reads stands together: the fewer pages, the fewer walks through page tables.
         let sections = Sections {
             tops: put(tops(grid) + WINDOW, 4, 4)?,
+            candidates: put(tops(grid) + WINDOW, 4, 4)?,
             cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
@@ -403,6 +405,7 @@ impl<'a> Environment<'a> {
             grid: h.grid,
             cells: blob.part(s.cells, cells as u64),
             tops: Table::new(blob.part(s.tops, (tops(h.grid) + WINDOW) as u64), &[0.0; WINDOW]),
+            candidates: Table::new(blob.part(s.candidates, (tops(h.grid) + WINDOW) as u64), &[0.0; WINDOW]),
             cell_of: [
                 blob.part(s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0])),
                 blob.part(s.cell_of[1], s.cells.wrapping_sub(s.cell_of[1])),
@@ -563,7 +566,8 @@ impl<'a> Writer<'a> {
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.tops),
-            (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
+            (sections.tops, 4 * tops(plan.grid), sections.candidates),
+            (sections.candidates, 4 * tops(plan.grid), sections.cell_of[0]),
             (sections.cell_of[1], plan.small_blocks(1) as usize, sections.cells),
             (sections.colours, 12 * count, sections.guide),
             (sections.guide, 0, sections.starts),
@@ -586,6 +590,7 @@ impl<'a> Writer<'a> {
         let (before, cells) = before.split_at_mut_checked(sections.cells as usize).unwrap_or_default();
         let cells = part_mut(cells, 0, count);
         let power = build::finish(&plan, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
+        build::write_candidates(&plan, cells, part_mut(before, sections.candidates as usize, tops(plan.grid)));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();
@@ -632,11 +637,20 @@ impl<'a> Writer<'a> {
             }
         };
         put(bytes, &header);
+        scale_blocks(part_mut(bytes, sections.blocks as usize, lengths.blocks), power);
         write_guide(&plan, sections.guide as usize, bytes);
         header.tables_hash = hash(bytes);
         header.content_id = content_id(header.tables_hash, &header.frame);
         put(bytes, &header);
         if header.power.is_finite() { Ok(()) } else { Err(Status::Overflow) }
+    }
+}
+
+/// Makes radiance a share of the power.
+fn scale_blocks(blocks: &mut [Block], power: f64) {
+    for block in blocks {
+        let share = if power > 0.0 { f64::from(block.brightest) / power } else { 0.0 };
+        block.brightest = share.min(f64::from(f32::MAX)) as f32;
     }
 }
 

@@ -10,6 +10,7 @@ pub mod compare;
 pub mod decode;
 pub mod density;
 pub mod environment;
+pub mod glance;
 pub mod guide;
 pub mod pixels;
 pub mod plan;

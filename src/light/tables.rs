@@ -35,19 +35,19 @@ pub struct Cell {
     pub first: u32,
     /// Its share of the light.
     pub probability: f32,
-    /// Always 0: two cells share a cache line.
-    pub padding: u32,
+    /// How many times more candidates are drawn from it than its share of the light.
+    pub candidates: f32,
 }
 
 /// A block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Block {
-    /// Where its row starts begin.
-    pub rows: u32,
-    /// Where its lines begin, behind its row starts: of each row of patches the corners above it, then the column starts
+    /// Where its row starts begin. Its lines stand behind them: of each row of patches the corners above it, then the column starts
     /// without the first; and a last line with the corners below.
-    pub lines: u32,
+    pub rows: u32,
+    /// The radiance of its brightest corner, which is 1 in the words, over the power of the light; 0 without corners.
+    pub brightest: f32,
     /// Its share of the cell's light: the product of the probabilities of its block row and of itself in that row.
     pub share: f32,
     /// Columns and rows of its grid, 1 to 16.
@@ -75,6 +75,8 @@ pub struct Light<'a> {
     pub cells: &'a [Cell],
     /// The starts of the rows of cells, then of the cells of each row.
     pub tops: Table<'a, f32>,
+    /// The same for candidates, which are drawn above all where the light is brighter than its mean.
+    pub candidates: Table<'a, f32>,
     /// The column and the row of cells in which a column and a row of the smallest blocks lie.
     pub cell_of: [&'a [u8]; 2],
     /// The smallest block has 2^side patches along each axis.
@@ -127,8 +129,15 @@ impl Block {
     /// Where the line of a row of patches begins.
     #[inline(always)]
     pub(super) fn line(&self, row: usize, bilinear: bool) -> usize {
-        self.lines as usize + row * line_words(self.grid[0].into(), bilinear)
+        let [columns, rows] = self.grid.map(usize::from);
+        self.rows as usize + row_words(columns, rows) + row * line_words(columns, bilinear)
     }
+}
+
+/// Words of the row starts of a block. The first start is left out, and its place stays empty. Those of full width fill half a cache
+/// line, so that all lines begin at halves of cache lines.
+pub const fn row_words(columns: usize, rows: usize) -> usize {
+    if columns == BLOCK { BLOCK } else { rows }
 }
 
 /// Words of a line of a block with so many columns.

@@ -8,7 +8,7 @@ use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Apart, LANES, Num, prefetch};
+use crate::simd::{Apart, LANES, Num, Table, prefetch};
 
 /// A direction in map space.
 pub type Direction<F> = [F; 3];
@@ -27,6 +27,10 @@ pub struct Patches<F: Num> {
     low: [F; 2],
     size: [F; 2],
     corner: [F; 4],
+    /// What 1 in a corner stands for, as radiance over the power of the light.
+    brightest: F,
+    /// How many times more candidates are drawn from the cell than its share of the light.
+    pub candidates: F,
     probability: F,
     start: [F; 2],
     width: [F; 2],
@@ -74,6 +78,8 @@ impl<F: Num> Patches<F> {
             *out = cell;
         }
         set(&mut self.face, lane, by.face);
+        set(&mut self.brightest, lane, by.brightest);
+        set(&mut self.candidates, lane, by.candidates);
         set(&mut self.light, lane, by.light);
         for k in 0..2 {
             set(&mut self.first[k], lane, by.first[k]);
@@ -171,6 +177,8 @@ pub(super) struct Walk<const N: usize> {
     /// One patch behind the part; before the last stage, which part of the block.
     behind: [Ints<N>; 2],
     share: Floats<N>,
+    brightest: Floats<N>,
+    candidates: Floats<N>,
     /// Pairs of corner words: of the upper and of the lower row.
     corner: [Ints<N>; 2],
 }
@@ -194,6 +202,8 @@ impl<const N: usize> Walk<N> {
             from: [[WHOLE; N]; 2],
             behind: [[WHOLE; N]; 2],
             share: [NUMBER; N],
+            brightest: [NUMBER; N],
+            candidates: [NUMBER; N],
             corner: [[WHOLE; N]; 2],
         }
     }
@@ -205,7 +215,7 @@ impl<const N: usize> Walk<N> {
         // By number: so the compiler sees that every lane is one.
         #[allow(clippy::needless_range_loop)]
         for lane in 0..count.min(N) {
-            let (cell, [w, v]) = light.cell_at([across[lane], down[lane]]);
+            let (cell, [w, v]) = light.cell_at(&light.tops, [across[lane], down[lane]]);
             prefetch(light.cells, cell);
             self.cell[lane] = cell as u32;
             self.numbers[0][lane] = w;
@@ -344,6 +354,8 @@ impl<const N: usize> Walk<N> {
         self.face[lane] = c.face.into();
         self.light[lane] = c.probability;
         self.share[lane] = block.share;
+        self.brightest[lane] = block.brightest;
+        self.candidates[lane] = c.candidates;
         if light.bilinear {
             let first = line + self.behind[0][lane] as usize;
             self.corner[0][lane] = light.pair(first);
@@ -394,6 +406,8 @@ impl<const N: usize> Walk<N> {
             low,
             size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
             corner,
+            brightest: floats::<F, N>(&self.brightest, first),
+            candidates: floats::<F, N>(&self.candidates, first),
             probability: floats::<F, N>(&self.share, first) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
@@ -455,12 +469,12 @@ pub(super) fn floats<F: Num, const N: usize>(of: &Floats<N>, first: usize) -> F 
 }
 
 #[inline(always)]
-fn ints<F: Num, const N: usize>(of: &Ints<N>, first: usize) -> F::Ints {
+pub(super) fn ints<F: Num, const N: usize>(of: &Ints<N>, first: usize) -> F::Ints {
     F::read_ints(of.get(first..).unwrap_or(&[]))
 }
 
 #[inline(always)]
-fn byte(bytes: &[u8], index: usize) -> u8 {
+pub(super) fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
 }
 
@@ -542,12 +556,12 @@ impl<F: Num> Apart<F> for Locate<'_, F> {
 }
 
 impl Light<'_> {
-    /// The cell that `u` (column, row) falls into, and the position in it: the light alone.
+    /// The cell that `u` (column, row) falls into in tables of cells, and the position in it.
     #[inline(always)]
-    pub fn cell_at(&self, [w, v]: [f32; 2]) -> (usize, [f32; 2]) {
+    pub fn cell_at(&self, tops: &Table<'_, f32>, [w, v]: [f32; 2]) -> (usize, [f32; 2]) {
         let [columns, rows] = [self.grid[0] as usize, self.grid[1] as usize];
-        let (row, rows) = find(&self.tops, 0, rows, v);
-        let (column, columns_range) = find(&self.tops, self.top_row(row), columns, w);
+        let (row, rows) = find(tops, 0, rows, v);
+        let (column, columns_range) = find(tops, self.top_row(row), columns, w);
         (row * columns + column, [rest(w, columns_range), rest(v, rows)])
     }
 
@@ -585,11 +599,16 @@ impl Light<'_> {
         self.chart.direction(drawn.patch.face, drawn.place())
     }
 
+    /// The radiance at drawn places over the power: as [`Light::radiance`] finds it, but for rounding.
+    #[inline(always)]
+    pub fn radiance_at<F: Num>(&self, drawn: &Drawn<F>, density: F) -> F {
+        if self.bilinear { drawn.shape.bilinear(drawn.position) * drawn.patch.brightest } else { density }
+    }
+
     /// Drawn places with their densities: what [`Light::locate`] would find, but for rounding at the borders of patches.
     #[inline(always)]
-    pub fn drawn_at<F: Num>(&self, d: Direction<F>, drawn: &Drawn<F>) -> Located<F> {
-        let place = self.chart.place(d);
-        located(&drawn.patch, &drawn.shape, drawn.position, &place)
+    pub fn drawn_at<F: Num>(&self, place: &Place<F>, drawn: &Drawn<F>) -> Located<F> {
+        located(&drawn.patch, &drawn.shape, drawn.position, place)
     }
 
     /// As [`Light::locate`] for directions that were drawn from known patches: in those that still hold them, and a mask of the
@@ -615,7 +634,7 @@ impl Light<'_> {
     }
 
     #[inline(always)]
-    fn cell(&self, index: u32) -> &Cell {
+    pub(super) fn cell(&self, index: u32) -> &Cell {
         const NONE: &Cell = &Cell {
             origin: [0; 2],
             patches: [0; 2],
@@ -626,27 +645,27 @@ impl Light<'_> {
             starts: 0,
             first: 0,
             probability: 0.0,
-            padding: 0,
+            candidates: 0.0,
         };
         self.cells.get(index as usize).unwrap_or(NONE)
     }
 
     #[inline(always)]
-    fn block(&self, index: u32) -> &Block {
-        const NONE: &Block = &Block { rows: 0, lines: 0, share: 0.0, grid: [0; 2], steps: 0, to_ends: 0 };
+    pub(super) fn block(&self, index: u32) -> &Block {
+        const NONE: &Block = &Block { rows: 0, brightest: 0.0, share: 0.0, grid: [0; 2], steps: 0, to_ends: 0 };
         self.blocks.get(index as usize).unwrap_or(NONE)
     }
 
     /// Two words that stand side by side, the first one low.
     #[inline(always)]
-    fn pair(&self, index: usize) -> u32 {
+    pub(super) fn pair(&self, index: usize) -> u32 {
         let [low, high, ..] = *self.words.window(index);
         u32::from(low) | u32::from(high) << 16
     }
 
     /// Asks for the line of a row of patches, and for the corners below.
     #[inline(always)]
-    fn prefetch_lines(&self, block: &Block, row: usize) {
+    pub(super) fn prefetch_lines(&self, block: &Block, row: usize) {
         let line = block.line(row, self.bilinear);
         self.words.prefetch(line);
         if self.bilinear {

@@ -191,11 +191,17 @@ impl<F: Num> PatchDensity<F> {
         [share(self.columns(t), self.profiles.across, s), share(self.rows, self.profiles.down, t)]
     }
 
+    /// The bilinear function at a position.
+    #[inline(always)]
+    pub fn bilinear(&self, [s, t]: [F; 2]) -> F {
+        let [low, high] = self.columns(t);
+        between(low, high, s)
+    }
+
     /// The density at a position for each unit of the patch's area, but for the factor [`PatchDensity::total`].
     #[inline(always)]
     pub fn unscaled(&self, [s, t]: [F; 2]) -> F {
-        let [low, high] = self.columns(t);
-        let mut density = between(low, high, s);
+        let mut density = self.bilinear([s, t]);
         if let Some(down) = self.profiles.down {
             density = density * down.at(t);
         }

@@ -3,6 +3,10 @@
 use super::built::{Built, Random, in_lanes};
 use super::lookup::{Map, single};
 use super::maps::{descriptions, layouts, rough, suns};
+use wis::brdf::material::{Material, Shape};
+use wis::brdf::point::Point;
+use wis::direct::Ray;
+use wis::direct::sampler::{Config, Sampler, Sequence};
 use wis::light::batch::{Drawn, pdfs, samples};
 use wis::light::chart::Layout;
 use wis::light::density::Inverted;
@@ -31,8 +35,8 @@ fn memory_of_any_content_gives_the_same_bytes() {
 const CONTENT_ID: usize = 16;
 const TABLES_HASH: usize = 24;
 const POWER: usize = 32;
-const FRAME: usize = 240;
-const HEADER: usize = 280;
+const FRAME: usize = 248;
+const HEADER: usize = 288;
 
 /// Writes the hashes that bytes would have if they had been built so.
 fn sign(bytes: &mut [u8]) {
@@ -75,6 +79,20 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
     pdfs(Level::detect(), &light, &frame, &wi, &mut pdf);
     assert!(pdf.iter().zip(&drawn).all(|(pdf, drawn)| pdf.is_finite() && pdf.to_bits() == drawn.pdf.to_bits()));
     assert!(environment.colours().iter().flatten().all(|c| c.is_finite()));
+    let config = Config { rays: 1, candidates_per_ray: 0, hits_per_pixel: 0, reserved: 0 };
+    let mut memory = vec![0u128; config.bytes().div_ceil(16)];
+    let mut sampler = Sampler::new(Level::detect(), config, bytemuck::cast_slice_mut(&mut memory)).unwrap();
+    let material = Material::new(&[Shape::LAMBERT]).unwrap();
+    let point = Point::new(&material, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]);
+    let mut ray = [Ray::default()];
+    for turn in 0..4 {
+        let at = Sequence { seed: random.bits() as u32, turn, stream: 0 };
+        let count = sampler.direct(environment, &point, at, 1, &[], &mut ray).unwrap();
+        assert!(
+            ray[..count].iter().all(|ray| ray.weight.is_finite() && ray.wi.iter().all(|x| x.is_finite())),
+            "{ray:?}"
+        );
+    }
 }
 
 #[test]
@@ -113,8 +131,8 @@ fn changed_bytes_with_the_right_hash_do_no_harm() {
     assert!(accepted > 100, "{accepted}");
 }
 
-/// Where the positions of the sections begin in the header: tops, two maps of cells, cells, colours, the product's guide, starts,
-/// blocks, words and the end.
+/// Where the positions of the sections begin in the header: tops, those of candidates, two maps of cells, cells, colours, the product's
+/// guide, starts, blocks, words and the end.
 const SECTIONS: usize = 96;
 const CELL: usize = 32;
 const BLOCK: usize = 16;
@@ -147,8 +165,8 @@ fn every_field_at_its_extremes_does_no_harm() {
             let bytes = built.bytes();
             let mut words = vec![0u128; bytes.len().div_ceil(16)];
             let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..bytes.len()];
-            let [tops, map_of_cells, cells, colours] = [0, 1, 3, 4].map(|number| section(bytes, number));
-            let [guide, starts, blocks, words_at, end] = [5, 6, 7, 8, 9].map(|number| section(bytes, number));
+            let [tops, candidates, map_of_cells, cells, colours] = [0, 1, 2, 4, 5].map(|number| section(bytes, number));
+            let [guide, starts, blocks, words_at, end] = [6, 7, 8, 9, 10].map(|number| section(bytes, number));
             assert_eq!((cells % CELL, end), (0, bytes.len()));
             let last_block = words_at - (words_at - blocks) % BLOCK - BLOCK;
             let fields = (POWER..FRAME)
@@ -157,6 +175,7 @@ fn every_field_at_its_extremes_does_no_harm() {
                 .chain(colours - CELL..colours)
                 .chain(guide..guide + 32)
                 .chain(tops..tops + 64)
+                .chain(candidates..candidates + 64)
                 .chain(starts..starts + 64)
                 .chain(blocks..blocks + BLOCK)
                 .chain(last_block..last_block + BLOCK);
@@ -174,12 +193,10 @@ fn every_field_at_its_extremes_does_no_harm() {
                 }
             }
             let mut accepted = 0;
-            for part in [tops..map_of_cells, map_of_cells..cells, cells..colours, colours..guide].into_iter().chain([
-                guide..starts,
-                starts..blocks,
-                blocks..words_at,
-                words_at..end,
-            ]) {
+            for part in [tops..candidates, candidates..map_of_cells, map_of_cells..cells, cells..colours]
+                .into_iter()
+                .chain([colours..guide, guide..starts, starts..blocks, blocks..words_at, words_at..end])
+            {
                 for filling in [0, 1, 0x7f, 0x80, 0xff] {
                     copy.copy_from_slice(bytes);
                     copy[part.clone()].fill(filling);

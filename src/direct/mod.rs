@@ -30,7 +30,8 @@ pub fn candidates_per_ray(rays: usize, diffuse: bool) -> usize {
     let full = match rays {
         0..=1 => 32,
         2..=7 => 16,
-        _ => 8,
+        8..=31 => 8,
+        _ => 4,
     };
     if diffuse { full / 2 } else { full }
 }

@@ -17,7 +17,7 @@ pub const MAX_RAYS: usize = 4096;
 pub const MAX_PER_RAY: usize = 256;
 
 /// Beyond this many rays, more of them never mean fewer candidates.
-const FEW_RAYS: usize = 8;
+const FEW_RAYS: usize = 32;
 
 /// What a sampler is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -120,8 +120,8 @@ impl<'a> Sampler<'a> {
 
     /// Whether so many rays of a point are samples of a product. That knows neither the client's own target nor what was seen.
     fn draws_products(&self, point: &Point<'_>, rays: usize) -> bool {
-        let least = if point.is_wide() { several::SEVERAL } else { several::MANY };
-        self.config.takes_products() && rays >= least && point.target.is_none() && point.seen.is_none()
+        let plain = point.target.is_none() && point.seen.is_none();
+        plain && rays >= several::SEVERAL && self.config.takes_products() && point.is_wide()
     }
 
     /// What it was made for.

@@ -69,7 +69,7 @@ pub fn write(page: &mut Paper) -> Result<()> {
     writeln!(page.text, "\n## Complexity (Section 4.6)\n\n{TEXT}")?;
     writeln!(
         page.text,
-        "| basis | N | enumerated | the paper's count | its operations | enumerated / {{order}} | order |"
+        "| basis | N | enumerated | the paper's count | its operations | enumerated / order | order |"
     )?;
     writeln!(page.text, "|---|---:|---:|---:|---:|---:|---|")?;
     for basis in &bases {

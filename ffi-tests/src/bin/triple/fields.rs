@@ -412,7 +412,7 @@ fn head(out: &mut String, light: &Light, count: usize, bytes: f64) -> Result<()>
     )?;
     writeln!(
         out,
-        "| material | field, kB | squares of a blend | relative L2 error | us a vertex, one core | 100k vertices, two |"
+        "| material | field, kB | squares of a blend | relative L2 error | us a vertex and thread, wall time of a shared machine | 100k vertices, two threads |"
     )?;
     Ok(writeln!(out, "|---|---:|---:|---:|---:|---:|")?)
 }

@@ -178,7 +178,8 @@ fn claims(page: &mut Paper, rows: &[[Row; 4]], plain: &[(u32, Row)]) {
         (all(&row[0]), jittered, within(plain.iter().map(|(_, row)| *row).collect(), us), us)
     });
     let cell = |(own, jittered, plain, us): (f64, f64, f64, f64)| {
-        format!("{us:.0} us: product {own:.3}, jittered strata {jittered:.3} (without jitter {plain:.3})")
+        let plain = if plain.is_finite() { format!("{plain:.3}") } else { "none as fast".into() };
+        format!("{us:.0} us: product {own:.3}, jittered strata {jittered:.3} (without jitter {plain})")
     };
     page.claims.add(
         "at equal time the product outperforms structured sampling with jitter (Fig. 9)",

@@ -97,7 +97,8 @@ pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
     Ok(())
 }
 
-const TEXT: &str = "Trees of the map in the frame of each direction of a grid, at 1 % of variance by pruning, on two threads. The paper: hours.
+const TEXT: &str = "Trees of the map in the frame of each direction of a grid, at 1 % of variance by pruning, on two threads; seconds are wall time of a
+shared machine, an upper bound. The paper: hours.
 A scene that builds only the directions that its points ask for pays for those alone.
 ";
 

@@ -520,15 +520,14 @@ typedef struct wis_ray {
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
 /// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
-/// fall with the spread of your numbers. Otherwise one to three rays are chosen among candidates, 16 to 32 for each at about 45 ns. Four
-/// rays and more are samples of a product that the call prepares for about 2 us, at about 100 ns each. Up to 15 of them, if a lobe is
-/// narrower than 0.25, are chosen among candidates, 8 to 16 for each. With a visibility cache, a target or `candidates_per_ray` of your
-/// own, rays are chosen among candidates at any number.
+/// fall with the spread of your numbers. Otherwise rays are chosen among candidates, 4 to 32 for each at about 50 ns. Four rays and more of
+/// lobes that are all at least 0.25 wide are samples of a product instead, which the call prepares for about 2 us, at about 100 ns each;
+/// but not with a visibility cache, a target or `candidates_per_ray` of your own.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
 /// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
-/// the last hit, too. A single ray then has 16 to 32 candidates, and `u` is not read.
+/// the last hit, too. A single ray then has 8 to 32 candidates, and `u` is not read.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,

@@ -52,10 +52,16 @@ pub fn measured(name: &str) -> Result<Material> {
     file("brdfs", name).map_or_else(|| Ok(Material::ggx(0.3)), |path| Material::measured(&path))
 }
 
-/// A BRDF of a file: luminance of BRDF x cosine for wo and wi in a frame whose normal is +z.
+/// BRDF x cosine for wo and wi in a frame whose normal is +z.
+pub type Value = Box<dyn Fn(DVec3, DVec3) -> f64 + Sync>;
+
+/// A BRDF of a file.
 pub struct Brdf {
     pub name: String,
-    pub value: Box<dyn Fn(DVec3, DVec3) -> f64 + Sync>,
+    /// Luminance.
+    pub value: Value,
+    /// Red, green and blue, where the file has them.
+    pub channels: Option<[Value; 3]>,
 }
 
 /// All BRDFs that are there, in the order of their names, or a rough one.
@@ -74,17 +80,23 @@ pub fn all_brdfs() -> Result<Vec<Brdf>> {
             Some("bsdf") => {
                 let measured = Measured::load(&file)?;
                 let name = measured.name.clone();
-                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)) });
+                let channel = |weights: [f64; 3]| -> Result<Value> {
+                    let measured = Measured::load_weighed(&file, weights)?;
+                    Ok(Box::new(move |wo, wi| measured.eval(wo, wi)))
+                };
+                let channels = [channel([1.0, 0.0, 0.0])?, channel([0.0, 1.0, 0.0])?, channel([0.0, 0.0, 1.0])?];
+                let value: Value = Box::new(move |wo, wi| measured.eval(wo, wi));
+                brdfs.push(Brdf { name, value, channels: Some(channels) });
             }
             Some("brdf") => {
                 let measured = Scattered::load(&file)?;
                 let name = measured.name.clone();
-                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)) });
+                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)), channels: None });
             }
             Some("binary") => {
                 let measured = Merl::load(&file)?;
                 let name = measured.name.clone();
-                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)) });
+                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)), channels: None });
             }
             _ => (),
         }
@@ -94,7 +106,7 @@ pub fn all_brdfs() -> Result<Vec<Brdf>> {
             let mirror = DVec3::new(-wo.x, -wo.y, wo.z);
             if wi.z > 0.0 { mirror.dot(wi).max(0.0).powi(30) * wi.z } else { 0.0 }
         };
-        brdfs.push(Brdf { name: "a lobe in place of files".into(), value: Box::new(phong) });
+        brdfs.push(Brdf { name: "a lobe in place of files".into(), value: Box::new(phong), channels: None });
     }
     Ok(brdfs)
 }

@@ -70,9 +70,11 @@ pub fn picture(
     Ok(pixels)
 }
 
-/// Panels of a row, all pixels of a scene each, with names inside them.
+/// Panels of one size side by side, with names inside them: pictures of all pixels of a scene, or maps.
 pub struct Sheet {
     image: RgbImage,
+    /// Pixels of a panel.
+    panel: [u32; 2],
     mean: f64,
 }
 
@@ -80,10 +82,42 @@ pub struct Sheet {
 const LETTER: u32 = 16;
 
 impl Sheet {
-    /// A sheet of so many columns and rows, for a mean luminance.
+    /// A sheet of so many columns and rows of pictures of scenes, for a mean luminance.
     pub fn new(columns: u32, rows: u32, mean: f64) -> Sheet {
-        let size = [columns * (WIDTH + GAP) - GAP, rows * (HEIGHT + GAP) - GAP];
-        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), mean }
+        Sheet::of_panels([columns, rows], [WIDTH, HEIGHT], mean)
+    }
+
+    /// A sheet of so many columns and rows of panels of a size.
+    pub fn of_panels([columns, rows]: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
+        let size = [columns * (panel[0] + GAP) - GAP, rows * (panel[1] + GAP) - GAP];
+        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, mean }
+    }
+
+    fn corner(&self, at: [u32; 2]) -> [u32; 2] {
+        [at[0] * (self.panel[0] + GAP), at[1] * (self.panel[1] + GAP)]
+    }
+
+    /// Fills a panel by the place of its pixels in [0, 1), with colours from 0 to 1.
+    pub fn map(&mut self, at: [u32; 2], colour: impl Fn([f32; 2]) -> [f64; 3], name: &str) {
+        let (corner, [width, height]) = (self.corner(at), self.panel);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let place = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
+            let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
+            self.image.put_pixel(corner[0] + x, corner[1] + y, Rgb(colour(place).map(byte)));
+        }
+        self.text([corner[0] + 8, corner[1] + 8], name);
+    }
+
+    /// Draws a dot of a colour at a place in [0, 1) of a panel.
+    pub fn dot(&mut self, at: [u32; 2], place: [f32; 2], colour: [u8; 3]) {
+        let corner = self.corner(at);
+        let [x, y] = [0, 1].map(|k| ((place[k] * self.panel[k] as f32) as u32).clamp(2, self.panel[k] - 3));
+        let around = (0..25).map(|i| [i % 5, i / 5]).filter(|d| d.iter().all(|c| *c != 0 && *c != 4) || d.contains(&2));
+        for [dx, dy] in around {
+            let inside = [dx, dy].iter().all(|c| *c != 0 && *c != 4);
+            let colour = if inside { colour } else { [0; 3] };
+            self.image.put_pixel(corner[0] + x + dx - 2, corner[1] + y + dy - 2, Rgb(colour));
+        }
     }
 
     /// Draws a picture, scaled to a mean of .4 and gamma-corrected.
@@ -100,8 +134,8 @@ impl Sheet {
     }
 
     fn panel(&mut self, at: [u32; 2], scene: &Scene, colours: &[[f64; 3]], name: &str) {
-        let origin = [at[0] * (WIDTH + GAP), at[1] * (HEIGHT + GAP)];
-        let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
+        let origin = self.corner(at);
+        let pixels = (0..self.panel[1]).flat_map(|y| (0..self.panel[0]).map(move |x| [x, y]));
         pixels.for_each(|[x, y]| self.image.put_pixel(origin[0] + x, origin[1] + y, Rgb([24; 3])));
         for (point, colour) in scene.points.iter().zip(colours) {
             // Five bits: noise below is not seen and would double the file.
@@ -113,8 +147,9 @@ impl Sheet {
 
     /// Draws the colours of errors from 0 to 1, with the names of both ends and a line of text above.
     pub fn legend(&mut self, at: [u32; 2], title: &str, [low, high]: [&str; 2]) {
-        let origin = [at[0] * (WIDTH + GAP) + 40, at[1] * (HEIGHT + GAP) + HEIGHT / 2 - 24];
-        let width = WIDTH - 80;
+        let corner = self.corner(at);
+        let origin = [corner[0] + 40, corner[1] + self.panel[1] / 2 - 24];
+        let width = self.panel[0] - 80;
         for (x, y) in (0..width).flat_map(|x| (0..48).map(move |y| (x, y))) {
             let colour = scale(f64::from(x) / f64::from(width - 1)).map(|c| (255.0 * c) as u8);
             self.image.put_pixel(origin[0] + x, origin[1] + y, Rgb(colour));
@@ -153,8 +188,8 @@ impl Sheet {
     }
 }
 
-/// From black over violet and orange to light yellow.
-fn scale(value: f64) -> [f64; 3] {
+/// The colour of a number from 0 to 1: from black over violet and orange to light yellow.
+pub fn scale(value: f64) -> [f64; 3] {
     const STOPS: [[f64; 3]; 5] =
         [[0.0, 0.0, 0.02], [0.32, 0.07, 0.48], [0.72, 0.22, 0.47], [0.99, 0.53, 0.38], [0.99, 0.99, 0.75]];
     let at = value.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;

@@ -1,11 +1,12 @@
 //! A page of tables, plots and pictures: a short form in Markdown with files beside it, and all of it as one HTML file that
 //! needs no other.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use std::fmt::Write;
 use std::path::Path;
+use std::process::Command;
 
 /// What a page is made of. Text may hold `code`, **bold** and [links](of.md).
 pub enum Part {
@@ -45,6 +46,26 @@ pub fn times(gain: f64) -> String {
         g if g >= 9.95 => format!("{g:.1}x"),
         g => format!("{g:.2}x"),
     }
+}
+
+/// The commit of the working tree, and whether files differ from it, but for the pages themselves.
+pub fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|o| o.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
+    };
+    let changed =
+        git(&["status", "--porcelain", "--untracked-files=no", "--", ":!docs"]).is_some_and(|lines| !lines.is_empty());
+    git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".into()) + if changed { ", with changes" } else { "" }
+}
+
+/// What `make check-pages` compares, for the instrument of a name.
+///
+/// # Errors
+/// The script that computes it cannot be run.
+pub fn made_from(instrument: &str) -> Result<String> {
+    let output = Command::new("scripts/page-hash.sh").arg(instrument).output().context("scripts/page-hash.sh")?;
+    Ok(format!("made from {} by {instrument}", String::from_utf8_lossy(&output.stdout).trim()))
 }
 
 /// Parts in the order in which they are read.

@@ -2,7 +2,7 @@
 //!
 //! Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Rendering". A grid of the
 //! visible normals of each elevation turns the unit square into half vectors; what is left of the BRDF is smooth in that
-//! square. Everything here is luminance.
+//! square. Everything here is luminance, or another sum of the channels.
 
 use crate::grid::Grid;
 use anyhow::{Context, Result, bail, ensure};
@@ -76,6 +76,14 @@ impl Measured {
     /// # Errors
     /// The file cannot be read, or is another kind of material.
     pub fn load(path: &Path) -> Result<Measured> {
+        Measured::load_weighed(path, [0.2126, 0.7152, 0.0722])
+    }
+
+    /// The same with weights of red, green and blue in place of those of luminance.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is another kind of material.
+    pub fn load_weighed(path: &Path, weights: [f64; 3]) -> Result<Measured> {
         let tensors = read(path)?;
         let field = |name: &str| tensors.get(name).with_context(|| format!("{}: no field {name}", path.display()));
         let theta: Vec<f64> = field("theta_i")?.values.iter().map(|&t| f64::from(t)).collect();
@@ -95,7 +103,7 @@ impl Measured {
         let mut value = Vec::with_capacity(theta.len() * cells);
         for slice in rgb.values.chunks_exact(3 * cells) {
             let channel = |c: usize, i: usize| f64::from(slice[c * cells + i]);
-            value.extend((0..cells).map(|i| 0.2126 * channel(0, i) + 0.7152 * channel(1, i) + 0.0722 * channel(2, i)));
+            value.extend((0..cells).map(|i| (0..3).map(|c| weights[c] * channel(c, i)).sum::<f64>()));
         }
         Ok(Measured {
             name: path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),

@@ -9,6 +9,7 @@ use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::measure::BATCHES;
 use crate::points;
+use crate::processor;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use anyhow::Result;
@@ -16,7 +17,6 @@ use glam::Vec3;
 use std::f32::consts::TAU;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
-use std::time::Instant;
 
 /// A lat-long light for the library, which takes its texels and matrix from here.
 pub struct Source<'a> {
@@ -117,6 +117,8 @@ impl Places {
 pub struct Lights {
     pub count: usize,
     each: Vec<Vec3>,
+    /// The colour of each over its luminance; none where no colours are drawn.
+    tints: Vec<[f32; 3]>,
     directions: Vec<V8>,
     energy: Vec<F8>,
 }
@@ -131,6 +133,7 @@ impl Lights {
         Lights {
             count: lights.len(),
             each: lights.iter().map(|l| l.0).collect(),
+            tints: Vec::new(),
             directions: blocks().map(direction).collect(),
             energy: blocks().map(|i| lanes(&|l| l.1, i)).collect(),
         }
@@ -139,6 +142,24 @@ impl Lights {
     pub fn of(strata: &Strata) -> Lights {
         let light = |l: &raw::wis_light| (Vec3::from_array(l.direction), l.luminance);
         Lights::new(&strata.lights.iter().map(light).collect::<Vec<_>>())
+    }
+
+    /// The directions of the lights.
+    pub fn directions(&self) -> &[Vec3] {
+        &self.each
+    }
+
+    /// The same with the mean colour of the texels that are nearest to each light.
+    pub fn tinted(mut self, light: &Light, colours: &[Light; 3]) -> Lights {
+        let mut sums = vec![[0.0f64; 4]; self.count];
+        for (i, (direction, area)) in light.quadrature(1).enumerate() {
+            let sum = &mut sums[nearest(&self, direction)];
+            let channels = [&colours[0], &colours[1], &colours[2], light].map(|channel| channel.luminance()[i]);
+            sum.iter_mut().zip(channels).for_each(|(sum, value)| *sum += f64::from(value) * area);
+        }
+        let tint = |[r, g, b, luminance]: [f64; 4]| [r, g, b].map(|c| (c / luminance.max(1e-30)) as f32);
+        self.tints = sums.into_iter().map(tint).collect();
+        self
     }
 
     /// What each light adds at a point if it is seen.
@@ -152,16 +173,27 @@ impl Lights {
     }
 }
 
-/// Weighted spherical k-means, the idea of LightGen (Cohen and Debevec 2001): texels weigh their irradiance. Starts from
-/// centres spread along the texels by weight.
-pub fn clustered(light: &Light, count: usize, rounds: usize) -> Lights {
+/// Where k-means begins.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// Centres spread along the texels by their weight.
+    Weight,
+    /// Centres spread evenly over the sphere.
+    Area,
+}
+
+/// Weighted spherical k-means, the idea of LightGen (Cohen and Debevec 2001): texels weigh their irradiance.
+pub fn clustered(light: &Light, count: usize, rounds: usize, start: Start) -> Lights {
     let texels: Vec<(Vec3, f32)> = light
         .quadrature(1)
         .zip(light.luminance())
         .map(|((direction, area), radiance)| (direction, area as f32 * radiance))
         .filter(|texel| texel.1 > 0.0)
         .collect();
-    let mut centres = spread(&texels, count);
+    let mut centres = match start {
+        Start::Weight => spread(&texels, count),
+        Start::Area => spiral(count),
+    };
     let mut energy = Vec::new();
     for _ in 0..rounds {
         let lights = Lights::new(&centres.iter().map(|&c| (c, 0.0)).collect::<Vec<_>>());
@@ -195,6 +227,18 @@ fn spread(texels: &[(Vec3, f32)], count: usize) -> Vec<Vec3> {
     centres
 }
 
+/// Directions along a spiral from pole to pole, each with as much of the sphere.
+fn spiral(count: usize) -> Vec<Vec3> {
+    let golden = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
+    let at = |i: usize| {
+        let z = 1.0 - (2 * i + 1) as f32 / count as f32;
+        let (sin, cos) = (golden * i as f32).sin_cos();
+        let across = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(across * cos, across * sin, z)
+    };
+    (0..count).map(at).collect()
+}
+
 fn nearest(lights: &Lights, direction: Vec3) -> usize {
     let direction = V8::splat(direction);
     let mut best = (F8::splat(-2.0), F8::ZERO);
@@ -226,6 +270,16 @@ impl<'a> Raster<'a> {
 
     pub fn power(&self) -> f64 {
         self.sums.last().copied().unwrap_or(0.0)
+    }
+
+    /// Sample number `i` of `count`, each in its own part of the light.
+    fn stratified(&self, i: usize, count: usize, u: [f32; 2], place: [f32; 2]) -> Vec3 {
+        self.sample((i as f64 + f64::from(u[0])) / count as f64, [u[1], place[0]])
+    }
+
+    /// The density of a direction.
+    fn pdf(&self, wi: Vec3) -> f64 {
+        f64::from(self.light.radiance(wi)) / self.power()
     }
 
     /// A direction by a number in [0, 1), at a random place in its texel.
@@ -279,6 +333,8 @@ pub enum How<'a> {
     Uniform(&'a Light, usize),
     /// Samples of the BRDF.
     Brdf(&'a Light, usize),
+    /// Half of the samples of the map, stratified, half of the BRDF, weighed by the balance heuristic.
+    Mis(&'a Raster<'a>, usize),
 }
 
 /// A picture: the radiance of its points, and what it took.
@@ -286,7 +342,7 @@ pub struct Picture {
     pub values: Vec<f64>,
     /// Shadow rays for a point.
     pub rays: f64,
-    /// Microseconds for a point.
+    /// Microseconds of processor time for a point.
     pub us: f64,
 }
 
@@ -300,30 +356,66 @@ impl Picture {
 
 /// Memory for the estimates of a picture.
 #[derive(Default)]
-pub struct Shader {
+pub struct Shader<'a> {
+    /// The red, green and blue of the light, where colours are drawn.
+    colours: Option<&'a [Light; 3]>,
     contributions: Vec<f32>,
     index: Vec<u32>,
     rest: Vec<u32>,
     u: Vec<[f32; 2]>,
     pub rays: u64,
+    sum: f64,
+    /// The last estimate in colour.
+    rgb: [f64; 3],
 }
 
-/// Lights all points of a scene; `frame` seeds the random numbers.
+/// Lights all points of a scene; `frame` seeds the random numbers. Times are of the processor.
 ///
 /// # Errors
 /// Those of the library.
 pub fn picture(scene: &Scene, material: &Material, how: &How, frame: u32) -> client::Result<Picture> {
     let mut shader = Shader::default();
-    let start = Instant::now();
+    let start = processor::seconds();
     let mut values = Vec::with_capacity(scene.points.len());
     for point in &scene.points {
         values.push(shader.estimate(scene, point, &Bsdf::new(material, point), how, frame)?);
     }
     let points = scene.points.len() as f64;
-    Ok(Picture { values, rays: shader.rays as f64 / points, us: start.elapsed().as_secs_f64() * 1e6 / points })
+    Ok(Picture { values, rays: shader.rays as f64 / points, us: (processor::seconds() - start) * 1e6 / points })
 }
 
-impl Shader {
+/// Lights all points of a scene in the colours of the light, on two threads: luminance, and red, green and blue. Lights
+/// need tints.
+///
+/// # Errors
+/// Those of the library.
+///
+/// # Panics
+/// A thread panics.
+pub fn coloured(
+    scene: &Scene,
+    material: &Material,
+    how: &How,
+    colours: &[Light; 3],
+) -> client::Result<(Vec<f64>, Vec<[f32; 3]>)> {
+    let shade = |points: &[ShadingPoint]| {
+        let mut shader = Shader { colours: Some(colours), ..Default::default() };
+        let each = |point: &ShadingPoint| {
+            let value = shader.estimate(scene, point, &Bsdf::new(material, point), how, 0)?;
+            Ok((value, shader.rgb.map(|c| c as f32)))
+        };
+        points.iter().map(each).collect::<client::Result<Vec<_>>>()
+    };
+    let (first, second) = scene.points.split_at(scene.points.len() / 2);
+    let [mut all, rest] = std::thread::scope(|threads| {
+        let other = threads.spawn(|| shade(second));
+        Ok::<_, client::Failure>([shade(first)?, other.join().expect("a thread that does not panic")?])
+    })?;
+    all.extend(rest);
+    Ok(all.into_iter().unzip())
+}
+
+impl Shader<'_> {
     /// The light that a point reflects.
     ///
     /// # Errors
@@ -337,36 +429,54 @@ impl Shader {
         frame: u32,
     ) -> client::Result<f64> {
         let seed = client::pixel_seed(point.pixel, frame);
+        (self.sum, self.rgb) = (0.0, [0.0; 3]);
         match *how {
             How::Lights(lights) => {
                 lights.contributions(bsdf, &mut self.contributions);
-                self.traced(scene, point, |i| Ok(lights.each[i]))
+                self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
             }
-            How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed),
+            How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed)?,
             How::Jittered(lights, jitter) => {
                 lights.contributions(bsdf, &mut self.contributions);
                 self.draw(seed, lights.count);
                 let u = std::mem::take(&mut self.u);
-                let sum = self.traced(scene, point, |i| Ok(Vec3::from_array(jitter.sample(i as u32, u[i])?.0)));
+                let traced =
+                    self.traced(scene, point, lights, |i| Ok(Vec3::from_array(jitter.sample(i as u32, u[i])?.0)));
                 self.u = u;
-                sum
+                traced?;
             }
             How::Importance(raster, count) => {
-                let pdf = |wi: Vec3| f64::from(raster.light.radiance(wi)) / raster.power();
-                let sample = |i: usize, u: [f32; 2], place: [f32; 2]| {
-                    raster.sample((i as f64 + f64::from(u[0])) / count as f64, [u[1], place[0]])
-                };
-                Ok(self.sampled(scene, point, bsdf, (raster.light, count, seed), sample, pdf))
+                let sample = |i: usize, u: [f32; 2], place: [f32; 2]| raster.stratified(i, count, u, place);
+                self.sampled(scene, point, bsdf, (raster.light, count, seed), sample, |wi| raster.pdf(wi));
             }
             How::Uniform(light, count) => {
                 let sample = |_: usize, u: [f32; 2], _: [f32; 2]| directions::hemisphere(point.normal, u);
-                Ok(self.sampled(scene, point, bsdf, (light, count, seed), sample, |_| 1.0 / f64::from(TAU)))
+                self.sampled(scene, point, bsdf, (light, count, seed), sample, |_| 1.0 / f64::from(TAU));
             }
             How::Brdf(light, count) => {
                 let sample = |_: usize, u: [f32; 2], _: [f32; 2]| bsdf.sample_one(u);
                 let pdf = |wi: Vec3| f64::from(bsdf.eval_one(wi).1);
-                Ok(self.sampled(scene, point, bsdf, (light, count, seed), sample, pdf))
+                self.sampled(scene, point, bsdf, (light, count, seed), sample, pdf);
             }
+            How::Mis(raster, count) => {
+                let half = count / 2;
+                let sample = |i: usize, u: [f32; 2], place: [f32; 2]| {
+                    if i < half { raster.stratified(i, half, u, place) } else { bsdf.sample_one(u) }
+                };
+                // The mean of both densities, each of half of the samples: the balance heuristic.
+                let pdf = |wi: Vec3| 0.5 * (raster.pdf(wi) + f64::from(bsdf.eval_one(wi).1));
+                self.sampled(scene, point, bsdf, (raster.light, 2 * half, seed), sample, pdf);
+            }
+        }
+        Ok(self.sum)
+    }
+
+    /// Adds light that is seen, of a colour over its luminance.
+    fn add(&mut self, value: f64, tint: impl FnOnce(&[Light; 3]) -> [f32; 3]) {
+        self.sum += value;
+        if let Some(colours) = self.colours {
+            let tint = tint(colours);
+            self.rgb.iter_mut().zip(tint).for_each(|(sum, tint)| *sum += value * f64::from(tint));
         }
     }
 
@@ -375,19 +485,24 @@ impl Shader {
         points::sobol(seed, 0, &mut self.u);
     }
 
-    /// The sum of the contributions whose direction is seen.
+    /// Adds the contributions whose direction is seen.
     fn traced(
         &mut self,
         scene: &Scene,
         point: &ShadingPoint,
+        lights: &Lights,
         direction: impl Fn(usize) -> client::Result<Vec3>,
-    ) -> client::Result<f64> {
-        let mut sum = 0.0;
-        for (i, &contribution) in self.contributions.iter().enumerate().filter(|c| *c.1 > 0.0) {
-            self.rays += 1;
-            sum += if scene.visible(point, direction(i)?) { f64::from(contribution) } else { 0.0 };
+    ) -> client::Result<()> {
+        for i in 0..self.contributions.len() {
+            let contribution = f64::from(self.contributions[i]);
+            if contribution > 0.0 {
+                self.rays += 1;
+                if scene.visible(point, direction(i)?) {
+                    self.add(contribution, |_| lights.tints[i]);
+                }
+            }
         }
-        Ok(sum)
+        Ok(())
     }
 
     fn sorted(
@@ -397,38 +512,43 @@ impl Shader {
         bsdf: &Bsdf,
         (lights, threshold, few): (&Lights, f32, usize),
         seed: u32,
-    ) -> client::Result<f64> {
+    ) -> client::Result<()> {
         lights.contributions(bsdf, &mut self.contributions);
         self.index.resize(lights.count, 0);
         let traced = client::order(&self.contributions, threshold, &mut self.index)?;
-        let seen = |i: u32| scene.visible(point, lights.each[i as usize]);
-        let value = |i: &u32| f64::from(self.contributions[*i as usize]);
-        let (first, rest) = self.index.split_at(traced);
         self.rest.clear();
-        self.rest.extend(rest.iter().copied().filter(|i| value(i) > 0.0));
-        let rest = &self.rest;
-        let sum: f64 = first.iter().filter(|&&i| seen(i)).map(value).sum();
-        let few = few.min(rest.len());
+        let contributions = &self.contributions;
+        self.rest.extend(self.index[traced..].iter().copied().filter(|i| contributions[*i as usize] > 0.0));
+        let few = few.min(self.rest.len());
         self.rays += (traced + few) as u64;
+        let seen = |i: u32| scene.visible(point, lights.each[i as usize]);
+        for k in 0..traced {
+            let i = self.index[k];
+            if seen(i) {
+                self.add(f64::from(self.contributions[i as usize]), |_| lights.tints[i as usize]);
+            }
+        }
         if few == 0 {
-            return Ok(sum);
+            return Ok(());
         }
         // Chosen by contribution, the share that is seen estimates the rest without bias.
-        let whole: f64 = rest.iter().map(value).sum();
-        let choice = |u: f32| {
-            let mut left = f64::from(u) * whole;
-            rest.iter().copied().find(|i| {
-                left -= value(i);
+        let value = |contributions: &[f32], i: u32| f64::from(contributions[i as usize]);
+        let whole: f64 = self.rest.iter().map(|&i| value(&self.contributions, i)).sum();
+        self.draw(seed, few);
+        for k in 0..few {
+            let mut left = f64::from(self.u[k][0]) * whole;
+            let chosen = self.rest.iter().copied().find(|&i| {
+                left -= value(&self.contributions, i);
                 left < 0.0
-            })
-        };
-        self.u.resize(few, [0.0; 2]);
-        points::sobol(seed, 0, &mut self.u);
-        let share = self.u.iter().filter_map(|u| choice(u[0])).filter(|&i| seen(i)).count() as f64 / few as f64;
-        Ok(sum + share * whole)
+            });
+            if let Some(i) = chosen.filter(|&i| seen(i)) {
+                self.add(whole / few as f64, |_| lights.tints[i as usize]);
+            }
+        }
+        Ok(())
     }
 
-    /// The mean of samples over their density.
+    /// Adds the mean of samples over their density.
     fn sampled(
         &mut self,
         scene: &Scene,
@@ -437,17 +557,19 @@ impl Shader {
         (light, count, seed): (&Light, usize, u32),
         sample: impl Fn(usize, [f32; 2], [f32; 2]) -> Vec3,
         pdf: impl Fn(Vec3) -> f64,
-    ) -> f64 {
+    ) {
         self.draw(seed, 2 * count);
-        let mut sum = 0.0;
         for i in 0..count {
             let wi = sample(i, self.u[i], self.u[count + i]);
-            let value = f64::from(bsdf.eval_one(wi).0 * light.radiance(wi));
+            let radiance = light.radiance(wi);
+            let value = f64::from(bsdf.eval_one(wi).0 * radiance);
             if value > 0.0 {
                 self.rays += 1;
-                sum += if scene.visible(point, wi) { value / pdf(wi) } else { 0.0 };
+                if scene.visible(point, wi) {
+                    let tint = |colours: &[Light; 3]| colours.each_ref().map(|c| c.radiance(wi) / radiance);
+                    self.add(value / pdf(wi) / count as f64, tint);
+                }
             }
         }
-        sum / count as f64
     }
 }

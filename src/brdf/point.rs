@@ -1,6 +1,6 @@
 //! A shading point: where light is to be gathered, and how strongly each lobe of the material reflects there.
 
-use super::material::{Kind, MAX_LOBES, Material};
+use super::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::numeric::min;
 use crate::visibility::Factors;
 
@@ -56,14 +56,23 @@ impl<'a> Point<'a> {
         }
     }
 
+    /// Whether every lobe that has a weight is diffuse.
+    pub fn is_diffuse(&self) -> bool {
+        self.all_lobes(|shape| matches!(shape.kind, Kind::Lambert | Kind::LambertTransmission))
+    }
+
     /// Whether every lobe that has a weight is at least as wide as [`WIDE`].
     pub fn is_wide(&self) -> bool {
-        let lobes = self.material.lobes().iter().zip(&self.weight);
-        lobes.filter(|(_, weight)| weight.iter().any(|&w| w > 0.0)).all(|(shape, _)| match shape.kind {
+        self.all_lobes(|shape| match shape.kind {
             Kind::Lambert | Kind::LambertTransmission => true,
             Kind::Ggx => min(shape.a, shape.b) >= WIDE,
             Kind::GgxTransmission | Kind::Phong => false,
         })
+    }
+
+    fn all_lobes(&self, is: impl Fn(&Shape) -> bool) -> bool {
+        let lobes = self.material.lobes().iter().zip(&self.weight);
+        lobes.filter(|(_, weight)| weight.iter().any(|&w| w > 0.0)).all(|(shape, _)| is(shape))
     }
 }
 

@@ -107,15 +107,22 @@ impl Draw<'_> {
         let (seed, first) = self.turn.set(set, count);
         let bits = count.max(1).trailing_zeros();
         let [across, down] = [bits.div_ceil(2), bits / 2];
-        for index in 0..count as u32 {
-            let [x, y] = Turn::point(seed, first.wrapping_add(index));
-            let of = |u: f32, bits: u32| (u * (1 << (bits & 31)) as f32) as u32;
-            // With an odd number of bits the first one is of the first number.
-            let slot =
-                if across == down { morton(of(y, down), of(x, across)) } else { morton(of(x, across), of(y, down)) };
-            let at = begin + slot as usize;
-            if let (Some(across), Some(down)) = (out.x.get_mut(at), out.y.get_mut(at)) {
-                (*across, *down) = (x, y);
+        let of = |u: f32, bits: u32| (u * (1 << (bits & 31)) as f32) as i32 as u32;
+        for group in (0..count).step_by(LANES) {
+            // A loop of its own, so that it becomes vector instructions.
+            let mut points = [[0.0; LANES]; 2];
+            let [xs, ys] = &mut points;
+            for ((x, y), index) in xs.iter_mut().zip(ys).zip(group as u32..) {
+                [*x, *y] = Turn::point(seed, first.wrapping_add(index));
+            }
+            for (&x, &y) in points[0].iter().zip(&points[1]) {
+                let (x_bits, y_bits) = (of(x, across), of(y, down));
+                // With an odd number of bits the first one is of the first number.
+                let slot = if across == down { morton(y_bits, x_bits) } else { morton(x_bits, y_bits) };
+                let at = begin + slot as usize;
+                if let (Some(across), Some(down)) = (out.x.get_mut(at), out.y.get_mut(at)) {
+                    (*across, *down) = (x, y);
+                }
             }
         }
     }

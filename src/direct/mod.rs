@@ -24,14 +24,16 @@ use candidates::{Candidates, Counts, Draw};
 use joint::Turn;
 pub use ray::Ray;
 
-/// Candidates for each ray, by the number of rays. On `spot`, mean over eight lights, 32 in place of 16 for one ray divide the absolute
-/// variance by 1.3 for Lambert, 2.1 for GGX 0.2 and 2.6 for GGX 0.05; from 64 on less than the time grows.
-pub fn candidates_per_ray(rays: usize) -> usize {
-    match rays {
+/// Candidates for each ray, by the number of rays and by whether all lobes are diffuse. On `spot`, mean over eight lights, 32 in place of 16
+/// for one ray divide the absolute variance by 1.3 for Lambert, 2.1 for GGX 0.2 and 2.6 for GGX 0.05; from 64 on less than the time grows.
+pub fn candidates_per_ray(rays: usize, diffuse: bool) -> usize {
+    let full = match rays {
         0..=1 => 32,
         2..=7 => 16,
-        _ => 8,
-    }
+        8..=31 => 8,
+        _ => 4,
+    };
+    if diffuse { full / 2 } else { full }
 }
 
 /// The candidates of a call: from each source a power of two and whole lanes, so that each is a net, which can be ordered.

@@ -17,7 +17,7 @@ pub const MAX_RAYS: usize = 4096;
 pub const MAX_PER_RAY: usize = 256;
 
 /// Beyond this many rays, more of them never mean fewer candidates.
-const FEW_RAYS: usize = 8;
+const FEW_RAYS: usize = 32;
 
 /// What a sampler is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -34,15 +34,16 @@ pub struct Config {
 }
 
 impl Config {
-    /// Candidates of a call for so many rays.
-    fn candidates(&self, rays: usize) -> usize {
+    /// Candidates of a call for so many rays, where all lobes are diffuse or not.
+    fn candidates(&self, rays: usize, diffuse: bool) -> usize {
         let own = self.candidates_per_ray as usize;
-        candidate_count(rays, if own == 0 { candidates_per_ray(rays) } else { own })
+        candidate_count(rays, if own == 0 { candidates_per_ray(rays, diffuse) } else { own })
     }
 
     /// How many candidates a call has from each source.
-    fn counts(&self, rays: usize, environment: &Environment<'_>, wide: bool) -> Counts {
-        let half = self.candidates(rays) / 2;
+    fn counts(&self, rays: usize, environment: &Environment<'_>, point: &Point<'_>) -> Counts {
+        let wide = point.is_wide();
+        let half = self.candidates(rays, point.is_diffuse()) / 2;
         // What is left of a compensated light is lamps: they are found by drawing the light, however wide lobes reflect.
         let lights_suffice = environment.is_compensated() && wide;
         Counts { light: half, lobes: if lights_suffice { 0 } else { half } }
@@ -51,7 +52,8 @@ impl Config {
     /// The most candidates of any call: the library's own number for each ray falls as rays grow.
     fn most_candidates(&self) -> usize {
         let rays = self.rays as usize;
-        (1..=rays.min(FEW_RAYS)).map(|n| self.candidates(n)).fold(self.candidates(rays), usize::max)
+        let most = |n: usize| self.candidates(n, false);
+        (1..=rays.min(FEW_RAYS)).map(most).fold(most(rays), usize::max)
     }
 
     /// Bytes of working memory.
@@ -118,8 +120,8 @@ impl<'a> Sampler<'a> {
 
     /// Whether so many rays of a point are samples of a product. That knows neither the client's own target nor what was seen.
     fn draws_products(&self, point: &Point<'_>, rays: usize) -> bool {
-        let least = if point.is_wide() { several::SEVERAL } else { several::MANY };
-        self.config.takes_products() && rays >= least && point.target.is_none() && point.seen.is_none()
+        let plain = point.target.is_none() && point.seen.is_none();
+        plain && rays >= several::SEVERAL && self.config.takes_products() && point.is_wide()
     }
 
     /// What it was made for.
@@ -197,7 +199,7 @@ impl Call<'_> {
         let surface = Surface::new(point, &frame)?;
         let rays = out.len();
         let light = environment.light();
-        let counts = config.counts(rays, environment, point.is_wide());
+        let counts = config.counts(rays, environment, point);
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };

@@ -183,7 +183,7 @@ fn a_light_alone_has_no_products() {
         let count = sampler.direct(&built.environment(), &point, direct::Sequence::default(), 4, &u, &mut rays);
         (count, rays.map(|ray| ray.wi.map(f32::to_bits)))
     };
-    let per_ray = candidates_per_ray(4) as u32;
+    let per_ray = candidates_per_ray(4, point.is_diffuse()) as u32;
     assert_eq!(rays(&alone, 64, 0), rays(&alone, 0, 0));
     assert_eq!(rays(&alone, 64, 0), rays(&with, 0, per_ray), "whoever sets the candidates gets them");
     assert_ne!(rays(&with, 0, 0), rays(&with, 0, per_ray), "several rays have a product");

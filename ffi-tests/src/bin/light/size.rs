@@ -1,10 +1,10 @@
 //! Bytes and build time against the size of the map, its format and the error budget.
 
 use anyhow::Result;
-use rustix::time::{ClockId, clock_gettime};
 use wis_ffi_tests::client::{self, Block, Texels, raw};
 use wis_ffi_tests::environment::{Environment, Map};
 use wis_ffi_tests::light::Light;
+use wis_ffi_tests::processor;
 
 /// What a map takes.
 pub struct Size {
@@ -113,8 +113,6 @@ pub fn budgets(lights: &[Light], budgets: &[f32], points: usize) -> Result<Vec<B
     Ok(all)
 }
 
-/// The processor time of this thread.
 fn processor_ms() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    now.tv_sec as f64 * 1e3 + now.tv_nsec as f64 / 1e6
+    1e3 * processor::seconds()
 }

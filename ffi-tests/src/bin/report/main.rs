@@ -15,12 +15,11 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use studies::Study;
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::measure::{Cell, Effort, measure};
 use wis_ffi_tests::method::Method;
-use wis_ffi_tests::page::Page;
+use wis_ffi_tests::page::{self, Page};
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::Scene;
 
@@ -89,9 +88,9 @@ fn main() -> Result<()> {
     let pictures = if options.quick { Vec::new() } else { pictures::all(&options, &bench)? };
     let run = Run {
         machine: machine(),
-        commit: commit(),
+        commit: page::commit(),
         command: std::env::args().skip(1).collect::<Vec<_>>().join(" "),
-        made_from: made_from()?,
+        made_from: page::made_from("report")?,
         points: studies[0].scene.points.len(),
         repeats,
     };
@@ -195,21 +194,6 @@ fn machine() -> String {
     let model = info.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
     let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
     format!("{}, {cores} cores, {}", model.unwrap_or("unknown processor"), std::env::consts::ARCH)
-}
-
-fn commit() -> String {
-    let git = |arguments: &[&str]| {
-        let output = Command::new("git").args(arguments).output().ok().filter(|o| o.status.success())?;
-        Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
-    };
-    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|lines| !lines.is_empty());
-    git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".into()) + if changed { ", with changes" } else { "" }
-}
-
-/// What `make check-pages` compares.
-fn made_from() -> Result<String> {
-    let output = Command::new("scripts/page-hash.sh").arg("report").output().context("scripts/page-hash.sh")?;
-    Ok(format!("made from {} by report", String::from_utf8_lossy(&output.stdout).trim()))
 }
 
 /// What a run must show whatever the times: every error is a number, more samples help, and weights are bounded.

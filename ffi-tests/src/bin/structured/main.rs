@@ -1,0 +1,180 @@
+//! Goes through the figures and claims of "Structured Importance Sampling" on real maps and meshes, and writes a page with
+//! pictures: structured <page> [sections]
+
+mod buddha;
+mod flicker;
+mod maps;
+mod mountain;
+mod phong;
+mod shadows;
+mod teapot;
+
+use anyhow::Result;
+use glam::Vec3;
+use std::fmt::Write;
+use std::path::Path;
+use wis_ffi_tests::client::raw;
+use wis_ffi_tests::data;
+use wis_ffi_tests::images::Sheet;
+use wis_ffi_tests::light::Light;
+use wis_ffi_tests::material::Material;
+use wis_ffi_tests::paper::Paper;
+use wis_ffi_tests::scene::{Scene, ShadingPoint};
+use wis_ffi_tests::structured::{How, Lights, Picture, Source, coloured, picture};
+
+/// Rows of the maps that are not lat-long to begin with: twice as many texels as Galileo's 1024 x 1024 probe.
+const ROWS: usize = 1024;
+/// How much larger an error may be that counts as equal.
+const EQUAL: f64 = 1.1;
+/// Pixels of the paper's pictures of teapot and buddha, in millions.
+const MEGAPIXELS: f64 = 0.25;
+/// The error over the mean that is drawn in the lightest colour.
+const WHITE: f64 = 0.25;
+
+fn main() -> Result<()> {
+    let mut page = Paper::from_arguments("structured")?;
+    let (galileo, grace) = (Map::load("galileo_probe.hdr")?, Map::load("grace_latlong.exr")?);
+    page.section("visibility", shadows::write)?;
+    page.section("maps", |page| {
+        maps::allocation(page)?;
+        maps::real(page, &[&galileo, &grace])?;
+        maps::speed(page, &[&galileo.light, &grace.light])
+    })?;
+    page.section("teapot", |page| teapot::write(page, &galileo))?;
+    page.section("buddha", |page| buddha::write(page, &grace))?;
+    page.section("mountain", mountain::write)?;
+    page.section("flicker", |page| flicker::write(page, &galileo.light))?;
+    page.write("Structured importance sampling", INTRODUCTION)
+}
+
+const INTRODUCTION: &str = "Agarwal et al. 2003, \"Structured Importance Sampling of Environment Maps\", claim by claim. `wis_strata_*` cuts a map
+into lights, and `wis_jitter_*` draws places inside the strata. Written by `make structured` at {commit}.
+Times are processor seconds of one core. The paper's are of a Pentium 4 of 2.4 GHz.
+\"Error\" is the root mean squared error over the mean of the picture. \"As good as\" allows 1.1 times the error.
+";
+
+/// A light and its colours, all of them lat-long maps of one size.
+pub struct Map {
+    pub light: Light,
+    pub colours: [Light; 3],
+}
+
+impl Map {
+    /// A map beside the project, or the project's room.
+    pub fn load(name: &str) -> Result<Map> {
+        let light = data::light(name)?.to_latlong(ROWS);
+        let path = Path::new(data::FOLDER).join("envmaps").join(name);
+        let colours = match path.exists() {
+            true => Light::load_channels(&path)?.map(|channel| channel.to_latlong(ROWS)),
+            false => [light.clone(), light.clone(), light.clone()],
+        };
+        Ok(Map { light, colours })
+    }
+}
+
+/// What a method leaves: errors over the mean on all points and on those of the mesh, shadow rays, and microseconds.
+#[derive(Clone, Copy)]
+pub struct Measured {
+    pub error: f64,
+    pub on_mesh: f64,
+    pub rays: f64,
+    pub us: f64,
+}
+
+/// A table of methods; returns what was measured.
+pub fn table(
+    page: &mut Paper,
+    scene: &Scene,
+    material: &Material,
+    truth: &[f64],
+    rows: &[(&str, How)],
+) -> Result<Vec<Measured>> {
+    writeln!(page.text, "| method | error | on the mesh | shadow rays a point | us a point | s at 500 x 500 |")?;
+    writeln!(page.text, "|---|---:|---:|---:|---:|---:|")?;
+    let on_mesh: Vec<bool> = scene.points.iter().map(|point| !is_ground(point)).collect();
+    let of_mesh = |values: &[f64]| -> Vec<f64> {
+        values.iter().zip(&on_mesh).filter(|(_, on)| **on).map(|(value, _)| *value).collect()
+    };
+    let mut all = Vec::with_capacity(rows.len());
+    for (name, how) in rows {
+        let picture = picture(scene, material, how, 0)?;
+        let Picture { rays, us, .. } = picture;
+        let there = Picture { values: of_mesh(&picture.values), rays, us };
+        let (error, on_mesh) = (picture.error(truth), there.error(&of_mesh(truth)));
+        writeln!(page.text, "| {name} | {error:.4} | {on_mesh:.4} | {rays:.1} | {us:.1} | {:.2} |", us * MEGAPIXELS)?;
+        all.push(Measured { error, on_mesh, rays, us });
+    }
+    Ok(all)
+}
+
+/// A sheet of coloured pictures with their errors below, three in a row.
+pub fn compare(
+    page: &mut Paper,
+    file: &str,
+    (scene, material): (&Scene, &Material),
+    truth: &[f64],
+    map: &Map,
+    rows: &[(&str, How)],
+) -> Result<()> {
+    const COLUMNS: u32 = 3;
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let lines = (rows.len() as u32).div_ceil(COLUMNS);
+    let mut sheet = Sheet::new(COLUMNS, 2 * lines, mean);
+    for (i, (name, how)) in (0..).zip(rows) {
+        let (values, rgb) = coloured(scene, material, how, &map.colours)?;
+        let errors: Vec<f64> = values.iter().zip(truth).map(|(v, t)| (v - t).abs() / mean / WHITE).collect();
+        let squares = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
+        let [column, line] = [i % COLUMNS, i / COLUMNS];
+        sheet.picture([column, 2 * line], scene, &rgb, name);
+        sheet.errors([column, 2 * line + 1], scene, &errors, &format!("error {:.3}", WHITE * squares.sqrt()));
+    }
+    page.save(file, &sheet)?;
+    let white = 100.0 * WHITE;
+    writeln!(
+        page.text,
+        "\nBelow each picture its error over the mean: black is 0, light yellow {white:.0} % and more."
+    )?;
+    Ok(())
+}
+
+/// The points of a scene that show every `step`-th column and row, and their values.
+pub fn every(step: u32, scene: Scene, values: &[f64]) -> (Scene, Vec<f64>) {
+    let kept = |point: &ShadingPoint| point.pixel.iter().all(|c| c % step == 0);
+    let pairs = scene.points.iter().zip(values).filter(|(point, _)| kept(point));
+    let (points, values): (Vec<ShadingPoint>, Vec<f64>) = pairs.map(|(point, value)| (*point, *value)).unzip();
+    (Scene { points, ..scene }, values)
+}
+
+/// Whether a point is of the ground plane.
+pub fn is_ground(point: &ShadingPoint) -> bool {
+    point.origin.z < 2e-4 && point.normal.z > 0.999
+}
+
+/// The strata of a map as lights, in colour.
+pub fn strata_lights(map: &Map, count: u32) -> Result<Lights> {
+    Ok(Lights::of(&Source::new(&map.light).strata(count)?).tinted(&map.light, &map.colours))
+}
+
+/// A panel of a lat-long map in its colours, darkened so that dots stand out.
+pub fn draw_map(sheet: &mut Sheet, at: [u32; 2], map: &Map, name: &str) {
+    let [width, height] = map.light.size();
+    let mean = map.light.mean();
+    let colour = |place: [f32; 2]| {
+        let [x, y] = [(place[0] * width as f32) as usize, (place[1] * height as f32) as usize];
+        let texel = y.min(height - 1) * width + x.min(width - 1);
+        map.colours.each_ref().map(|c| 0.6 * (0.5 * f64::from(c.luminance()[texel]) / mean).powf(1.0 / 2.2).min(1.0))
+    };
+    sheet.map(at, colour, name);
+}
+
+/// The place on a lat-long map of a direction.
+pub fn place_on(map: &Map, direction: Vec3) -> [f32; 2] {
+    let d = map.light.map_from_world() * direction;
+    let turn = d.y.atan2(d.x) / std::f32::consts::TAU;
+    [turn.rem_euclid(1.0), d.z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI]
+}
+
+/// What a config with these exponents and this limit of the solid angle asks for.
+pub fn config(count: u32, exponents: &[f32; 2], angle_limit: f32) -> raw::wis_strata_config {
+    raw::wis_strata_config { count, angle_limit, exponents: exponents.as_ptr(), ..Default::default() }
+}

@@ -1,0 +1,177 @@
+//! The page of a paper: its claims beside what a run measured, then the sections. Each verdict follows from the numbers of the
+//! run that writes the page.
+
+use crate::images::Sheet;
+use crate::page;
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// What is written.
+pub struct Paper {
+    file: PathBuf,
+    instrument: &'static str,
+    /// The sources that it is made from.
+    made_from: String,
+    /// The folder of the pictures.
+    pub pictures: PathBuf,
+    /// The sections.
+    pub text: String,
+    pub claims: Claims,
+}
+
+impl Paper {
+    /// A page at the path that is the first argument of the program, an instrument; pictures go to the folder of its name.
+    ///
+    /// # Errors
+    /// There is no argument, or the folder cannot be made.
+    pub fn from_arguments(instrument: &'static str) -> Result<Paper> {
+        let file = PathBuf::from(std::env::args().nth(1).context("which page is to be written?")?);
+        let (pictures, made_from) = (file.with_extension(""), page::made_from(instrument)?);
+        std::fs::create_dir_all(&pictures)?;
+        Ok(Paper { file, instrument, made_from, pictures, text: String::new(), claims: Claims::default() })
+    }
+
+    /// Writes a section, or takes it from the cache if the same sources wrote it to this page before: a run that was stopped
+    /// goes on where it was.
+    ///
+    /// # Errors
+    /// Those of the section, and of the files.
+    pub fn section(&mut self, name: &str, write: impl FnOnce(&mut Paper) -> Result<()>) -> Result<()> {
+        if !self.wants(name) {
+            return Ok(());
+        }
+        let key = self.made_from.split(' ').nth(2).unwrap_or_default();
+        let cache = Path::new(CACHE).join(format!("{}-{name}-{key}.json", self.instrument));
+        let kept = std::fs::read(&cache).ok().and_then(|bytes| serde_json::from_slice::<Section>(&bytes).ok());
+        if let Some(section) = kept.filter(|section| section.file == self.file) {
+            self.text += &section.text;
+            self.claims.0.extend(section.claims.0);
+            return Ok(());
+        }
+        let (text, claims) = (std::mem::take(&mut self.text), std::mem::take(&mut self.claims));
+        write(self)?;
+        let section = Section {
+            file: self.file.clone(),
+            text: std::mem::replace(&mut self.text, text),
+            claims: std::mem::replace(&mut self.claims, claims),
+        };
+        std::fs::create_dir_all(CACHE)?;
+        std::fs::write(cache, serde_json::to_vec(&section)?)?;
+        eprintln!("{}: {name}", self.instrument);
+        self.text += &section.text;
+        self.claims.0.extend(section.claims.0);
+        Ok(())
+    }
+
+    /// Whether a section is to be written: all are, unless arguments after the first name some.
+    fn wants(&self, section: &str) -> bool {
+        std::env::args().len() < 3 || std::env::args().skip(2).any(|name| name == section)
+    }
+
+    /// Saves a picture and shows it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&mut self, file: &str, sheet: &Sheet) -> Result<()> {
+        std::fs::write(self.pictures.join(file), sheet.png()?)?;
+        writeln!(self.text, "\n![{file}]({})", self.link(file))?;
+        Ok(())
+    }
+
+    /// A file of the folder, seen from the page.
+    pub fn link(&self, file: &str) -> String {
+        let folder = self.pictures.file_name().and_then(|n| n.to_str()).unwrap_or(".");
+        format!("{folder}/{file}")
+    }
+
+    /// Writes the page: title and introduction, in which {commit} is replaced, the claims, the sections. Removes pictures that
+    /// it does not show.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(self, title: &str, introduction: &str) -> Result<()> {
+        let mut text = format!("# {title}\n\n{}\n", introduction.replace("{commit}", &page::commit()));
+        self.claims.write(&mut text)?;
+        text += &self.text;
+        writeln!(text, "\n<!-- {} -->", self.made_from)?;
+        for picture in std::fs::read_dir(&self.pictures)? {
+            let picture = picture?;
+            if !text.contains(&self.link(&picture.file_name().to_string_lossy())) {
+                std::fs::remove_file(picture.path())?;
+            }
+        }
+        print!("{text}");
+        Ok(std::fs::write(self.file, text)?)
+    }
+}
+
+/// Where sections are kept.
+const CACHE: &str = "build/papers";
+
+/// A section that was written.
+#[derive(Serialize, Deserialize)]
+struct Section {
+    file: PathBuf,
+    text: String,
+    claims: Claims,
+}
+
+/// The claims of a page, in the order of the paper.
+#[derive(Default, Serialize, Deserialize)]
+pub struct Claims(Vec<Claim>);
+
+#[derive(Serialize, Deserialize)]
+struct Claim {
+    claim: String,
+    paper: String,
+    here: String,
+    holds: bool,
+    /// Why it does not hold, if it does not, and where the page shows that.
+    cause: String,
+}
+
+impl Claims {
+    /// Adds a claim: its words, what the paper says, what was measured, whether it holds, and why if it does not.
+    pub fn add(&mut self, claim: &str, paper: &str, here: String, holds: bool, cause: &str) {
+        let [claim, paper, cause] = [claim, paper, cause].map(String::from);
+        self.0.push(Claim { claim, paper, here, holds, cause });
+    }
+
+    /// How many hold, those that do not with their causes, then the others.
+    ///
+    /// # Errors
+    /// None: writing to a string does not fail.
+    pub fn write(&self, out: &mut String) -> Result<()> {
+        let fails = || self.0.iter().filter(|claim| !claim.holds);
+        writeln!(out, "{} of the paper's {} claims hold.", self.0.len() - fails().count(), self.0.len())?;
+        if fails().count() > 0 {
+            writeln!(out, "\nWhat does not hold, and why:\n")?;
+            writeln!(out, "| claim | paper | measured | verdict | cause |\n|---|---|---|---|---|")?;
+            for Claim { claim, paper, here, cause, .. } in fails() {
+                writeln!(out, "| {claim} | {paper} | {here} | **does not hold** | {cause} |")?;
+            }
+        }
+        writeln!(out, "\nWhat holds:\n\n| claim | paper | measured | verdict |\n|---|---|---|---|")?;
+        for Claim { claim, paper, here, .. } in self.0.iter().filter(|claim| claim.holds) {
+            writeln!(out, "| {claim} | {paper} | {here} | holds |")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verdicts_are_those_that_were_measured() {
+        let (mut claims, mut out) = (Claims::default(), String::new());
+        claims.add("a", "1", "2".into(), true, "c");
+        claims.add("b", "3", "4".into(), false, "d");
+        claims.write(&mut out).unwrap();
+        assert!(out.starts_with("1 of the paper's 2 claims hold."));
+        assert!(out.contains("| b | 3 | 4 | **does not hold** | d |") && out.contains("| a | 1 | 2 | holds |"));
+    }
+}

@@ -13,7 +13,7 @@ struct Of {
 }
 
 /// What is recorded exceeds what was measured by this many bytes to twice as many.
-const SLACK: usize = 256;
+const SLACK: usize = 1024;
 
 /// By row.
 #[derive(Default)]

@@ -1,8 +1,9 @@
 #!/bin/sh
 # Breaks one rule at a time and requires that a test notices: mutants.sh [NAME...], names of tests/mutants without .patch
 #
-# Each patch begins with two lines, `Fault: what is broken` and `Test: arguments of cargo test that name one test`. The
-# sources are copied to a folder of their own; there every named test must pass, and then fail for its patch.
+# Each patch begins with three lines, `Fault: what is broken`, `Rule: its number in docs/design.md, or none` and `Test: arguments
+# of cargo test that name one test`. The sources are copied to a folder of their own; there every named test must pass, and then
+# fail for its patch.
 set -u
 cd "$(dirname "$0")/.."
 
@@ -12,6 +13,8 @@ work=$(cd "$work" && pwd)
 copy=$work/source
 patches=$(pwd)/tests/mutants
 export CARGO_TARGET_DIR="$work/target"
+# Seconds. A fault may make a test endless, and so be noticed.
+longest=300
 bad=0
 
 field() {
@@ -30,7 +33,7 @@ refresh() {
     (cd "$copy" && find . -type f | sed 's|^\./||' | sort | comm -13 "$work/files" - | xargs -r rm)
 }
 
-# run_test NAME: passes, fails, does not build, or is not there.
+# run_test NAME: passes, fails, does not end, does not build, or is not there.
 run_test() {
     log=$work/$1.log
     # The arguments are split into words on purpose.
@@ -38,13 +41,14 @@ run_test() {
     set -- $(field Test "$1")
     if ! (cd "$copy" && cargo test --quiet --no-run "$@") > "$log" 2>&1; then
         echo "does not build"
-    elif (cd "$copy" && cargo test "$@" -- --exact) > "$log" 2>&1; then
-        if grep -q '^test result: ok. 1 passed' "$log"; then echo passes; else echo "no such test"; fi
-    elif grep -q '^test .* FAILED$' "$log"; then
-        echo fails
-    else
-        echo "ends without a verdict"
+        return
     fi
+    (cd "$copy" && timeout "$longest" cargo test "$@" -- --exact) > "$log" 2>&1
+    case $? in
+        0) if grep -q '^test result: ok. 1 passed' "$log"; then echo passes; else echo "no such test"; fi ;;
+        124) echo "does not end" ;;
+        *) if grep -q '^test .* FAILED$' "$log"; then echo fails; else echo "ends without a verdict"; fi ;;
+    esac
 }
 
 # Lines may have moved and their surroundings changed a little; more than that needs a new patch.
@@ -53,7 +57,7 @@ apply() {
         < "$patches/$1.patch" > "$work/$1.log" 2>&1
 }
 
-# judge NAME: red if the test fails for the patch.
+# judge NAME: red if the test fails for the patch, or takes far longer than any test does.
 judge() {
     if ! apply "$1"; then
         echo "BAD: the patch no longer applies"
@@ -61,7 +65,7 @@ judge() {
     fi
     with=$(run_test "$1")
     case "$with" in
-        fails) echo red ;;
+        fails | "does not end") echo red ;;
         passes) echo GREEN ;;
         *) echo "BAD: with the patch the test $with" ;;
     esac
@@ -70,16 +74,16 @@ judge() {
 command -v patch > /dev/null || { echo "mutants: patch is missing" >&2; exit 1; }
 [ $# -gt 0 ] || set -- $(cd "$patches" && ls ./*.patch | sed 's|^\./||; s|\.patch$||')
 for name; do
-    [ -n "$(field Fault "$name")" ] && [ -n "$(field Test "$name")" ] ||
-        { echo "mutants: no Fault or Test line in tests/mutants/$name.patch" >&2; exit 1; }
+    [ -n "$(field Fault "$name")" ] && [ -n "$(field Rule "$name")" ] && [ -n "$(field Test "$name")" ] ||
+        { echo "mutants: no Fault, Rule or Test line in tests/mutants/$name.patch" >&2; exit 1; }
 done
 
 refresh
 for name; do
     run_test "$name" > "$work/$name.without"
 done
-echo "| mutant | fault | test | verdict |"
-echo "|---|---|---|---|"
+echo "| mutant | rule | fault | test | verdict |"
+echo "|---|---|---|---|---|"
 for name; do
     without=$(cat "$work/$name.without")
     if [ "$without" = passes ]; then
@@ -88,7 +92,7 @@ for name; do
     else
         verdict="BAD: without the patch the test $without"
     fi
-    echo "| $name | $(field Fault "$name") | $(field Test "$name") | $verdict |"
+    echo "| $name | $(field Rule "$name") | $(field Fault "$name") | $(field Test "$name") | $verdict |"
     [ "$verdict" = red ] || { bad=$((bad + 1)); sed 's/^/      /' "$work/$name.log" >&2; }
 done
 refresh

@@ -2,5 +2,6 @@
 
 mod imports;
 mod inventory;
+mod mutants;
 mod pages;
 mod shared;

@@ -13,6 +13,7 @@ mod header;
 mod objects;
 mod passes;
 mod pointers;
+mod renderer;
 mod scene;
 mod sizes;
 mod table;

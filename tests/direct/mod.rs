@@ -3,9 +3,12 @@
 mod client;
 mod joint;
 mod light;
+mod mixed;
+mod picks;
 mod rays;
 mod shared;
 mod target;
+mod turns;
 mod unbiased;
 mod visibility;
 mod wave;

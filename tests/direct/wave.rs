@@ -3,7 +3,7 @@
 use super::light::Light;
 use super::maps;
 use crate::support::Random;
-use crate::support::vector::single;
+use crate::support::vector::{add, scale, single, unit};
 use std::ptr::{null, null_mut};
 use wis::direct::Ray;
 use wis::ffi::MemorySize;
@@ -72,7 +72,8 @@ fn waves_are_single_calls() {
             let mut columns = vec![0.0f32; POINTS * NUMBERS];
             let mut kind = vec![0u32; POINTS];
             for i in 0..POINTS {
-                let normal = single(random.direction());
+                // Close together: hits of a pixel share products, and the next pixel's would if they were not forgotten.
+                let normal = single(unit(add([0.0, 0.0, 1.0], scale(random.direction(), 0.05))));
                 let (tangent, wo) = (single(random.direction()), normal);
                 let rest = (0..NUMBERS - 9).map(|_| random.f32());
                 // Point 40 has no normal.

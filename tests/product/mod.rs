@@ -3,12 +3,18 @@
 mod bits;
 mod chi_square;
 mod client;
+mod cone;
 mod degenerate;
+mod divided;
+mod floor;
 mod invert;
+mod lamp;
 mod mean;
+mod narrow;
 mod points;
 mod prepared;
 mod reach;
+mod scale;
 mod share;
 mod weights;
 

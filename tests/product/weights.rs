@@ -9,7 +9,7 @@ use super::prepared::Prepared;
 use wis::light::plan::Filter;
 
 /// Of any lobe whose narrow half-angle is at least 0.02, at views up to 89 degrees.
-const LARGEST: f64 = 50.0;
+pub const LARGEST: f64 = 50.0;
 
 /// White, an unclipped sun high and at the horizon, and lamps.
 fn maps() -> Vec<(String, Map)> {

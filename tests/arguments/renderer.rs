@@ -1,0 +1,131 @@
+//! The structs of wis.h: each field that can be wrong, levels that the processor lacks, and products of another light.
+
+use super::block::Block;
+use super::call::{Call, field};
+use super::header::functions;
+use super::objects::function;
+use super::scene::Scene;
+use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_EXACT_ZERO};
+use wis::ffi::material::{MaterialData, PointData};
+use wis::ffi::product::GridConfig;
+use wis::ffi::sampler::{SamplerConfig, WIS_CPU_AVX2};
+use wis::light::environment::turn;
+use wis::simd::Level;
+use wis::sphere::Frame;
+use wis::status::Status;
+
+const INVALID: Status = Status::InvalidArgument;
+const TRANSFORM: Status = Status::InvalidTransform;
+
+/// The field that a diagnostic names, an edit that spoils it, and the status.
+type Fault<T> = (&'static str, fn(&mut T), Status);
+
+/// Calls functions with an argument that is spoiled in one field after another. Calls with a sampler keep the diagnostic there.
+fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) {
+    let scene = Scene::new();
+    for function in functions.iter().map(|name| function(name)) {
+        for (name, edit, status) in faults {
+            let mut call = Call::valid(&scene, &function);
+            call.edit(argument, edit);
+            let diagnostic = call.fails(name, *status, argument);
+            let told = function.parameter("diagnostic").is_some();
+            assert_eq!(field(&diagnostic), told.then_some(*name), "{}", function.name);
+        }
+    }
+}
+
+#[test]
+fn samplers() {
+    let faults: &[Fault<SamplerConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("cpu_level", |c| c.cpu_level = WIS_CPU_AVX2 + 1, INVALID),
+        ("cpu_level", |c| c.cpu_level = u32::MAX, INVALID),
+        ("rays", |c| c.rays = 4097, INVALID),
+        ("candidates_per_ray", |c| c.candidates_per_ray = 257, INVALID),
+        ("reserved", |c| c.reserved = 1, INVALID),
+    ];
+    check(&["wis_sampler_size", "wis_sampler_init"], "config", faults);
+}
+
+/// A level that the build knows is accepted where the processor has it, and refused where it would be an illegal instruction.
+#[test]
+fn levels() {
+    let scene = Scene::new();
+    let init = function("wis_sampler_init");
+    let mut call = Call::valid(&scene, &init);
+    call.edit("config", |config: &mut SamplerConfig| config.cpu_level = WIS_CPU_AVX2);
+    if Level::detect() == Level::BASELINE {
+        assert_eq!(field(&call.fails("lanes", INVALID, "config")), Some("cpu_level"));
+    } else {
+        call.succeeds("lanes");
+    }
+}
+
+#[test]
+fn products() {
+    let faults: &[Fault<GridConfig>] = &[
+        ("size", |c| c.size = 0, Status::InvalidStructSize),
+        ("flags", |c| c.flags = 2, INVALID),
+        ("divided_cells", |c| c.divided_cells = 25, INVALID),
+        ("cone", |c| c.cone = -0.1, INVALID),
+        ("cone", |c| c.cone = 1.6, INVALID),
+        ("cone", |c| c.cone = f32::NAN, INVALID),
+    ];
+    check(&["wis_product_size", "wis_product_prepare"], "config", faults);
+}
+
+#[test]
+fn materials() {
+    let faults: &[Fault<MaterialData>] = &[
+        ("size", |m| m.size = 0, Status::InvalidStructSize),
+        ("lobe_count", |m| m.lobe_count = 5, INVALID),
+        ("kind", |m| m.lobe[0].kind = 0, INVALID),
+        ("kind", |m| m.lobe[0].kind = 4, INVALID),
+        ("a", |m| (m.lobe[0].kind, m.lobe[0].a, m.lobe[0].b) = (2, 0.0, 0.5), INVALID),
+        ("b", |m| (m.lobe[0].kind, m.lobe[0].a, m.lobe[0].b) = (2, 0.5, f32::NAN), INVALID),
+        ("a", |m| (m.lobe[0].kind, m.lobe[0].a) = (3, -1.0), INVALID),
+        ("eta", |m| (m.lobe[0].kind, m.lobe[0].a, m.lobe[0].b, m.lobe[0].eta) = (5, 0.5, 0.5, 1.0), INVALID),
+    ];
+    check(&["wis_material_init"], "material", faults);
+}
+
+#[test]
+fn points() {
+    let faults: &[Fault<PointData>] = &[
+        ("size", |p| p.size = 0, Status::InvalidStructSize),
+        ("flags", |p| p.flags = 4, INVALID),
+        ("normal", |p| p.normal = [0.0; 3], TRANSFORM),
+        ("wo", |p| p.wo = [f32::NAN, 0.0, 1.0], TRANSFORM),
+        ("tangent", |p| p.tangent = [f32::INFINITY, 0.0, 0.0], TRANSFORM),
+        ("weight", |p| p.weight[0] = [1.0, -1e-30, 1.0], INVALID),
+        ("weight", |p| p.weight[0] = [f32::INFINITY; 3], INVALID),
+    ];
+    check(&["wis_direct", "wis_product_prepare"], "point", faults);
+}
+
+/// A product answers only with the light that it was prepared with: neither with one of other pixels, nor with the same one turned.
+#[test]
+fn other_lights() {
+    let scene = Scene::new();
+    let init = function("wis_environment_init");
+    let mut call = Call::valid(&scene, &init);
+    call.edit("config", |config: &mut LightConfig| config.flags ^= WIS_ENVIRONMENT_EXACT_ZERO);
+    call.succeeds("another light");
+    let other = call.bytes("memory").to_vec();
+    let mut turned = Block::new(Call::valid(&scene, &function("wis_product_describe")).bytes("environment"), 0);
+    turn(&mut turned, &Frame::new(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0]).expect("a rotation"));
+    let all = functions();
+    let taking: Vec<_> = all
+        .iter()
+        .filter(|f| f.takes("const wis_product *product") && f.takes("const wis_environment *environment"))
+        .collect();
+    assert!(taking.len() >= 4);
+    for function in taking {
+        Call::valid(&scene, function).succeeds("its own light");
+        for bytes in [&other[..], &turned] {
+            let mut call = Call::valid(&scene, function);
+            call.give("environment", Block::new(bytes, 0));
+            call.fails("another light", Status::Mismatch, "product");
+        }
+    }
+}

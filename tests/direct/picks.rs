@@ -1,0 +1,101 @@
+//! Picks among candidates, by the letter of rule 24: which weights they get, and what a ray weighs.
+
+use crate::support::Random;
+use wis::direct::candidates::Candidates;
+use wis::direct::pick::pick;
+
+/// The share of the mean that every candidate has at least.
+const C: f64 = 0.05;
+
+/// Directions, densities and target over density of candidates; an infinite density: the candidate does not count.
+struct Columns {
+    place: [Vec<f32>; 3],
+    density: Vec<f32>,
+    weight: Vec<f32>,
+}
+
+impl Columns {
+    fn random(random: &mut Random, count: usize) -> Columns {
+        let mut column = |of: &dyn Fn(f32) -> f32| (0..count).map(|_| of(random.f32())).collect::<Vec<f32>>();
+        let density = column(&|u| if u < 0.2 { f32::INFINITY } else { (10.0 * u).exp2() });
+        let dark: Vec<f32> = column(&|u| if u < 0.3 { 0.0 } else { (12.0 * u).exp2() });
+        let weight = dark.iter().zip(&density).map(|(w, d)| if *d < f32::INFINITY { *w } else { 0.0 }).collect();
+        let number = (0..count).map(|i| i as f32).collect();
+        Columns { place: [number, vec![0.0; count], vec![1.0; count]], density, weight }
+    }
+
+    /// The numbers of the picked candidates and the weights of their rays.
+    fn pick(&mut self, rays: usize, u: f32) -> Vec<(usize, f64)> {
+        let [x, y, z] = &mut self.place;
+        let mut candidates = Candidates { x, y, z, density: &mut self.density, weight: &mut self.weight };
+        let mut picked = Vec::new();
+        let count = pick(&mut candidates, rays, u, |ray, [x, ..], weight| {
+            assert_eq!(ray, picked.len());
+            picked.push((x as usize, f64::from(weight)));
+        });
+        assert_eq!(count, picked.len());
+        picked
+    }
+}
+
+/// w = g / q + c mean(g / q) where a candidate counts, else 0; a ray that stands for m picks weighs m S / (N w q), and all picks are
+/// spent. So the sum of (ray's weight) w q is S, whatever is picked.
+#[test]
+fn weights_are_those_of_the_rule() {
+    let mut random = Random(131);
+    for round in 0..4000 {
+        let (count, rays) = ([8, 16, 24, 64][round % 4], [1, 2, 3, 4, 15, 40][round % 6]);
+        let given = Columns::random(&mut random, count);
+        let mean = given.weight.iter().map(|&w| f64::from(w)).sum::<f64>() / count as f64;
+        let counts = |i: usize| given.density[i] < f32::INFINITY;
+        // Without any target all that count are alike.
+        let expected = |i: usize| match (counts(i), mean > 0.0) {
+            (false, _) => 0.0,
+            (true, true) => f64::from(given.weight[i]) + C * mean,
+            (true, false) => 1.0,
+        };
+        let sum: f64 = (0..count).map(expected).sum();
+        let picked =
+            Columns { place: given.place.clone(), density: given.density.clone(), weight: given.weight.clone() }
+                .pick(rays, random.f32());
+        assert!(picked.len() <= rays && picked.is_empty() == (sum == 0.0));
+        let mut all = 0.0;
+        for &(i, weight) in &picked {
+            assert!(counts(i), "a candidate that does not count");
+            let times = weight * rays as f64 * expected(i) * f64::from(given.density[i]) / sum;
+            let share = rays as f64 * expected(i) / sum;
+            assert!((times - times.round()).abs() < 1e-3 && times > 0.5, "{times} picks");
+            assert!((times - share).abs() < 1.001, "{times} picks of {share}");
+            all += times;
+        }
+        assert!(picked.is_empty() || (all - rays as f64).abs() < 1e-2, "{all} of {rays} picks");
+    }
+}
+
+/// Over evenly spread u a candidate is picked N w / S times: also those whose target is 0.
+#[test]
+fn candidates_are_picked_in_proportion() {
+    const TURNS: usize = 1 << 12;
+    let mut random = Random(137);
+    for rays in [1, 3] {
+        let given = Columns::random(&mut random, 24);
+        let mean = given.weight.iter().map(|&w| f64::from(w)).sum::<f64>() / 24.0;
+        let expected = |i: usize| {
+            if given.density[i] < f32::INFINITY { f64::from(given.weight[i]) + C * mean } else { 0.0 }
+        };
+        let sum: f64 = (0..24).map(expected).sum();
+        let mut times = [0.0; 24];
+        for turn in 0..TURNS {
+            let u = (turn as f32 + 0.5) / TURNS as f32;
+            let mut again =
+                Columns { place: given.place.clone(), density: given.density.clone(), weight: given.weight.clone() };
+            for (i, weight) in again.pick(rays, u) {
+                times[i] += weight * rays as f64 * expected(i) * f64::from(given.density[i]) / sum / TURNS as f64;
+            }
+        }
+        for (i, times) in times.iter().enumerate() {
+            let share = rays as f64 * expected(i) / sum;
+            assert!((times - share).abs() < 2e-3, "candidate {i} of {rays} rays: {times} for {share}");
+        }
+    }
+}

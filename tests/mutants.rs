@@ -1,0 +1,110 @@
+//! Mutants (rule 36): each rule of the design that a test can guard has one, and what it breaks is still there to be broken.
+
+use crate::pages::{read, root};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+/// Rules without a mutant, and why.
+const WITHOUT: [(u32, &str); 13] = [
+    (3, "the order of arguments is that of the header, which tests/arguments reads"),
+    (5, "a plain struct has no fault of its own"),
+    (7, "the light alone is a function of its own, which rules 13 to 17 describe"),
+    (22, "estimates are approximations: rule 33 bounds what follows from them"),
+    (29, "the compiler denies unsafe code"),
+    (30, "recorded bits tell platforms apart"),
+    (31, "the report's"),
+    (32, "the report's"),
+    (34, "the report's"),
+    (35, "the report's"),
+    (36, "this file"),
+    (37, "the report's"),
+    (38, "the report's"),
+];
+
+/// A patch and the lines that it begins with.
+struct Mutant {
+    name: String,
+    fields: BTreeMap<String, String>,
+    patch: String,
+}
+
+impl Mutant {
+    fn field(&self, name: &str) -> &str {
+        self.fields.get(name).unwrap_or_else(|| panic!("{} has no line `{name}: ...`", self.name))
+    }
+
+    /// The rule that it breaks; none for what no rule of the design describes.
+    fn rule(&self) -> Option<u32> {
+        match self.field("Rule") {
+            "none" => None,
+            number => Some(number.parse().unwrap_or_else(|_| panic!("{}: rule {number}", self.name))),
+        }
+    }
+}
+
+fn mutants() -> Vec<Mutant> {
+    let folder = fs::read_dir(root().join("tests/mutants")).expect("patches");
+    let mut names: Vec<String> =
+        folder.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    let mutant = |name: String| {
+        let text = read(&format!("tests/mutants/{name}"));
+        let (head, patch) = text.split_once("\n\n").unwrap_or_else(|| panic!("{name} has no head"));
+        let fields = head.lines().map(|line| line.split_once(": ").unwrap_or_else(|| panic!("{name}: {line}")));
+        let fields = fields.map(|(field, value)| (field.to_string(), value.to_string())).collect();
+        Mutant { name, fields, patch: patch.to_string() }
+    };
+    names.into_iter().map(mutant).collect()
+}
+
+/// The numbers of the rules of the design.
+fn rules() -> BTreeSet<u32> {
+    let number = |line: &str| line.strip_prefix("**")?.split_once(". ")?.0.parse().ok();
+    read("docs/design.md").lines().filter_map(number).collect()
+}
+
+#[test]
+fn each_rule_has_a_mutant_or_a_reason() {
+    let (rules, broken) = (rules(), mutants().iter().filter_map(Mutant::rule).collect::<BTreeSet<u32>>());
+    assert!(rules.len() > 35, "{rules:?}");
+    let excused: BTreeSet<u32> = WITHOUT.iter().map(|(rule, _)| *rule).collect();
+    assert!(broken.is_subset(&rules) && excused.is_subset(&rules), "no rule of the design");
+    assert!(broken.is_disjoint(&excused), "has a mutant: {:?}", broken.intersection(&excused));
+    let without: Vec<&u32> = rules.iter().filter(|rule| !broken.contains(rule) && !excused.contains(rule)).collect();
+    assert!(without.is_empty(), "rules without a mutant: {without:?}");
+}
+
+/// The test that is named stands in the file that its path says, in a binary that has this module.
+#[test]
+fn the_named_tests_are_there() {
+    for mutant in mutants() {
+        mutant.field("Fault");
+        let words: Vec<&str> = mutant.field("Test").split(' ').collect();
+        let ["--test", binary, path] = words[..] else { panic!("{}: Test: {words:?}", mutant.name) };
+        let (modules, test) = path.rsplit_once("::").unwrap_or_else(|| panic!("{}: {path}", mutant.name));
+        let first = modules.split("::").next().expect("a module");
+        assert!(read(&format!("tests/{binary}.rs")).contains(&format!("mod {first};")), "{}: {path}", mutant.name);
+        let file = format!("tests/{}", modules.replace("::", "/"));
+        let files = [format!("{file}.rs"), format!("{file}/mod.rs")];
+        let source = files.iter().find(|file| root().join(file).exists());
+        let source = read(source.unwrap_or_else(|| panic!("{}: no file {file}", mutant.name)));
+        assert!(source.contains(&format!("#[test]\nfn {test}()")), "{}: no test {path}", mutant.name);
+    }
+}
+
+/// A patch whose lines changed breaks nothing: it has to be made anew.
+#[test]
+fn what_they_break_is_there() {
+    for mutant in mutants() {
+        let mut source = String::new();
+        for line in mutant.patch.lines() {
+            if let Some(file) = line.strip_prefix("--- a/") {
+                source = read(file);
+            } else if let Some(removed) = line.strip_prefix('-') {
+                let found = source.lines().any(|line| line == removed);
+                assert!(found, "{} is stale, make it anew: no line {removed:?}", mutant.name);
+            }
+        }
+        assert!(!source.is_empty(), "{} breaks nothing", mutant.name);
+    }
+}

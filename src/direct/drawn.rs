@@ -37,7 +37,7 @@ impl Source<'_> {
             for (i, (&Drawn { wi, pdf }, other)) in drawn.iter().zip(other).enumerate() {
                 let density = if i < products { rest * pdf + share * other } else { share * pdf + rest * other };
                 if let (true, Some(ray)) = (density > 0.0 && is_above(point, wi), out.get_mut(written)) {
-                    *ray = Ray { wi, weight: 1.0 / (total as f32 * density) };
+                    *ray = Ray { wi, weight: (1.0 / (total as f32 * density)).min(f32::MAX) };
                     written += 1;
                 }
             }

@@ -2,6 +2,9 @@
 
 use super::candidates::{Candidates, FLOOR};
 
+/// Sums of weights from here on are too close to the end of f32 to work with: every candidate that counts is then as good as another.
+const LARGEST: f32 = f32::MAX / 4.0;
+
 /// Picks `rays` candidates, merged where one is picked more than once, and hands their number, direction and weight to `put`.
 /// Answers how many there are: none if no candidate counts.
 #[inline(always)]
@@ -9,8 +12,7 @@ pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl 
     let Candidates { x, y, z, density, weight } = candidates;
     let sum: f32 = weight.iter().sum();
     // Without any target every candidate that counts is as good as another.
-    let (scale, least) =
-        if sum > 0.0 && sum < f32::INFINITY { (1.0, FLOOR * sum / weight.len() as f32) } else { (0.0, 1.0) };
+    let (scale, least) = if sum > 0.0 && sum < LARGEST { (1.0, FLOOR * sum / weight.len() as f32) } else { (0.0, 1.0) };
     let (mut total, mut last) = (0.0, None);
     for (i, (weight, density)) in weight.iter_mut().zip(density.iter()).enumerate() {
         *weight = if *density < f32::INFINITY { *weight * scale + least } else { 0.0 };
@@ -39,7 +41,7 @@ pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl 
             next = (taken as f32 + u) * step;
         }
         if times > 0 {
-            put(written, [*x, *y, *z], times as f32 * step / (w * density));
+            put(written, [*x, *y, *z], (times as f32 * step / (w * density)).min(f32::MAX));
             written += 1;
         }
         if taken == rays {

@@ -61,7 +61,7 @@ impl<'a> Point<'a> {
         self.all_lobes(|shape| matches!(shape.kind, Kind::Lambert | Kind::LambertTransmission))
     }
 
-    /// Whether every lobe that has a weight is at least as wide as [`WIDE`].
+    /// Whether every lobe that has a weight is wide: products then err little.
     pub fn is_wide(&self) -> bool {
         self.all_lobes(|shape| match shape.kind {
             Kind::Lambert | Kind::LambertTransmission => true,

@@ -48,7 +48,7 @@ pub fn product<'a>(
 
 /// Draws the rays of a hit from its product, with the points of its turn. Answers how many there are.
 ///
-/// A share of [`FROM_LIGHT`] comes from the light alone.
+/// A share of 2 % comes from the light alone.
 #[inline(never)]
 pub fn draw(
     level: Level,

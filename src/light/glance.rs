@@ -6,8 +6,8 @@
 use super::chart::Place;
 use super::search::{UNITS, cell16};
 use super::tables::{Light, decoded};
-use super::walk::{byte, floats, ints};
-use crate::simd::{Apart, LANES, Num, prefetch};
+use super::walk::{floats, ints};
+use crate::simd::{Apart, LANES, Num};
 
 /// What lanes look up: column and row of patches first, then of the part of a block's grid.
 struct Look<const N: usize> {
@@ -43,26 +43,17 @@ impl<const N: usize> Look<N> {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
-            let (x, y) = (self.at[0][lane], self.at[1][lane]);
-            let column = u32::from(byte(light.cell_of[0], (x >> (light.side[0] & 31)) as usize));
-            let row = u32::from(byte(light.cell_of[1], (y >> (light.side[1] & 31)) as usize));
-            let index = (self.face[lane] * face_rows + row) * light.grid[0] + column;
-            prefetch(light.cells, index as usize);
-            self.cell[lane] = index;
+            self.cell[lane] = light.find_cell(self.face[lane], face_rows, [self.at[0][lane], self.at[1][lane]]);
         }
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
-            let mut block = [0; 2];
-            for (k, block) in block.iter_mut().enumerate() {
-                let patch = self.at[k][lane].wrapping_sub(c.origin[k].into());
-                *block = patch >> (c.side[k] & 31);
-                self.at[k][lane] = patch & !(u32::MAX << (c.side[k] & 31));
-                self.from[k][lane] = *block;
+            let found = light.find_block(c, [self.at[0][lane], self.at[1][lane]]);
+            for k in 0..2 {
+                self.from[k][lane] = found.at[k];
+                self.at[k][lane] = found.patch[k];
             }
             self.candidates[lane] = c.candidates;
-            let number = c.first + block[1] * u32::from(c.blocks[0]) + block[0];
-            prefetch(light.blocks, number as usize);
-            self.block[lane] = number;
+            self.block[lane] = found.number;
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);

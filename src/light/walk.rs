@@ -286,26 +286,17 @@ impl<const N: usize> Walk<N> {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
-            let (x, y) = (self.behind[0][lane], self.behind[1][lane]);
-            let column = u32::from(byte(light.cell_of[0], (x >> (light.side[0] & 31)) as usize));
-            let row = u32::from(byte(light.cell_of[1], (y >> (light.side[1] & 31)) as usize));
-            let index = (self.face[lane] * face_rows + row) * light.grid[0] + column;
-            prefetch(light.cells, index as usize);
-            self.cell[lane] = index;
+            let patch = [self.behind[0][lane], self.behind[1][lane]];
+            self.cell[lane] = light.find_cell(self.face[lane], face_rows, patch);
         }
         for lane in 0..count {
-            let c = light.cell(self.cell[lane]);
-            let mut at = [0; 2];
-            for (k, at) in at.iter_mut().enumerate() {
-                let patch = self.behind[k][lane].wrapping_sub(c.origin[k].into());
-                *at = patch >> (c.side[k] & 31);
-                self.from[k][lane] = *at;
+            let found = light.find_block(light.cell(self.cell[lane]), [self.behind[0][lane], self.behind[1][lane]]);
+            for k in 0..2 {
+                self.from[k][lane] = found.at[k];
                 // Patches, for now.
-                self.behind[k][lane] = patch & !(u32::MAX << (c.side[k] & 31));
+                self.behind[k][lane] = found.patch[k];
             }
-            let number = c.first + at[1] * u32::from(c.blocks[0]) + at[0];
-            prefetch(light.blocks, number as usize);
-            self.block[lane] = number;
+            self.block[lane] = found.number;
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
@@ -478,6 +469,16 @@ pub(super) fn byte(bytes: &[u8], index: usize) -> u8 {
     bytes.get(index).copied().unwrap_or(0)
 }
 
+/// A block that was found in a cell.
+pub(super) struct InCell {
+    /// Its number.
+    pub number: u32,
+    /// Its column and row in the cell.
+    pub at: [u32; 2],
+    /// The column and row of the patch in the block.
+    pub patch: [u32; 2],
+}
+
 /// [`Located::numbers`].
 struct Numbers<'a, F: Num> {
     light: &'a Light<'a>,
@@ -631,6 +632,30 @@ impl Light<'_> {
             }
         }
         (within(patch, &drawn.shape, &place), out)
+    }
+
+    /// The cell that holds a patch of a face of so many rows of cells.
+    #[inline(always)]
+    pub(super) fn find_cell(&self, face: u32, face_rows: u32, [x, y]: [u32; 2]) -> u32 {
+        let column = u32::from(byte(self.cell_of[0], (x >> (self.side[0] & 31)) as usize));
+        let row = u32::from(byte(self.cell_of[1], (y >> (self.side[1] & 31)) as usize));
+        let index = (face * face_rows + row) * self.grid[0] + column;
+        prefetch(self.cells, index as usize);
+        index
+    }
+
+    /// The block of a cell that holds a patch.
+    #[inline(always)]
+    pub(super) fn find_block(&self, cell: &Cell, patch: [u32; 2]) -> InCell {
+        let (mut at, mut inside) = ([0; 2], [0; 2]);
+        for k in 0..2 {
+            let from_cell = patch[k].wrapping_sub(cell.origin[k].into());
+            at[k] = from_cell >> (cell.side[k] & 31);
+            inside[k] = from_cell & !(u32::MAX << (cell.side[k] & 31));
+        }
+        let number = cell.first + at[1] * u32::from(cell.blocks[0]) + at[0];
+        prefetch(self.blocks, number as usize);
+        InCell { number, at, patch: inside }
     }
 
     #[inline(always)]

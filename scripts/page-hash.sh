@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 sources() {
     find tests -name '*.rs' -exec grep -l 'const RECORD' {} +
     if [ "$1" = gallery ]; then
-        find c-examples/gallery c-examples/relight/mesh.c c-examples/relight/tracer.c c-examples/render -name '*.[ch]'
+        find c-examples/gallery c-examples/relight/mesh.c c-examples/relight/tracer.c c-examples/render -name '*.[ch]' -not -name 'page.*'
         return
     fi
     find ffi-tests/src -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'

@@ -203,7 +203,7 @@ bool page_write_html(const Page *page, const char *folder) {
     fputs("<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>wis: gallery</title>\n"
           "<meta name=\"viewport\" content=\"width=device-width\">\n"
           "<style>body { font: 16px sans-serif; margin: 2em auto; max-width: 1280px; padding: 0 1em }\n"
-          "img { max-width: 100% } table { border-collapse: collapse } td, th { padding: .2em .8em; text-align: left; border-bottom: 1px solid #ccc }</style>\n"
+          "img { max-width: 100% } table { border-collapse: collapse; margin: 1em 0 } td, th { padding: .2em .8em; text-align: left; border-bottom: 1px solid #ccc }</style>\n"
           "<h1>MIS and wis_direct at equal time</h1>\n<p>Above 1x, wis_direct has the lower error.</p>\n", f);
     write_table(f, page, write_verdicts);
     write_table(f, page, write_gains);

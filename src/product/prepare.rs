@@ -54,6 +54,8 @@ const KEPT: f32 = 0.5;
 /// Where parts that reflect nothing would take more than this part of what all others reflect, all lobes are drawn as well: a lamp below
 /// the horizon, in a cell that reaches above it, leaves too few samples for the sky about it.
 const WASTED: f32 = 0.25;
+/// Where narrow lobes take numbers from the grid, less is enough; but not less than this.
+const LITTLE_WASTED: f32 = 0.05;
 /// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
 const MOST_WASTED: f32 = 8.0;
 
@@ -97,7 +99,7 @@ pub fn prepare(
         }
         None => surface,
     };
-    let mut stage = Stage::new(guide, &seen, mirror, cone, config);
+    let mut stage = Stage::new(guide, &seen, (peak, mirror), cone, config);
     run(level, Evaluate { stage: &mut stage });
     if stage.adds_lobes {
         peak = peak::add_all(&mut lobes, peak, &surface);
@@ -160,6 +162,8 @@ struct Stage<'a> {
     heaviest: Heaviest,
     /// The mirror direction, in map space; 0 if no lobe is narrow.
     peak: [f32; 3],
+    /// The share of numbers that draws from narrow lobes.
+    from_peak: f32,
     constant: bool,
     /// Whether the point has lobes that can be drawn from.
     draws_lobes: bool,
@@ -184,13 +188,20 @@ struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    fn new(guide: Guide<'a>, surface: &'a Surface, peak: [f32; 3], cone: Cone, config: &Config) -> Stage<'a> {
+    fn new(
+        guide: Guide<'a>,
+        surface: &'a Surface,
+        (from_peak, peak): (f32, [f32; 3]),
+        cone: Cone,
+        config: &Config,
+    ) -> Stage<'a> {
         Stage {
             guide,
             surface,
             cone,
             heaviest: Heaviest::new(config.divided),
             peak,
+            from_peak,
             constant: config.constant,
             draws_lobes: surface.lobe_count() > 0 && surface.wo()[2] > 0.0,
             corners: [[[0.0; LANES]; 4]; MAX_CELLS / LANES],
@@ -364,7 +375,7 @@ impl Stage<'_> {
         self.largest = highest(largest);
         if self.draws_lobes {
             let wasted = self.wasted::<F>();
-            self.adds_lobes = wasted > WASTED;
+            self.adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - self.from_peak);
             self.kept = (MOST_WASTED / wasted).min(1.0);
         }
     }

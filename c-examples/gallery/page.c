@@ -39,24 +39,29 @@ static void write_verdict(FILE *f, const Page *page, int other, const char *name
 }
 
 static void write_verdicts(FILE *f, const Page *page) {
-    fputs("| against | metric | pictures that wis_direct wins | least gain | largest gain |\n| --- | --- | --- | --- | --- |\n", f);
+    fputs("| against | metric | pictures that wis_direct wins | least gain | largest gain |\n| --- | --- | --- | --- | "
+          "--- |\n", f);
     write_verdict(f, page, MIS, "MIS");
     write_verdict(f, page, COMPENSATED, "compensated MIS");
 }
 
 static void write_gains(FILE *f, const Page *page) {
-    fputs("| picture | relative MSE, MIS / direct | absolute MSE, MIS / direct | relative MSE, compensated / direct | absolute MSE, compensated / direct | relative MSE, MIS / direct with visibility | absolute MSE, MIS / direct with visibility |\n"
+    fputs("| picture | relative MSE, MIS / direct | absolute MSE, MIS / direct | relative MSE, compensated / direct | "
+          "absolute MSE, compensated / direct | relative MSE, MIS / direct with visibility | absolute MSE, MIS / direct "
+          "with visibility |\n"
           "| --- | --- | --- | --- | --- | --- | --- |\n", f);
     for (uint32_t i = 0; i < page->count; i++) {
         const Result *r = &page->results[i];
-        fprintf(f, "| %s | %.2fx | %.2fx | %.2fx | %.2fx | %.2fx | %.2fx |\n", r->picture->name, ratio(r, MIS, true), ratio(r, MIS, false),
-                ratio(r, COMPENSATED, true), ratio(r, COMPENSATED, false), gain(r, MIS, REMEMBERING, true), gain(r, MIS, REMEMBERING, false));
+        fprintf(f, "| %s | %.2fx | %.2fx | %.2fx | %.2fx | %.2fx | %.2fx |\n", r->picture->name, ratio(r, MIS, true),
+                ratio(r, MIS, false), ratio(r, COMPENSATED, true), ratio(r, COMPENSATED, false),
+                gain(r, MIS, REMEMBERING, true), gain(r, MIS, REMEMBERING, false));
     }
 }
 
 /* What the gain would be if a sample cost the same by all methods: errors are taken to fall with the number of samples. */
 static void write_per_sample(FILE *f, const Page *page) {
-    fputs("| picture | cost of a sample, direct / MIS | relative MSE, MIS / direct | absolute MSE, MIS / direct | relative MSE, compensated / direct | absolute MSE, compensated / direct |\n"
+    fputs("| picture | cost of a sample, direct / MIS | relative MSE, MIS / direct | absolute MSE, MIS / direct | "
+          "relative MSE, compensated / direct | absolute MSE, compensated / direct |\n"
           "| --- | --- | --- | --- | --- | --- |\n", f);
     for (uint32_t i = 0; i < page->count; i++) {
         const Result *r = &page->results[i];
@@ -69,7 +74,8 @@ static void write_per_sample(FILE *f, const Page *page) {
 
 static void write_errors(FILE *f, const Page *page) {
     static const char *const names[METHODS] = {"MIS", "compensated MIS", "`wis_direct`", "with a visibility cache"};
-    fputs("| picture | method | seconds | samples at a pixel | relative MSE | absolute MSE |\n| --- | --- | --- | --- | --- | --- |\n", f);
+    fputs("| picture | method | seconds | samples at a pixel | relative MSE | absolute MSE |\n| --- | --- | --- | --- | "
+          "--- | --- |\n", f);
     for (uint32_t i = 0; i < page->count; i++) {
         const Result *r = &page->results[i];
         for (int m = 0; m < METHODS; m++) {
@@ -127,40 +133,54 @@ bool page_write_markdown(const Page *page, const char *path) {
     fputs("# Gallery\n\nDirect light in six pictures. Each method had the same processor time.\n\n", f);
     write_verdicts(f, page);
     fputs("\nAbove 1x, `wis_direct` has the lower error. It loses in two cases:\n\n"
-          "- The brightest light is blocked. Neither method knows that, but MIS spends half of its samples on the BRDF, whatever the light.\n"
+          "- The brightest light is blocked. Neither method knows that, but MIS spends half of its samples on the BRDF, "
+          "whatever the light.\n"
           "- The surface is so diffuse, and the light so even, that the choice of rays gains less than it costs.\n\n", f);
     for (uint32_t i = 0; i < page->count; i++) {
         const Result *r = &page->results[i];
         if (r->picture->in_page) {
-            fprintf(f, "![%s: MIS to the left, wis_direct to the right](gallery/%s.png)\n\n", r->picture->name, r->picture->name);
-            fprintf(f, "*A part of **%s**: %s; %s. MIS to the left, `wis_direct` to the right, %.1f s each.\nThe relative MSE is "
+            fprintf(f, "![%s: MIS to the left, wis_direct to the "
+                       "right](gallery/%s.png)\n\n", r->picture->name, r->picture->name);
+            fprintf(f, "*A part of **%s**: %s; %s. MIS to the left, `wis_direct` to the right, %.1f s each.\nThe "
+                       "relative MSE is "
                        "%.4f with MIS and %.4f with `wis_direct`.*\n\n", r->picture->name, r->picture->surface, r->picture->light,
                     r->seconds[DIRECT], r->score[MIS].relative, r->score[DIRECT].relative);
         }
     }
-    fputs("## Gains at equal time\n\nError of the other method over that of `wis_direct`. Above 1x, `wis_direct` is better. With visibility: `wis_visibility_cache_record` notes what\nrays saw, for the passes that follow.\n\n", f);
+    fputs("## Gains at equal time\n\nError of the other method over that of `wis_direct`. Above 1x, `wis_direct` is "
+          "better. With visibility: `wis_visibility_cache_record` notes what\nrays saw, for the passes that follow.\n\n", f);
     write_gains(f, page);
-    fputs("\n## Gains at an equal number of samples\n\nThe same errors, scaled to as many samples: what remains where rays and BRDFs cost far more than the choice of a ray.\n"
-          "Here they are cheap: Embree traces a mesh of at most 100,000 triangles, and a BRDF has two lobes at the most.\n\n", f);
+    fputs("\n## Gains at an equal number of samples\n\nThe same errors, scaled to as many samples: what remains where "
+          "rays and BRDFs cost far more than the choice of a ray.\n"
+          "Here they are cheap: Embree traces a mesh of at most 100,000 triangles, and a BRDF has two lobes at the "
+          "most.\n\n", f);
     write_per_sample(f, page);
     fputs("\n## Errors\n\n", f);
     write_errors(f, page);
     if (page->small != NULL) {
-        fputs("\n## More or fewer samples at a hit\n\nMSE of MIS over that of `wis_direct` at equal time, in pictures a quarter as wide. Above 1x, `wis_direct` is better.\n"
+        fputs("\n## More or fewer samples at a hit\n\nMSE of MIS over that of `wis_direct` at equal time, in pictures a "
+              "quarter as wide. Above 1x, `wis_direct` is better.\n"
               "More samples at a hit mean fewer camera rays.\n\n", f);
         write_counts(f, page);
     }
     fputs("\n## What they show\n\n", f);
     write_inputs(f, page);
-    fprintf(f, "\n## How it was measured\n\n`make gallery PAGE=1` wrote this page; `make gallery` writes the whole pictures, %u x %u pixels, to `build/gallery`.\n\n"
-               "- Methods take turns, a pass each, until each has spent %.1f s of processor time. A pass traces one camera ray and takes %u samples\n"
+    fprintf(f, "\n## How it was measured\n\n`make gallery PAGE=1` wrote this page; `make gallery` writes the whole "
+               "pictures, %u x %u pixels, to `build/gallery`.\n\n"
+               "- Methods take turns, a pass each, until each has spent %.1f s of processor time. A pass traces one "
+               "camera ray and takes %u samples\n"
                "  in each pixel. The time counts camera rays, sampling, BRDFs, radiance and shadow rays; Embree traces them.\n"
-               "- MIS takes half of its samples from the light and half from the BRDF, with the balance heuristic. Its random numbers are an\n"
-               "  Owen-scrambled Sobol sequence that goes on from pass to pass. `wis_direct` gets `turn`, and neither a visibility cache nor `u`.\n"
-               "- Errors are of luminance, over the pixels that the set covers. Relative: d^2 / (truth^2 + 1e-4 mean^2); absolute: d^2 / mean^2.\n"
-               "- The truth is the mean of two references of %.0f s each, one by compensated MIS and one by `wis_direct`. The product of the two\n"
+               "- MIS takes half of its samples from the light and half from the BRDF, with the balance heuristic. Its "
+               "random numbers are an\n"
+               "  Owen-scrambled Sobol sequence that goes on from pass to pass. `wis_direct` gets `turn`, and neither a "
+               "visibility cache nor `u`.\n"
+               "- Errors are of luminance, over the pixels that the set covers. Relative: d^2 / (truth^2 + 1e-4 "
+               "mean^2); absolute: d^2 / mean^2.\n"
+               "- The truth is the mean of two references of %.0f s each, one by compensated MIS and one by "
+               "`wis_direct`. The product of the two\n"
                "  differences estimates d^2, so the references' noise is part of no error.\n"
-               "- Only direct light is there: surfaces that see no part of the map are black.\n", page->width, page->height, page->seconds, page->samples,
+               "- Only direct light is there: surfaces that see no part of the map are "
+               "black.\n", page->width, page->height, page->seconds, page->samples,
             page->reference_seconds);
     return fclose(f) == 0;
 }
@@ -203,14 +223,16 @@ bool page_write_html(const Page *page, const char *folder) {
     fputs("<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>wis: gallery</title>\n"
           "<meta name=\"viewport\" content=\"width=device-width\">\n"
           "<style>body { font: 16px sans-serif; margin: 2em auto; max-width: 1280px; padding: 0 1em }\n"
-          "img { max-width: 100% } table { border-collapse: collapse; margin: 1em 0 } td, th { padding: .2em .8em; text-align: left; border-bottom: 1px solid #ccc }</style>\n"
+          "img { max-width: 100% } table { border-collapse: collapse; margin: 1em 0 } td, th { padding: .2em .8em; "
+          "text-align: left; border-bottom: 1px solid #ccc }</style>\n"
           "<h1>MIS and wis_direct at equal time</h1>\n<p>Above 1x, wis_direct has the lower error.</p>\n", f);
     write_table(f, page, write_verdicts);
     write_table(f, page, write_gains);
     for (uint32_t i = 0; i < page->count; i++) {
         const char *name = page->results[i].picture->name;
         fprintf(f, "<h2>%s</h2>\n<p><img src=\"%s.png\" alt=\"%s: MIS to the left, wis_direct to the right\">\n"
-                   "<br><a href=\"%s-truth.png\">the reference</a>, <a href=\"%s-crop.png\">a part, magnified</a></p>\n", name, name, name, name, name);
+                   "<br><a href=\"%s-truth.png\">the reference</a>, <a href=\"%s-crop.png\">a part, "
+                   "magnified</a></p>\n", name, name, name, name, name);
     }
     write_table(f, page, write_errors);
     if (page->small != NULL) {

@@ -9,7 +9,7 @@ use super::drawn::Source;
 use super::joint::{Set, Turn};
 use crate::brdf::point::{Fault, Point};
 use crate::light::environment::Environment;
-use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
+use crate::product::prepare::{Config, DIVIDED, PrepareError, Work, prepare_in};
 use crate::product::stored::{Product, most_bytes};
 use crate::simd::Level;
 
@@ -36,9 +36,10 @@ pub fn product<'a>(
     level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,
+    work: &mut Work,
     memory: &'a mut [u8],
 ) -> Result<Option<Product<'a>>, Fault> {
-    match prepare(level, environment, point, &Config::default(), memory) {
+    match prepare_in(level, environment, point, &Config::default(), work, memory) {
         Ok(_) => Ok(Product::view(memory)),
         Err(PrepareError::Point(fault)) => Err(fault),
         // The light was built without what products read: nothing else fails in memory that is long enough and aligned.

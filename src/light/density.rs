@@ -7,7 +7,7 @@ use super::batch;
 use super::chart::Place;
 use super::glance::Looked;
 use super::tables::{Drawn, Light, Located};
-use super::walk::{TOGETHER, Walk, floats, put, set};
+use super::walk::{Numbers, TOGETHER, Walk, floats, put, set};
 use crate::numeric::ONE_MINUS_EPSILON;
 use crate::simd::{Apart, Num, Table, prefetch};
 use crate::sphere::Frame;
@@ -69,6 +69,29 @@ impl<F: Num> Apart<F> for ToWorld<'_, F> {
     }
 }
 
+/// World directions and their densities in the light alone, of the lanes of a walk from `first` on; and the bits of those that have to
+/// be settled.
+struct EndOfWalk<'a> {
+    light: &'a Light<'a>,
+    frame: &'a Frame,
+    walk: &'a Walk<TOGETHER>,
+    numbers: &'a Numbers<TOGETHER>,
+    first: usize,
+}
+
+impl<F: Num> Apart<F> for EndOfWalk<'_> {
+    type Output = ([F; 3], F, u32);
+
+    #[inline(always)]
+    fn run(self) -> ([F; 3], F, u32) {
+        let EndOfWalk { light, frame, walk, numbers, first } = self;
+        let drawn = walk.drawn::<F>(light, numbers, None, first);
+        let world = to_world(frame, light.direction_of(&drawn));
+        let (located, strayed) = light.relocate(to_map(frame, unit(world).0), &drawn);
+        (world, light.alone(&located), F::bits(strayed))
+    }
+}
+
 impl Light<'_> {
     /// World directions of drawn places, and where those directions are in the tables.
     #[inline(always)]
@@ -103,7 +126,7 @@ impl Light<'_> {
         let mut step = FIRST_STEP;
         loop {
             let position = drawn.position.map(|x| x + (0.5 - x) * step);
-            let world = to_world(frame, self.direction_of(&Drawn { position, ..drawn }));
+            let world = to_world(frame, drawn.patch.direction(self, position));
             let map = to_map(frame, unit(world).0);
             let (located, strayed) = self.relocate(map, &drawn);
             if !strayed {
@@ -150,24 +173,32 @@ impl Light<'_> {
     /// As [`Light::sample`], for as many `u` as there are: their walks go on side by side.
     #[inline(always)]
     pub fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [batch::Drawn]) {
-        let mut walk = Walk::<TOGETHER>::new();
+        let (mut walk, mut numbers) = (Walk::<TOGETHER>::new(), Numbers::<TOGETHER>::new());
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-            let mut numbers = [[0.5; TOGETHER]; 2];
-            for (lane, &[w, v]) in u.iter().enumerate().take(TOGETHER) {
-                numbers[0][lane] = clamp_u(w);
-                numbers[1][lane] = clamp_u(v);
-            }
             let count = u.len().next_multiple_of(F::WIDTH);
-            walk.begin(self, &numbers, count);
-            walk.down(self, count);
+            for lane in 0..count.min(TOGETHER) {
+                let [w, v] = u.get(lane).copied().unwrap_or([0.5; 2]);
+                numbers.cell[0][lane] = clamp_u(w);
+                numbers.cell[1][lane] = clamp_u(v);
+            }
+            walk.begin(self, &mut numbers, count);
+            walk.down(self, &mut numbers, None, count);
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
-                let drawn = walk.drawn::<F>(self, group * F::WIDTH);
-                let (world, located) = self.to_world(frame, &drawn);
-                let (x, y, z, pdf) =
-                    (world[0].store(), world[1].store(), world[2].store(), self.alone(&located).store());
+                let first = group * F::WIDTH;
+                let (world, pdf, mut strayed) =
+                    F::apart(EndOfWalk { light: self, frame, walk: &walk, numbers: &numbers, first });
+                let (x, y, z, pdf) = (world[0].store(), world[1].store(), world[2].store(), pdf.store());
                 let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
                 for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
                     *out = batch::Drawn { wi: [x, y, z], pdf };
+                }
+                while strayed != 0 {
+                    let lane = strayed.trailing_zeros() as usize;
+                    strayed &= strayed - 1;
+                    if let Some(out) = out.get_mut(lane) {
+                        let (wi, found) = self.settle(frame, walk.cell(first + lane), numbers.of(first + lane));
+                        *out = batch::Drawn { wi, pdf: self.alone(&found) };
+                    }
                 }
             }
         }
@@ -202,10 +233,10 @@ impl Light<'_> {
                     put(out, first, number.store().as_ref());
                 }
             }
-            walk.at(self, false, wi.len().next_multiple_of(F::WIDTH));
+            walk.at(self, None, wi.len().next_multiple_of(F::WIDTH));
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;
-                let patch = walk.patches::<F>(self, first);
+                let patch = walk.patches::<F>(self, None, first);
                 let [column, row, solid_angle, valid] = &places;
                 let place = Place {
                     face: F::splat(0.0),

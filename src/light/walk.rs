@@ -56,8 +56,6 @@ pub struct Drawn<F: Num> {
     pub(super) shape: PatchDensity<F>,
     /// Column and row inside, in [0, 1].
     pub position: [F; 2],
-    /// The numbers that led here.
-    pub(super) numbers: [F::Floats; 2],
 }
 
 impl<F: Num> Drawn<F> {
@@ -81,31 +79,6 @@ impl<F: Num> Patches<F> {
         [self.low[0] + position[0] * self.size[0], self.low[1] + position[1] * self.size[1]]
     }
 
-    /// Replaces the patch of one lane.
-    #[inline(always)]
-    fn set(&mut self, lane: usize, by: &Patches<f32>) {
-        let [cell] = by.cell;
-        if let Some(out) = self.cell.as_mut().get_mut(lane) {
-            *out = cell;
-        }
-        set(&mut self.face, lane, by.face);
-        set(&mut self.brightest, lane, by.brightest);
-        set(&mut self.candidates, lane, by.candidates);
-        set(&mut self.light, lane, by.light);
-        for k in 0..2 {
-            set(&mut self.first[k], lane, by.first[k]);
-            set(&mut self.behind[k], lane, by.behind[k]);
-            set(&mut self.low[k], lane, by.low[k]);
-            set(&mut self.size[k], lane, by.size[k]);
-            set(&mut self.start[k], lane, by.start[k]);
-            set(&mut self.width[k], lane, by.width[k]);
-        }
-        for k in 0..4 {
-            set(&mut self.corner[k], lane, by.corner[k]);
-        }
-        set(&mut self.probability, lane, by.probability);
-    }
-
     #[inline(always)]
     fn shape(&self, light: &Light<'_>) -> PatchDensity<F> {
         PatchDensity::new(self.corner, light.chart.profiles(self.low, self.size))
@@ -113,15 +86,6 @@ impl<F: Num> Patches<F> {
 }
 
 impl<F: Num> Located<F> {
-    /// Replaces one lane.
-    #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, by: &Located<f32>) {
-        self.patch.set(lane, &by.patch);
-        set(&mut self.position[0], lane, by.position[0]);
-        set(&mut self.position[1], lane, by.position[1]);
-        set(&mut self.density, lane, by.density);
-    }
-
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
@@ -152,7 +116,7 @@ pub(super) fn put<T: Copy>(out: &mut [T], first: usize, lanes: &[T]) {
 
 /// Replaces the number of one lane.
 #[inline(always)]
-pub(super) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
+pub(crate) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
     let mut lanes = f.store();
     if let Some(out) = lanes.as_mut().get_mut(lane) {
         *out = x;
@@ -164,7 +128,7 @@ pub(super) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
 pub(super) const TOGETHER: usize = 32;
 
 /// A number for each lane of a walk.
-type Floats<const N: usize> = [f32; N];
+pub(super) type Floats<const N: usize> = [f32; N];
 /// A whole number for each lane of a walk.
 type Ints<const N: usize> = [u32; N];
 
@@ -187,14 +151,6 @@ pub(super) struct Walk<const N: usize> {
     corner: [Ints<N>; 2],
 }
 
-/// The numbers that lanes walk down with.
-pub(super) struct Numbers<const N: usize> {
-    /// In their cells.
-    pub cell: [Floats<N>; 2],
-    /// In their blocks, in units.
-    block: [Floats<N>; 2],
-}
-
 /// What a walk also notes of cells, if it is asked to: products and candidates need it.
 pub(super) struct OfCells<const N: usize> {
     /// Starts and ends of blocks in their cells.
@@ -206,19 +162,6 @@ pub(super) struct OfCells<const N: usize> {
 // far memory.
 const WHOLE: u32 = 1;
 const NUMBER: f32 = 0.5;
-
-impl<const N: usize> Numbers<N> {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        Numbers { cell: [[NUMBER; N]; 2], block: [[NUMBER; N]; 2] }
-    }
-
-    /// Those of a lane in its cell.
-    #[inline(always)]
-    pub(super) fn of(&self, lane: usize) -> [f32; 2] {
-        [0, 1].map(|k: usize| self.cell[k].get(lane).copied().unwrap_or(NUMBER))
-    }
-}
 
 impl<const N: usize> OfCells<N> {
     #[inline(always)]
@@ -258,16 +201,10 @@ impl<const N: usize> Walk<N> {
         }
     }
 
-    /// The cell of a lane.
-    #[inline(always)]
-    pub(super) fn cell(&self, lane: usize) -> u32 {
-        self.cell.get(lane).copied().unwrap_or(0)
-    }
-
     /// Begins in the cells that the numbers of each lane (column, row) fall into, which become the numbers in those cells.
     #[inline(always)]
-    pub(super) fn begin(&mut self, light: &Light<'_>, numbers: &mut Numbers<N>, count: usize) {
-        let [across, down] = &mut numbers.cell;
+    pub(super) fn begin(&mut self, light: &Light<'_>, numbers: &mut [Floats<N>; 2], count: usize) {
+        let [across, down] = numbers;
         // By number: so the compiler sees that every lane is one.
         #[allow(clippy::needless_range_loop)]
         for lane in 0..count.min(N) {
@@ -279,13 +216,13 @@ impl<const N: usize> Walk<N> {
         }
     }
 
-    /// Walks down to the patches that the numbers of each lane lead to.
+    /// Walks down to the patches that the numbers of each lane in its cell lead to, which become the numbers in blocks, in units.
     // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
     #[inline(never)]
     pub(super) fn down(
         &mut self,
         light: &Light<'_>,
-        numbers: &mut Numbers<N>,
+        numbers: &mut [Floats<N>; 2],
         mut of_cells: Option<&mut OfCells<N>>,
         count: usize,
     ) {
@@ -295,25 +232,25 @@ impl<const N: usize> Walk<N> {
         }
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
-            let v = numbers.cell[1][lane];
+            let v = numbers[1][lane];
             let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
             light.starts.prefetch(c.row(row));
             prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
             self.from[1][lane] = row as u32;
-            numbers.block[1][lane] = UNITS * rest(v, range);
+            numbers[1][lane] = UNITS * rest(v, range);
             if let Some(of_cells) = &mut of_cells {
                 of_cells.put(1, lane, range);
             }
         }
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
-            let (w, row) = (numbers.cell[0][lane], self.from[1][lane] as usize);
+            let (w, row) = (numbers[0][lane], self.from[1][lane] as usize);
             let (column, range) = find(&light.starts, c.row(row), c.blocks[0].into(), w);
             let block = c.first as usize + row * usize::from(c.blocks[0]) + column;
             prefetch(light.blocks, block);
             self.block[lane] = block as u32;
             self.from[0][lane] = column as u32;
-            numbers.block[0][lane] = UNITS * rest(w, range);
+            numbers[0][lane] = UNITS * rest(w, range);
             if let Some(of_cells) = &mut of_cells {
                 of_cells.put(0, lane, range);
                 of_cells.candidates[lane] = c.candidates;
@@ -324,7 +261,7 @@ impl<const N: usize> Walk<N> {
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
-            let key = numbers.block[1][lane] as i32 as u32;
+            let key = numbers[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
             light.prefetch_lines(block, found.0);
             self.put_inner(1, lane, found);
@@ -332,7 +269,7 @@ impl<const N: usize> Walk<N> {
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let line = block.line(self.behind[1][lane] as usize, light.bilinear);
-            let key = numbers.block[0][lane] as i32 as u32;
+            let key = numbers[0][lane] as i32 as u32;
             let starts = line + block.corners(light.bilinear);
             let found = find16(&light.words, starts, block.grid[0].into(), key, block.words_at_ends());
             self.put_inner(0, lane, found);
@@ -429,7 +366,13 @@ impl<const N: usize> Walk<N> {
     #[inline(always)]
     pub(super) fn patches<F: Num>(&self, light: &Light<'_>, of_cells: Option<&OfCells<N>>, first: usize) -> Patches<F> {
         let none = F::splat(0.0);
-        let outer = of_cells.map_or([(none, none); 2], |of| [of.range::<F>(0, first), of.range::<F>(1, first)]);
+        let (outer, candidates) = match of_cells {
+            None => ([(none, none); 2], none),
+            Some(of) => {
+                let outer = [of.range::<F>(0, first), of.range::<F>(1, first)];
+                (outer, floats::<F, N>(&of.candidates, first))
+            }
+        };
         let inner = [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)];
         let whole = |of: &Ints<N>| F::of_ints(ints::<F, N>(of, first));
         let [from, behind] =
@@ -457,7 +400,7 @@ impl<const N: usize> Walk<N> {
             size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
             corner,
             brightest: floats::<F, N>(&self.brightest, first),
-            candidates: of_cells.map_or(none, |of| floats::<F, N>(&of.candidates, first)),
+            candidates,
             probability: floats::<F, N>(&self.share, first) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
@@ -474,9 +417,9 @@ impl<const N: usize> Walk<N> {
 
     /// The positions of the numbers in their parts.
     #[inline(always)]
-    fn in_part<F: Num>(&self, numbers: &Numbers<N>, axis: usize, first: usize) -> F {
+    fn in_part<F: Num>(&self, numbers: &[Floats<N>; 2], axis: usize, first: usize) -> F {
         let (start, width) = self.inner_range::<F>(axis, first);
-        inside(floats::<F, N>(&numbers.block[axis], first), start, width)
+        inside(floats::<F, N>(&numbers[axis], first), start, width)
     }
 
     /// The places that the walk down led the lanes from `first` on to.
@@ -484,7 +427,7 @@ impl<const N: usize> Walk<N> {
     pub(super) fn drawn<F: Num>(
         &self,
         light: &Light<'_>,
-        numbers: &Numbers<N>,
+        numbers: &[Floats<N>; 2],
         of_cells: Option<&OfCells<N>>,
         first: usize,
     ) -> Drawn<F> {
@@ -499,9 +442,7 @@ impl<const N: usize> Walk<N> {
                 *at = at.max(least).min(F::splat(1.0) - least);
             }
         }
-        let [w, v] = &numbers.cell;
-        let numbers = [floats::<F, N>(w, first).store(), floats::<F, N>(v, first).store()];
-        Drawn { patch, shape, position, numbers }
+        Drawn { patch, shape, position }
     }
 }
 
@@ -567,8 +508,8 @@ impl<F: Num> Draw<'_, F> {
     fn walk<const N: usize>(&self) -> Drawn<F> {
         let mut walk = Walk::<N>::new();
         put(&mut walk.cell, 0, self.cells.as_ref());
-        let (mut numbers, mut of_cells) = (Numbers::<N>::new(), OfCells::<N>::new());
-        for (out, numbers) in numbers.cell.iter_mut().zip(&self.numbers) {
+        let (mut numbers, mut of_cells) = ([[NUMBER; N]; 2], OfCells::<N>::new());
+        for (out, numbers) in numbers.iter_mut().zip(&self.numbers) {
             put(out, 0, numbers.as_ref());
         }
         walk.down(self.light, &mut numbers, Some(&mut of_cells), N);
@@ -581,7 +522,7 @@ impl<F: Num> Apart<F> for Draw<'_, F> {
 
     #[inline(always)]
     fn run(self) -> Drawn<F> {
-        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
+        self.walk::<1>()
     }
 }
 
@@ -638,7 +579,9 @@ impl Light<'_> {
     /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
     #[inline(always)]
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        F::apart(Draw { light: self, cells, numbers: numbers.map(F::store) })
+        let draw = Draw { light: self, cells, numbers: numbers.map(F::store) };
+        // One by one a result is short, and many need it.
+        if F::WIDTH == 1 { F::apart(draw) } else { draw.walk::<LANES>() }
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what

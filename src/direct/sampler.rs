@@ -208,8 +208,8 @@ impl<'a> Sampler<'a> {
         let turn = Turn::new(at.seed, at.turn, at.stream);
         let out = out.get_mut(..rays).unwrap_or_default();
         if let (true, Some(work)) = (self.draws_products(point, rays), work(self.scratch)) {
-            if let Some(product) = several::product(self.level, environment, point, work, self.product)? {
-                return Ok(several::draw(self.level, environment, product, point, turn, out));
+            if several::product(self.level, environment, point, work, self.product)? {
+                return Ok(several::draw(self.level, environment, self.product, point, turn, out));
             }
         }
         let call = Call { level: self.level, config: self.config, environment, point, turn };

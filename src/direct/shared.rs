@@ -7,6 +7,7 @@ use super::Ray;
 use super::drawn::Source;
 use crate::brdf::point::{Fault, Point};
 use crate::light::environment::Environment;
+use crate::product::density::Shaded;
 use crate::product::prepare::{Config, DIVIDED, PrepareError, Work, prepare_in};
 use crate::product::stored::{Product, most_bytes};
 use crate::simd::Level;
@@ -106,7 +107,8 @@ impl<'a> Ring<'a> {
     ) -> Result<usize, Fault> {
         let number = self.serve(level, environment, point, work)?;
         let Some(product) = self.slot(number).and_then(|bytes| Product::view(bytes)) else { return Ok(0) };
-        let source = Source { level, environment, product, from_light: 0.0 };
+        let (frame, shaded) = (environment.frame(), Shaded { light: environment.light(), product });
+        let source = Source { level, frame: &frame, shaded: &shaded, from_light: 0.0 };
         Ok(source.rays(point, u, u.len(), out))
     }
 }

@@ -113,7 +113,7 @@ impl Light<'_> {
     /// World directions of drawn places, where those directions are in the tables, and the bits of the lanes in which rounding carried
     /// them out of their patches: those have to be settled.
     #[inline(always)]
-    pub(crate) fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>, u32) {
+    pub fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>, u32) {
         let world = to_world(frame, self.direction_of(drawn));
         let (located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
         (world, located, F::bits(strayed))
@@ -192,12 +192,7 @@ impl Light<'_> {
         let (mut walk, mut numbers) = (Walk::<TOGETHER>::new(), [[0.5; TOGETHER]; 2]);
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             let count = u.len().next_multiple_of(F::WIDTH);
-            for lane in 0..count.min(TOGETHER) {
-                let [w, v] = u.get(lane).copied().unwrap_or([0.5; 2]);
-                numbers[0][lane] = clamp_u(w);
-                numbers[1][lane] = clamp_u(v);
-            }
-            walk.begin(self, &mut numbers, count);
+            walk.begin(self, u, &mut numbers, count);
             walk.down(self, &mut numbers, None, count);
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;

@@ -7,7 +7,7 @@ use super::chart::Place;
 use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
-use crate::numeric::ONE_MINUS_EPSILON;
+use crate::numeric::{ONE_MINUS_EPSILON, clamp_u};
 use crate::simd::{Apart, LANES, Num, Table, prefetch};
 
 /// A direction in map space.
@@ -201,14 +201,15 @@ impl<const N: usize> Walk<N> {
         }
     }
 
-    /// Begins in the cells that the numbers of each lane (column, row) fall into, which become the numbers in those cells.
+    /// Begins in the cells that `u` (column, row) of each lane falls into, with the numbers in those cells.
     #[inline(always)]
-    pub(super) fn begin(&mut self, light: &Light<'_>, numbers: &mut [Floats<N>; 2], count: usize) {
+    pub(super) fn begin(&mut self, light: &Light<'_>, u: &[[f32; 2]], numbers: &mut [Floats<N>; 2], count: usize) {
         let [across, down] = numbers;
         // By number: so the compiler sees that every lane is one.
         #[allow(clippy::needless_range_loop)]
         for lane in 0..count.min(N) {
-            let (cell, [w, v]) = light.cell_at(&light.tops, [across[lane], down[lane]]);
+            let u = u.get(lane).copied().unwrap_or([NUMBER; 2]);
+            let (cell, [w, v]) = light.cell_at(&light.tops, u.map(clamp_u));
             prefetch(light.cells, cell);
             self.cell[lane] = cell as u32;
             across[lane] = w;
@@ -218,7 +219,9 @@ impl<const N: usize> Walk<N> {
 
     /// Walks down to the patches that the numbers of each lane in its cell lead to, which become the numbers in blocks, in units.
     // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
+    // By number: so the compiler sees that every lane is one.
     #[inline(never)]
+    #[allow(clippy::needless_range_loop)]
     pub(super) fn down(
         &mut self,
         light: &Light<'_>,

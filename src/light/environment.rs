@@ -458,15 +458,32 @@ fn hash(bytes: &[u8]) -> u64 {
     let first = bytes.get(core::mem::offset_of!(Header, power)..frame).unwrap_or(&[]);
     let rest = bytes.get(size_of::<Header>()..).unwrap_or(&[]);
     for part in [first, rest] {
-        for word in part.chunks(8) {
-            let mut eight = [0; 8];
-            for (out, &byte) in eight.iter_mut().zip(word) {
-                *out = byte;
+        // A word waits for the one before it in its stream only.
+        let mut streams = [hash; STREAMS];
+        for words in part.chunks(8 * STREAMS) {
+            for (stream, word) in streams.iter_mut().zip(words.chunks(8)) {
+                stream.add(little_endian(word));
             }
-            hash.add(u64::from_le_bytes(eight));
+        }
+        for stream in streams {
+            hash.add(stream.finish());
         }
     }
     hash.finish()
+}
+
+/// Hashes that go on side by side.
+const STREAMS: usize = 4;
+
+/// The number that up to eight bytes hold, the lowest first.
+#[inline(always)]
+fn little_endian(word: &[u8]) -> u64 {
+    let mut eight = [0; 8];
+    match <&[u8; 8]>::try_from(word) {
+        Ok(whole) => eight = *whole,
+        Err(_) => eight.iter_mut().zip(word).for_each(|(out, &byte)| *out = byte),
+    }
+    u64::from_le_bytes(eight)
 }
 
 fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {

@@ -3,9 +3,9 @@
 //! Written once with the light, so that preparing a product needs no trigonometry and no walk. The light of a cell is known by
 //! the directions that the middles of 4 x 4 equal parts of its numbers (w, v) lead to: each stands for a sixteenth of the light.
 
-use super::tables::Light;
-use crate::numeric::{max, min, sqrt};
-use crate::simd::LANES;
+use super::tables::{Cell, Light};
+use crate::numeric::{max, sqrt};
+use crate::simd::{LANES, Native, Num};
 
 /// Parts of a cell's numbers along each axis.
 pub const PARTS: usize = 4;
@@ -160,69 +160,123 @@ pub struct CellGuide {
 }
 
 impl CellGuide {
-    /// Measures a cell of a light whose tables are complete.
+    /// Measures a cell of a light whose tables are complete, eight directions at a time.
     pub fn of(light: &Light<'_>, cell: u32) -> CellGuide {
         let mut guide = CellGuide { columns: [0.0; COLUMNS], middles: [[0.0; MIDDLES]; 3] };
         let Some(c) = light.cells.get(cell as usize) else { return guide };
-        let edge = |k: usize, patch: u16| light.chart.axes[k].edge(f32::from(patch));
-        let low = [edge(0, c.origin[0]), edge(1, c.origin[1])];
-        let size = [edge(0, c.origin[0] + c.patches[0]) - low[0], edge(1, c.origin[1] + c.patches[1]) - low[1]];
-        let at =
-            |x: f32, y: f32| light.chart.direction(f32::from(c.face), [low[0] + x * size[0], low[1] + y * size[1]]);
-        let share = |position: f32, k: usize| min(max((position - low[k]) / max(size[k], f32::MIN_POSITIVE), 0.0), 1.0);
-        for part in 0..MIDDLES {
-            let middle = |i: usize| (i as f32 + 0.5) / PARTS as f32;
-            let (column, row) = (part % PARTS, part / PARTS);
-            let drawn = light.sample_in::<f32>([cell], [middle(column), middle(row)]);
-            let place = drawn.place();
-            let position = [share(place[0], 0), share(place[1], 1)];
-            let quadrant = 2 * usize::from(row >= PARTS / 2) + usize::from(column >= PARTS / 2);
-            for (axis, first) in [Column::Across, Column::Down].into_iter().enumerate() {
-                if let Some(mean) = guide.columns.get_mut(first as usize + quadrant) {
-                    *mean += position[axis] / PARTS as f32;
-                }
+        let area = Area::new(light, c);
+        for first in (0..MIDDLES).step_by(LANES) {
+            let middle = |of: fn(usize) -> usize| Native::each(|lane| (of(first + lane) as f32 + 0.5) / PARTS as f32);
+            let drawn =
+                light.sample_in::<Native>([cell; LANES], [middle(|part| part % PARTS), middle(|part| part / PARTS)]);
+            let position = area.position(drawn.place());
+            for (axis, column) in [Column::Across, Column::Down].into_iter().enumerate() {
+                guide.add_means(column, first, &position[axis].store());
             }
-            let direction = at(position[0], position[1]);
-            for (out, x) in guide.middles.iter_mut().zip(direction) {
-                if let Some(out) = out.get_mut(part) {
+            for (out, x) in guide.middles.iter_mut().zip(area.direction(position)) {
+                for (out, x) in out.iter_mut().skip(first).zip(x.store()) {
                     *out = x;
                 }
             }
         }
-        let (axis, [sine, cosine]) = cone(at);
+        let (axis, [sine, cosine]) = cone(&area);
         let rest = [c.probability, axis[0], axis[1], axis[2], sine, cosine];
         for (out, x) in guide.columns.iter_mut().skip(Column::Mass as usize).zip(rest) {
             *out = x;
         }
         guide
     }
-}
 
-/// A cone that contains a cell, from its directions at positions in [0, 1]^2: the axis, sine and cosine of the half-angle.
-///
-/// No point is farther from the nearest point of a lattice than the largest diagonal of the lattice's cells.
-fn cone(at: impl Fn(f32, f32) -> [f32; 3]) -> ([f32; 3], [f32; 2]) {
-    let axis = at(0.5, 0.5);
-    let lattice = |i: usize, j: usize| at(i as f32 / (LATTICE - 1) as f32, j as f32 / (LATTICE - 1) as f32);
-    let (mut farthest, mut diagonal) = (0.0f32, 0.0f32);
-    for (i, j) in (0..LATTICE * LATTICE).map(|k| (k % LATTICE, k / LATTICE)) {
-        let here = lattice(i, j);
-        farthest = farthest.max(chord(axis, here));
-        if i + 1 < LATTICE && j + 1 < LATTICE {
-            diagonal = diagonal.max(chord(here, lattice(i + 1, j + 1)));
-            diagonal = diagonal.max(chord(lattice(i + 1, j), lattice(i, j + 1)));
+    /// Adds positions of the parts from `first` on to the means of their quadrants.
+    fn add_means(&mut self, column: Column, first: usize, positions: &[f32]) {
+        for (part, x) in (first..).zip(positions) {
+            let (i, j) = (part % PARTS, part / PARTS);
+            let quadrant = 2 * usize::from(j >= PARTS / 2) + usize::from(i >= PARTS / 2);
+            if let Some(mean) = self.columns.get_mut(column as usize + quadrant) {
+                *mean += x / PARTS as f32;
+            }
         }
     }
-    let reach = farthest + diagonal;
+}
+
+/// A cell on its face.
+struct Area<'a> {
+    light: &'a Light<'a>,
+    face: Native,
+    low: [f32; 2],
+    size: [f32; 2],
+}
+
+impl Area<'_> {
+    fn new<'a>(light: &'a Light<'a>, cell: &Cell) -> Area<'a> {
+        let edge = |k: usize, patch: u16| light.chart.axes[k].edge(f32::from(patch));
+        let low = [0, 1].map(|k: usize| edge(k, cell.origin[k]));
+        let size = [0, 1].map(|k: usize| edge(k, cell.origin[k] + cell.patches[k]) - low[k]);
+        Area { light, face: splat(f32::from(cell.face)), low, size }
+    }
+
+    /// Places on the face as positions in the cell, [0, 1].
+    fn position(&self, place: [Native; 2]) -> [Native; 2] {
+        [0, 1].map(|k: usize| {
+            let share = (place[k] - splat(self.low[k])) / splat(max(self.size[k], f32::MIN_POSITIVE));
+            share.max(splat(0.0)).min(splat(1.0))
+        })
+    }
+
+    /// The directions of positions in the cell.
+    fn direction(&self, position: [Native; 2]) -> [Native; 3] {
+        let place = [0, 1].map(|k: usize| splat(self.low[k]) + position[k] * splat(self.size[k]));
+        self.light.chart.direction(self.face, place)
+    }
+}
+
+/// The same number in all lanes.
+fn splat(x: f32) -> Native {
+    Native::splat(x)
+}
+
+/// A cone that contains a cell: the axis, sine and cosine of the half-angle.
+///
+/// No point is farther from the nearest point of a lattice than the largest diagonal of the lattice's cells.
+fn cone(area: &Area<'_>) -> ([f32; 3], [f32; 2]) {
+    let [axis, ..] = transposed(area.direction([splat(0.5); 2]));
+    let mut lattice = [[0.0; 3]; (LATTICE * LATTICE).next_multiple_of(LANES)];
+    for (group, out) in lattice.chunks_exact_mut(LANES).enumerate() {
+        let at = |of: fn(usize) -> usize| Native::each(|lane| of(group * LANES + lane) as f32 / (LATTICE - 1) as f32);
+        let directions = area.direction([at(|k| k % LATTICE), at(|k| (k / LATTICE).min(LATTICE - 1))]);
+        for (out, direction) in out.iter_mut().zip(transposed(directions)) {
+            *out = direction;
+        }
+    }
+    let at = |i: usize, j: usize| lattice.get(j * LATTICE + i).copied().unwrap_or(axis);
+    let (mut farthest, mut diagonal) = (0.0f32, 0.0f32);
+    for (i, j) in (0..LATTICE * LATTICE).map(|k| (k % LATTICE, k / LATTICE)) {
+        farthest = farthest.max(chord_squared(axis, at(i, j)));
+        if i + 1 < LATTICE && j + 1 < LATTICE {
+            diagonal = diagonal.max(chord_squared(at(i, j), at(i + 1, j + 1)));
+            diagonal = diagonal.max(chord_squared(at(i + 1, j), at(i, j + 1)));
+        }
+    }
+    let reach = sqrt(farthest) + sqrt(diagonal);
     if reach * reach >= 2.0 {
         return (axis, [1.0, 0.0]);
     }
     (axis, [reach * sqrt(1.0 - 0.25 * reach * reach), 1.0 - 0.5 * reach * reach])
 }
 
-fn chord(a: [f32; 3], b: [f32; 3]) -> f32 {
+/// Lanes of x, y and z as a direction for each lane.
+fn transposed([x, y, z]: [Native; 3]) -> [[f32; 3]; LANES] {
+    let (x, y, z) = (x.store(), y.store(), z.store());
+    let mut directions = [[0.0; 3]; LANES];
+    for (out, ((x, y), z)) in directions.iter_mut().zip(x.into_iter().zip(y).zip(z)) {
+        *out = [x, y, z];
+    }
+    directions
+}
+
+fn chord_squared(a: [f32; 3], b: [f32; 3]) -> f32 {
     let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    sqrt(x * x + y * y + z * z)
+    x * x + y * y + z * z
 }
 
 /// Writes the directions of the corners of all cells.

@@ -1,4 +1,4 @@
-//! The narrow lobes of a product: directions drawn from the lobes themselves, and their density over the whole sphere.
+//! The lobes that a product draws from: directions of the lobes themselves, and their density over the whole sphere.
 //!
 //! A lobe that is narrower than a cell is not a bilinear function of it. A share of a product's numbers therefore draws from
 //! such lobes, which bounds the weight about their peaks whatever the grid holds there. The density is that of the very
@@ -6,6 +6,7 @@
 
 use super::stored::{Header, StoredLobe};
 use crate::brdf::ggx::Ggx;
+use crate::brdf::lambert;
 use crate::brdf::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::phong::Phong;
 use crate::brdf::surface::Surface;
@@ -37,21 +38,26 @@ const FLANKS: f32 = 0.5;
 /// Where other lobes reflect, narrow ones have at least this part of the share.
 const LEAST_PART: f32 = 0.3;
 
-/// A narrow lobe, ready to draw from.
+/// The share of numbers that draws from all lobes where a cell's light reflects nothing, but its sky does.
+const ALL_LOBES: f32 = 0.25;
+
+/// A lobe, ready to draw from.
 #[derive(Clone, Copy, Debug)]
-enum Narrow {
+enum Drawn {
     Ggx(Ggx),
     Transmission(Ggx, f32),
     Phong(Phong),
+    Lambert,
+    LambertTransmission,
 }
 
-/// The narrow lobes of a product.
+/// The lobes of a product that are drawn from.
 #[derive(Clone, Copy, Debug)]
 pub struct Peak {
     /// The share of numbers that draw from them.
     pub share: f32,
     axes: [[f32; 3]; 3],
-    lobes: [Option<(f32, Narrow)>; MAX_LOBES],
+    lobes: [Option<(f32, Drawn)>; MAX_LOBES],
 }
 
 /// The smaller width of a lobe, seen from a direction whose cosine is given: the alpha of microfacets that reflect into it.
@@ -110,8 +116,18 @@ pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([St
     (lobes, mixture.share * max(narrow, LEAST_PART) * mixed / narrow)
 }
 
+/// Draws [`ALL_LOBES`] of the numbers that the grid has from all lobes of a point. Answers the share of numbers that lobes have then.
+pub fn add_all(lobes: &mut [StoredLobe; MAX_LOBES], peak: f32, surface: &Surface) -> f32 {
+    let added = ALL_LOBES * (1.0 - peak);
+    let all = peak + added;
+    for (lobe, share) in lobes.iter_mut().zip(surface.shares()) {
+        lobe.share = (lobe.share * peak + share * added) / all;
+    }
+    all
+}
+
 impl Peak {
-    /// The narrow lobes of a stored product.
+    /// Those of a stored product.
     pub fn of(header: &Header) -> Peak {
         let mut lobes = [None; MAX_LOBES];
         for (out, lobe) in lobes.iter_mut().zip(&header.lobe) {
@@ -119,12 +135,14 @@ impl Peak {
                 continue;
             }
             let ggx = || Ggx::new([lobe.a, lobe.b], header.local_wo);
-            let narrow = match Kind::from_code(lobe.kind) {
-                Some(Kind::GgxTransmission) => Narrow::Transmission(ggx(), lobe.eta),
-                Some(Kind::Phong) => Narrow::Phong(Phong::new(FLANKS * lobe.a, header.local_wo)),
-                _ => Narrow::Ggx(ggx()),
+            let drawn = match Kind::from_code(lobe.kind) {
+                Some(Kind::GgxTransmission) => Drawn::Transmission(ggx(), lobe.eta),
+                Some(Kind::Phong) => Drawn::Phong(Phong::new(FLANKS * lobe.a, header.local_wo)),
+                Some(Kind::Lambert) => Drawn::Lambert,
+                Some(Kind::LambertTransmission) => Drawn::LambertTransmission,
+                _ => Drawn::Ggx(ggx()),
             };
-            *out = Some((lobe.share, narrow));
+            *out = Some((lobe.share, drawn));
         }
         Peak { share: header.peak, axes: header.axes, lobes }
     }
@@ -140,11 +158,13 @@ impl Peak {
         let [t, b, n] = self.axes;
         let wi = [crate::brdf::vector::dot(d, t), crate::brdf::vector::dot(d, b), crate::brdf::vector::dot(d, n)];
         let mut density = F::splat(0.0);
-        for (share, narrow) in self.lobes.iter().flatten() {
-            let here = match narrow {
-                Narrow::Ggx(ggx) => ggx.reflected(wi),
-                Narrow::Transmission(ggx, eta) => ggx.transmitted(wi, *eta),
-                Narrow::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
+        for (share, drawn) in self.lobes.iter().flatten() {
+            let here = match drawn {
+                Drawn::Ggx(ggx) => ggx.reflected(wi),
+                Drawn::Transmission(ggx, eta) => ggx.transmitted(wi, *eta),
+                Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
+                Drawn::Lambert => lambert::pdf(wi[2]),
+                Drawn::LambertTransmission => lambert::pdf(F::splat(0.0) - wi[2]),
             };
             density = density + F::splat(*share) * here;
         }
@@ -162,14 +182,19 @@ impl Peak {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let mut wi = [zero, zero, one];
         let mut before = 0.0;
-        for (share, narrow) in self.lobes.iter().flatten() {
+        for (share, drawn) in self.lobes.iter().flatten() {
             let here = F::splat(before).le(u[0]);
             let first = ((u[0] - F::splat(before)) * F::splat(1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
             before += *share;
-            let [x, y, z] = match narrow {
-                Narrow::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
-                Narrow::Transmission(ggx, eta) => ggx.sample_refraction([first, u[1]], *eta),
-                Narrow::Phong(phong) => phong.sample([first, u[1]]),
+            let [x, y, z] = match drawn {
+                Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
+                Drawn::Transmission(ggx, eta) => ggx.sample_refraction([first, u[1]], *eta),
+                Drawn::Phong(phong) => phong.sample([first, u[1]]),
+                Drawn::Lambert => lambert::sample([first, u[1]]),
+                Drawn::LambertTransmission => {
+                    let [x, y, z] = lambert::sample([first, u[1]]);
+                    [x, y, zero - z]
+                }
             };
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }

@@ -51,6 +51,12 @@ const DARKEST: f32 = 1.0 / 1024.0;
 /// most 6 % of the error under three developer maps and a sun, 1 at most 10 %. Its effect on the largest weights is not measured.
 const KEPT: f32 = 0.5;
 
+/// Where parts that reflect nothing would take more than this part of what all others reflect, all lobes are drawn as well: a lamp below
+/// the horizon, in a cell that reaches above it, leaves too few samples for the sky about it.
+const WASTED: f32 = 0.25;
+/// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
+const MOST_WASTED: f32 = 8.0;
+
 /// What a leaf holds for 1.
 const STORED_ONE: f64 = 65536.0;
 
@@ -110,7 +116,7 @@ pub fn prepare_in(
     let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
     let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
     let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
-    let (lobes, peak) = peak::choose(point.material, &surface, &config.mixture);
+    let (mut lobes, mut peak) = peak::choose(point.material, &surface, &config.mixture);
     let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
     let (axes, wo) = (surface.axes(), surface.wo());
     widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
@@ -134,6 +140,9 @@ pub fn prepare_in(
         ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
     };
     let total = run(level, write);
+    if stage.adds_lobes {
+        peak = peak::add_all(&mut lobes, peak, &surface);
+    }
     let power = environment.header().power;
     let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
     flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
@@ -189,6 +198,8 @@ struct Stage<'a> {
     /// The mirror direction, in map space; 0 if no lobe is narrow.
     peak: [f32; 3],
     constant: bool,
+    /// Whether the point has lobes that can be drawn from.
+    draws_lobes: bool,
     work: &'a mut Work,
     /// The largest value of F.
     largest: f32,
@@ -196,6 +207,10 @@ struct Stage<'a> {
     darkest: f32,
     /// Whether F is above 0 anywhere; elsewhere 1 stands for it.
     any: bool,
+    /// Whether all lobes are drawn, since parts that reflect nothing take too much.
+    adds_lobes: bool,
+    /// What such parts keep of their least value.
+    kept: f32,
 }
 
 impl<'a> Stage<'a> {
@@ -215,10 +230,13 @@ impl<'a> Stage<'a> {
             heaviest: Heaviest::new(config.divided),
             peak,
             constant: config.constant,
+            draws_lobes: surface.lobe_count() > 0 && surface.wo()[2] > 0.0,
             work,
             largest: 0.0,
             darkest: 0.0,
             any: true,
+            adds_lobes: false,
+            kept: 1.0,
         }
     }
 
@@ -389,7 +407,58 @@ impl Stage<'_> {
             }
         }
         self.largest = highest(largest);
+        if self.draws_lobes {
+            let wasted = self.wasted::<F>(ends);
+            self.adds_lobes = wasted > WASTED;
+            self.kept = (MOST_WASTED / wasted).min(1.0);
+        }
     }
+
+    /// The least value of each part of eight divided cells.
+    #[inline(always)]
+    fn least<F: Lanes>(&self, cells: &[u32]) -> F {
+        let mut least = [0.0; LANES];
+        for (least, &cell) in least.iter_mut().zip(cells) {
+            *least = self.work.floors.get(cell as usize).copied().unwrap_or(0.0);
+        }
+        Num::max(<F as Num>::splat(self.darkest), <F as Num>::load(least) * <F as Num>::splat(KEPT))
+    }
+
+    /// What parts that reflect nothing would take by their least value, over what all others reflect.
+    #[inline(always)]
+    fn wasted<F: Lanes>(&mut self, ends: &[[f32; LANES]]) -> f32 {
+        let (zero, mut useful) = (<F as Num>::splat(0.0), 0.0f32);
+        let mut wasted = zero;
+        let mut reflected = zero;
+        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact(PART_ENDS)) {
+            let mut masses = [0.0; LANES];
+            for (mass, &cell) in masses.iter_mut().zip(cells) {
+                *mass = self.guide.number(Column::Mass, cell as usize);
+                // It is written anew with the leaves of its parts.
+                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+                    *weight = 0.0;
+                }
+            }
+            let (mass, least) = (<F as Num>::load(masses), self.least::<F>(cells));
+            for middle in ends.last_chunk::<MIDDLES>().into_iter().flatten() {
+                let middle = <F as Num>::load(*middle);
+                wasted = wasted + <F as Num>::only(is_wasted::<F>(middle, least), mass * least);
+                reflected = reflected + mass * Num::max(middle, zero);
+            }
+        }
+        for weight in &self.work.weights {
+            useful += weight;
+        }
+        // Weights of cells are sums of four corners.
+        let total = |lanes: F| Num::store(lanes).iter().sum::<f32>() / MIDDLES as f32;
+        total(wasted) / (0.25 * useful + total(reflected)).max(f32::MIN_POSITIVE)
+    }
+}
+
+/// Whether a part reflects so little that most of its least value is wasted.
+#[inline(always)]
+fn is_wasted<F: Lanes>(middle: F, least: F) -> F::Mask {
+    Num::lt(middle, <F as Num>::splat(0.5) * least)
 }
 
 /// Cells with this share of the light are looked at more closely, up to [`CLOSER`].
@@ -504,17 +573,14 @@ impl Kernel for Write<'_, '_> {
             }
         }
         let divided = stage.heaviest.cells();
-        let darkest = <F as Num>::splat(stage.darkest);
         let groups = divided.chunks(LANES).zip(parts.chunks_exact_mut(MIDDLES));
         for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
             let Some(middles) = ends.last_chunk::<MIDDLES>() else { break };
             let mut means = [<F as Num>::splat(0.0); MIDDLES];
-            let mut least = [0.0; LANES];
-            for (least, &cell) in least.iter_mut().zip(cells) {
-                *least = stage.work.floors.get(cell as usize).copied().unwrap_or(0.0);
-            }
-            let least = darkest.max(<F as Num>::load(least) * <F as Num>::splat(KEPT));
-            for ((index, mean), out) in means.iter_mut().enumerate().zip(out) {
+            let least = stage.least::<F>(cells);
+            let kept = least * <F as Num>::splat(stage.kept);
+            for (((index, mean), out), middle) in means.iter_mut().enumerate().zip(out).zip(middles) {
+                let least = <F as Num>::select(is_wasted::<F>(<F as Num>::load(*middle), least), kept, least);
                 let corners = part::<F>(middles, index % PARTS, index / PARTS, least);
                 let [a, b, c, d] = corners;
                 let mut corners = [a * scale, b * scale, c * scale, d * scale];

@@ -18,6 +18,8 @@ static-minimal  128000 380984
 text() { size -A "$1" | awk '$1 == ".text" { print $2 }'; }
 
 make --no-print-directory lib FEATURES= BUILD="$out/renderer" > "$out/renderer.log" 2>&1 || { cat "$out/renderer.log"; exit 1; }
+# What only other parts use belongs to them.
+if grep '^warning' "$out/renderer.log"; then exit 1; fi
 cc -std=c99 -O2 -Iinclude -ffunction-sections -Wl,--gc-sections c-examples/minimal.c "$whole/libwis.a" -o "$out/minimal"
 "$out/minimal"
 

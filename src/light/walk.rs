@@ -4,10 +4,11 @@
 //! lanes overlap. Lanes are loaded once, at its end, since a vector load has to wait for all smaller stores into it.
 
 use super::chart::Place;
+use super::density::clamp_u;
 use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
-use crate::numeric::{ONE_MINUS_EPSILON, clamp_u};
+use crate::numeric::ONE_MINUS_EPSILON;
 use crate::simd::{Apart, LANES, Num, Table, prefetch};
 
 /// A direction in map space.

@@ -54,6 +54,8 @@ const KEPT: f32 = 0.5;
 /// Where parts that reflect nothing would take more than this part of what all others reflect, all lobes are drawn as well: a lamp below
 /// the horizon, in a cell that reaches above it, leaves too few samples for the sky about it.
 const WASTED: f32 = 0.25;
+/// Where narrow lobes take numbers from the grid, less is enough; but not less than this.
+const LITTLE_WASTED: f32 = 0.05;
 /// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
 const MOST_WASTED: f32 = 8.0;
 
@@ -120,7 +122,7 @@ pub fn prepare_in(
     let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
     let (axes, wo) = (surface.axes(), surface.wo());
     widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
-    let mut stage = Stage::new(guide, &surface, mirror, cone, config, work);
+    let mut stage = Stage::new(guide, &surface, (peak, mirror), cone, config, work);
     run(level, Evaluate { stage: &mut stage });
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();
@@ -197,6 +199,8 @@ struct Stage<'a> {
     heaviest: Heaviest,
     /// The mirror direction, in map space; 0 if no lobe is narrow.
     peak: [f32; 3],
+    /// The share of numbers that draws from narrow lobes.
+    from_peak: f32,
     constant: bool,
     /// Whether the point has lobes that can be drawn from.
     draws_lobes: bool,
@@ -217,7 +221,7 @@ impl<'a> Stage<'a> {
     fn new(
         guide: Guide<'a>,
         surface: &'a Surface,
-        peak: [f32; 3],
+        (from_peak, peak): (f32, [f32; 3]),
         cone: Cone,
         config: &Config,
         work: &'a mut Work,
@@ -229,6 +233,7 @@ impl<'a> Stage<'a> {
             cone,
             heaviest: Heaviest::new(config.divided),
             peak,
+            from_peak,
             constant: config.constant,
             draws_lobes: surface.lobe_count() > 0 && surface.wo()[2] > 0.0,
             work,
@@ -409,7 +414,7 @@ impl Stage<'_> {
         self.largest = highest(largest);
         if self.draws_lobes {
             let wasted = self.wasted::<F>(ends);
-            self.adds_lobes = wasted > WASTED;
+            self.adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - self.from_peak);
             self.kept = (MOST_WASTED / wasted).min(1.0);
         }
     }

@@ -16,7 +16,7 @@ const SAMPLES: usize = 100_000;
 /// Lat-long rows of the quadrature.
 const ROWS: u32 = 700;
 /// How accurate it is: its steps are small beside every lobe that is tested.
-const TOLERANCE: f64 = 1e-3;
+pub const TOLERANCE: f64 = 1e-3;
 /// Lobes that a look-up every quarter of a degree resolves.
 const WIDE: [&str; 7] = ["Lambert", "GGX .5", "GGX .2", "GGX .1", "Phong 20", "Lambert + GGX .1", "GGX .3 x .05"];
 

@@ -10,9 +10,8 @@ pub use crate::wavelets::environment::{
     WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 
-use crate::ffi::{
-    Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, block_mut, handle, out, sized, stored,
-};
+use crate::ffi::wavelets::memory::{block_mut, handle, stored};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized};
 use crate::light::environment::BuildError;
 use crate::status::Status;
 use crate::wavelets::environment as kernel;

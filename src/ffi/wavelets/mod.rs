@@ -16,6 +16,7 @@ macro_rules! with_axes {
 pub mod environment;
 pub mod grid;
 pub mod haar;
+mod memory;
 pub mod product;
 pub mod sampling;
 pub mod table;
@@ -38,6 +39,11 @@ pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
 }
 
 impl Failure {
+    /// The argument at fault.
+    pub(crate) fn argument(&self) -> u32 {
+        self.diagnostic.argument
+    }
+
     /// The same failure, in an array of arrays: the number of the element becomes the column.
     pub(crate) fn in_column(self) -> Failure {
         let Diagnostic { y, .. } = self.diagnostic;

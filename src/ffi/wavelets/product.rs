@@ -1,10 +1,10 @@
 //! Products in C: prepare shading points, describe and estimate them; evaluate a query's BRDF.
 
 use crate::ffi::wavelets::environment::{Environment, view};
+use crate::ffi::wavelets::memory::{block_mut, handle};
 use crate::ffi::wavelets::table::{Table, lobes_of};
 use crate::ffi::{
-    Checked, Diagnostic, Failure, MemorySize, Strided, StridedMut, WIS_ALIGNMENT, answer, block_mut, frame, handle,
-    out, sized, slice_mut,
+    Checked, Diagnostic, Failure, MemorySize, Strided, StridedMut, WIS_ALIGNMENT, answer, frame, out, sized, slice_mut,
 };
 use crate::simd::{LANES, Lanes};
 use crate::sphere::vector::{V3, dot, splat, to_arrays};

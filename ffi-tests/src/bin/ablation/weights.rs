@@ -145,7 +145,8 @@ pub fn write(out: &mut String) -> Result<()> {
         writeln!(
             out,
             "Weights are large where a sun stands just below the horizon of the surface, and sky above it in the same cell. Nearly all \
-             numbers of that cell lead to the sun, so F is that of the sun there: the least that a leaf holds.\n"
+             numbers of that cell lead to the sun, so F is that of the sun there: the least that a leaf holds. Lobes are drawn, too, where \
+             that takes many numbers.\n"
         )?;
     }
     let degrees: Vec<String> = DEGREES.iter().map(|degrees| format!("{degrees} degrees")).collect();

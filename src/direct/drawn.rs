@@ -3,11 +3,10 @@
 use super::Ray;
 use crate::brdf::point::Point;
 use crate::light::batch::{Drawn, pdfs, samples};
-use crate::light::environment::Environment;
 use crate::numeric::{ONE_MINUS_EPSILON, clamp_u, min};
 use crate::product::density::Shaded;
-use crate::product::stored::Product;
 use crate::simd::Level;
+use crate::sphere::Frame;
 
 /// Rays that are drawn together.
 const TOGETHER: usize = 16;
@@ -16,10 +15,10 @@ const TOGETHER: usize = 16;
 pub struct Source<'a> {
     /// The instructions to draw them with.
     pub level: Level,
-    /// The light.
-    pub environment: &'a Environment<'a>,
-    /// The product.
-    pub product: Product<'a>,
+    /// From map space to the world.
+    pub frame: &'a Frame,
+    /// The product, with its light.
+    pub shaded: &'a Shaded<'a>,
     /// The share of rays that the light alone draws, below 1. It bounds the weights for BRDFs that the lobes do not describe.
     pub from_light: f32,
 }
@@ -48,19 +47,18 @@ impl Source<'_> {
     /// Draws first from the product, then from the light, and queries the density of each in the other. Answers how many came from the
     /// product.
     fn draw(&self, u: &[[f32; 2]], drawn: &mut [Drawn], other: &mut [f32; TOGETHER]) -> usize {
-        let (light, frame) = (self.environment.light(), self.environment.frame());
-        let shaded = Shaded { light, product: self.product };
+        let &Source { level, frame, shaded, from_light } = self;
         let mut numbers = [[0.0; 2]; TOGETHER];
         let mut products = 0;
         let mut lights = u.len().min(TOGETHER);
         for &[x, y] in u.iter().take(TOGETHER) {
             let [x, y] = [clamp_u(x), clamp_u(y)];
-            let (at, x) = if x < self.from_light {
+            let (at, x) = if x < from_light {
                 lights -= 1;
-                (lights, x / self.from_light)
+                (lights, x / from_light)
             } else {
                 products += 1;
-                (products - 1, (x - self.from_light) / (1.0 - self.from_light))
+                (products - 1, (x - from_light) / (1.0 - from_light))
             };
             if let Some(number) = numbers.get_mut(at) {
                 *number = [min(x, ONE_MINUS_EPSILON), y];
@@ -69,20 +67,27 @@ impl Source<'_> {
         let numbers = numbers.get(..u.len()).unwrap_or_default();
         let (of_product, of_light) = numbers.split_at_checked(products).unwrap_or_default();
         let (by_product, by_light) = drawn.split_at_mut_checked(products).unwrap_or_default();
-        samples(self.level, &shaded, &frame, of_product, by_product);
-        if self.from_light > 0.0 {
-            samples(self.level, &light, &frame, of_light, by_light);
-            let mut wi = [[0.0; 3]; TOGETHER];
-            for (wi, drawn) in wi.iter_mut().zip(by_product.iter().chain(by_light.iter())) {
-                *wi = drawn.wi;
-            }
-            let (in_product, in_light) =
-                wi.get(..u.len()).unwrap_or_default().split_at_checked(products).unwrap_or_default();
-            let (light_of, product_of) = other.split_at_mut_checked(products).unwrap_or_default();
-            pdfs(self.level, &light, &frame, in_product, light_of);
-            pdfs(self.level, &shaded, &frame, in_light, product_of);
+        samples(level, shaded, frame, of_product, by_product);
+        if from_light > 0.0 {
+            samples(level, &shaded.light, frame, of_light, by_light);
+            self.query(drawn, products, other);
         }
         products
+    }
+
+    /// The densities of directions from the product in the light, and of the others in the product. Apart: drawing needs the stack, too.
+    #[inline(never)]
+    fn query(&self, drawn: &[Drawn], products: usize, other: &mut [f32; TOGETHER]) {
+        let &Source { level, frame, shaded, .. } = self;
+        let mut wi = [[0.0; 3]; TOGETHER];
+        for (wi, drawn) in wi.iter_mut().zip(drawn) {
+            *wi = drawn.wi;
+        }
+        let wi = wi.get(..drawn.len()).unwrap_or_default();
+        let (in_product, in_light) = wi.split_at_checked(products).unwrap_or_default();
+        let (light_of, product_of) = other.split_at_mut_checked(products).unwrap_or_default();
+        pdfs(level, &shaded.light, frame, in_product, light_of);
+        pdfs(level, shaded, frame, in_light, product_of);
     }
 }
 

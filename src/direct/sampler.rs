@@ -8,11 +8,14 @@ use super::{Ray, Request, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
+use crate::product::prepare::Work;
 use crate::simd::{Level, run};
 use bytemuck::{Pod, Zeroable};
 
 /// The most rays of a call that a sampler can be made for.
 pub const MAX_RAYS: usize = 4096;
+/// The most rays of a point of a wave.
+pub const WAVE_RAYS: usize = 64;
 /// The most candidates per ray.
 pub const MAX_PER_RAY: usize = 256;
 
@@ -59,7 +62,24 @@ impl Config {
     /// Bytes of working memory.
     #[inline(never)]
     pub fn bytes(&self) -> usize {
-        self.shared_bytes() + self.product_bytes() + 5 * 4 * self.most_candidates()
+        self.shared_bytes() + self.product_bytes() + self.wave_bytes() + self.scratch_bytes()
+    }
+
+    /// Bytes of the room for one point of a wave.
+    fn wave_bytes(&self) -> usize {
+        self.wave_rays() * (size_of::<Ray>() + size_of::<[f32; 2]>())
+    }
+
+    /// The most rays of a point of a wave.
+    fn wave_rays(&self) -> usize {
+        WAVE_RAYS.min(self.rays as usize)
+    }
+
+    /// Bytes of what a call works in: candidates, or what a product is prepared with.
+    fn scratch_bytes(&self) -> usize {
+        let prepares = self.takes_products() || shared::is_worth(self.hits_per_pixel);
+        let candidates = 5 * 4 * self.most_candidates();
+        if prepares { candidates.max(size_of::<Work>()) } else { candidates }
     }
 
     /// Bytes of the product of a hit with several rays.
@@ -89,6 +109,15 @@ pub struct Sequence {
     pub stream: u32,
 }
 
+/// Room for a point of a wave: up to [`WAVE_RAYS`], and as many as the sampler was made for.
+#[derive(Debug, Default)]
+pub struct Wave<'a> {
+    /// Its rays.
+    pub rays: &'a mut [Ray],
+    /// The client's own numbers.
+    pub numbers: &'a mut [[f32; 2]],
+}
+
 /// One thread's sampler.
 #[derive(Debug)]
 pub struct Sampler<'a> {
@@ -96,6 +125,7 @@ pub struct Sampler<'a> {
     config: Config,
     shared: Option<Ring<'a>>,
     product: &'a mut [u8],
+    wave: Wave<'a>,
     scratch: &'a mut [f32],
 }
 
@@ -108,9 +138,15 @@ impl<'a> Sampler<'a> {
     /// As [`Sampler::new`], in memory of exactly that length, which every call from C would have to find out again.
     pub(crate) fn open(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
         let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
-        let (product, scratch) = rest.split_at_mut_checked(config.product_bytes())?;
+        let (product, rest) = rest.split_at_mut_checked(config.product_bytes())?;
+        let (wave, scratch) = rest.split_at_mut_checked(config.wave_bytes())?;
+        let (rays, numbers) = wave.split_at_mut_checked(config.wave_rays() * size_of::<Ray>())?;
+        let wave = Wave {
+            rays: bytemuck::try_cast_slice_mut(rays).ok()?,
+            numbers: bytemuck::try_cast_slice_mut(numbers).ok()?,
+        };
         let shared = if shared.is_empty() { None } else { Some(Ring::new(shared)) };
-        Some(Sampler { level, config, shared, product, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
+        Some(Sampler { level, config, shared, product, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
     }
 
     /// The instructions that it uses.
@@ -127,6 +163,11 @@ impl<'a> Sampler<'a> {
     /// What it was made for.
     pub fn config(&self) -> &Config {
         &self.config
+    }
+
+    /// The room for points of waves, once.
+    pub fn take_wave(&mut self) -> Wave<'a> {
+        core::mem::take(&mut self.wave)
     }
 
     /// Forgets what hits of the last pixel shared.
@@ -161,18 +202,25 @@ impl<'a> Sampler<'a> {
         let shares = self.shared.as_mut().filter(|_| can_share);
         if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
             check(environment, point)?;
-            return shared.direct(self.level, environment, point, u, out);
+            let Some(work) = work(self.scratch) else { return Ok(0) };
+            return shared.direct(self.level, environment, point, u, work, out);
         }
         let turn = Turn::new(at.seed, at.turn, at.stream);
         let out = out.get_mut(..rays).unwrap_or_default();
-        if self.draws_products(point, rays) {
-            if let Some(product) = several::product(self.level, environment, point, self.product)? {
-                return Ok(several::draw(self.level, environment, product, point, turn, out));
+        if let (true, Some(work)) = (self.draws_products(point, rays), work(self.scratch)) {
+            if several::product(self.level, environment, point, work, self.product)? {
+                return Ok(several::draw(self.level, environment, self.product, point, turn, out));
             }
         }
         let call = Call { level: self.level, config: self.config, environment, point, turn };
         call.rays(self.scratch, out)
     }
+}
+
+/// What a product is prepared with; `None` if the scratch of the sampler is too short.
+fn work(scratch: &mut [f32]) -> Option<&mut Work> {
+    let bytes = bytemuck::cast_slice_mut(scratch).get_mut(..size_of::<Work>())?;
+    bytemuck::try_from_bytes_mut(bytes).ok()
 }
 
 /// What is wrong with a point.

@@ -9,7 +9,8 @@ use super::drawn::Source;
 use super::joint::{Set, Turn};
 use crate::brdf::point::{Fault, Point};
 use crate::light::environment::Environment;
-use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
+use crate::product::density::Shaded;
+use crate::product::prepare::{Config, DIVIDED, PrepareError, Work, prepare_in};
 use crate::product::stored::{Product, most_bytes};
 use crate::simd::Level;
 
@@ -27,38 +28,41 @@ pub fn bytes() -> usize {
     most_bytes(DIVIDED)
 }
 
-/// The product of a hit. `memory`: at least [`bytes`], aligned to 16. `None` if there is none.
+/// Prepares the product of a hit. `memory`: at least [`bytes`], aligned to 16. False if there is none.
 ///
 /// # Errors
 /// What is wrong with the point.
 #[inline(never)]
-pub fn product<'a>(
+pub fn product(
     level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,
-    memory: &'a mut [u8],
-) -> Result<Option<Product<'a>>, Fault> {
-    match prepare(level, environment, point, &Config::default(), memory) {
-        Ok(_) => Ok(Product::view(memory)),
+    work: &mut Work,
+    memory: &mut [u8],
+) -> Result<bool, Fault> {
+    match prepare_in(level, environment, point, &Config::default(), work, memory) {
+        Ok(_) => Ok(true),
         Err(PrepareError::Point(fault)) => Err(fault),
         // The light was built without what products read: nothing else fails in memory that is long enough and aligned.
-        Err(_) => Ok(None),
+        Err(_) => Ok(false),
     }
 }
 
-/// Draws the rays of a hit from its product, with the points of its turn. Answers how many there are.
+/// Draws the rays of a hit from its product in `memory`, with the points of its turn. Answers how many there are.
 ///
 /// A share of 2 % comes from the light alone.
 #[inline(never)]
 pub fn draw(
     level: Level,
     environment: &Environment<'_>,
-    product: Product<'_>,
+    memory: &[u8],
     point: &Point<'_>,
     turn: Turn,
     out: &mut [Ray],
 ) -> usize {
-    let source = Source { level, environment, product, from_light: FROM_LIGHT };
+    let Some(product) = Product::view(memory) else { return 0 };
+    let (frame, shaded) = (environment.frame(), Shaded { light: environment.light(), product });
+    let source = Source { level, frame: &frame, shaded: &shaded, from_light: FROM_LIGHT };
     let total = out.len();
     let (seed, first) = turn.set(Set::Product, total);
     let mut written = 0;

@@ -7,7 +7,8 @@ use super::Ray;
 use super::drawn::Source;
 use crate::brdf::point::{Fault, Point};
 use crate::light::environment::Environment;
-use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
+use crate::product::density::Shaded;
+use crate::product::prepare::{Config, DIVIDED, PrepareError, Work, prepare_in};
 use crate::product::stored::{Product, most_bytes};
 use crate::simd::Level;
 
@@ -59,7 +60,14 @@ impl<'a> Ring<'a> {
     }
 
     /// The number of the product that serves a point: one that covers it, or a new one.
-    fn serve(&mut self, level: Level, environment: &Environment<'_>, point: &Point<'_>) -> Result<usize, Fault> {
+    #[inline(never)]
+    fn serve(
+        &mut self,
+        level: Level,
+        environment: &Environment<'_>,
+        point: &Point<'_>,
+        work: &mut Work,
+    ) -> Result<usize, Fault> {
         let prepared = self.prepared();
         for number in (prepared.saturating_sub(KEPT)..prepared).rev() {
             let product = self.slot(number).and_then(|bytes| Product::view(bytes));
@@ -72,7 +80,7 @@ impl<'a> Ring<'a> {
         }
         let config = Config { cone: CONE, ..Config::default() };
         let memory = self.slot(prepared).unwrap_or_default();
-        match prepare(level, environment, point, &config, memory) {
+        match prepare_in(level, environment, point, &config, work, memory) {
             Ok(_) => {}
             Err(PrepareError::Point(fault)) => return Err(fault),
             // The memory is as long as any product, and aligned: this is never reached, and answers no rays.
@@ -94,11 +102,13 @@ impl<'a> Ring<'a> {
         environment: &Environment<'_>,
         point: &Point<'_>,
         u: &[[f32; 2]],
+        work: &mut Work,
         out: &mut [Ray],
     ) -> Result<usize, Fault> {
-        let number = self.serve(level, environment, point)?;
+        let number = self.serve(level, environment, point, work)?;
         let Some(product) = self.slot(number).and_then(|bytes| Product::view(bytes)) else { return Ok(0) };
-        let source = Source { level, environment, product, from_light: 0.0 };
+        let (frame, shaded) = (environment.frame(), Shaded { light: environment.light(), product });
+        let source = Source { level, frame: &frame, shaded: &shaded, from_light: 0.0 };
         Ok(source.rays(point, u, u.len(), out))
     }
 }

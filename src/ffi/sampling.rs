@@ -12,8 +12,8 @@ use crate::simd::Level;
 use crate::sphere::{Frame, unit};
 use crate::status::Status;
 
-/// So many directions are copied together: their numbers stay in the nearest cache.
-const TOGETHER: usize = 64;
+/// So many directions are copied together: as many as walk together through the tables.
+const TOGETHER: usize = 32;
 
 /// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
 ///

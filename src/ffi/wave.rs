@@ -9,8 +9,7 @@ use super::visibility::{VisibilityCacheObject, factors};
 use super::{Checked, Failure, sized};
 use crate::brdf::material::Material;
 use crate::brdf::point::Point;
-use crate::direct::Ray;
-use crate::direct::sampler::{Sampler, Sequence};
+use crate::direct::sampler::{Sampler, Sequence, WAVE_RAYS, Wave};
 use crate::light::environment::Environment;
 use crate::status::Status;
 
@@ -210,7 +209,7 @@ impl DirectWave {
         sampler: &mut Sampler<'_>,
         environment: &Environment<'_>,
         i: usize,
-        rays: &mut [Ray],
+        room: &mut Wave<'_>,
     ) -> Checked<usize> {
         // SAFETY: the caller's contract.
         unsafe {
@@ -227,14 +226,12 @@ impl DirectWave {
             }
             point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
             let at = Sequence { seed: self.seed.read(i), turn: self.turn.read(i), stream: self.stream.read(i) };
-            let mut numbers = [[0.0; 2]; WIS_WAVE_RAYS];
-            for (ray, number) in
-                numbers.iter_mut().enumerate().take(self.rays as usize).filter(|_| !self.u.first.is_null())
-            {
+            let given = if self.u.first.is_null() { 0 } else { self.rays as usize };
+            let u = room.numbers.get_mut(..given).unwrap_or_default();
+            for (ray, number) in u.iter_mut().enumerate() {
                 *number = [self.u.read(i, 2 * ray), self.u.read(i, 2 * ray + 1)];
             }
-            let given = if self.u.first.is_null() { 0 } else { self.rays as usize };
-            let u = numbers.get(..given).unwrap_or_default();
+            let rays = room.rays.get_mut(..self.rays as usize).unwrap_or_default();
             sampler.direct(environment, &point, at, self.rays as usize, u, rays).map_err(|fault| failure(fault, 4))
         }
     }
@@ -242,6 +239,7 @@ impl DirectWave {
 
 /// Rays of one point at the most, in a wave.
 pub const WIS_WAVE_RAYS: usize = 64;
+const _: () = assert!(WIS_WAVE_RAYS == WAVE_RAYS);
 
 /// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
 /// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
@@ -267,8 +265,7 @@ pub unsafe extern "C" fn wis_direct_wave(
             if wave.rays > sampler.config().rays || wave.rays as usize > WIS_WAVE_RAYS {
                 return Err(Failure::new(Status::InvalidArgument, 4).of(c"rays"));
             }
-            let mut rays = [Ray::default(); WIS_WAVE_RAYS];
-            let rays = rays.get_mut(..wave.rays as usize).unwrap_or_default();
+            let mut room = sampler.take_wave();
             let mut seed = None;
             for i in 0..count {
                 let left_out = !wave.mask.is_null() && wave.mask.add(i).read() == 0;
@@ -280,13 +277,13 @@ pub unsafe extern "C" fn wis_direct_wave(
                         sampler.begin_pixel();
                         seed = Some(own);
                     }
-                    wave.point(sampler, &environment, i, rays)
+                    wave.point(sampler, &environment, i, &mut room)
                 };
                 let (status, got) = match answer {
                     Ok(got) => (Status::Ok, got),
                     Err(failure) => (failure.status, 0),
                 };
-                for (r, ray) in rays.iter().take(got).enumerate() {
+                for (r, ray) in room.rays.iter().take(got).enumerate() {
                     let [x, y, z] = ray.wi;
                     for (k, value) in [x, y, z, ray.weight].into_iter().enumerate() {
                         wave.ray.write(i, 4 * r + k, value);

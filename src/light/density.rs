@@ -7,7 +7,8 @@ use super::batch;
 use super::chart::Place;
 use super::glance::Looked;
 use super::tables::{Drawn, Light, Located};
-use super::walk::{TOGETHER, Walk, floats, put, set};
+pub use super::walk::clamp_u;
+use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
 use crate::numeric::ONE_MINUS_EPSILON;
 use crate::simd::{Apart, Num, Table, prefetch};
 use crate::sphere::Frame;
@@ -45,65 +46,89 @@ pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     ([x * scale, y * scale, z * scale], unit)
 }
 
-/// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
-#[inline(always)]
-pub fn clamp_u<F: Num>(u: F) -> F {
-    // Only a NaN is neither below nor above 1/2.
-    let number = F::or(u.le(F::splat(0.5)), F::splat(0.5).le(u));
-    F::select(number, u.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON)), F::splat(0.5))
-}
-
-/// [`Light::to_world`].
-struct ToWorld<'a, F: Num> {
+/// World directions and their densities in the light alone, of the lanes of a walk from `first` on; and the bits of those that have to
+/// be settled.
+struct EndOfWalk<'a> {
     light: &'a Light<'a>,
     frame: &'a Frame,
-    drawn: &'a Drawn<F>,
+    walk: &'a Walk<TOGETHER>,
+    numbers: &'a [Floats<TOGETHER>; 2],
+    first: usize,
 }
 
-impl<F: Num> Apart<F> for ToWorld<'_, F> {
-    type Output = ([F; 3], Located<F>);
+impl<F: Num> Apart<F> for EndOfWalk<'_> {
+    type Output = ([F; 3], F, u32);
 
     #[inline(always)]
-    fn run(self) -> ([F; 3], Located<F>) {
-        self.light.world_of(self.frame, self.drawn)
+    fn run(self) -> ([F; 3], F, u32) {
+        let EndOfWalk { light, frame, walk, numbers, first } = self;
+        let (world, located, strayed) = light.to_world(frame, &walk.drawn::<F>(light, numbers, None, first));
+        (world, light.alone(&located), strayed)
+    }
+}
+
+/// [`Light::draw_candidates`].
+struct DrawCandidates<'a, F: Num> {
+    light: &'a Light<'a>,
+    u: [F; 2],
+}
+
+impl<F: Num> Apart<F> for DrawCandidates<'_, F> {
+    type Output = ([F; 3], F, Looked<F>);
+
+    #[inline(always)]
+    fn run(self) -> ([F; 3], F, Looked<F>) {
+        self.light.draw_candidates_here(self.u)
+    }
+}
+
+/// Replaces the samples of the lanes of which the bits are set.
+#[inline(always)]
+pub(crate) fn settle_lanes<F: Num>(
+    u: [F; 2],
+    mut lanes: u32,
+    world: &mut [F; 3],
+    pdf: &mut F,
+    settled: impl Fn([f32; 2]) -> batch::Drawn,
+) {
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize;
+        lanes &= lanes - 1;
+        let drawn = settled(u.map(|u| u.store().as_ref().get(lane).copied().unwrap_or(0.5)));
+        for (axis, x) in world.iter_mut().zip(drawn.wi) {
+            set(axis, lane, x);
+        }
+        set(pdf, lane, drawn.pdf);
     }
 }
 
 impl Light<'_> {
-    /// World directions of drawn places, and where those directions are in the tables.
+    /// World directions of drawn places, where those directions are in the tables, and the bits of the lanes in which rounding carried
+    /// them out of their patches: those have to be settled.
     #[inline(always)]
-    pub fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
-        F::apart(ToWorld { light: self, frame, drawn })
+    pub fn to_world<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>, u32) {
+        let world = to_world(frame, self.direction_of(drawn));
+        let (located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
+        (world, located, F::bits(strayed))
     }
 
-    #[inline(always)]
-    fn world_of<F: Num>(&self, frame: &Frame, drawn: &Drawn<F>) -> ([F; 3], Located<F>) {
-        let mut world = to_world(frame, self.direction_of(drawn));
-        let (mut located, strayed) = self.relocate(to_map(frame, unit(world).0), drawn);
-        let mut strayed = F::bits(strayed);
-        while strayed != 0 {
-            let lane = strayed.trailing_zeros() as usize;
-            strayed &= strayed - 1;
-            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
-            let cell = drawn.patch.cell.as_ref().get(lane).copied().unwrap_or(0);
-            let (direction, found) = self.settle(frame, cell, [of(&drawn.numbers[0]), of(&drawn.numbers[1])]);
-            for (axis, x) in world.iter_mut().zip(direction) {
-                set(axis, lane, x);
-            }
-            located.set(lane, &found);
-        }
-        (world, located)
+    /// The sample of `u`, settled.
+    #[cold]
+    #[inline(never)]
+    fn settled(&self, frame: &Frame, u: [f32; 2]) -> batch::Drawn {
+        let (cell, numbers) = self.cell_at(&self.tops, u.map(clamp_u));
+        let (wi, located) = self.settle(frame, cell as u32, numbers);
+        batch::Drawn { wi, pdf: self.alone(&located) }
     }
 
     /// What the numbers of a cell lead to, moved until it is found where it was drawn.
-    #[cold]
     #[inline(never)]
-    fn settle(&self, frame: &Frame, cell: u32, numbers: [f32; 2]) -> ([f32; 3], Located<f32>) {
+    pub(crate) fn settle(&self, frame: &Frame, cell: u32, numbers: [f32; 2]) -> ([f32; 3], Located<f32>) {
         let drawn = self.sample_in::<f32>([cell], numbers);
         let mut step = FIRST_STEP;
         loop {
             let position = drawn.position.map(|x| x + (0.5 - x) * step);
-            let world = to_world(frame, self.direction_of(&Drawn { position, ..drawn }));
+            let world = to_world(frame, drawn.patch.direction(self, position));
             let map = to_map(frame, unit(world).0);
             let (located, strayed) = self.relocate(map, &drawn);
             if !strayed {
@@ -120,14 +145,21 @@ impl Light<'_> {
     /// World directions distributed as the light, and their densities; 0 if the light is black.
     #[inline(always)]
     pub fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let (world, located) = self.to_world(frame, &self.draw_alone(&self.tops, u));
-        (world, self.alone(&located))
+        let (mut world, located, strayed) = self.to_world(frame, &self.draw_alone(&self.tops, u));
+        let mut pdf = self.alone(&located);
+        settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
+        (world, pdf)
     }
 
     /// Candidates, which need no pdf of an f32 world direction: directions of map space, their densities over
     /// [`Looked::candidates`], and what [`Light::radiance`] finds there.
     #[inline(always)]
     pub fn draw_candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F, Looked<F>) {
+        F::apart(DrawCandidates { light: self, u })
+    }
+
+    #[inline(always)]
+    fn draw_candidates_here<F: Num>(&self, u: [F; 2]) -> ([F; 3], F, Looked<F>) {
         let drawn = self.draw_alone(&self.candidates, u);
         let direction = self.direction_of(&drawn);
         let density = self.alone(&self.drawn_at(&self.chart.place(direction), &drawn));
@@ -150,24 +182,26 @@ impl Light<'_> {
     /// As [`Light::sample`], for as many `u` as there are: their walks go on side by side.
     #[inline(always)]
     pub fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [batch::Drawn]) {
-        let mut walk = Walk::<TOGETHER>::new();
+        let (mut walk, mut numbers) = (Walk::<TOGETHER>::new(), [[0.5; TOGETHER]; 2]);
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-            let mut numbers = [[0.5; TOGETHER]; 2];
-            for (lane, &[w, v]) in u.iter().enumerate().take(TOGETHER) {
-                numbers[0][lane] = clamp_u(w);
-                numbers[1][lane] = clamp_u(v);
-            }
             let count = u.len().next_multiple_of(F::WIDTH);
-            walk.begin(self, &numbers, count);
-            walk.down(self, count);
+            walk.begin(self, u, &mut numbers, count);
+            walk.down(self, &mut numbers, None, count);
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
-                let drawn = walk.drawn::<F>(self, group * F::WIDTH);
-                let (world, located) = self.to_world(frame, &drawn);
-                let (x, y, z, pdf) =
-                    (world[0].store(), world[1].store(), world[2].store(), self.alone(&located).store());
+                let first = group * F::WIDTH;
+                let (world, pdf, mut strayed) =
+                    F::apart(EndOfWalk { light: self, frame, walk: &walk, numbers: &numbers, first });
+                let (x, y, z, pdf) = (world[0].store(), world[1].store(), world[2].store(), pdf.store());
                 let lanes = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref()).zip(pdf.as_ref());
                 for (out, (((&x, &y), &z), &pdf)) in out.iter_mut().zip(lanes) {
                     *out = batch::Drawn { wi: [x, y, z], pdf };
+                }
+                while strayed != 0 {
+                    let lane = strayed.trailing_zeros() as usize;
+                    strayed &= strayed - 1;
+                    if let (Some(out), Some(&u)) = (out.get_mut(lane), u.get(first + lane)) {
+                        *out = self.settled(frame, u);
+                    }
                 }
             }
         }
@@ -202,10 +236,10 @@ impl Light<'_> {
                     put(out, first, number.store().as_ref());
                 }
             }
-            walk.at(self, false, wi.len().next_multiple_of(F::WIDTH));
+            walk.at(self, None, wi.len().next_multiple_of(F::WIDTH));
             for (group, out) in out.chunks_mut(F::WIDTH).enumerate() {
                 let first = group * F::WIDTH;
-                let patch = walk.patches::<F>(self, first);
+                let patch = walk.patches::<F>(self, None, first);
                 let [column, row, solid_angle, valid] = &places;
                 let place = Place {
                     face: F::splat(0.0),

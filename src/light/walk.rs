@@ -56,43 +56,27 @@ pub struct Drawn<F: Num> {
     pub(super) shape: PatchDensity<F>,
     /// Column and row inside, in [0, 1].
     pub position: [F; 2],
-    /// The numbers that led here.
-    pub(super) numbers: [F::Floats; 2],
 }
 
 impl<F: Num> Drawn<F> {
     /// Column and row on the face.
     #[inline(always)]
     pub fn place(&self) -> [F; 2] {
-        let Drawn { patch, position, .. } = self;
-        [patch.low[0] + position[0] * patch.size[0], patch.low[1] + position[1] * patch.size[1]]
+        self.patch.place(self.position)
     }
 }
 
 impl<F: Num> Patches<F> {
-    /// Replaces the patch of one lane.
+    /// The direction of a position in the patch.
     #[inline(always)]
-    fn set(&mut self, lane: usize, by: &Patches<f32>) {
-        let [cell] = by.cell;
-        if let Some(out) = self.cell.as_mut().get_mut(lane) {
-            *out = cell;
-        }
-        set(&mut self.face, lane, by.face);
-        set(&mut self.brightest, lane, by.brightest);
-        set(&mut self.candidates, lane, by.candidates);
-        set(&mut self.light, lane, by.light);
-        for k in 0..2 {
-            set(&mut self.first[k], lane, by.first[k]);
-            set(&mut self.behind[k], lane, by.behind[k]);
-            set(&mut self.low[k], lane, by.low[k]);
-            set(&mut self.size[k], lane, by.size[k]);
-            set(&mut self.start[k], lane, by.start[k]);
-            set(&mut self.width[k], lane, by.width[k]);
-        }
-        for k in 0..4 {
-            set(&mut self.corner[k], lane, by.corner[k]);
-        }
-        set(&mut self.probability, lane, by.probability);
+    pub(super) fn direction(&self, light: &Light<'_>, position: [F; 2]) -> Direction<F> {
+        light.chart.direction(self.face, self.place(position))
+    }
+
+    /// Column and row on the face of a position in the patch.
+    #[inline(always)]
+    fn place(&self, position: [F; 2]) -> [F; 2] {
+        [self.low[0] + position[0] * self.size[0], self.low[1] + position[1] * self.size[1]]
     }
 
     #[inline(always)]
@@ -102,19 +86,10 @@ impl<F: Num> Patches<F> {
 }
 
 impl<F: Num> Located<F> {
-    /// Replaces one lane.
-    #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, by: &Located<f32>) {
-        self.patch.set(lane, &by.patch);
-        set(&mut self.position[0], lane, by.position[0]);
-        set(&mut self.position[1], lane, by.position[1]);
-        set(&mut self.density, lane, by.density);
-    }
-
     /// The numbers of the direction in its cell: along columns and along rows, each in [0, 1 - 2^-24].
     #[inline(always)]
     pub fn numbers(&self, light: &Light<'_>) -> [F; 2] {
-        F::apart(Numbers { light, located: self })
+        F::apart(InCell { light, located: self })
     }
 }
 
@@ -141,7 +116,7 @@ pub(super) fn put<T: Copy>(out: &mut [T], first: usize, lanes: &[T]) {
 
 /// Replaces the number of one lane.
 #[inline(always)]
-pub(super) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
+pub(crate) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
     let mut lanes = f.store();
     if let Some(out) = lanes.as_mut().get_mut(lane) {
         *out = x;
@@ -149,11 +124,19 @@ pub(super) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
     *f = F::load(lanes);
 }
 
+/// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
+#[inline(always)]
+pub fn clamp_u<F: Num>(u: F) -> F {
+    // Only a NaN is neither below nor above 1/2.
+    let number = F::or(u.le(F::splat(0.5)), F::splat(0.5).le(u));
+    F::select(number, u.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON)), F::splat(0.5))
+}
+
 /// Lanes that walk together in a batch; found by timing batches of 64 from cold caches.
 pub(super) const TOGETHER: usize = 32;
 
 /// A number for each lane of a walk.
-type Floats<const N: usize> = [f32; N];
+pub(super) type Floats<const N: usize> = [f32; N];
 /// A whole number for each lane of a walk.
 type Ints<const N: usize> = [u32; N];
 
@@ -163,13 +146,7 @@ pub(super) struct Walk<const N: usize> {
     face: Ints<N>,
     /// The share of the light that the cell has.
     light: Floats<N>,
-    /// The numbers in the cell that are walked down with.
-    numbers: [Floats<N>; 2],
     block: Ints<N>,
-    /// Starts and ends of the block in the cell.
-    outer: [[Floats<N>; 2]; 2],
-    /// The numbers in the block, in units.
-    units: [Floats<N>; 2],
     /// Starts and ends of the part in the block, in units.
     inner: [[Ints<N>; 2]; 2],
     /// The first patch of the part on the face; before the last stage, which block of the cell.
@@ -178,84 +155,124 @@ pub(super) struct Walk<const N: usize> {
     behind: [Ints<N>; 2],
     share: Floats<N>,
     brightest: Floats<N>,
-    candidates: Floats<N>,
     /// Pairs of corner words: of the upper and of the lower row.
     corner: [Ints<N>; 2],
 }
 
+/// What a walk also notes of cells, if it is asked to: products and candidates need it.
+pub(super) struct OfCells<const N: usize> {
+    /// Starts and ends of blocks in their cells.
+    outer: [[Floats<N>; 2]; 2],
+    candidates: Floats<N>,
+}
+
+// What lanes begin with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
+// far memory.
+const WHOLE: u32 = 1;
+const NUMBER: f32 = 0.5;
+
+impl<const N: usize> OfCells<N> {
+    #[inline(always)]
+    fn new() -> Self {
+        OfCells { outer: [[[NUMBER; N]; 2]; 2], candidates: [NUMBER; N] }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, axis: usize, lane: usize, [start, end]: [f32; 2]) {
+        self.outer[axis][0][lane] = start;
+        self.outer[axis][1][lane] = end;
+    }
+
+    /// Start and width of blocks in their cells.
+    #[inline(always)]
+    fn range<F: Num>(&self, axis: usize, first: usize) -> (F, F) {
+        let [start, end] = &self.outer[axis];
+        let start = floats::<F, N>(start, first);
+        (start, floats::<F, N>(end, first) - start)
+    }
+}
+
 impl<const N: usize> Walk<N> {
-    // What it begins with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
-    // far memory.
     #[inline(always)]
     pub(super) fn new() -> Self {
-        const WHOLE: u32 = 1;
-        const NUMBER: f32 = 0.5;
         Walk {
             cell: [WHOLE; N],
             face: [WHOLE; N],
             light: [NUMBER; N],
-            numbers: [[NUMBER; N]; 2],
             block: [WHOLE; N],
-            outer: [[[NUMBER; N]; 2]; 2],
-            units: [[NUMBER; N]; 2],
             inner: [[[WHOLE; N]; 2]; 2],
             from: [[WHOLE; N]; 2],
             behind: [[WHOLE; N]; 2],
             share: [NUMBER; N],
             brightest: [NUMBER; N],
-            candidates: [NUMBER; N],
             corner: [[WHOLE; N]; 2],
         }
     }
 
-    /// Begins in the cells that `u` (column, row) of each lane falls into.
+    /// Begins in the cells that `u` (column, row) of each lane falls into, with the numbers in those cells.
     #[inline(always)]
-    pub(super) fn begin(&mut self, light: &Light<'_>, u: &[Floats<N>; 2], count: usize) {
-        let [across, down] = u;
+    pub(super) fn begin(&mut self, light: &Light<'_>, u: &[[f32; 2]], numbers: &mut [Floats<N>; 2], count: usize) {
+        let [across, down] = numbers;
         // By number: so the compiler sees that every lane is one.
         #[allow(clippy::needless_range_loop)]
         for lane in 0..count.min(N) {
-            let (cell, [w, v]) = light.cell_at(&light.tops, [across[lane], down[lane]]);
+            let u = u.get(lane).copied().unwrap_or([NUMBER; 2]);
+            let (cell, [w, v]) = light.cell_at(&light.tops, u.map(clamp_u));
             prefetch(light.cells, cell);
             self.cell[lane] = cell as u32;
-            self.numbers[0][lane] = w;
-            self.numbers[1][lane] = v;
+            across[lane] = w;
+            down[lane] = v;
         }
     }
 
-    /// Walks down to the patches that the numbers of each lane lead to.
+    /// Walks down to the patches that the numbers of each lane in its cell lead to, which become the numbers in blocks, in units.
     // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
+    // By number: so the compiler sees that every lane is one.
     #[inline(never)]
-    pub(super) fn down(&mut self, light: &Light<'_>, count: usize) {
+    #[allow(clippy::needless_range_loop)]
+    pub(super) fn down(
+        &mut self,
+        light: &Light<'_>,
+        numbers: &mut [Floats<N>; 2],
+        mut of_cells: Option<&mut OfCells<N>>,
+        count: usize,
+    ) {
         let count = count.min(N);
         for lane in 0..count {
             light.starts.prefetch(light.cell(self.cell[lane]).starts as usize);
         }
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
-            let found = find(&light.starts, c.starts as usize, c.blocks[1].into(), self.numbers[1][lane]);
-            light.starts.prefetch(c.row(found.0));
-            prefetch(light.blocks, c.first as usize + found.0 * usize::from(c.blocks[0]));
-            self.put_outer(1, lane, found);
+            let v = numbers[1][lane];
+            let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
+            light.starts.prefetch(c.row(row));
+            prefetch(light.blocks, c.first as usize + row * usize::from(c.blocks[0]));
+            self.from[1][lane] = row as u32;
+            numbers[1][lane] = UNITS * rest(v, range);
+            if let Some(of_cells) = &mut of_cells {
+                of_cells.put(1, lane, range);
+            }
         }
         for lane in 0..count {
             let c = light.cell(self.cell[lane]);
-            let [w, v] = [self.numbers[0][lane], self.numbers[1][lane]];
-            let row = self.from[1][lane] as usize;
-            let found = find(&light.starts, c.row(row), c.blocks[0].into(), w);
-            let block = c.first as usize + row * usize::from(c.blocks[0]) + found.0;
+            let (w, row) = (numbers[0][lane], self.from[1][lane] as usize);
+            let (column, range) = find(&light.starts, c.row(row), c.blocks[0].into(), w);
+            let block = c.first as usize + row * usize::from(c.blocks[0]) + column;
             prefetch(light.blocks, block);
             self.block[lane] = block as u32;
-            self.units[0][lane] = UNITS * rest(w, found.1);
-            self.units[1][lane] = UNITS * rest(v, [self.outer[1][0][lane], self.outer[1][1][lane]]);
-            self.put_outer(0, lane, found);
+            self.from[0][lane] = column as u32;
+            numbers[0][lane] = UNITS * rest(w, range);
+            if let Some(of_cells) = &mut of_cells {
+                of_cells.put(0, lane, range);
+                of_cells.candidates[lane] = c.candidates;
+            }
         }
         for lane in 0..count {
             light.words.prefetch(light.block(self.block[lane]).rows as usize);
         }
         for lane in 0..count {
             let block = light.block(self.block[lane]);
-            let key = self.units[1][lane] as i32 as u32;
+            let key = numbers[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
             light.prefetch_lines(block, found.0);
             self.put_inner(1, lane, found);
@@ -263,7 +280,7 @@ impl<const N: usize> Walk<N> {
         for lane in 0..count {
             let block = light.block(self.block[lane]);
             let line = block.line(self.behind[1][lane] as usize, light.bilinear);
-            let key = self.units[0][lane] as i32 as u32;
+            let key = numbers[0][lane] as i32 as u32;
             let starts = line + block.corners(light.bilinear);
             let found = find16(&light.words, starts, block.grid[0].into(), key, block.words_at_ends());
             self.put_inner(0, lane, found);
@@ -279,10 +296,9 @@ impl<const N: usize> Walk<N> {
         put(&mut self.behind[1], first, row.as_ref());
     }
 
-    /// Finds the patches at columns and rows of faces, which stand in `behind`; where their numbers begin and end only if
-    /// `numbers`.
+    /// Finds the patches at columns and rows of faces, which stand in `behind`.
     #[inline(never)]
-    pub(super) fn at(&mut self, light: &Light<'_>, numbers: bool, count: usize) {
+    pub(super) fn at(&mut self, light: &Light<'_>, mut of_cells: Option<&mut OfCells<N>>, count: usize) {
         let count = count.min(N);
         let face_rows = light.grid[1] / light.chart.faces();
         for lane in 0..count {
@@ -312,23 +328,16 @@ impl<const N: usize> Walk<N> {
             let [columns, rows] = block.grid.map(usize::from);
             let line = block.line(y, light.bilinear);
             let starts = line + block.corners(light.bilinear);
-            if numbers {
+            if let Some(of_cells) = &mut of_cells {
                 let c = light.cell(self.cell[lane]);
                 let (i, j) = (self.from[0][lane] as usize, self.from[1][lane] as usize);
-                self.put_outer(1, lane, (j, cell(&light.starts, c.starts as usize, j)));
-                self.put_outer(0, lane, (i, cell(&light.starts, c.row(j), i)));
+                of_cells.put(1, lane, cell(&light.starts, c.starts as usize, j));
+                of_cells.put(0, lane, cell(&light.starts, c.row(j), i));
             }
             self.put_inner(1, lane, (y, cell16(&light.words, block.rows as usize, rows, y, block.words_at_ends())));
             self.put_inner(0, lane, (x, cell16(&light.words, starts, columns, x, block.words_at_ends())));
             self.put_patch(light, lane, block, line);
         }
-    }
-
-    #[inline(always)]
-    fn put_outer(&mut self, axis: usize, lane: usize, (index, [start, end]): Found<f32>) {
-        self.from[axis][lane] = index as u32;
-        self.outer[axis][0][lane] = start;
-        self.outer[axis][1][lane] = end;
     }
 
     #[inline(always)]
@@ -346,7 +355,6 @@ impl<const N: usize> Walk<N> {
         self.light[lane] = c.probability;
         self.share[lane] = block.share;
         self.brightest[lane] = block.brightest;
-        self.candidates[lane] = c.candidates;
         if light.bilinear {
             let first = line + self.behind[0][lane] as usize;
             self.corner[0][lane] = light.pair(first);
@@ -365,13 +373,18 @@ impl<const N: usize> Walk<N> {
         }
     }
 
-    /// The patches of the lanes from `first` on.
+    /// The patches of the lanes from `first` on. `of_cells`: what was noted, else it is left out of the patches.
     #[inline(always)]
-    pub(super) fn patches<F: Num>(&self, light: &Light<'_>, first: usize) -> Patches<F> {
-        let (outer, inner) = (
-            [self.outer_range::<F>(0, first), self.outer_range::<F>(1, first)],
-            [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)],
-        );
+    pub(super) fn patches<F: Num>(&self, light: &Light<'_>, of_cells: Option<&OfCells<N>>, first: usize) -> Patches<F> {
+        let none = F::splat(0.0);
+        let (outer, candidates) = match of_cells {
+            None => ([(none, none); 2], none),
+            Some(of) => {
+                let outer = [of.range::<F>(0, first), of.range::<F>(1, first)];
+                (outer, floats::<F, N>(&of.candidates, first))
+            }
+        };
+        let inner = [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)];
         let whole = |of: &Ints<N>| F::of_ints(ints::<F, N>(of, first));
         let [from, behind] =
             [[whole(&self.from[0]), whole(&self.from[1])], [whole(&self.behind[0]), whole(&self.behind[1])]];
@@ -398,19 +411,11 @@ impl<const N: usize> Walk<N> {
             size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
             corner,
             brightest: floats::<F, N>(&self.brightest, first),
-            candidates: floats::<F, N>(&self.candidates, first),
+            candidates,
             probability: floats::<F, N>(&self.share, first) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
         }
-    }
-
-    /// Start and width of blocks in their cells.
-    #[inline(always)]
-    fn outer_range<F: Num>(&self, axis: usize, first: usize) -> (F, F) {
-        let [start, end] = &self.outer[axis];
-        let start = floats::<F, N>(start, first);
-        (start, floats::<F, N>(end, first) - start)
     }
 
     /// Start and width of parts in their blocks, in units.
@@ -423,17 +428,24 @@ impl<const N: usize> Walk<N> {
 
     /// The positions of the numbers in their parts.
     #[inline(always)]
-    fn in_part<F: Num>(&self, axis: usize, first: usize) -> F {
+    fn in_part<F: Num>(&self, numbers: &[Floats<N>; 2], axis: usize, first: usize) -> F {
         let (start, width) = self.inner_range::<F>(axis, first);
-        inside(floats::<F, N>(&self.units[axis], first), start, width)
+        inside(floats::<F, N>(&numbers[axis], first), start, width)
     }
 
     /// The places that the walk down led the lanes from `first` on to.
     #[inline(always)]
-    pub(super) fn drawn<F: Num>(&self, light: &Light<'_>, first: usize) -> Drawn<F> {
-        let patch = self.patches::<F>(light, first);
+    pub(super) fn drawn<F: Num>(
+        &self,
+        light: &Light<'_>,
+        numbers: &[Floats<N>; 2],
+        of_cells: Option<&OfCells<N>>,
+        first: usize,
+    ) -> Drawn<F> {
+        let patch = self.patches::<F>(light, of_cells, first);
         let shape = patch.shape(light);
-        let mut position = shape.sample([self.in_part::<F>(0, first), self.in_part::<F>(1, first)]);
+        let inside = [self.in_part::<F>(numbers, 0, first), self.in_part::<F>(numbers, 1, first)];
+        let mut position = shape.sample(inside);
         if !light.bilinear {
             // Away from the borders, where a client's rounding might find the neighbour.
             for ((k, at), &size) in position.iter_mut().enumerate().zip(&patch.size) {
@@ -441,9 +453,7 @@ impl<const N: usize> Walk<N> {
                 *at = at.max(least).min(F::splat(1.0) - least);
             }
         }
-        let [w, v] = &self.numbers;
-        let numbers = [floats::<F, N>(w, first).store(), floats::<F, N>(v, first).store()];
-        Drawn { patch, shape, position, numbers }
+        Drawn { patch, shape, position }
     }
 }
 
@@ -470,7 +480,7 @@ pub(super) fn byte(bytes: &[u8], index: usize) -> u8 {
 }
 
 /// A block that was found in a cell.
-pub(super) struct InCell {
+pub(super) struct FoundBlock {
     /// Its number.
     pub number: u32,
     /// Its column and row in the cell.
@@ -480,12 +490,12 @@ pub(super) struct InCell {
 }
 
 /// [`Located::numbers`].
-struct Numbers<'a, F: Num> {
+struct InCell<'a, F: Num> {
     light: &'a Light<'a>,
     located: &'a Located<F>,
 }
 
-impl<F: Num> Apart<F> for Numbers<'_, F> {
+impl<F: Num> Apart<F> for InCell<'_, F> {
     type Output = [F; 2];
 
     #[inline(always)]
@@ -509,11 +519,12 @@ impl<F: Num> Draw<'_, F> {
     fn walk<const N: usize>(&self) -> Drawn<F> {
         let mut walk = Walk::<N>::new();
         put(&mut walk.cell, 0, self.cells.as_ref());
-        for (out, numbers) in walk.numbers.iter_mut().zip(&self.numbers) {
+        let (mut numbers, mut of_cells) = ([[NUMBER; N]; 2], OfCells::<N>::new());
+        for (out, numbers) in numbers.iter_mut().zip(&self.numbers) {
             put(out, 0, numbers.as_ref());
         }
-        walk.down(self.light, N);
-        walk.drawn::<F>(self.light, 0)
+        walk.down(self.light, &mut numbers, Some(&mut of_cells), N);
+        walk.drawn::<F>(self.light, &numbers, Some(&of_cells), 0)
     }
 }
 
@@ -522,7 +533,7 @@ impl<F: Num> Apart<F> for Draw<'_, F> {
 
     #[inline(always)]
     fn run(self) -> Drawn<F> {
-        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
+        self.walk::<1>()
     }
 }
 
@@ -542,8 +553,9 @@ impl<F: Num> Locate<'_, F> {
         let mut walk = Walk::<N>::new();
         let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
         walk.put_places::<F>(0, place.face.truncate(), [column, row]);
-        walk.at(light, numbers, N);
-        light.at_place(&walk.patches::<F>(light, 0), &place)
+        let mut of_cells = OfCells::<N>::new();
+        walk.at(light, if numbers { Some(&mut of_cells) } else { None }, N);
+        light.at_place(&walk.patches::<F>(light, Some(&of_cells), 0), &place)
     }
 }
 
@@ -578,7 +590,9 @@ impl Light<'_> {
     /// The places for numbers (column, row) in [0, 1 - 2^-24]^2 of cells.
     #[inline(always)]
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
-        F::apart(Draw { light: self, cells, numbers: numbers.map(F::store) })
+        let draw = Draw { light: self, cells, numbers: numbers.map(F::store) };
+        // One by one a result is short, and many need it.
+        if F::WIDTH == 1 { F::apart(draw) } else { draw.walk::<LANES>() }
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what
@@ -597,7 +611,7 @@ impl Light<'_> {
     /// The direction of a drawn place.
     #[inline(always)]
     pub fn direction_of<F: Num>(&self, drawn: &Drawn<F>) -> Direction<F> {
-        self.chart.direction(drawn.patch.face, drawn.place())
+        drawn.patch.direction(self, drawn.position)
     }
 
     /// The radiance at drawn places over the power: as [`Light::radiance`] finds it, but for rounding.
@@ -646,7 +660,7 @@ impl Light<'_> {
 
     /// The block of a cell that holds a patch.
     #[inline(always)]
-    pub(super) fn find_block(&self, cell: &Cell, patch: [u32; 2]) -> InCell {
+    pub(super) fn find_block(&self, cell: &Cell, patch: [u32; 2]) -> FoundBlock {
         let (mut at, mut inside) = ([0; 2], [0; 2]);
         for k in 0..2 {
             let from_cell = patch[k].wrapping_sub(cell.origin[k].into());
@@ -655,7 +669,7 @@ impl Light<'_> {
         }
         let number = cell.first + at[1] * u32::from(cell.blocks[0]) + at[0];
         prefetch(self.blocks, number as usize);
-        InCell { number, at, patch: inside }
+        FoundBlock { number, at, patch: inside }
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@
 use super::peak::Peak;
 use super::stored::{PART_ENDS, Product};
 use crate::light::batch::{Density, Drawn};
-use crate::light::density::{Inverted, clamp_u, to_world};
+use crate::light::density::{Inverted, clamp_u, settle_lanes, to_world};
 use crate::light::guide::{MIDDLES, PARTS};
 use crate::light::search::find;
 use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
@@ -285,7 +285,29 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        F::apart(SampleGrid { shaded: self, frame, u })
+        let (mut world, mut pdf, strayed) = F::apart(SampleGrid { shaded: self, frame, u });
+        settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
+        (world, pdf)
+    }
+
+    /// The sample of numbers of the grid, settled.
+    #[cold]
+    #[inline(never)]
+    fn settled(&self, frame: &Frame, u: [f32; 2]) -> Drawn {
+        let ([cell], numbers) = self.cells::<f32>(u);
+        let (wi, located) = self.light.settle(frame, cell, numbers);
+        Drawn { wi, pdf: self.of_grid(frame, wi, &located) }
+    }
+
+    /// The densities of located world directions.
+    #[inline(always)]
+    fn of_grid<F: Num>(&self, frame: &Frame, world: [F; 3], located: &Located<F>) -> F {
+        let grid = self.grid(located);
+        if self.product.peak.is_none() {
+            return grid;
+        }
+        let (map, _) = self.light.valid(frame, world);
+        self.mixed(map, grid)
     }
 
     /// World directions for numbers of the narrow lobes, and their densities.
@@ -426,19 +448,14 @@ struct SampleGrid<'a, F: Num> {
 }
 
 impl<F: Num> Apart<F> for SampleGrid<'_, F> {
-    type Output = ([F; 3], F);
+    type Output = ([F; 3], F, u32);
 
     #[inline(always)]
-    fn run(self) -> ([F; 3], F) {
+    fn run(self) -> ([F; 3], F, u32) {
         let SampleGrid { shaded, frame, u } = self;
         let (cells, numbers) = shaded.cells(u);
-        let (world, located) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
-        let grid = shaded.grid(&located);
-        if shaded.product.peak.is_none() {
-            return (world, grid);
-        }
-        let (map, _) = shaded.light.valid(frame, world);
-        (world, shaded.mixed(map, grid))
+        let (world, located, strayed) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
+        (world, shaded.of_grid(frame, world, &located), strayed)
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::choose::Heaviest;
 use super::corners::{Cone, respond};
-use super::divide::{Middles, middles, part};
+use super::divide::{middles, part};
 use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
-use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, MAX_DIVIDED, PART_ENDS, WHOLE_SPHERE};
+use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, PART_ENDS, WHOLE_SPHERE};
 use super::tops;
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
@@ -14,12 +14,12 @@ use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS, MIDDLES, PARTS}
 use crate::numeric::exponent;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use crate::status::Status;
-use bytemuck::{Zeroable, bytes_of, try_cast_slice_mut};
+use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
 
 /// What a product is prepared for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// The most cells that are divided, up to [`MAX_DIVIDED`].
+    /// The most cells that are divided, up to [`super::stored::MAX_DIVIDED`].
     pub divided: usize,
     /// How far the normals of other hits may turn from this one, in radians.
     pub cone: f32,
@@ -76,6 +76,18 @@ pub enum PrepareError {
     Status(Status),
 }
 
+/// F over whole cells before it is stored.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Work {
+    /// The corners of eight cells each.
+    corners: [[[f32; LANES]; 4]; MAX_CELLS / LANES],
+    /// The least that a leaf of each cell holds; 0 below the horizon.
+    floors: [f32; MAX_CELLS],
+    /// The weight of each cell: its light times its mean of F.
+    weights: [f32; MAX_CELLS],
+}
+
 /// Prepares a product at the beginning of `memory`, aligned to 16. Answers its bytes.
 ///
 /// # Errors
@@ -87,23 +99,31 @@ pub fn prepare(
     config: &Config,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
-    let surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
+    prepare_in(level, environment, point, config, &mut Work::zeroed(), memory)
+}
+
+/// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
+///
+/// # Errors
+/// [`PrepareError`].
+#[inline(never)]
+pub fn prepare_in(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    config: &Config,
+    work: &mut Work,
+    memory: &mut [u8],
+) -> Result<usize, PrepareError> {
+    let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
     let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
     let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
     let (mut lobes, mut peak) = peak::choose(point.material, &surface, &config.mixture);
     let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
-    let widened = peak::widened(point.material, &config.mixture);
-    let seen = match &widened {
-        Some(material) => {
-            Surface::new(&Point { material, ..*point }, &environment.frame()).map_err(PrepareError::Point)?
-        }
-        None => surface,
-    };
-    let mut stage = Stage::new(guide, &seen, (peak, mirror), cone, config);
+    let (axes, wo) = (surface.axes(), surface.wo());
+    widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
+    let mut stage = Stage::new(guide, &surface, (peak, mirror), cone, config, work);
     run(level, Evaluate { stage: &mut stage });
-    if stage.adds_lobes {
-        peak = peak::add_all(&mut lobes, peak, &surface);
-    }
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();
     let lengths = Lengths::new(grid, divided);
@@ -122,6 +142,9 @@ pub fn prepare(
         ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
     };
     let total = run(level, write);
+    if stage.adds_lobes {
+        peak = peak::add_all(&mut lobes, peak, &surface);
+    }
     let power = environment.header().power;
     let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
     flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
@@ -143,8 +166,8 @@ pub fn prepare(
         cone: cone.cosine,
         normal: point.normal,
         wo: point.wo,
-        axes: surface.axes(),
-        local_wo: surface.wo(),
+        axes,
+        local_wo: wo,
         lobe: lobes,
         ..Header::zeroed()
     };
@@ -152,6 +175,20 @@ pub fn prepare(
         *out = byte;
     }
     Ok(lengths.bytes())
+}
+
+/// Replaces a surface by one whose lobes are all as wide as the grid resolves. Apart, so that its stack is free again.
+#[inline(never)]
+fn widen(
+    surface: &mut Surface,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    mixture: &Mixture,
+) -> Result<(), Fault> {
+    if let Some(material) = &peak::widened(point.material, mixture) {
+        *surface = Surface::new(&Point { material, ..*point }, &environment.frame())?;
+    }
+    Ok(())
 }
 
 /// F before it is stored.
@@ -167,14 +204,7 @@ struct Stage<'a> {
     constant: bool,
     /// Whether the point has lobes that can be drawn from.
     draws_lobes: bool,
-    /// The corners of eight cells each.
-    corners: [[[f32; LANES]; 4]; MAX_CELLS / LANES],
-    /// The middles of the parts of eight divided cells each.
-    middles: [Middles; MAX_DIVIDED / LANES],
-    /// The least that a leaf of each cell holds; 0 below the horizon.
-    floors: [f32; MAX_CELLS],
-    /// The weight of each cell: its light times its mean of F.
-    weights: [f32; MAX_CELLS],
+    work: &'a mut Work,
     /// The largest value of F.
     largest: f32,
     /// No leaf that counts is darker.
@@ -194,7 +224,9 @@ impl<'a> Stage<'a> {
         (from_peak, peak): (f32, [f32; 3]),
         cone: Cone,
         config: &Config,
+        work: &'a mut Work,
     ) -> Stage<'a> {
+        *work = Work::zeroed();
         Stage {
             guide,
             surface,
@@ -204,10 +236,7 @@ impl<'a> Stage<'a> {
             from_peak,
             constant: config.constant,
             draws_lobes: surface.lobe_count() > 0 && surface.wo()[2] > 0.0,
-            corners: [[[0.0; LANES]; 4]; MAX_CELLS / LANES],
-            middles: [[[0.0; LANES]; MIDDLES]; MAX_DIVIDED / LANES],
-            floors: [0.0; MAX_CELLS],
-            weights: [0.0; MAX_CELLS],
+            work,
             largest: 0.0,
             darkest: 0.0,
             any: true,
@@ -237,7 +266,7 @@ impl Kernel for Evaluate<'_, '_> {
         let mut values = [0.0; MAX_CORNERS];
         self.stage.evaluate::<F>(&mut values);
         self.stage.lay::<F>(&values);
-        self.stage.divide::<F>();
+        self.stage.choose::<F>();
     }
 }
 
@@ -272,8 +301,9 @@ impl Stage<'_> {
         let zero = <F as Num>::splat(0.0);
         let (quadrants, masses, cones) =
             (quadrants(&self.guide), self.guide.groups(Column::Mass, 0), Cones::new(&self.guide));
-        let kept = self.weights.chunks_exact_mut(LANES).zip(self.floors.chunks_exact_mut(LANES));
-        let groups = self.corners.iter_mut().zip(kept).zip(masses);
+        let Work { corners, floors, weights } = &mut *self.work;
+        let kept = weights.chunks_exact_mut(LANES).zip(floors.chunks_exact_mut(LANES));
+        let groups = corners.iter_mut().zip(kept).zip(masses);
         for (group, ((out, (weights, floors)), mass)) in groups.enumerate() {
             let first = group * LANES;
             let counts = cones.reach::<F>(self.surface, &self.cone, group);
@@ -336,28 +366,28 @@ impl Stage<'_> {
             }
             for (&cell, value) in cells.iter().zip(Num::store(largest)) {
                 let mass = self.guide.number(Column::Mass, cell as usize);
-                if let Some(weight) = self.weights.get_mut(cell as usize).filter(|weight| **weight > 0.0) {
+                if let Some(weight) = self.work.weights.get_mut(cell as usize).filter(|weight| **weight > 0.0) {
                     *weight = crate::numeric::max(*weight, 4.0 * mass * value);
                 }
             }
         }
     }
 
-    /// Chooses the heaviest cells, and evaluates F in them.
+    /// Chooses the heaviest cells.
     #[inline(always)]
-    fn divide<F: Lanes>(&mut self) {
+    fn choose<F: Lanes>(&mut self) {
         if self.heaviest.room() == 0 || !self.any {
             return;
         }
         self.look_closer::<F>();
         let mut sum = <F as Num>::splat(0.0);
-        for weights in self.weights.chunks_exact(LANES) {
+        for weights in self.work.weights.chunks_exact(LANES) {
             sum = sum + <F as Num>::read(weights);
         }
         let share = if self.heaviest.room() > DIVIDED { HEAVY_OF_MANY } else { HEAVY };
         let least = share * Num::store(sum).iter().sum::<f32>();
-        for first in (0..self.weights.len()).step_by(LANES) {
-            let weights = self.weights.get(first..).unwrap_or(&[]);
+        for first in (0..self.work.weights.len()).step_by(LANES) {
+            let weights = self.work.weights.get(first..).unwrap_or(&[]);
             let mut bits = <F as Num>::bits(Num::lt(<F as Num>::splat(least), <F as Num>::read(weights)));
             while bits != 0 {
                 let lane = bits.trailing_zeros();
@@ -365,16 +395,25 @@ impl Stage<'_> {
                 self.heaviest.offer(first as u32 + lane, weights.get(lane as usize).copied().unwrap_or(0.0));
             }
         }
+    }
+
+    /// Evaluates F at the middles of the divided cells' parts, and keeps it where the ends of those parts will stand.
+    #[inline(always)]
+    fn divide<F: Lanes>(&mut self, ends: &mut [[f32; LANES]]) {
         let mut largest = <F as Num>::splat(self.largest);
-        for (cells, out) in self.heaviest.cells().chunks(LANES).zip(&mut self.middles) {
-            middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
-            for row in out {
-                largest = Num::max(largest, <F as Num>::load(*row));
+        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact_mut(PART_ENDS)) {
+            if let Some(out) = ends.last_chunk_mut::<MIDDLES>() {
+                // Lanes without a cell.
+                *out = [[0.0; LANES]; MIDDLES];
+                middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
+                for row in out {
+                    largest = Num::max(largest, <F as Num>::load(*row));
+                }
             }
         }
         self.largest = highest(largest);
         if self.draws_lobes {
-            let wasted = self.wasted::<F>();
+            let wasted = self.wasted::<F>(ends);
             self.adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - self.from_peak);
             self.kept = (MOST_WASTED / wasted).min(1.0);
         }
@@ -385,7 +424,7 @@ impl Stage<'_> {
     fn least<F: Lanes>(&self, cells: &[u32]) -> F {
         let mut least = [0.0; LANES];
         for (least, &cell) in least.iter_mut().zip(cells) {
-            *least = self.floors.get(cell as usize).copied().unwrap_or(0.0);
+            *least = self.work.floors.get(cell as usize).copied().unwrap_or(0.0);
         }
         Num::max(<F as Num>::splat(self.darkest), <F as Num>::load(least) * <F as Num>::splat(KEPT))
     }
@@ -393,26 +432,26 @@ impl Stage<'_> {
     /// What parts that reflect nothing would take by their least value, over what all others reflect. The weights of divided cells, which
     /// their parts will give, become 0.
     #[inline(always)]
-    fn wasted<F: Lanes>(&mut self) -> f32 {
+    fn wasted<F: Lanes>(&mut self, ends: &[[f32; LANES]]) -> f32 {
         let zero = <F as Num>::splat(0.0);
         let (mut wasted, mut reflected) = (zero, zero);
-        for (cells, middles) in self.heaviest.cells().chunks(LANES).zip(&self.middles) {
+        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact(PART_ENDS)) {
             let mut masses = [0.0; LANES];
             for (mass, &cell) in masses.iter_mut().zip(cells) {
                 *mass = self.guide.number(Column::Mass, cell as usize);
-                if let Some(weight) = self.weights.get_mut(cell as usize) {
+                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
                     *weight = 0.0;
                 }
             }
             let (mass, least) = (<F as Num>::load(masses), self.least::<F>(cells));
-            for middle in middles {
+            for middle in ends.last_chunk::<MIDDLES>().into_iter().flatten() {
                 let middle = <F as Num>::load(*middle);
                 wasted = wasted + <F as Num>::only(is_wasted::<F>(middle, least), mass * least);
                 reflected = reflected + mass * Num::max(middle, zero);
             }
         }
         let mut undivided = zero;
-        for weights in self.weights.chunks_exact(LANES) {
+        for weights in self.work.weights.chunks_exact(LANES) {
             undivided = undivided + <F as Num>::read(weights);
         }
         // Of the undivided cells these are sums of four corners, of the others of 16 parts.
@@ -515,10 +554,11 @@ impl Kernel for Write<'_, '_> {
     #[inline(always)]
     fn run<F: Lanes>(self) -> f32 {
         let Write { stage, grid, leaves, tops, ends } = self;
+        stage.divide::<F>(ends);
         let scale = <F as Num>::splat((1.0 / stage.unit()) as f32);
         let (cells, masses) = (stage.guide.cells(), stage.guide.groups(Column::Mass, 0));
         let (whole, parts) = leaves.split_at_mut_checked(cells / LANES).unwrap_or_default();
-        for (group, (out, corners)) in whole.iter_mut().zip(&stage.corners).enumerate() {
+        for (group, (out, corners)) in whole.iter_mut().zip(&stage.work.corners).enumerate() {
             let [a, b, c, d] = *corners;
             // Corners that count are above 0; half of all groups lie below the horizon.
             let zero = <F as Num>::splat(0.0);
@@ -534,13 +574,14 @@ impl Kernel for Write<'_, '_> {
             }
             let mean = store::<F>(&corners, out);
             let weight = Num::store(group_of::<F>(masses, group) * mean);
-            if let Some(out) = stage.weights.get_mut(group * LANES..(group + 1) * LANES) {
+            if let Some(out) = stage.work.weights.get_mut(group * LANES..(group + 1) * LANES) {
                 out.copy_from_slice(&weight);
             }
         }
         let divided = stage.heaviest.cells();
-        let groups = divided.chunks(LANES).zip(&stage.middles).zip(parts.chunks_exact_mut(MIDDLES));
-        for (group, (((cells, middles), out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
+        let groups = divided.chunks(LANES).zip(parts.chunks_exact_mut(MIDDLES));
+        for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
+            let Some(middles) = ends.last_chunk::<MIDDLES>() else { break };
             let mut means = [<F as Num>::splat(0.0); MIDDLES];
             let least = stage.least::<F>(cells);
             let kept = least * <F as Num>::splat(stage.kept);
@@ -558,14 +599,14 @@ impl Kernel for Write<'_, '_> {
             let mean = Num::store(tops::write_parts(&means, ends));
             for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
                 let mass = stage.guide.number(Column::Mass, cell as usize);
-                if let Some(weight) = stage.weights.get_mut(cell as usize) {
+                if let Some(weight) = stage.work.weights.get_mut(cell as usize) {
                     *weight = mass * mean;
                 }
                 mark(whole, cell, group * LANES + lane);
             }
         }
         tops.get_mut(super::stored::tops(grid)..).unwrap_or_default().fill(0.0);
-        tops::write(stage.weights.get(..cells).unwrap_or(&[]), grid, tops)
+        tops::write(stage.work.weights.get(..cells).unwrap_or(&[]), grid, tops)
     }
 }
 

@@ -68,11 +68,17 @@ pub trait Kernel {
 #[inline(always)]
 pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level.0 {
-        Instructions::Baseline => kernel.run::<Native>(),
+        Instructions::Baseline => run_baseline(kernel),
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a level of AVX2 was made by a detection that found it, or by who promised that to `from_code`.
         Instructions::Avx2 => unsafe { run_avx2(kernel) },
     }
+}
+
+/// Apart from its caller, as the other levels are: else the caller's stack would hold the lanes of this level below those of another.
+#[inline(never)]
+fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Native>()
 }
 
 /// # Safety

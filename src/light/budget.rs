@@ -66,13 +66,20 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
         cell = doubled;
         choice = Choice { level, lengths: lengths(&cell, steps), variance: 0.0 };
     }
-    let mut nodes = Nodes::new();
-    for (number, &steps) in (0..cell.count()).zip(steps.iter()).filter(|(_, steps)| **steps != [0, 0]) {
+    choice.variance = variance(texels, &cell, steps);
+    choice
+}
+
+/// The variance that the blocks of a cell add, times their light. Apart from the choice, so that both share the stack.
+#[inline(never)]
+fn variance(texels: &Texels<'_>, cell: &CellBlocks, steps: &[Steps]) -> f64 {
+    let (mut nodes, mut sum) = (Nodes::new(), 0.0);
+    for (number, &steps) in (0..cell.count()).zip(steps).filter(|(_, steps)| **steps != [0, 0]) {
         let tile = cell.tile(number, steps);
         let [variance, light] = added(texels, &tile, f64::INFINITY, &mut nodes).unwrap_or_default();
-        choice.variance += variance + light * skew_variance(texels, &tile, skew(texels, &tile));
+        sum += variance + light * skew_variance(texels, &tile, skew(texels, &tile));
     }
-    choice
+    sum
 }
 
 /// The smallest steps of the blocks that block `number` of the next level replaces.
@@ -92,6 +99,7 @@ fn finest_below(cell: &CellBlocks, doubled: &CellBlocks, number: usize, steps: &
 
 /// The coarsest grid of a block that the budget allows, from one that it does allow: both axes together as far as they go,
 /// then one of them.
+#[inline(never)]
 fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps) -> Steps {
     let budget = f64::from(texels.plan.of.budget);
     let most = cell.side.map(|side| side as u8);

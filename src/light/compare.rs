@@ -4,15 +4,16 @@
 //! light itself answers what the renderer would then see, because density times power is luminance. The hypothesis with the
 //! least error wins if it is far ahead of the light as it was built.
 
-use super::batch::pdfs;
+use super::batch::each_pdf;
 use super::chart::{Chart, Layout};
 use super::environment::Environment;
 use super::plan::Filter;
 use super::tables::Light;
 use crate::numeric::{luminance, max, min};
 use crate::points::hammersley;
-use crate::simd::Level;
+use crate::simd::{Kernel, Lanes, Level, run};
 use crate::sphere::{Frame, direction};
+use bytemuck::{Pod, Zeroable};
 
 /// Directions at which the renderer is called: half drawn from the light, which finds its sun, half spread over the sphere.
 pub const DIRECTIONS: usize = 256;
@@ -98,9 +99,28 @@ struct Fit {
 }
 
 /// Directions, and the renderer's luminance there.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 struct Seen {
     wi: [[f32; 3]; DIRECTIONS],
     luminance: [f32; DIRECTIONS],
+}
+
+/// Densities of directions, eight by eight, which takes less of the stack than a batch.
+struct Densities<'a> {
+    light: &'a Light<'a>,
+    frame: &'a Frame,
+    wi: &'a [[f32; 3]],
+    out: &'a mut [f32],
+}
+
+impl Kernel for Densities<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) {
+        each_pdf::<F, _>(self.light, self.frame, self.wi, self.out);
+    }
 }
 
 /// The map that the renderer has, as the built light knows it.
@@ -125,7 +145,7 @@ pub type Radiance<'a> = dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool + 'a;
 /// The number of the direction at which it could not, or at which a channel is NaN, infinite or negative.
 pub fn compare(level: Level, environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
     let map = Map::of(level, environment);
-    let mut seen = Seen { wi: [[0.0, 0.0, 1.0]; DIRECTIONS], luminance: [0.0; DIRECTIONS] };
+    let mut seen = Seen::zeroed();
     map.look(radiance, &mut seen)?;
     let as_built = map.in_frame(&seen, &map.frame);
     let (frame, of_frame, fit) = map.best_frame(&seen, as_built);
@@ -216,7 +236,7 @@ impl<'a> Map<'a> {
     /// Luminance at world directions in a frame.
     #[inline(never)]
     fn luminances(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-        pdfs(self.level, &self.light, frame, wi, out);
+        run(self.level, Densities { light: &self.light, frame, wi, out });
         for l in out {
             let importance = *l * self.light.power as f32;
             *l = match self.compensated {
@@ -244,15 +264,15 @@ impl<'a> Map<'a> {
             return best;
         }
         let inverse = Frame::from_array(&transposed(&self.frame.to_array()));
-        let bases = [(self.frame, false), (Frame::IDENTITY, true), (inverse, true)];
-        for (base, other) in bases {
-            if other && base == self.frame {
+        for base in [&self.frame, &Frame::IDENTITY, &inverse] {
+            let other = !core::ptr::eq(base, &self.frame);
+            if other && *base == self.frame {
                 continue;
             }
             for class in [Cause::None, Cause::Turned, Cause::Mirrored, Cause::UpsideDown, Cause::Axes] {
                 for axes in (0..Axes::COUNT).filter_map(Axes::of).filter(|axes| axes.cause() == class) {
                     let cause = if other { Cause::Frame } else { class };
-                    let frame = axes.applied(&base);
+                    let frame = axes.applied(base);
                     let fit = self.in_frame(seen, &frame);
                     if fit.error < SIMPLER_FIRST * best.2.error {
                         best = (frame, cause, fit);
@@ -433,6 +453,7 @@ impl Axes {
     }
 
     /// The frame of a renderer that looks up these components of a direction in map space: `M P^T` for `world = M map`.
+    #[inline(never)]
     fn applied(&self, frame: &Frame) -> Frame {
         let columns = frame.to_array();
         let mut out = [0.0; 9];

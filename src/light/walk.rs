@@ -595,6 +595,12 @@ impl Light<'_> {
         F::apart(Locate { light: self, direction, numbers })
     }
 
+    /// As [`Light::locate`], inside a larger function.
+    #[inline(always)]
+    pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
+        Locate { light: self, direction, numbers }.run()
+    }
+
     /// A place in the patch that holds it.
     #[inline(always)]
     pub(super) fn at_place<F: Num>(&self, patch: &Patches<F>, place: &Place<F>) -> Located<F> {

@@ -106,9 +106,7 @@ pub fn build<F: Lanes, B: Brdf>(
             let Builder { squares, base: base_squares, evaluations, .. } = builder;
             return Ok(Built { squares, base: base_squares, evaluations, exponent: base.exponent });
         }
-        let parents = Parents::load(&builder, &batch);
-        let new = builder.evaluate::<F>(&batch, &parents)?;
-        builder.split(&batch, &parents, new);
+        builder.refine::<F>(&batch)?;
     }
 }
 
@@ -190,8 +188,17 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         self.to.most_valuable::<F>(self.used(), TOLERANCE * self.total, affordable.div_ceil(rounds) as usize)
     }
 
+    /// Splits the cells of a batch. Apart, as the other steps of a build: all share the stack.
+    #[inline(never)]
+    fn refine<F: Lanes>(&mut self, batch: &Batch) -> Result<()> {
+        let parents = Parents::load(self, batch);
+        let new = self.evaluate::<F>(batch, &parents)?;
+        self.split(batch, &parents, &new);
+        Ok(())
+    }
+
     /// Evaluates the five new points of each cell of a batch.
-    #[inline(always)]
+    #[inline(never)]
     fn evaluate<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>) -> Result<New<F>> {
         let [x, y] = parents.index;
         let mut wi = [Asked { wi: splat([0.0; 3]), lanes: batch.lanes() }; NEW];
@@ -209,8 +216,9 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
     }
 
     /// Makes squares of the cells of a batch.
-    #[inline(always)]
-    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, New { wi, f_cos }: New<F>) {
+    #[inline(never)]
+    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, new: &New<F>) {
+        let New { wi, f_cos } = *new;
         let residuals = residuals(parents.corners, f_cos);
         let families =
             if parents.near & parents.lanes != 0 { Some(Families::new(&self.floors, wi, parents.half)) } else { None };

@@ -5,6 +5,8 @@ DESTDIR ?=
 BUILD   ?= build
 CARGO   ?= cargo
 OBJCOPY ?= objcopy
+# Maps and meshes that are not part of the project; where they are absent, a sky and a knot are made.
+DATA    ?= ../shared/data
 # Empty: the renderer's part alone, wis.h.
 FEATURES ?= lights wavelets
 
@@ -19,6 +21,8 @@ ROOT    := $(DESTDIR)$(PREFIX)
 LIB      := $(BUILD)/lib
 DEMO     := $(wildcard c-examples/render/*.c)
 RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,image.c light.c parallel.c progress.c sky.c stb.c)
+GALLERY  := $(wildcard c-examples/gallery/*.c) $(addprefix c-examples/relight/,mesh.c tracer.c) \
+	$(addprefix c-examples/render/,environment.c image.c integrate.c light.c material.c parallel.c progress.c sky.c stb.c)
 PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,image.c light.c sky.c stb.c)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
@@ -26,7 +30,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page relight hardcases report test-report check-pages light sampler structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler structured wavelets \
 	triple check test fuzz soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
@@ -104,6 +108,15 @@ relight: ## relight a mesh while the light turns, into build/relight-*.png: ENV=
 	$(MAKE) $(BUILD)/relight
 	$(BUILD)/relight $(BUILD) $(or $(FRAMES),8) $(or $(ENV),-) $(or $(MESH),-)
 
+$(BUILD)/gallery-program: lib
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(GALLERY) $(LIB)/libwis.a \
+		-lassimp -lembree3 -lm -lpthread -o $@
+
+gallery: ## render six pictures by MIS and by wis_direct at equal time, into build/gallery: DATA=folder PAGE=1 for docs/gallery.md
+	scripts/setup.sh relight
+	$(MAKE) $(BUILD)/gallery-program
+	scripts/gallery.sh $(BUILD) '$(DATA)' '$(PAGE)'
+
 hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/hard-cases.md
@@ -111,10 +124,14 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
+	$(if $(QUICK),,scripts/performance-page.sh)
 
 test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
 	scripts/setup.sh browser
 	scripts/test-report.sh report/index.html $(BUILD)/test-report
+
+performance: ## write docs/performance.md and the gains of README.md from the measured pages
+	scripts/performance-page.sh
 
 check-pages: ## say which measured pages were made from other sources than those that are there
 	scripts/check-pages.sh
@@ -122,6 +139,7 @@ check-pages: ## say which measured pages were made from other sources than those
 light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
+	$(if $(QUICK),,scripts/performance-page.sh)
 
 sampler: lib ## measure products by themselves beside those of version 0.1, idea by idea, and write docs/sampler.md
 	scripts/setup.sh test

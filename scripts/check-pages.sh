@@ -17,4 +17,5 @@ for page in docs/*.md; do
         stale=1
     fi
 done
+scripts/performance-page.sh --check || stale=1
 exit $stale

@@ -33,6 +33,7 @@ wis_status workspace_init(Workspace *w, uint32_t capacity) {
     wis_memory_size size;
     wis_status status;
     void *memory;
+    w->visibility = NULL;
     config.size = sizeof config;
     config.rays = capacity;
     status = wis_sampler_size(&config, &size, NULL);
@@ -68,9 +69,10 @@ static LightSample weigh(const Lighting *l, Vec3 wi, Vec3 f_cos, float weight) {
     return sample;
 }
 
+/* Hits of a pixel go on in one sequence. */
 static wis_status draw_points(Workspace *w, const ShadingPoint *point, uint32_t pass, uint32_t count) {
     uint32_t seed = wis_pixel_seed(point->x, point->y, pass);
-    return wis_points_sobol(seed, 0, count, w->u[0], 0);
+    return wis_points_sobol(seed, point->turn * count, count, w->u[0], 0);
 }
 
 static wis_status draw_light(const Environment *e, Workspace *w, uint32_t count) {
@@ -132,14 +134,35 @@ static wis_status by_mis(const Lighting *l, const Environment *e, Workspace *w, 
     return status;
 }
 
+/* Width of the cells that share what rays saw: a tenth of the height of a thing. */
+#define VISIBILITY_CELL 0.1f
+
+wis_point visibility_point(const Workspace *w, const ShadingPoint *at, uint32_t pass) {
+    wis_point point = {0};
+    float position[3], normal[3];
+    vec3_store(at->position, position);
+    vec3_store(at->normal, normal);
+    point.size = sizeof point;
+    point.seed = wis_pixel_seed(at->x, at->y, pass);
+    point.visibility = w->visibility;
+    if (w->visibility != NULL) {
+        wis_visibility_key(position, normal, VISIBILITY_CELL, &point.visibility_key);
+    }
+    return point;
+}
+
 /* The rays that wis chooses. There may be fewer than `count`: the others add nothing. */
 static wis_status by_wis(const Lighting *l, Workspace *w, const Bsdf *b, const ShadingPoint *at, uint32_t pass,
                          uint32_t count, LightSample *out) {
     const LightSample nothing = {{0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
     wis_point point = bsdf_point(b, &l->shapes[at->object]);
+    wis_point place = visibility_point(w, at, pass);
     uint32_t rays = 0;
     wis_status status;
-    point.seed = wis_pixel_seed(at->x, at->y, pass);
+    point.seed = place.seed;
+    point.visibility = place.visibility;
+    point.visibility_key = place.visibility_key;
+    point.turn = at->turn;
     status = wis_direct(w->sampler, l->environment.handle, &point, count, NULL, w->ray, &rays);
     for (uint32_t i = 0; i < count && status == WIS_OK; i++) {
         Vec3 wi = vec3_load(w->ray[i < rays ? i : 0].wi);

@@ -37,6 +37,7 @@ void lighting_free(Lighting *lighting);
 /* What each thread owns. */
 typedef struct Workspace {
     wis_sampler *sampler; /* from malloc */
+    wis_visibility_cache *visibility; /* what rays of earlier passes saw; NULL: not known */
     float (*u)[2];
     float *pdf;
     wis_drawn *drawn;
@@ -53,6 +54,9 @@ typedef struct LightSample {
 wis_status workspace_init(Workspace *workspace, uint32_t capacity);
 
 void workspace_free(Workspace *workspace);
+
+/* The pixel and the place of a point, as wis knows them. */
+wis_point visibility_point(const Workspace *workspace, const ShadingPoint *point, uint32_t pass);
 
 /* Fills out[0 .. count - 1], whose radiances add up to an unbiased estimate of the unshadowed light;
  * count <= the workspace's capacity. Each pass gives a pixel independent random numbers; MIS uses two passes. */

@@ -14,13 +14,14 @@
 /* Where a camera ray met the scene. */
 typedef struct ShadingPoint {
     uint32_t x, y; /* pixel */
+    uint32_t turn; /* number of this hit among those of its pixel: 0, 1, 2 ... */
     uint32_t object;
     Vec3 position, normal, wo;
 } ShadingPoint;
 
 const Material *scene_material(uint32_t object);
 
-/* Fills the object and the geometry of *out and returns true if the ray meets something. */
+/* Fills the object, position, normal and wo of *out and returns true if the ray meets something. */
 bool scene_first_hit(Vec3 origin, Vec3 direction, ShadingPoint *out);
 
 /* true if light from direction wi, above the horizon of the point, is blocked by an object. */

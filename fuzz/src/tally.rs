@@ -64,6 +64,10 @@ impl Tally {
         }
         let deep = self.rows.iter().filter(|(_, of)| of.stack > MOST_STACK);
         let text: Vec<String> = deep.map(|(name, of)| format!("{name}: {}", of.stack)).collect();
-        if text.is_empty() { Ok(()) } else { bail!("FAILED more than {MOST_STACK} bytes of stack: {}", text.join(", ")) }
+        if text.is_empty() {
+            Ok(())
+        } else {
+            bail!("FAILED more than {MOST_STACK} bytes of stack: {}", text.join(", "))
+        }
     }
 }

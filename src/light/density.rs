@@ -7,6 +7,7 @@ use super::batch;
 use super::chart::Place;
 use super::glance::Looked;
 use super::tables::{Drawn, Light, Located};
+pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
 use crate::numeric::ONE_MINUS_EPSILON;
 use crate::simd::{Apart, Num, Table, prefetch};
@@ -43,14 +44,6 @@ pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     // One Newton step of the reciprocal root from 1: within 4e-7 of it.
     let scale = F::splat(1.5) - F::splat(0.5) * squared;
     ([x * scale, y * scale, z * scale], unit)
-}
-
-/// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
-#[inline(always)]
-pub fn clamp_u<F: Num>(u: F) -> F {
-    // Only a NaN is neither below nor above 1/2.
-    let number = F::or(u.le(F::splat(0.5)), F::splat(0.5).le(u));
-    F::select(number, u.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON)), F::splat(0.5))
 }
 
 /// World directions and their densities in the light alone, of the lanes of a walk from `first` on; and the bits of those that have to

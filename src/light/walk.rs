@@ -4,7 +4,6 @@
 //! lanes overlap. Lanes are loaded once, at its end, since a vector load has to wait for all smaller stores into it.
 
 use super::chart::Place;
-use super::density::clamp_u;
 use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
@@ -123,6 +122,14 @@ pub(crate) fn set<F: Num>(f: &mut F, lane: usize, x: f32) {
         *out = x;
     }
     *f = F::load(lanes);
+}
+
+/// Numbers moved into [0, 1 - 2^-24]; NaN counts as 1/2.
+#[inline(always)]
+pub fn clamp_u<F: Num>(u: F) -> F {
+    // Only a NaN is neither below nor above 1/2.
+    let number = F::or(u.le(F::splat(0.5)), F::splat(0.5).le(u));
+    F::select(number, u.max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON)), F::splat(0.5))
 }
 
 /// Lanes that walk together in a batch; found by timing batches of 64 from cold caches.

@@ -9,27 +9,36 @@ const PREAMBLE: &str = "# Hard cases
 Written by `make hardcases` and checked by `make test`, through the C interface of the release library. A row fails if
 the answer is not the documented one.
 
-*Legal* samples: 1193 values of u, among them 0, 2^-149, 1 - 2^-24, 1, NaN and values outside [0, 1); each has a
-direction of unit length and a finite pdf above 0, `pdf(wi)` and the batches give the very bits, and `invert` answers a
-u in [0, 1).
+A sample is *legal* if its direction has unit length and its pdf is finite and above 0. `pdf(wi)` and batches have to give
+the same bits, and `invert` a u in [0, 1). Each row takes 1193 values of u. Among them are 0, 2^-149, 1 - 2^-24, 1, NaN and
+values outside [0, 1).
 
-The last two columns are what the formulas of two common samplers of the light do on the same map, in 32-bit floats as
-published: rows and columns by cumulative sums (pbrt-v3), and a hierarchical warp with bilinear patches (Clarberg et al.
-2005; Mitsuba 3). They are our own short versions (`ffi-tests/src/hardcases/peers.rs`), not those programs; a dash: not
-run. *Unreachable*: lit texels (or patches) that no u leads to though their pdf is positive. *Blind*: lit, with pdf 0.
-*Off*: samples whose pdf is not that of their direction within a thousandth (mostly points on the border of a texel).
-*pdf 0*: no sample though there is light.
+The last two columns show two common samplers of the light on the same map, with their published formulas in 32-bit floats:
+
+- rows and columns by cumulative sums (pbrt-v3);
+- a hierarchical warp with bilinear patches (Clarberg et al. 2005; Mitsuba 3).
+
+They are our own short versions (`ffi-tests/src/hardcases/peers.rs`), not those programs. A dash: not run.
+
+- *Unreachable*: lit texels or patches with a positive pdf to which no u leads.
+- *Blind*: lit, with pdf 0.
+- *Off*: samples whose pdf differs from that of their direction by more than a thousandth. Most lie on the border of a texel.
+- *pdf 0*: no sample though there is light.
 
 ";
 
 const LIGHTS: &str = "## The light in tables
 
-`wis_environment`, for a client that interpolates between texel centres and for one that takes texels. Samples are legal,
-and the pdf is above 0 at every corner, edge and half-texel shift of lit texels. The three columns are upper bounds on
-w = L / pdf over 32768 samples: its relative standard deviation (at most 0.01), its maximum over its mean (at most 1.05), and
-how far its mean is from the power of the environment (at most 0.001 of it). A row beyond these limits fails. L is the
-client's look-up in double precision, of texels no darker than 2^-16 of the mean. Where black stays black, only samples
-with L > 0 count: black texels beside lit ones have a pdf, too, which the client's rounding may need.
+`wis_environment`, for a client that interpolates between texel centres and for one that takes the nearest texel. Samples are
+legal, and the pdf is above 0 at every corner, edge and half-texel shift of lit texels. Three columns are upper bounds on
+w = L / pdf over 32768 samples. A row beyond one of these limits fails:
+
+- *deviation*: the relative standard deviation of w, at most 0.01;
+- *maximum*: the largest w over its mean, at most 1.05;
+- *mean*: how far the mean of w is from the power of the environment, at most 0.001 of it.
+
+L is the client's look-up in double precision, of texels no darker than 2^-16 of the mean. Where black stays black, only samples
+with L > 0 count. Black texels beside lit ones have a pdf, too, because the client's rounding may need it.
 
 ";
 

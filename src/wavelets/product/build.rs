@@ -224,7 +224,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             if parents.near & parents.lanes != 0 { Some(Families::new(&self.floors, wi, parents.half)) } else { None };
         let mut weights = [F::splat(0.0); 4];
         for (c, weight) in (0u32..).zip(&mut weights) {
-            let children = self.weigh(parents, families.as_ref(), f_cos, residuals, c);
+            let children = self.weigh(parents, families.as_ref(), &[f_cos, residuals], c);
             self.put_children(batch, &children);
             *weight = children.weight;
         }
@@ -236,19 +236,18 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
     }
 
     /// Weighs the `c`-th children.
-    #[inline(always)]
+    #[inline(never)]
     fn weigh<F: Lanes>(
         &self,
         parents: &Parents<F>,
         families: Option<&Families<F>>,
-        new: [F; NEW],
-        residuals: [F; NEW],
+        [new, residuals]: &[[F; NEW]; 2],
         c: u32,
     ) -> Children<F> {
         let all = |number: u32| F::index([number; LANES]);
         let [x, y] = parents.index;
         let cells = Eight {
-            corners: corners_of_child(parents.corners, new, c),
+            corners: corners_of_child(parents.corners, *new, c),
             index: [x + x + F::splat((c >> 1) as f32), y + y + F::splat((c & 1) as f32)],
             width: parents.half,
             chord: parents.chord,
@@ -268,7 +267,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
                 *quarter = F::select(constant, light, *quarter);
             }
         }
-        let beyond = residuals_of_child(residuals, c);
+        let beyond = residuals_of_child(*residuals, c);
         let worth = F::only(F::mask(parents.divisible), worth(raised.corners, beyond, light, parents.half));
         let coarse = F::mask(raised.coarse & parents.divisible);
         let near = F::select_index(F::mask(raised.near), all(NEAR), all(0));

@@ -1,0 +1,22 @@
+#!/bin/sh
+# Renders the gallery into BUILD/gallery: gallery.sh BUILD DATA PAGE
+# DATA: a folder with envmaps/ and meshes/, which may be absent. PAGE: not empty to write docs/gallery.md and its pictures, too.
+set -eu
+build=$1
+data=$2
+page=$3
+[ -d "$data" ] || echo "gallery: no folder '$data': with a sky and a knot that are made here"
+if [ -z "$page" ]; then
+    "$build/gallery-program" --out "$build/gallery" --data "$data"
+else
+    "$build/gallery-program" --out "$build/gallery" --data "$data" --page docs/gallery.md
+    printf -- '- Commit %s.\n' "$(git rev-parse --short HEAD 2> /dev/null || echo unknown)" >> docs/gallery.md
+    printf '\n<!-- made from %s by gallery -->\n' "$(scripts/page-hash.sh gallery)" >> docs/gallery.md
+    mkdir -p docs/gallery
+    # The pictures that the page shows.
+    sed -n 's|.*(gallery/\([a-z]*\)\.png)$|\1|p' docs/gallery.md | while read -r name; do
+        cp "$build/gallery/$name-crop.png" "docs/gallery/$name.png"
+    done
+fi
+[ -z "$page" ] || scripts/performance-page.sh
+echo "The pictures are in $build/gallery: open $build/gallery/index.html"

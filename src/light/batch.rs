@@ -28,17 +28,11 @@ pub trait Density {
     /// As [`Density::pdf`], for all `wi`, as many as there is room for.
     #[inline(always)]
     fn pdfs<F: Num>(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-        each_pdf::<F, _>(self, frame, wi, out);
-    }
-}
-
-/// Densities of directions, as many together as there are lanes.
-#[inline(always)]
-pub fn each_pdf<F: Num, D: Density + ?Sized>(density: &D, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-    for (wi, out) in wi.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
-        let pdf = density.pdf::<F>(frame, columns(wi)).store();
-        for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
-            *out = pdf;
+        for (wi, out) in wi.chunks(F::WIDTH).zip(out.chunks_mut(F::WIDTH)) {
+            let pdf = self.pdf::<F>(frame, columns(wi)).store();
+            for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
+                *out = pdf;
+            }
         }
     }
 }

@@ -167,6 +167,7 @@ struct Nodes {
 }
 
 impl Nodes {
+    #[inline(always)]
     fn new() -> Nodes {
         Nodes { part: None, light: [0.0; NODES * NODES] }
     }

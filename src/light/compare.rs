@@ -4,14 +4,14 @@
 //! light itself answers what the renderer would then see, because density times power is luminance. The hypothesis with the
 //! least error wins if it is far ahead of the light as it was built.
 
-use super::batch::each_pdf;
+use super::batch::pdf;
 use super::chart::{Chart, Layout};
 use super::environment::Environment;
 use super::plan::Filter;
 use super::tables::Light;
 use crate::numeric::{luminance, max, min};
 use crate::points::hammersley;
-use crate::simd::{Kernel, Lanes, Level, run};
+use crate::simd::Level;
 use crate::sphere::{Frame, direction};
 use bytemuck::{Pod, Zeroable};
 
@@ -104,23 +104,6 @@ struct Fit {
 struct Seen {
     wi: [[f32; 3]; DIRECTIONS],
     luminance: [f32; DIRECTIONS],
-}
-
-/// Densities of directions, eight by eight, which takes less of the stack than a batch.
-struct Densities<'a> {
-    light: &'a Light<'a>,
-    frame: &'a Frame,
-    wi: &'a [[f32; 3]],
-    out: &'a mut [f32],
-}
-
-impl Kernel for Densities<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) {
-        each_pdf::<F, _>(self.light, self.frame, self.wi, self.out);
-    }
 }
 
 /// The map that the renderer has, as the built light knows it.
@@ -236,9 +219,9 @@ impl<'a> Map<'a> {
     /// Luminance at world directions in a frame.
     #[inline(never)]
     fn luminances(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-        run(self.level, Densities { light: &self.light, frame, wi, out });
-        for l in out {
-            let importance = *l * self.light.power as f32;
+        for (l, &wi) in out.iter_mut().zip(wi) {
+            // One by one, which takes less of the stack than a batch.
+            let importance = pdf(&self.light, frame, wi) * self.light.power as f32;
             *l = match self.compensated {
                 // max(L - mean, L / 64) is L - mean from L = 64 / 63 of the mean on.
                 Some(mean) if importance > mean / 63.0 => importance + mean,
@@ -264,15 +247,15 @@ impl<'a> Map<'a> {
             return best;
         }
         let inverse = Frame::from_array(&transposed(&self.frame.to_array()));
-        for base in [&self.frame, &Frame::IDENTITY, &inverse] {
-            let other = !core::ptr::eq(base, &self.frame);
-            if other && *base == self.frame {
+        let bases = [(self.frame, false), (Frame::IDENTITY, true), (inverse, true)];
+        for (base, other) in bases {
+            if other && base == self.frame {
                 continue;
             }
             for class in [Cause::None, Cause::Turned, Cause::Mirrored, Cause::UpsideDown, Cause::Axes] {
                 for axes in (0..Axes::COUNT).filter_map(Axes::of).filter(|axes| axes.cause() == class) {
                     let cause = if other { Cause::Frame } else { class };
-                    let frame = axes.applied(base);
+                    let frame = axes.applied(&base);
                     let fit = self.in_frame(seen, &frame);
                     if fit.error < SIMPLER_FIRST * best.2.error {
                         best = (frame, cause, fit);
@@ -453,7 +436,6 @@ impl Axes {
     }
 
     /// The frame of a renderer that looks up these components of a direction in map space: `M P^T` for `world = M map`.
-    #[inline(never)]
     fn applied(&self, frame: &Frame) -> Frame {
         let columns = frame.to_array();
         let mut out = [0.0; 9];

@@ -78,10 +78,9 @@ pub fn size(budget: Budget) -> Option<usize> {
 ///
 /// # Errors
 /// [`Status::MemoryTooSmall`], and what the BRDF answers.
-#[inline(never)]
 pub fn prepare_in<B: Brdf>(
     environment: &Environment,
-    query: &Query,
+    query: Query,
     frame: &Frame,
     brdf: &mut B,
     budget: Budget,
@@ -104,7 +103,7 @@ pub fn prepare_in<B: Brdf>(
         magic: MAGIC,
         bytes: whole.bytes().ok_or(Status::Overflow)? as u64,
         environment: environment.header.content_id,
-        query: *query,
+        query,
         frame: frame.to_array(),
         average,
         exponent: built.exponent,

@@ -185,7 +185,7 @@ pub unsafe extern "C" fn wis_wavelet_product_prepare(
                 // One at a time: after a struct of another size nothing stands where it ought to.
                 let query = sized(query.wrapping_add(number), 4).map_err(at)?;
                 let (mut material, kept) = settings.material(query).map_err(at)?;
-                let built = sampler::prepare_in(&light, &kept, &settings.frame, &mut material, settings.budget, place);
+                let built = sampler::prepare_in(&light, kept, &settings.frame, &mut material, settings.budget, place);
                 built.map_err(|status| match status {
                     Status::CallbackFailed => Failure::new(status, 2).of(c"callback.eval"),
                     _ => Failure::new(status, 2),

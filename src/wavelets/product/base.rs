@@ -147,7 +147,7 @@ pub struct Base {
 
 impl Base {
     /// Evaluates the base directions and the peaks.
-    #[inline(never)]
+    #[inline(always)]
     pub fn evaluate<F: Lanes, B: Brdf>(frame: &Frame, brdf: &mut B, peaks: &[Option<Peak>; MAX_PEAKS]) -> Result<Base> {
         let (zero, hemisphere) = (F::splat(0.0), brdf.hemisphere());
         let mut wi = [Asked { wi: splat([0.0, 0.0, 1.0]), lanes: ALL }; GROUPS];

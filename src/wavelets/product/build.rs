@@ -106,7 +106,9 @@ pub fn build<F: Lanes, B: Brdf>(
             let Builder { squares, base: base_squares, evaluations, .. } = builder;
             return Ok(Built { squares, base: base_squares, evaluations, exponent: base.exponent });
         }
-        builder.refine::<F>(&batch)?;
+        let parents = Parents::load(&builder, &batch);
+        let new = builder.evaluate::<F>(&batch, &parents)?;
+        builder.split(&batch, &parents, new);
     }
 }
 
@@ -188,17 +190,8 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         self.to.most_valuable::<F>(self.used(), TOLERANCE * self.total, affordable.div_ceil(rounds) as usize)
     }
 
-    /// Splits the cells of a batch. Apart, as the other steps of a build: all share the stack.
-    #[inline(never)]
-    fn refine<F: Lanes>(&mut self, batch: &Batch) -> Result<()> {
-        let parents = Parents::load(self, batch);
-        let new = self.evaluate::<F>(batch, &parents)?;
-        self.split(batch, &parents, &new);
-        Ok(())
-    }
-
     /// Evaluates the five new points of each cell of a batch.
-    #[inline(never)]
+    #[inline(always)]
     fn evaluate<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>) -> Result<New<F>> {
         let [x, y] = parents.index;
         let mut wi = [Asked { wi: splat([0.0; 3]), lanes: batch.lanes() }; NEW];
@@ -216,15 +209,14 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
     }
 
     /// Makes squares of the cells of a batch.
-    #[inline(never)]
-    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, new: &New<F>) {
-        let New { wi, f_cos } = *new;
+    #[inline(always)]
+    fn split<F: Lanes>(&mut self, batch: &Batch, parents: &Parents<F>, New { wi, f_cos }: New<F>) {
         let residuals = residuals(parents.corners, f_cos);
         let families =
             if parents.near & parents.lanes != 0 { Some(Families::new(&self.floors, wi, parents.half)) } else { None };
         let mut weights = [F::splat(0.0); 4];
         for (c, weight) in (0u32..).zip(&mut weights) {
-            let children = self.weigh(parents, families.as_ref(), &[f_cos, residuals], c);
+            let children = self.weigh(parents, families.as_ref(), f_cos, residuals, c);
             self.put_children(batch, &children);
             *weight = children.weight;
         }
@@ -236,18 +228,19 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
     }
 
     /// Weighs the `c`-th children.
-    #[inline(never)]
+    #[inline(always)]
     fn weigh<F: Lanes>(
         &self,
         parents: &Parents<F>,
         families: Option<&Families<F>>,
-        [new, residuals]: &[[F; NEW]; 2],
+        new: [F; NEW],
+        residuals: [F; NEW],
         c: u32,
     ) -> Children<F> {
         let all = |number: u32| F::index([number; LANES]);
         let [x, y] = parents.index;
         let cells = Eight {
-            corners: corners_of_child(parents.corners, *new, c),
+            corners: corners_of_child(parents.corners, new, c),
             index: [x + x + F::splat((c >> 1) as f32), y + y + F::splat((c & 1) as f32)],
             width: parents.half,
             chord: parents.chord,
@@ -267,7 +260,7 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
                 *quarter = F::select(constant, light, *quarter);
             }
         }
-        let beyond = residuals_of_child(*residuals, c);
+        let beyond = residuals_of_child(residuals, c);
         let worth = F::only(F::mask(parents.divisible), worth(raised.corners, beyond, light, parents.half));
         let coarse = F::mask(raised.coarse & parents.divisible);
         let near = F::select_index(F::mask(raised.near), all(NEAR), all(0));

@@ -11,7 +11,6 @@ use crate::sphere::cell_chord;
 use crate::wavelets::lobe::Brdf;
 use crate::wavelets::tree::{NO_SQUARE, Tree};
 use crate::wavelets::wide::ALL;
-use bytemuck::{Pod, Zeroable};
 
 /// The most leaves of the base.
 const CELLS: usize = SIDE * SIDE;
@@ -33,20 +32,17 @@ struct Lights<'a> {
 }
 
 /// The same for environments that are not stored down to the base.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
 struct Collected {
     quarters: [[f32; 4]; CELLS],
     places: [[u32; 2]; CELLS],
 }
 
 impl Collected {
-    /// Fills one that is zeroed.
     #[inline(never)]
-    fn fill(&mut self, light: Tree<4>, level: u32) {
-        self.places.fill([NO_SQUARE; 2]);
+    fn new(light: Tree<4>, level: u32) -> Collected {
+        let mut all = Collected { quarters: [[0.0; 4]; CELLS], places: [[NO_SQUARE; 2]; CELLS] };
         let leaves = 1u32 << (2 * level);
-        for (leaf, (quarters, place)) in (0..leaves).zip(self.quarters.iter_mut().zip(&mut self.places)) {
+        for (leaf, (quarters, place)) in (0..leaves).zip(all.quarters.iter_mut().zip(&mut all.places)) {
             let (mut square, mut average, mut above) = (light.root_square(), light.average(), NO_SQUARE);
             for l in (0..level).rev() {
                 let Some(parent) = square else { break };
@@ -58,6 +54,7 @@ impl Collected {
             *quarters = square.map_or([average; 4], |square| light.children(square));
             *place = [square.unwrap_or(NO_SQUARE), above];
         }
+        all
     }
 }
 
@@ -71,19 +68,18 @@ struct Leaves<F: Lanes> {
 
 impl<B: Brdf> Builder<'_, '_, B> {
     /// Makes the squares of the base, as many levels as the budget allows, and its leaves.
-    // Apart from the rounds that follow, so that both share the stack.
-    #[inline(never)]
+    #[inline(always)]
     pub fn start<F: Lanes>(&mut self, base: &Base) {
         let level = level_of_base(self.budget.squares);
         (self.base, self.squares) = (complete(level), complete(level));
         let rows = self.light.squares().get(self.base as usize..).and_then(|rows| rows.first_chunk());
-        let mut collected = Collected::zeroed();
+        let collected;
         let lights = match rows {
             Some(quarters) if level == FINEST && self.light.heap() >= complete(FINEST + 1) => {
                 Lights { quarters, places: None }
             }
             _ => {
-                collected.fill(self.light, level);
+                collected = Collected::new(self.light, level);
                 Lights { quarters: &collected.quarters, places: Some(&collected.places) }
             }
         };

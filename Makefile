@@ -89,6 +89,9 @@ $(BUILD)/pathtracer: lib
 $(BUILD)/pathtracer-small: lib
 	$(CC) -std=c99 $(CFLAGS) -Iinclude c-examples/pathtracer/small.c $(LIB)/libwis.a -lm -o $@
 
+$(BUILD)/pathtracer-small-cpp: lib
+	$(CXX) -std=c++11 $(CXXFLAGS) -Iinclude c-examples/pathtracer/small.cpp $(LIB)/libwis.a -o $@
+
 pathtracer: ## compare MIS and direct in a path tracer: ENV=map.hdr ARGS='--most 16 --stratified 1'
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer

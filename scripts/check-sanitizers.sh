@@ -28,9 +28,10 @@ run wavelets c-examples/wavelets.c c99
 run wavelets-cpp c-examples/wavelets.cpp c++11
 run measured c-examples/measured.c c99 -lm
 run pathtracer-small c-examples/pathtracer/small.c c99 -lm
+run pathtracer-small-cpp c-examples/pathtracer/small.cpp c++11
 run memory c-examples/hosts/memory.c gnu99 -lm
 run control c-examples/hosts/control.c gnu99 -lm
 run soak c-examples/hosts/soak.c gnu99 -lpthread -lm
 run consumer c-examples/consumers/check.c c99
 run consumer-cpp c-examples/consumers/check.cpp c++11
-echo "11 programs, nothing found"
+echo "12 programs, nothing found"

@@ -53,8 +53,9 @@ minimal() {
         "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
         diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
         make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured" &&
-        make --no-print-directory "$build/pathtracer-small" BUILD="$build" &&
+        make --no-print-directory "$build/pathtracer-small" "$build/pathtracer-small-cpp" BUILD="$build" &&
         "$build/pathtracer-small" > "$logs/pathtracer.txt" && cat "$logs/pathtracer.txt" &&
+        "$build/pathtracer-small-cpp" > "$logs/pathtracer-cpp.txt" && diff "$logs/pathtracer.txt" "$logs/pathtracer-cpp.txt" &&
         cargo run --quiet --example pathtracer > "$logs/pathtracer-rs.txt" &&
         diff "$logs/pathtracer.txt" "$logs/pathtracer-rs.txt" &&
         make --no-print-directory "$build/pathtracer" BUILD="$build" &&

@@ -1,5 +1,5 @@
 /* A small path tracer under a map of two parts: BSDF rays bring the map up to its mean, wis_direct brings the rest.
- * examples/pathtracer.rs prints the same numbers. */
+ * small.cpp and examples/pathtracer.rs print the same numbers. */
 #include <float.h>
 #include <stdbool.h>
 #include <stdio.h>

@@ -429,17 +429,16 @@ impl Stage<'_> {
         Num::max(<F as Num>::splat(self.darkest), <F as Num>::load(least) * <F as Num>::splat(KEPT))
     }
 
-    /// What parts that reflect nothing would take by their least value, over what all others reflect.
+    /// What parts that reflect nothing would take by their least value, over what all others reflect. The weights of divided cells, which
+    /// their parts will give, become 0.
     #[inline(always)]
     fn wasted<F: Lanes>(&mut self, ends: &[[f32; LANES]]) -> f32 {
-        let (zero, mut useful) = (<F as Num>::splat(0.0), 0.0f32);
-        let mut wasted = zero;
-        let mut reflected = zero;
+        let zero = <F as Num>::splat(0.0);
+        let (mut wasted, mut reflected) = (zero, zero);
         for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact(PART_ENDS)) {
             let mut masses = [0.0; LANES];
             for (mass, &cell) in masses.iter_mut().zip(cells) {
                 *mass = self.guide.number(Column::Mass, cell as usize);
-                // It is written anew with the leaves of its parts.
                 if let Some(weight) = self.work.weights.get_mut(cell as usize) {
                     *weight = 0.0;
                 }
@@ -451,12 +450,14 @@ impl Stage<'_> {
                 reflected = reflected + mass * Num::max(middle, zero);
             }
         }
-        for weight in &self.work.weights {
-            useful += weight;
+        let mut undivided = zero;
+        for weights in self.work.weights.chunks_exact(LANES) {
+            undivided = undivided + <F as Num>::read(weights);
         }
-        // Weights of cells are sums of four corners.
-        let total = |lanes: F| Num::store(lanes).iter().sum::<f32>() / MIDDLES as f32;
-        total(wasted) / (0.25 * useful + total(reflected)).max(f32::MIN_POSITIVE)
+        // Of the undivided cells these are sums of four corners, of the others of 16 parts.
+        let useful = undivided * <F as Num>::splat((MIDDLES / 4) as f32) + reflected;
+        let total = |lanes: F| Num::store(lanes).iter().sum::<f32>();
+        total(wasted) / total(useful).max(f32::MIN_POSITIVE)
     }
 }
 

@@ -11,7 +11,6 @@ use super::plan::Filter;
 use super::tables::Light;
 use crate::numeric::{luminance, max, min};
 use crate::points::hammersley;
-use crate::simd::Level;
 use crate::sphere::{Frame, direction};
 use bytemuck::{Pod, Zeroable};
 
@@ -108,7 +107,6 @@ struct Seen {
 
 /// The map that the renderer has, as the built light knows it.
 struct Map<'a> {
-    level: Level,
     light: Light<'a>,
     frame: Frame,
     texels: [f32; 2],
@@ -126,8 +124,8 @@ pub type Radiance<'a> = dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool + 'a;
 ///
 /// # Errors
 /// The number of the direction at which it could not, or at which a channel is NaN, infinite or negative.
-pub fn compare(level: Level, environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
-    let map = Map::of(level, environment);
+pub fn compare(environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
+    let map = Map::of(environment);
     let mut seen = Seen::zeroed();
     map.look(radiance, &mut seen)?;
     let as_built = map.in_frame(&seen, &map.frame);
@@ -163,11 +161,10 @@ fn transposed([a, b, c, d, e, f, g, h, i]: &[f32; 9]) -> [f32; 9] {
 }
 
 impl<'a> Map<'a> {
-    fn of(level: Level, environment: &Environment<'a>) -> Map<'a> {
+    fn of(environment: &Environment<'a>) -> Map<'a> {
         let (header, of) = (environment.header(), environment.description());
         let light = environment.light();
         Map {
-            level,
             light,
             frame: environment.frame(),
             texels: [of.width as f32, (of.height / light.chart.faces().max(1)) as f32],

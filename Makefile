@@ -31,7 +31,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler structured wavelets \
-	triple check test fuzz soak sanitizers stack mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
+	triple check test fuzz soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -203,10 +203,6 @@ soak: lib ## 8 threads on one environment have the bits of one: MILLIONS=1000 of
 
 sanitizers: lib ## run the C examples and hosts under the address and undefined-behaviour sanitizers
 	scripts/check-sanitizers.sh $(LIB) $(BUILD)
-
-stack: lib ## record the stack of every function in fuzz/stack.txt
-	rm -f fuzz/stack.txt
-	scripts/fuzz.sh $(LIB) $(or $(MINUTES),10) 1
 
 mutants: ## break one rule at a time and see that a test notices: ONLY='split-clamp ...'
 	scripts/setup.sh test

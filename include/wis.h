@@ -819,7 +819,7 @@ typedef struct wis_check_info {
 /// `radiance` of `config` is called four times, for 64 world directions each: half of them drawn from the light, half spread over the
 /// sphere. What your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
 /// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
-/// 5 ms besides `radiance`, and 20 kB of stack.
+/// 6 ms besides `radiance`.
 enum wis_status wis_check(struct wis_sampler *sampler,
                           const struct wis_environment *environment,
                           const struct wis_check_config *config,

@@ -9,7 +9,7 @@ minutes=$2
 fuzz=${CARGO_TARGET_DIR:-target}/instruments/wis-fuzz
 cargo build --quiet --profile instruments --package wis-fuzz
 
-run() { "$fuzz" "$library" --minutes "$minutes" --seed "$1" --stack fuzz/stack.txt; }
+run() { "$fuzz" "$library" --minutes "$minutes" --seed "$1"; }
 
 if [ $# -gt 2 ]; then
     run "$3"

@@ -176,7 +176,7 @@ impl Sampler<'_> {
             }
             true
         };
-        compare(self.level(), environment, &mut all).map_err(|_| Status::CallbackFailed)
+        compare(environment, &mut all).map_err(|_| Status::CallbackFailed)
     }
 
     /// The `u` that leads to a direction.

@@ -52,9 +52,6 @@ struct Options {
     /// The words of a failure: seed:epoch:number.
     #[arg(long)]
     replay: Option<String>,
-    /// The table of stack sizes, which no call may exceed; written if it is not there.
-    #[arg(long)]
-    stack: Option<String>,
 }
 
 fn main() -> ExitCode {
@@ -85,7 +82,7 @@ fn run(options: &Options) -> Result<()> {
     print!("{}", tally.table());
     let hours = alarm::seconds(libc::CLOCK_PROCESS_CPUTIME_ID) / 3600.0;
     println!("seed {}, {epoch} epochs, {hours:.3} hours of a core", options.seed);
-    tally.judge(options.stack.as_deref())
+    tally.judge()
 }
 
 /// Plays an epoch, or its beginning.

@@ -65,9 +65,9 @@ impl Config {
         self.shared_bytes() + self.product_bytes() + self.wave_bytes() + self.scratch_bytes()
     }
 
-    /// Bytes of the room for one point of a wave.
+    /// Bytes of the room for one point of a wave: a multiple of 16, so that a sampler has no bytes that nobody writes.
     fn wave_bytes(&self) -> usize {
-        self.wave_rays() * (size_of::<Ray>() + size_of::<[f32; 2]>())
+        (self.wave_rays() * (size_of::<Ray>() + size_of::<[f32; 2]>())).next_multiple_of(16)
     }
 
     /// The most rays of a point of a wave.

@@ -224,6 +224,16 @@ fn write_cell_starts(cell_blocks: &CellBlocks, light: &mut [f64], starts: &mut [
 /// Writes the row starts and the lines of a block; answers its light, its brightest corner, and whether its words lie closer towards
 /// the ends.
 fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, f32, bool) {
+    let (total, to_ends) = write_masses(texels, tile, rows, lines);
+    let bilinear = texels.plan.of.filter == Filter::Bilinear;
+    let brightest = if bilinear { write_corners(texels, tile, lines) } else { 0.0 };
+    (total, brightest, to_ends)
+}
+
+/// The part of [`write_block`] that is of light: answers it, and whether words lie closer towards the ends. A function of its own, as
+/// the other part: both share the stack.
+#[inline(never)]
+fn write_masses(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [u16]) -> (f64, bool) {
     let bilinear = texels.plan.of.filter == Filter::Bilinear;
     let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
     let mut mass: PatchValues = [0.0; BLOCK * BLOCK];
@@ -256,18 +266,22 @@ fn write_block(texels: &Texels<'_>, tile: &Tile, rows: &mut [u16], lines: &mut [
         let line = line.get_mut(corners..).unwrap_or_default();
         put_inner(line, &words16(row.get(..grid_columns).unwrap_or(&[]), to_ends), grid_columns);
     }
-    let mut brightest = 0.0;
-    if bilinear {
-        let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
-        brightest = stored_corners(texels, tile, &mut corners) / decode(encode(1.0));
-        for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(corners.chunks_exact(BLOCK + 1)).take(grid_rows + 1)
-        {
-            for (out, &corner) in line.iter_mut().zip(row).take(grid_columns + 1) {
-                *out = encode(corner);
-            }
+    (total, to_ends)
+}
+
+/// The part of [`write_block`] that is of corners. Answers the brightest.
+#[inline(never)]
+fn write_corners(texels: &Texels<'_>, tile: &Tile, lines: &mut [u16]) -> f32 {
+    let [grid_columns, grid_rows] = tile.grid.map(|n| n as usize);
+    let words = line_words(grid_columns, true);
+    let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
+    let brightest = stored_corners(texels, tile, &mut corners) / decode(encode(1.0));
+    for (line, row) in lines.chunks_exact_mut(words.max(1)).zip(corners.chunks_exact(BLOCK + 1)).take(grid_rows + 1) {
+        for (out, &corner) in line.iter_mut().zip(row).take(grid_columns + 1) {
+            *out = encode(corner);
         }
     }
-    (total, brightest, to_ends)
+    brightest
 }
 
 /// Whether a patch has so much of its block's light that evenly spaced words may give the others too much.
@@ -276,18 +290,16 @@ fn is_uneven(total: f64, mass: &PatchValues) -> bool {
 }
 
 /// The light of each cell of a tile's grid.
+#[inline(never)]
 fn coarse_masses(texels: &Texels<'_>, tile: &Tile, mass: &mut PatchValues) {
-    let mut fine: PatchValues = [0.0; BLOCK * BLOCK];
     for part in parts(tile) {
-        texels.masses(&part, &mut fine);
-        for (y, row) in (part.origin[1]..part.end[1]).zip(fine.chunks_exact(BLOCK)) {
-            for (x, light) in (part.origin[0]..part.end[0]).zip(row) {
-                let at = [(x - tile.origin[0]) >> tile.step[0], (y - tile.origin[1]) >> tile.step[1]];
-                if let Some(out) = mass.get_mut(at[1] as usize * BLOCK + at[0] as usize) {
-                    *out += light;
-                }
+        let [x, y] = [0, 1].map(|k: usize| part.origin[k] - tile.origin[k]);
+        texels.each_mass(&part, |i, j, light| {
+            let at = [(x + i) >> tile.step[0], (y + j) >> tile.step[1]];
+            if let Some(out) = mass.get_mut(at[1] as usize * BLOCK + at[0] as usize) {
+                *out += light;
             }
-        }
+        });
     }
 }
 

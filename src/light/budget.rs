@@ -66,13 +66,21 @@ pub fn choose(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> Choice {
         cell = doubled;
         choice = Choice { level, lengths: lengths(&cell, steps), variance: 0.0 };
     }
-    let mut nodes = Nodes::new();
-    for (number, &steps) in (0..cell.count()).zip(steps.iter()).filter(|(_, steps)| **steps != [0, 0]) {
+    choice.variance = variance(texels, &cell, steps);
+    choice
+}
+
+/// The variance that the blocks of a cell add, times their light. Apart from the choice, so that both share the stack.
+#[inline(never)]
+fn variance(texels: &Texels<'_>, cell: &CellBlocks, steps: &[Steps]) -> f64 {
+    let (mut light, mut sum) = (NO_LIGHT, 0.0);
+    let mut nodes = Nodes { part: None, light: &mut light };
+    for (number, &steps) in (0..cell.count()).zip(steps).filter(|(_, steps)| **steps != [0, 0]) {
         let tile = cell.tile(number, steps);
         let [variance, light] = added(texels, &tile, f64::INFINITY, &mut nodes).unwrap_or_default();
-        choice.variance += variance + light * skew_variance(texels, &tile, skew(texels, &tile));
+        sum += variance + light * skew_variance(texels, &tile, skew(texels, &tile));
     }
-    choice
+    sum
 }
 
 /// The smallest steps of the blocks that block `number` of the next level replaces.
@@ -92,10 +100,12 @@ fn finest_below(cell: &CellBlocks, doubled: &CellBlocks, number: usize, steps: &
 
 /// The coarsest grid of a block that the budget allows, from one that it does allow: both axes together as far as they go,
 /// then one of them.
+#[inline(never)]
 fn coarsest(texels: &Texels<'_>, cell: &CellBlocks, number: usize, least: Steps) -> Steps {
     let budget = f64::from(texels.plan.of.budget);
     let most = cell.side.map(|side| side as u8);
-    let mut nodes = Nodes::new();
+    let mut light = NO_LIGHT;
+    let mut nodes = Nodes { part: None, light: &mut light };
     let mut allowed = |steps: Steps| {
         let tile = cell.tile(number, steps);
         let variance = budget * budget - skew_variance(texels, &tile, MOST_SKEW);
@@ -153,25 +163,24 @@ fn skew_variance(texels: &Texels<'_>, tile: &Tile, skew: f64) -> f64 {
 const NODES: usize = BLOCK + 1;
 
 /// The light at the nodes of a part of a tile, in units of the map's mean; for a nearest client, of its patches.
-struct Nodes {
+struct Nodes<'a> {
     part: Option<Tile>,
-    light: Corners,
+    light: &'a mut Corners,
 }
 
-impl Nodes {
-    fn new() -> Nodes {
-        Nodes { part: None, light: [0.0; NODES * NODES] }
-    }
+/// Room for the light of nodes.
+const NO_LIGHT: Corners = [0.0; NODES * NODES];
 
+impl Nodes<'_> {
     /// Those of the part with this origin and end.
     fn read(&mut self, texels: &Texels<'_>, part: &Tile) {
         if self.part.is_some_and(|held| held.origin == part.origin && held.end == part.end && held.face == part.face) {
             return;
         }
         if texels.plan.of.filter == Filter::Bilinear {
-            texels.corners(part, &mut self.light);
+            texels.corners(part, self.light);
         } else {
-            texels.patches(part, &mut self.light);
+            texels.patches(part, self.light);
         }
         let scale = scale(texels);
         for node in self.light.iter_mut() {
@@ -262,7 +271,7 @@ impl Row {
 
 /// The relative variance that a grid adds to its tile, times the tile's light, and that light; `None` if the variance is above
 /// `allowed`, or some w too large. With an infinite allowance there is no limit. Each row of the grid is finished before the next.
-fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes) -> Option<[f64; 2]> {
+fn added(texels: &Texels<'_>, tile: &Tile, allowed: f64, nodes: &mut Nodes<'_>) -> Option<[f64; 2]> {
     let limited = allowed < f64::INFINITY;
     let largest = if limited { (LARGEST * texels.plan.of.budget).max(LARGEST_AT_LEAST) } else { f32::INFINITY };
     let mut coarse = [1.0; NODES * NODES];
@@ -318,7 +327,7 @@ fn each_row(
     tile: &Tile,
     [first, end]: [u32; 2],
     coarse: &Corners,
-    nodes: &mut Nodes,
+    nodes: &mut Nodes<'_>,
     each: &mut dyn FnMut(&[u8], &Row) -> bool,
 ) -> bool {
     let bilinear = texels.plan.of.filter == Filter::Bilinear;

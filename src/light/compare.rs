@@ -4,15 +4,15 @@
 //! light itself answers what the renderer would then see, because density times power is luminance. The hypothesis with the
 //! least error wins if it is far ahead of the light as it was built.
 
-use super::batch::pdfs;
+use super::batch::pdf;
 use super::chart::{Chart, Layout};
 use super::environment::Environment;
 use super::plan::Filter;
 use super::tables::Light;
 use crate::numeric::{luminance, max, min};
 use crate::points::hammersley;
-use crate::simd::Level;
 use crate::sphere::{Frame, direction};
+use bytemuck::{Pod, Zeroable};
 
 /// Directions at which the renderer is called: half drawn from the light, which finds its sun, half spread over the sphere.
 pub const DIRECTIONS: usize = 256;
@@ -98,6 +98,8 @@ struct Fit {
 }
 
 /// Directions, and the renderer's luminance there.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 struct Seen {
     wi: [[f32; 3]; DIRECTIONS],
     luminance: [f32; DIRECTIONS],
@@ -105,7 +107,6 @@ struct Seen {
 
 /// The map that the renderer has, as the built light knows it.
 struct Map<'a> {
-    level: Level,
     light: Light<'a>,
     frame: Frame,
     texels: [f32; 2],
@@ -123,9 +124,9 @@ pub type Radiance<'a> = dyn FnMut(&[[f32; 3]], &mut [[f32; 3]]) -> bool + 'a;
 ///
 /// # Errors
 /// The number of the direction at which it could not, or at which a channel is NaN, infinite or negative.
-pub fn compare(level: Level, environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
-    let map = Map::of(level, environment);
-    let mut seen = Seen { wi: [[0.0, 0.0, 1.0]; DIRECTIONS], luminance: [0.0; DIRECTIONS] };
+pub fn compare(environment: &Environment<'_>, radiance: &mut Radiance<'_>) -> Result<Comparison, usize> {
+    let map = Map::of(environment);
+    let mut seen = Seen::zeroed();
     map.look(radiance, &mut seen)?;
     let as_built = map.in_frame(&seen, &map.frame);
     let (frame, of_frame, fit) = map.best_frame(&seen, as_built);
@@ -160,11 +161,10 @@ fn transposed([a, b, c, d, e, f, g, h, i]: &[f32; 9]) -> [f32; 9] {
 }
 
 impl<'a> Map<'a> {
-    fn of(level: Level, environment: &Environment<'a>) -> Map<'a> {
+    fn of(environment: &Environment<'a>) -> Map<'a> {
         let (header, of) = (environment.header(), environment.description());
         let light = environment.light();
         Map {
-            level,
             light,
             frame: environment.frame(),
             texels: [of.width as f32, (of.height / light.chart.faces().max(1)) as f32],
@@ -216,9 +216,9 @@ impl<'a> Map<'a> {
     /// Luminance at world directions in a frame.
     #[inline(never)]
     fn luminances(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
-        pdfs(self.level, &self.light, frame, wi, out);
-        for l in out {
-            let importance = *l * self.light.power as f32;
+        for (l, &wi) in out.iter_mut().zip(wi) {
+            // One by one, which takes less of the stack than a batch.
+            let importance = pdf(&self.light, frame, wi) * self.light.power as f32;
             *l = match self.compensated {
                 // max(L - mean, L / 64) is L - mean from L = 64 / 63 of the mean on.
                 Some(mean) if importance > mean / 63.0 => importance + mean,

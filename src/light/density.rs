@@ -67,6 +67,21 @@ impl<F: Num> Apart<F> for EndOfWalk<'_> {
     }
 }
 
+/// [`Light::density`].
+struct DensityAlone<'a, F: Num> {
+    light: &'a Light<'a>,
+    d: [F; 3],
+}
+
+impl<F: Num> Apart<F> for DensityAlone<'_, F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        self.light.alone(&self.light.locate_here(self.d, false))
+    }
+}
+
 /// [`Light::draw_candidates`].
 struct DrawCandidates<'a, F: Num> {
     light: &'a Light<'a>,
@@ -258,14 +273,14 @@ impl Light<'_> {
     /// Densities of directions of map space of unit length in the light.
     #[inline(always)]
     pub fn density<F: Num>(&self, d: [F; 3]) -> F {
-        self.alone(&self.locate(d, false))
+        F::apart(DensityAlone { light: self, d })
     }
 
     /// Densities of world directions in the light; 0 for those that are not of unit length.
     #[inline(always)]
     pub fn pdf<F: Num>(&self, frame: &Frame, wi: [F; 3]) -> F {
         let (map, valid) = self.valid(frame, wi);
-        F::only(valid, self.alone(&self.locate(map, false)))
+        F::only(valid, self.density(map))
     }
 
     /// World directions of unit length in map space; in place of others, some that are.

@@ -205,26 +205,36 @@ impl Texels<'_> {
 
     /// The light of each patch of a tile whose step is 0, row by row, [`BLOCK`] in each.
     pub fn masses(&self, tile: &Tile, mass: &mut PatchValues) {
+        self.each_mass(tile, |i, j, light| {
+            if let Some(out) = mass.get_mut(j as usize * BLOCK + i as usize) {
+                *out = light;
+            }
+        });
+    }
+
+    /// Hands out the light of each patch of a tile of single patches, with its column and row in the tile.
+    #[inline(always)]
+    pub fn each_mass(&self, tile: &Tile, mut each: impl FnMut(u32, u32, f64)) {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
         let bilinear = self.plan.of.filter == Filter::Bilinear;
         if bilinear {
             self.corners(tile, &mut corners);
         }
         let black_is_dark = self.black_is_dark();
-        let rows = mass.chunks_exact_mut(BLOCK).zip(corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1));
-        for (j, (mass, pair)) in (0..tile.grid[1]).zip(rows) {
+        let rows = corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1);
+        for (j, pair) in (0..tile.grid[1]).zip(rows) {
             let (above, below) = pair.split_at(BLOCK + 1);
             let y = tile.origin[1] + j;
             let weights = self.rows.get(y as usize).copied().unwrap_or_default();
             let corner_pairs = above.windows(2).zip(below.windows(2));
-            for ((i, mass), corner) in (0..tile.grid[0]).zip(mass).zip(corner_pairs) {
+            for (i, corner) in (0..tile.grid[0]).zip(corner_pairs) {
                 let (&[c00, c01], &[c10, c11]) = corner else { continue };
                 let x = tile.origin[0] + i;
                 let [w00, w01, w10, w11] = match self.plan.of.layout {
                     Layout::Cube => self.cube_weights(x, y),
                     _ => self.column_weights(x, weights),
                 };
-                *mass = if bilinear && black_is_dark && c00.min(c01).min(c10.min(c11)) <= 0.0 {
+                let light = if bilinear && black_is_dark && c00.min(c01).min(c10.min(c11)) <= 0.0 {
                     // No texel at its corners is lit. At a dark corner a sample would have no density.
                     0.0
                 } else if bilinear {
@@ -233,6 +243,7 @@ impl Texels<'_> {
                 } else {
                     ((w00 + w01) + (w10 + w11)) * f64::from(self.patch(tile.face, x, y))
                 };
+                each(i, j, light);
             }
         }
     }

@@ -555,7 +555,8 @@ impl<F: Num> Locate<'_, F> {
         walk.put_places::<F>(0, place.face.truncate(), [column, row]);
         let mut of_cells = OfCells::<N>::new();
         walk.at(light, if numbers { Some(&mut of_cells) } else { None }, N);
-        light.at_place(&walk.patches::<F>(light, Some(&of_cells), 0), &place)
+        let of_cells = if numbers { Some(&of_cells) } else { None };
+        light.at_place(&walk.patches::<F>(light, of_cells, 0), &place)
     }
 }
 
@@ -600,6 +601,12 @@ impl Light<'_> {
     #[inline(always)]
     pub fn locate<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
         F::apart(Locate { light: self, direction, numbers })
+    }
+
+    /// As [`Light::locate`], inside a larger function.
+    #[inline(always)]
+    pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
+        Locate { light: self, direction, numbers }.run()
     }
 
     /// A place in the patch that holds it.

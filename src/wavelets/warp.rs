@@ -191,35 +191,66 @@ fn warp_square<const C: usize, const N: usize, H: Hierarchy<C>>(
     cell: Cell<N>,
     batch: Batch<N>,
 ) {
-    match (node, batch.points) {
-        (_, [point]) => *point = descend(hierarchy, node, cell, *point).0,
-        (Some(here), points) if cell.level < hierarchy.depth() => {
-            let splits = Splits::new(hierarchy.masses(here));
-            warp_half(hierarchy, here, &splits, (1, 0), cell, Batch { points, index: batch.index });
+    let (here, Batch { mut points, mut index }) = match (node, batch.points.len()) {
+        (Some(here), 2..) if cell.level < hierarchy.depth() => (here, batch),
+        _ => return warp_points(hierarchy, node, cell, batch.points),
+    };
+    let counts = split_square(hierarchy, here, Batch { points: &mut *points, index: &mut *index });
+    for (child, &count) in (0..).zip(&counts) {
+        let (own_points, other_points) = points.split_at_mut_checked(count).unwrap_or_default();
+        let (own_index, other_index) = index.split_at_mut_checked(count).unwrap_or_default();
+        (points, index) = (other_points, other_index);
+        if count > 0 {
+            let own = Batch { points: own_points, index: own_index };
+            warp_square(hierarchy, hierarchy.child(here, child), cell.child(child), own);
         }
-        (_, points) => points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth())),
     }
 }
 
-/// Splits the points of a half (its number in [`Splits`], and the axis to split) until the halves are children.
-fn warp_half<const C: usize, const N: usize, H: Hierarchy<C>>(
+/// Warps points of a square one by one: a single point goes down alone, and where the density is constant all stay.
+#[inline(never)]
+fn warp_points<const C: usize, const N: usize, H: Hierarchy<C>>(
+    hierarchy: &H,
+    node: Option<H::Node>,
+    cell: Cell<N>,
+    points: &mut [[f32; N]],
+) {
+    match points {
+        [point] => *point = descend(hierarchy, node, cell, *point).0,
+        points => points.iter_mut().for_each(|point| *point = cell.place(*point, hierarchy.depth())),
+    }
+}
+
+/// Splits the points of a square axis by axis, so that those of one child stand together, in the order of children. Answers how many
+/// each child has. Not inlined: of its stack nothing is left while the children are warped.
+#[inline(never)]
+fn split_square<const C: usize, const N: usize, H: Hierarchy<C>>(
     hierarchy: &H,
     here: H::Node,
-    splits: &Splits<C>,
-    (half, axis): (usize, usize),
-    cell: Cell<N>,
-    batch: Batch<N>,
-) {
-    if batch.points.is_empty() {
-        return;
+    Batch { points, index }: Batch<N>,
+) -> [usize; C] {
+    let splits = Splits::new(hierarchy.masses(here));
+    // Of each part how many points it has; parts double with each axis.
+    let mut counts = [0; C];
+    if let Some(all) = counts.first_mut() {
+        *all = points.len();
     }
-    if axis == N {
-        let child = (half & (C - 1)) as u32;
-        return warp_square(hierarchy, hierarchy.child(here, child), cell.child(child), batch);
+    for axis in 0..N {
+        let (mut points, mut index, before) = (&mut *points, &mut *index, counts);
+        for (part, &count) in before.iter().enumerate().take(1 << axis) {
+            let (own_points, other_points) = points.split_at_mut_checked(count).unwrap_or_default();
+            let (own_index, other_index) = index.split_at_mut_checked(count).unwrap_or_default();
+            (points, index) = (other_points, other_index);
+            let half = (1 << axis) + part;
+            let lower = split(Batch { points: own_points, index: own_index }, splits.at(half), axis);
+            for (side, count) in [lower, count.wrapping_sub(lower)].into_iter().enumerate() {
+                if let Some(out) = counts.get_mut(2 * part + side) {
+                    *out = count;
+                }
+            }
+        }
     }
-    let (lower, upper) = batch.split(splits.at(half), axis);
-    warp_half(hierarchy, here, splits, (2 * half, axis + 1), cell, lower);
-    warp_half(hierarchy, here, splits, (2 * half + 1, axis + 1), cell, upper);
+    counts
 }
 
 /// Points and what they were numbered before.
@@ -228,24 +259,20 @@ struct Batch<'b, const N: usize> {
     index: &'b mut [u32],
 }
 
-impl<'b, const N: usize> Batch<'b, N> {
-    /// Moves the points of the lower side before those of the upper one, each at its place inside its side.
-    fn split(self, split: Split, axis: usize) -> (Batch<'b, N>, Batch<'b, N>) {
-        let mut lower = 0;
-        for next in 0..self.points.len() {
-            let Some(&point) = self.points.get(next) else { break };
-            let (side, inside) = split.take(point.get(axis).copied().unwrap_or(0.0));
-            let point = core::array::from_fn(|a| if a == axis { inside } else { point[a] });
-            replace(self.points, next, lower, point);
-            if let Some(&number) = self.index.get(next) {
-                replace(self.index, next, lower, number);
-            }
-            lower += 1 - side as usize;
+/// Moves the points of the lower side before those of the upper one, each at its place inside its side. Answers how many are below.
+fn split<const N: usize>(Batch { points, index }: Batch<N>, split: Split, axis: usize) -> usize {
+    let mut lower = 0;
+    for next in 0..points.len() {
+        let Some(&point) = points.get(next) else { break };
+        let (side, inside) = split.take(point.get(axis).copied().unwrap_or(0.0));
+        let point = core::array::from_fn(|a| if a == axis { inside } else { point[a] });
+        replace(points, next, lower, point);
+        if let Some(&number) = index.get(next) {
+            replace(index, next, lower, number);
         }
-        let (lower_points, upper_points) = self.points.split_at_mut_checked(lower).unwrap_or_default();
-        let (lower_index, upper_index) = self.index.split_at_mut_checked(lower).unwrap_or_default();
-        (Batch { points: lower_points, index: lower_index }, Batch { points: upper_points, index: upper_index })
+        lower += 1 - side as usize;
     }
+    lower
 }
 
 /// Puts `item` at `to`, and what stood there at `from`.

@@ -6,7 +6,6 @@ use super::maps::{layouts, real, rough, sky};
 use wis::light::chart::Layout;
 use wis::light::compare::{Cause, Comparison, compare};
 use wis::light::plan::{Description, Filter};
-use wis::simd::Level;
 
 const IDENTITY: [f32; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
@@ -18,7 +17,7 @@ fn seen(built: &Built, mut radiance: impl FnMut(V3) -> f64) -> Comparison {
         }
         true
     };
-    compare(Level::detect(), &built.environment(), &mut all).expect("finite and not negative")
+    compare(&built.environment(), &mut all).expect("finite and not negative")
 }
 
 /// The luminance that a renderer finds in a map.
@@ -205,9 +204,9 @@ fn bad_radiance_is_blamed_on_its_direction() {
             }
             true
         };
-        assert_eq!(compare(Level::BASELINE, &built.environment(), &mut all), Err(2 * 64 + 5));
+        assert_eq!(compare(&built.environment(), &mut all), Err(2 * 64 + 5));
     }
-    assert_eq!(compare(Level::BASELINE, &built.environment(), &mut |_, _| false), Err(0));
+    assert_eq!(compare(&built.environment(), &mut |_, _| false), Err(0));
 }
 
 /// On photographs each mistake is found, or its error is below what tables leave.

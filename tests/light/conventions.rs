@@ -7,7 +7,6 @@ use std::f64::consts::{PI, TAU};
 use wis::light::chart::Layout;
 use wis::light::compare::{Cause, compare};
 use wis::light::plan::{Description, Filter};
-use wis::simd::Level;
 use wis::sphere::Frame;
 
 /// Where a renderer looks a map up: column over width and row over height, or for the square of pbrt-v4 both coordinates.
@@ -95,7 +94,7 @@ fn lights_are_what_renderers_see() {
             }
             true
         };
-        let found = compare(Level::detect(), &built.environment(), &mut radiance).expect("finite");
+        let found = compare(&built.environment(), &mut radiance).expect("finite");
         assert_eq!(found.cause, Cause::None, "{}: {found:?}", of.renderer);
         assert!(found.error < 0.005, "{}: {found:?}", of.renderer);
 

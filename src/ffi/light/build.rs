@@ -156,7 +156,8 @@ impl Build {
         if done { Ok(()) } else { Err(Failure::new(Status::Mismatch, self.argument)) }
     }
 
-    /// Works on items of a pass; the object's memory is written by the last one only.
+    /// Works on items of a pass; the object's memory is written by the last one only. Passes are not inlined, so that they share the
+    /// stack.
     ///
     /// # Safety
     /// No other thread works on these items, nor on an earlier pass.
@@ -182,6 +183,7 @@ impl Build {
 
     /// # Safety
     /// As [`Build::run`].
+    #[inline(never)]
     unsafe fn decode(&self, rows: &PixelRows, y: u32) -> Checked<()> {
         let plan = &self.request.plan;
         let (width, columns, row) = (plan.of.width as usize, plan.grid[0] as usize, y as usize);
@@ -209,6 +211,7 @@ impl Build {
 
     /// # Safety
     /// As [`Build::run`]; the first pass is done.
+    #[inline(never)]
     unsafe fn choose(&self, items: core::ops::Range<u32>) {
         // SAFETY: what the first pass wrote is only read; of grids and cells those of these items only are written.
         unsafe {
@@ -226,6 +229,7 @@ impl Build {
 
     /// # Safety
     /// As [`Build::run`]; the first two passes are done.
+    #[inline(never)]
     unsafe fn write(&self, memory: *mut c_void, bytes: usize, items: core::ops::Range<u32>) -> Checked<()> {
         let plan = &self.request.plan;
         // SAFETY: what earlier passes wrote is only read; of all tables the parts of these cells only are written.

@@ -21,7 +21,7 @@ pub trait Texels<const N: usize> {
 pub fn cell_average<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, cells: u32, i: u32, j: u32) -> [f64; N] {
     let [x, y] = [i, j].map(|i| range(i, cells));
     let sum = match pixels.layout {
-        Layout::Cube => cube_cell(pixels, texels, x, y, 0),
+        Layout::Cube => cube_whole(pixels, texels, x, y),
         _ => rectangle(pixels, texels, x, y).value,
     };
     average(sum, cells)
@@ -82,15 +82,20 @@ fn rectangle<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 
     match pixels.layout {
         Layout::LatLong => latlong_cell(pixels, texels, x, y, &mut sum),
         Layout::Octahedral => octahedral_cell(pixels, texels, x, y, &mut sum),
-        Layout::Cube => {
-            let mut room = NO_POLYGONS;
-            cube_rectangle(pixels, texels, Corner::of(x, y), (&mut room, &mut sum));
-        }
+        Layout::Cube => cube_chords(pixels, texels, x, y, &mut sum),
     }
     sum
 }
 
+/// The integral of a cube map, with edges of texels as chords.
+#[inline(never)]
+fn cube_chords<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2], sum: &mut Sum<N>) {
+    let mut room = NO_POLYGONS;
+    cube_rectangle(pixels, texels, Corner::of(x, y), (&mut room, sum));
+}
+
 /// The integral over a cell that lies in one quadrant: its part north and its part south of the equator.
+#[inline(never)]
 fn latlong_cell<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2], sum: &mut Sum<N>) {
     // Distances from the centre lines, in [0, 1].
     let fold = |s: [f64; 2]| if s[0] >= 0.5 { s.map(|s| 2.0 * s - 1.0) } else { [1.0 - 2.0 * s[1], 1.0 - 2.0 * s[0]] };
@@ -180,6 +185,7 @@ impl Octant<'_> {
 }
 
 /// The integral of an octahedral map over a rectangle: rectangles all the way.
+#[inline(never)]
 fn octahedral_cell<const N: usize>(
     pixels: &Pixels,
     texels: &impl Texels<N>,
@@ -218,34 +224,61 @@ const CUBE_SUBDIVISIONS: u32 = 4;
 type Room = [Polygon; 5];
 const NO_POLYGONS: Room = [Polygon::EMPTY; 5];
 
+/// The integral of a cube map over a cell.
+#[inline(never)]
+fn cube_whole<const N: usize>(pixels: &Pixels, texels: &impl Texels<N>, x: [f64; 2], y: [f64; 2]) -> [f64; N] {
+    let mut room = NO_POLYGONS;
+    cube_cell(pixels, texels, x, y, (&mut room, 0))
+}
+
 /// The integral of a cube map over a rectangle of the square.
 ///
 /// Chords make an error that falls fourfold with each halving of the edges, so one halving tells the error, and
 /// extrapolating it leaves about a sixteenth.
+#[inline(never)]
 fn cube_cell<const N: usize>(
     pixels: &Pixels,
     texels: &impl Texels<N>,
     x: [f64; 2],
     y: [f64; 2],
-    subdivisions: u32,
+    (room, subdivisions): (&mut Room, u32),
 ) -> [f64; N] {
+    if let Some(sum) = cube_estimate(pixels, texels, x, y, (&mut *room, subdivisions)) {
+        return sum;
+    }
     let (mx, my) = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
-    let quarters =
-        [([x[0], mx], [y[0], my]), ([x[0], mx], [my, y[1]]), ([mx, x[1]], [y[0], my]), ([mx, x[1]], [my, y[1]])];
+    let mut sum = [0.0; N];
+    for quarter in 0..4 {
+        let qx = if quarter < 2 { [x[0], mx] } else { [mx, x[1]] };
+        let qy = if quarter % 2 == 0 { [y[0], my] } else { [my, y[1]] };
+        sum = add(sum, cube_cell(pixels, texels, qx, qy, (&mut *room, subdivisions + 1)));
+    }
+    sum
+}
+
+/// The integral from one halving of the edges; `None` if it has to be subdivided. Apart from the recursion, which is short on stack.
+#[inline(never)]
+fn cube_estimate<const N: usize>(
+    pixels: &Pixels,
+    texels: &impl Texels<N>,
+    x: [f64; 2],
+    y: [f64; 2],
+    (room, subdivisions): (&mut Room, u32),
+) -> Option<[f64; N]> {
+    let (mx, my) = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
     // Directions cost most, and corners are shared.
     let [a, b, c] = [x[0], mx, x[1]].map(|x| [y[0], my, y[1]].map(|y| Corner::at([x, y])));
-    let mut room = NO_POLYGONS;
     let mut over = |corners: [Corner; 4]| {
         let mut sum = Sum::new();
-        cube_rectangle(pixels, texels, corners, (&mut room, &mut sum));
+        cube_rectangle(pixels, texels, corners, (&mut *room, &mut sum));
         sum.value
     };
     let coarse = over([a[0], a[2], c[0], c[2]]);
     let mut fine = [0.0; N];
-    for corners in
-        [[a[0], a[1], b[0], b[1]], [a[1], a[2], b[1], b[2]], [b[0], b[1], c[0], c[1]], [b[1], b[2], c[1], c[2]]]
-    {
-        fine = add(fine, over(corners));
+    for (near, far) in [(&a, &b), (&b, &c)] {
+        for k in 0..2 {
+            fine = add(fine, over([near[k], near[k + 1], far[k], far[k + 1]]));
+        }
     }
     let close = |(coarse, fine): (&f64, &f64)| (fine - coarse).abs() <= 1.5e-4 * fine;
     if coarse.iter().zip(&fine).all(close) {
@@ -254,16 +287,9 @@ fn cube_cell<const N: usize>(
         for (out, pair) in result.iter_mut().zip(coarse.into_iter().zip(fine)) {
             *out = extrapolate(pair);
         }
-        return result;
+        return Some(result);
     }
-    if subdivisions >= CUBE_SUBDIVISIONS {
-        return fine;
-    }
-    let mut sum = [0.0; N];
-    for (qx, qy) in quarters {
-        sum = add(sum, cube_cell(pixels, texels, qx, qy, subdivisions + 1));
-    }
-    sum
+    if subdivisions >= CUBE_SUBDIVISIONS { Some(fine) } else { None }
 }
 
 fn add<const N: usize>(mut a: [f64; N], b: [f64; N]) -> [f64; N] {
@@ -329,9 +355,10 @@ fn cube_triangle<const N: usize>(
         if outside.iter().any(|&line| triangle.range(|v| at(line, v))[1] <= 0.0) {
             continue;
         }
-        let mut inside = triangle;
+        let (mut inside, [rest, beyond, ..]) = (triangle, room.each_mut());
         for line in outside {
-            inside = inside.split(line).1;
+            inside.split_into(line, rest, beyond);
+            inside = *beyond;
         }
         if !inside.is_empty() {
             cube_face(pixels, texels, face, &inside, (s, t, major), (&mut *room, &mut *sum));

@@ -61,14 +61,8 @@ impl Polygon {
         0.5 * twice.abs()
     }
 
-    /// The parts on the negative and on the positive side of a line; an empty part has less than three vertices.
-    pub fn split(&self, line: Line) -> (Polygon, Polygon) {
-        let (mut negative, mut positive) = (Polygon::EMPTY, Polygon::EMPTY);
-        self.split_into(line, &mut negative, &mut positive);
-        (negative, positive)
-    }
-
-    /// As [`Polygon::split`], into polygons whose vertices are forgotten: many cuts cost less without new ones.
+    /// Cuts along a line, into polygons whose vertices are forgotten: many cuts cost less without new ones. An empty part has less than
+    /// three vertices.
     pub fn split_into(&self, line: Line, negative: &mut Polygon, positive: &mut Polygon) {
         (negative.len, positive.len) = (0, 0);
         let side = |v: &[f64; 2]| line[0] + line[1] * v[0] + line[2] * v[1];

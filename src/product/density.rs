@@ -314,7 +314,14 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak, u: [F; 2]) -> ([F; 3], F) {
         let world = to_world(frame, peak.sample(u));
-        (world, self.pdf(frame, world))
+        let pdf = self.pdf(frame, world);
+        // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
+        let lost = pdf.le(F::splat(0.0));
+        if F::bits(lost) == 0 {
+            return (world, pdf);
+        }
+        let (other, density) = self.sample_grid(frame, u);
+        ([0, 1, 2].map(|k: usize| F::select(lost, other[k], world[k])), F::select(lost, density, pdf))
     }
 
     /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].

@@ -35,6 +35,12 @@ impl Mixture {
 /// otherwise have weights above 50.
 const FLANKS: f32 = 0.5;
 
+/// No Phong lobe is drawn with a smaller exponent: its directions stay so far inside its hemisphere that rounding leaves them there.
+const WIDEST: f32 = 1.0;
+
+/// Directions that are drawn at the border of a hemisphere may be found this far beyond it.
+const BORDER: f32 = 1e-6;
+
 /// Where other lobes reflect, narrow ones have at least this part of the share.
 const LEAST_PART: f32 = 0.3;
 
@@ -126,6 +132,12 @@ pub fn add_all(lobes: &mut [StoredLobe; MAX_LOBES], peak: f32, surface: &Surface
     all
 }
 
+/// The density of cosine-distributed directions, above 0 also where rounding carried one over the border.
+#[inline(always)]
+fn diffuse<F: Num>(cosine: F) -> F {
+    F::only(F::splat(-BORDER).lt(cosine), lambert::pdf(cosine.max(F::splat(BORDER))))
+}
+
 impl Peak {
     /// Those of a stored product.
     pub fn of(header: &Header) -> Peak {
@@ -137,7 +149,7 @@ impl Peak {
             let ggx = || Ggx::new([lobe.a, lobe.b], header.local_wo);
             let drawn = match Kind::from_code(lobe.kind) {
                 Some(Kind::GgxTransmission) => Drawn::Transmission(ggx(), lobe.eta),
-                Some(Kind::Phong) => Drawn::Phong(Phong::new(FLANKS * lobe.a, header.local_wo)),
+                Some(Kind::Phong) => Drawn::Phong(Phong::new(max(FLANKS * lobe.a, WIDEST), header.local_wo)),
                 Some(Kind::Lambert) => Drawn::Lambert,
                 Some(Kind::LambertTransmission) => Drawn::LambertTransmission,
                 _ => Drawn::Ggx(ggx()),
@@ -163,8 +175,8 @@ impl Peak {
                 Drawn::Ggx(ggx) => ggx.reflected(wi),
                 Drawn::Transmission(ggx, eta) => ggx.transmitted(wi, *eta),
                 Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
-                Drawn::Lambert => lambert::pdf(wi[2]),
-                Drawn::LambertTransmission => lambert::pdf(F::splat(0.0) - wi[2]),
+                Drawn::Lambert => diffuse(wi[2]),
+                Drawn::LambertTransmission => diffuse(F::splat(0.0) - wi[2]),
             };
             density = density + F::splat(*share) * here;
         }

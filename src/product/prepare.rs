@@ -148,7 +148,8 @@ pub fn prepare_in(
     let power = environment.header().power;
     let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
     flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
-    let lit = total > 0.0;
+    // So that its inverse is a number, too.
+    let lit = total >= f32::MIN_POSITIVE;
     let unit = stage.unit() / STORED_ONE;
     let header = Header {
         magic: MAGIC,

@@ -52,6 +52,8 @@ fn the_sky_about_a_lamp_below_the_horizon_has_no_huge_weight() {
 }
 
 const SAMPLES: usize = 400_000;
+/// The largest number below 1.
+const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Lobes of every kind are drawn under such a lamp, below a surface that reflects or above one that transmits: samples have the bits of
 /// their pdfs, and estimates are unbiased.
@@ -76,12 +78,20 @@ fn lobes_that_are_drawn_for_the_sky_leave_a_density() {
         let point = view(&material, up, 30.0, FRAC_PI_2);
         let client = Client::new(&point);
         let prepared = Prepared::new(&built, &point);
-        assert!(prepared.product().header.peak > 0.2, "{shapes:?}: no lobe is drawn");
+        let share = prepared.product().header.peak;
+        assert!(share > 0.2, "{shapes:?}: no lobe is drawn");
         let transmits = shapes == [transmission];
         let f_cos = |wi: V3| if transmits { (-client.cosine(wi)).max(0.0) / PI } else { client.f_cos(wi) };
         let value = |wi: V3| f_cos(wi) * map.radiance(&of, built.least(), wi);
         let reference = integral(value);
         let mut mean = Mean::default();
+        // Directions at the borders of hemispheres have a pdf, too.
+        for u in
+            (0..64).flat_map(|i| [[LAST, i as f32 / 64.0], [i as f32 / 64.0, LAST], [i as f32 / 128.0 * share, 0.0]])
+        {
+            let (wi, pdf) = prepared.sample(u);
+            assert!(pdf > 0.0 && pdf.to_bits() == prepared.pdf(wi).to_bits(), "{shapes:?}: {u:?} {wi:?} {pdf}");
+        }
         for _ in 0..SAMPLES {
             let (wi, pdf) = prepared.sample([random.f32(), random.f32()]);
             assert_eq!(pdf.to_bits(), prepared.pdf(wi).to_bits(), "{shapes:?}: {wi:?}");

@@ -527,7 +527,7 @@ typedef struct wis_ray {
 /// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
 /// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
-/// the last hit, too. A single ray then has 8 to 32 candidates, and `u` is not read.
+/// the last hit, too. Rays then have 4 candidates each, at least 16 in all, and `u` is not read.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,

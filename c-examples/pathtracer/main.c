@@ -179,8 +179,8 @@ int main(int argc, char **argv) {
     t.stratified = o.stratified != 0;
     printf("%s, %u x %u, %u rays at a hit, %s\n", o.map != NULL ? o.map : "the built-in sky", o.width, o.height, o.rays,
            t.stratified ? "(0,2)-sequence" : "random numbers");
-    printf("                                                                 efficiency over %s\n", methods[0].name);
-    puts("samples method        seconds    mean          MSE relative MSE  absolute  relative");
+    printf("                                                                  efficiency over %s\n", methods[0].name);
+    puts("samples method         seconds    mean          MSE relative MSE  absolute  relative");
     for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
         Result first = {0, 0, 0, 0}, results[COUNT] = {{0, 0, 0, 0}};
         uint32_t repeats = o.repeats * o.most / spp;
@@ -194,7 +194,7 @@ int main(int argc, char **argv) {
         first = results[0];
         for (size_t m = 0; m < count; m++) {
             Result r = results[m];
-            printf("%7u %-12s %8.3f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
+            printf("%7u %-12s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
                    r.relative, first.absolute * first.seconds / (r.absolute * r.seconds),
                    first.relative * first.seconds / (r.relative * r.seconds));
         }

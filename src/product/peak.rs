@@ -122,7 +122,7 @@ pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([St
     (lobes, mixture.share * max(narrow, LEAST_PART) * mixed / narrow)
 }
 
-/// Draws [`ALL_LOBES`] of the numbers that the grid has from all lobes of a point. Answers the share of numbers that lobes have then.
+/// Draws a quarter of the numbers that the grid has from all lobes of a point. Answers the share of numbers that lobes have then.
 pub fn add_all(lobes: &mut [StoredLobe; MAX_LOBES], peak: f32, surface: &Surface) -> f32 {
     let added = ALL_LOBES * (1.0 - peak);
     let all = peak + added;

@@ -316,12 +316,29 @@ impl<'a> Shaded<'a> {
         let world = to_world(frame, peak.sample(u));
         let pdf = self.pdf(frame, world);
         // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
-        let lost = pdf.le(F::splat(0.0));
-        if F::bits(lost) == 0 {
+        let mut lost = F::bits(pdf.le(F::splat(0.0)));
+        if lost == 0 {
             return (world, pdf);
         }
-        let (other, density) = self.sample_grid(frame, u);
-        ([0, 1, 2].map(|k: usize| F::select(lost, other[k], world[k])), F::select(lost, density, pdf))
+        let (mut lanes, u) = ([world[0].store(), world[1].store(), world[2].store(), pdf.store()], u.map(F::store));
+        while lost != 0 {
+            let lane = lost.trailing_zeros() as usize;
+            lost &= lost - 1;
+            let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
+            let ([x, y, z], pdf) = self.regain(frame, [of(&u[0]), of(&u[1])]);
+            for (lanes, x) in lanes.iter_mut().zip([x, y, z, pdf]) {
+                put(lanes.as_mut(), lane, x);
+            }
+        }
+        let [x, y, z, pdf] = lanes.map(F::load);
+        ([x, y, z], pdf)
+    }
+
+    /// What the grid makes of numbers.
+    #[cold]
+    #[inline(never)]
+    fn regain(&self, frame: &Frame, u: [f32; 2]) -> ([f32; 3], f32) {
+        self.sample_grid::<f32>(frame, u)
     }
 
     /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].

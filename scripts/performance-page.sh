@@ -86,7 +86,7 @@ They hold for cold caches and for expensive rays and BRDFs. An evaluation of BRD
 | measured BRDFs that no lobe describes, 4 rays | \`wis_direct\` |$(gains 'measured BRDFs that no lobe describes, 4 rays | `wis_direct`')
 
 From [report.md](report.md), which also has cheap costs and warm caches. Six whole pictures at equal time, with their losses: [gallery.md](gallery.md).
-A path tracer has a page of its own: [pathtracer.md](pathtracer.md). A comparison against MIS in Mitsuba 3: \`make renderers\`.
+A path tracer has a page of its own: [pathtracer.md](pathtracer.md). In Mitsuba 3, against its own MIS: [renderers.md](renderers.md).
 
 ## What a call costs
 

@@ -650,7 +650,8 @@ typedef struct wis_product_info {
   uint32_t bytes;
   /// Cells that are divided.
   uint32_t divided_cells;
-  /// The share of `u[0]` that draws from narrow lobes; 0: there are none.
+  /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples.
+  /// 0: none does.
   float lobe_share;
   /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility.
   double integral;

@@ -1,4 +1,4 @@
-//! What a renderer in Rust calls, without `unsafe`: a map, memory, and the densities of a sampler.
+//! What a renderer in Rust calls, all of it safe: a map, memory, and the densities of a sampler.
 
 use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
 use crate::light::batch::{Drawn, pdfs, samples};

@@ -50,7 +50,8 @@ pub struct GridInfo {
     pub bytes: u32,
     /// Cells that are divided.
     pub divided_cells: u32,
-    /// The share of `u[0]` that draws from narrow lobes; 0: there are none.
+    /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples.
+    /// 0: none does.
     pub lobe_share: f32,
     /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility.
     pub integral: f64,

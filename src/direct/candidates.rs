@@ -3,8 +3,8 @@
 use super::joint::{Set, Turn};
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
+use crate::light::candidates::{Looked, Reads, TOGETHER};
 use crate::light::density::to_world;
-use crate::light::glance::Looked;
 use crate::light::tables::Light;
 use crate::simd::{LANES, Lanes, Num};
 use crate::sphere::{Frame, wide};
@@ -88,13 +88,43 @@ impl Draw<'_> {
     /// Draws all candidates.
     #[inline(always)]
     pub fn run<F: Lanes>(&self, out: &mut Candidates<'_>) {
-        self.place(Set::Light, 0, self.counts.light, out);
-        self.place(Set::Lobes, self.counts.light, self.counts.lobes, out);
-        for group in (0..out.x.len()).step_by(LANES) {
-            let set = if group < self.counts.light { Set::Light } else { Set::Lobes };
-            let read = |of: &[f32]| <F as Num>::read(of.get(group..).unwrap_or(&[]));
-            let drawn = self.draw::<F>(set, [read(out.x), read(out.y)]);
-            self.weigh(&drawn, group, out);
+        let Counts { light, lobes } = self.counts;
+        self.place(Set::Light, 0, light, out);
+        self.place(Set::Lobes, light, lobes, out);
+        let mut reads = Reads::default();
+        for first in (0..light.max(lobes)).step_by(TOGETHER) {
+            let left = |count: usize| count.saturating_sub(first).min(TOGETHER);
+            self.draw::<F>(&mut reads, [(first, left(light)), (light + first, left(lobes))], out);
+        }
+    }
+
+    /// Draws as many of each source as are read together: from which candidate on, and how many.
+    #[inline(always)]
+    fn draw<F: Lanes>(
+        &self,
+        reads: &mut Reads,
+        [(walks, walk_count), (looks, look_count)]: [(usize, usize); 2],
+        out: &mut Candidates<'_>,
+    ) {
+        let walked = walks..walks + walk_count;
+        let [across, down] = [&*out.x, &*out.y].map(|of| of.get(walked.clone()).unwrap_or_default());
+        reads.begin(self.light, across, down);
+        for group in (0..look_count).step_by(LANES) {
+            let number = |of: &[f32]| <F as Num>::read(of.get(looks + group..).unwrap_or_default());
+            let direction = self.surface.to_map(self.surface.sample([number(out.x), number(out.y)]));
+            reads.aim(self.light, group, &self.light.chart.place(direction));
+            out.put(looks + group, direction);
+        }
+        reads.read(self.light, walk_count, look_count);
+        for group in (0..walk_count + look_count).step_by(LANES) {
+            if group < walk_count {
+                let (direction, density, light) = reads.drawn::<F>(self.light, group);
+                self.weigh(&Drawn { direction, light, own: Some(density) }, walks + group, out);
+            } else {
+                let (look, at) = (group - walk_count, looks + group - walk_count);
+                let direction: [F; 3] = out.directions(at);
+                self.weigh(&Drawn { direction, light: reads.looked::<F>(self.light, look), own: None }, at, out);
+            }
         }
     }
 
@@ -125,18 +155,6 @@ impl Draw<'_> {
                 }
             }
         }
-    }
-
-    /// Eight directions of map space.
-    #[inline(always)]
-    fn draw<F: Lanes>(&self, set: Set, u: [F; 2]) -> Drawn<F> {
-        if set == Set::Lobes {
-            let direction = self.surface.to_map(self.surface.sample(u));
-            let light = self.light.radiance(&self.light.chart.place(direction));
-            return Drawn { direction, light, own: None };
-        }
-        let (direction, density, light) = self.light.draw_candidates(u);
-        Drawn { direction, light, own: Some(density) }
     }
 
     /// How much of the light along eight directions of map space was seen.
@@ -184,28 +202,47 @@ impl Draw<'_> {
         let target = value * light * self.visible(direction);
         let weight = <F as Num>::only(counts, (target / density).min(<F as Num>::splat(f32::MAX)));
         let density = <F as Num>::select(counts, density, <F as Num>::splat(f32::INFINITY));
-        let columns = [direction[0], direction[1], direction[2], density, weight];
-        let targets = [&mut *out.x, &mut *out.y, &mut *out.z, &mut *out.density, &mut *out.weight];
-        for (target, column) in targets.into_iter().zip(columns) {
-            if let Some(target) = target.get_mut(group..group + LANES) {
-                target.copy_from_slice(&Num::store(column));
-            }
-        }
+        out.put(group, direction);
+        put(out.density, group, density);
+        put(out.weight, group, weight);
+    }
+}
+
+/// Writes eight numbers.
+#[inline(always)]
+fn put<F: Lanes>(out: &mut [f32], group: usize, lanes: F) {
+    if let Some(out) = out.get_mut(group..group + LANES) {
+        out.copy_from_slice(&Num::store(lanes));
     }
 }
 
 /// Directions that a target gets in one call.
-const TOGETHER: usize = 16;
+const TARGETS: usize = 16;
 
 impl Candidates<'_> {
+    /// Writes eight directions.
+    #[inline(always)]
+    fn put<F: Lanes>(&mut self, group: usize, [x, y, z]: [F; 3]) {
+        put(self.x, group, x);
+        put(self.y, group, y);
+        put(self.z, group, z);
+    }
+
+    /// Eight directions that were written.
+    #[inline(always)]
+    fn directions<F: Lanes>(&self, group: usize) -> [F; 3] {
+        let read = |of: &[f32]| <F as Num>::read(of.get(group..).unwrap_or_default());
+        [read(self.x), read(self.y), read(self.z)]
+    }
+
     /// Multiplies the weights of all candidates that count by the client's target. `None` if that failed.
     pub fn weigh_by(&mut self, target: &dyn Target, frame: &Frame) -> Option<()> {
         let places = self.x.iter().zip(self.y.iter()).zip(self.z.iter());
         let mut candidates =
             places.zip(self.density.iter()).zip(self.weight.iter_mut()).filter(|((_, d), _)| **d < f32::INFINITY);
         loop {
-            let mut wi = [[0.0; 3]; TOGETHER];
-            let mut weights: [Option<&mut f32>; TOGETHER] = [const { None }; TOGETHER];
+            let mut wi = [[0.0; 3]; TARGETS];
+            let mut weights: [Option<&mut f32>; TARGETS] = [const { None }; TARGETS];
             let mut count = 0;
             for ((wi, slot), ((((x, y), z), _), weight)) in wi.iter_mut().zip(&mut weights).zip(candidates.by_ref()) {
                 *wi = to_world(frame, [*x, *y, *z]);
@@ -215,7 +252,7 @@ impl Candidates<'_> {
             if count == 0 {
                 return Some(());
             }
-            let mut values = [0.0; TOGETHER];
+            let mut values = [0.0; TARGETS];
             let (wi, values) = (wi.get(..count)?, values.get_mut(..count)?);
             if !target.f_cos(wi, values) {
                 return None;

@@ -5,12 +5,11 @@
 
 use super::batch;
 use super::chart::Place;
-use super::glance::Looked;
 use super::tables::{Drawn, Light, Located};
 pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Apart, Num, Table, prefetch};
+use crate::simd::{Apart, Num, prefetch};
 use crate::sphere::Frame;
 use glam::Vec3;
 
@@ -82,21 +81,6 @@ impl<F: Num> Apart<F> for DensityAlone<'_, F> {
     }
 }
 
-/// [`Light::draw_candidates`].
-struct DrawCandidates<'a, F: Num> {
-    light: &'a Light<'a>,
-    u: [F; 2],
-}
-
-impl<F: Num> Apart<F> for DrawCandidates<'_, F> {
-    type Output = ([F; 3], F, Looked<F>);
-
-    #[inline(always)]
-    fn run(self) -> ([F; 3], F, Looked<F>) {
-        self.light.draw_candidates_here(self.u)
-    }
-}
-
 /// Replaces the samples of the lanes of which the bits are set.
 #[inline(always)]
 pub(crate) fn settle_lanes<F: Num>(
@@ -160,33 +144,18 @@ impl Light<'_> {
     /// World directions distributed as the light, and their densities; 0 if the light is black.
     #[inline(always)]
     pub fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let (mut world, located, strayed) = self.to_world(frame, &self.draw_alone(&self.tops, u));
+        let (mut world, located, strayed) = self.to_world(frame, &self.draw_alone(u));
         let mut pdf = self.alone(&located);
         settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
         (world, pdf)
     }
 
-    /// Candidates, which need no pdf of an f32 world direction: directions of map space, their densities over
-    /// [`Looked::candidates`], and what [`Light::radiance`] finds there.
     #[inline(always)]
-    pub fn draw_candidates<F: Num>(&self, u: [F; 2]) -> ([F; 3], F, Looked<F>) {
-        F::apart(DrawCandidates { light: self, u })
-    }
-
-    #[inline(always)]
-    fn draw_candidates_here<F: Num>(&self, u: [F; 2]) -> ([F; 3], F, Looked<F>) {
-        let drawn = self.draw_alone(&self.candidates, u);
-        let direction = self.direction_of(&drawn);
-        let density = self.alone(&self.drawn_at(&self.chart.place(direction), &drawn));
-        (direction, density, Looked { radiance: self.radiance_at(&drawn, density), candidates: drawn.patch.candidates })
-    }
-
-    #[inline(always)]
-    fn draw_alone<F: Num>(&self, tops: &Table<'_, f32>, u: [F; 2]) -> Drawn<F> {
+    fn draw_alone<F: Num>(&self, u: [F; 2]) -> Drawn<F> {
         let (mut cells, mut numbers) = (F::ints(), u.map(|u| clamp_u(u).store()));
         let [across, down] = &mut numbers;
         for ((cell, w), v) in cells.as_mut().iter_mut().zip(across.as_mut()).zip(down.as_mut()) {
-            let found = self.cell_at(tops, [*w, *v]);
+            let found = self.cell_at(&self.tops, [*w, *v]);
             prefetch(self.cells, found.0);
             *cell = found.0 as u32;
             [*w, *v] = found.1;
@@ -310,7 +279,7 @@ impl Light<'_> {
             |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
         // Where the patch is narrow, the exact number may round into the next one; its middle does not, or nothing leads there.
         let candidates = [located.numbers(self), located.middle()].map(outer);
-        let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(&self.tops, *u));
+        let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(*u));
         candidates.into_iter().find(leads).map_or(Inverted::Unreachable, Inverted::To)
     }
 }

@@ -6,24 +6,26 @@
 use super::chart::Place;
 use super::search::{UNITS, cell16};
 use super::tables::{Light, decoded};
-use super::walk::{floats, ints};
-use crate::simd::{Apart, LANES, Num};
+use super::walk::{Floats, Ints, NUMBER, WHOLE, floats, ints, put};
+use crate::simd::Num;
 
 /// What lanes look up: column and row of patches first, then of the part of a block's grid.
-struct Look<const N: usize> {
-    face: [u32; N],
-    at: [[u32; N]; 2],
-    cell: [u32; N],
-    block: [u32; N],
+pub(super) struct Look<const N: usize> {
+    /// Where they are: column and row on the face, and the solid angle of a texel.
+    place: [Floats<N>; 3],
+    face: Ints<N>,
+    at: [Ints<N>; 2],
+    cell: Ints<N>,
+    block: Ints<N>,
     /// The first patch of the part, and one behind it, along both axes: of lights in coarse tables.
-    from: [[u32; N]; 2],
-    behind: [[u32; N]; 2],
+    from: [Ints<N>; 2],
+    behind: [Ints<N>; 2],
     /// Pairs of corner words, of the upper and of the lower row; before they are read, where they stand.
-    corner: [[u32; N]; 2],
+    corner: [Ints<N>; 2],
     /// What 1 in a corner stands for; without corners, the light of the part.
-    scale: [f32; N],
+    scale: Floats<N>,
     /// How many times more candidates are drawn from the cell than its share of the light.
-    candidates: [f32; N],
+    candidates: Floats<N>,
 }
 
 /// What is found in a direction.
@@ -36,16 +38,47 @@ pub struct Looked<F> {
 }
 
 impl<const N: usize> Look<N> {
-    /// Finds the parts of blocks in which the patches of the first `count` lanes lie.
-    // A function of its own: it is the same at all levels. `count` is no constant, so that loops stay short code.
-    #[inline(never)]
-    fn find(&mut self, light: &Light<'_>, count: usize) {
-        let count = count.min(N);
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        Look {
+            place: [[NUMBER; N]; 3],
+            face: [WHOLE; N],
+            at: [[WHOLE; N]; 2],
+            cell: [WHOLE; N],
+            block: [WHOLE; N],
+            from: [[WHOLE; N]; 2],
+            behind: [[WHOLE; N]; 2],
+            corner: [[WHOLE; N]; 2],
+            scale: [NUMBER; N],
+            candidates: [NUMBER; N],
+        }
+    }
+
+    /// Notes the places of the lanes from `first` on.
+    #[inline(always)]
+    pub(super) fn aim<F: Num>(&mut self, light: &Light<'_>, first: usize, place: &Place<F>) {
+        let axes = &light.chart.axes;
+        put(&mut self.face, first, place.face.truncate().as_ref());
+        for (k, &position) in place.position.iter().enumerate() {
+            put(&mut self.place[k], first, position.store().as_ref());
+            put(&mut self.at[k], first, axes[k].patch(position).as_ref());
+        }
+        put(&mut self.place[2], first, place.solid_angle.store().as_ref());
+    }
+
+    // The stages of a look. Each reads what the one before asked for.
+
+    #[inline(always)]
+    pub(super) fn find_cells(&mut self, light: &Light<'_>, count: usize) {
         let face_rows = light.grid[1] / light.chart.faces();
-        for lane in 0..count {
+        for lane in 0..count.min(N) {
             self.cell[lane] = light.find_cell(self.face[lane], face_rows, [self.at[0][lane], self.at[1][lane]]);
         }
-        for lane in 0..count {
+    }
+
+    #[inline(always)]
+    pub(super) fn find_blocks(&mut self, light: &Light<'_>, count: usize) {
+        for lane in 0..count.min(N) {
             let c = light.cell(self.cell[lane]);
             let found = light.find_block(c, [self.at[0][lane], self.at[1][lane]]);
             for k in 0..2 {
@@ -55,7 +88,11 @@ impl<const N: usize> Look<N> {
             self.candidates[lane] = c.candidates;
             self.block[lane] = found.number;
         }
-        for lane in 0..count {
+    }
+
+    #[inline(always)]
+    pub(super) fn ask_for_corners(&mut self, light: &Light<'_>, count: usize) {
+        for lane in 0..count.min(N) {
             let block = light.block(self.block[lane]);
             let (x, y) = (self.at[0][lane] >> block.step(0), self.at[1][lane] >> block.step(1));
             let word = block.line(y as usize, light.bilinear);
@@ -72,7 +109,11 @@ impl<const N: usize> Look<N> {
                 self.at[1][lane] = y;
             }
         }
-        for lane in 0..count {
+    }
+
+    #[inline(always)]
+    pub(super) fn read_corners(&mut self, light: &Light<'_>, count: usize) {
+        for lane in 0..count.min(N) {
             if light.bilinear {
                 self.corner[0][lane] = light.pair(self.corner[0][lane] as usize);
                 self.corner[1][lane] = light.pair(self.corner[1][lane] as usize);
@@ -100,77 +141,34 @@ impl<const N: usize> Look<N> {
         let [width, height] = [right.wrapping_sub(left), bottom.wrapping_sub(top)].map(|n| n as f32 * (1.0 / UNITS));
         light.cell(self.cell[lane]).probability * block.share * (width * height)
     }
-}
 
-/// [`Light::radiance`].
-struct Radiance<'a, F: Num> {
-    light: &'a Light<'a>,
-    place: &'a Place<F>,
-}
-
-impl<F: Num> Radiance<'_, F> {
+    /// What the lanes from `first` on found.
     #[inline(always)]
-    fn look<const N: usize>(&self) -> Looked<F> {
-        let Radiance { light, place } = self;
+    pub(super) fn looked<F: Num>(&self, light: &Light<'_>, first: usize) -> Looked<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let axes = &light.chart.axes;
-        let patch = [axes[0].patch(place.position[0]), axes[1].patch(place.position[1])];
-        // What it begins with is never read, as in a walk.
-        let mut look = Look::<N> {
-            face: [1; N],
-            at: [[1; N]; 2],
-            cell: [1; N],
-            block: [1; N],
-            from: [[1; N]; 2],
-            behind: [[1; N]; 2],
-            corner: [[1; N]; 2],
-            scale: [0.5; N],
-            candidates: [0.5; N],
-        };
-        super::walk::put(&mut look.face, 0, place.face.truncate().as_ref());
-        super::walk::put(&mut look.at[0], 0, patch[0].as_ref());
-        super::walk::put(&mut look.at[1], 0, patch[1].as_ref());
-        look.find(light, N.min(F::WIDTH));
+        let place = [0, 1, 2].map(|k: usize| floats::<F, N>(&self.place[k], first));
         let [from, behind] = if light.exact {
-            let from = [F::of_ints(patch[0]), F::of_ints(patch[1])];
+            let from = [F::of_ints(axes[0].patch(place[0])), F::of_ints(axes[1].patch(place[1]))];
             [from, [from[0] + one, from[1] + one]]
         } else {
-            [
-                [F::of_ints(ints::<F, N>(&look.from[0], 0)), F::of_ints(ints::<F, N>(&look.from[1], 0))],
-                [F::of_ints(ints::<F, N>(&look.behind[0], 0)), F::of_ints(ints::<F, N>(&look.behind[1], 0))],
-            ]
+            let whole = |of: &[Ints<N>; 2]| [0, 1].map(|k: usize| F::of_ints(ints::<F, N>(&of[k], first)));
+            [whole(&self.from), whole(&self.behind)]
         };
         let (left, right) = (axes[0].edge(from[0]), axes[0].edge(behind[0]));
         let (top, bottom) = (axes[1].edge(from[1]), axes[1].edge(behind[1]));
-        let scale = floats::<F, N>(&look.scale, 0);
-        let candidates = floats::<F, N>(&look.candidates, 0);
+        let scale = floats::<F, N>(&self.scale, first);
+        let candidates = floats::<F, N>(&self.candidates, first);
         if !light.bilinear {
             let area = (right - left) * (bottom - top);
-            return Looked { radiance: scale / (area * place.solid_angle), candidates };
+            return Looked { radiance: scale / (area * place[2]), candidates };
         }
-        let [a, b] = decoded::<F>(ints::<F, N>(&look.corner[0], 0));
-        let [c, d] = decoded::<F>(ints::<F, N>(&look.corner[1], 0));
-        let s = ((place.position[0] - left) / (right - left)).max(zero).min(one);
-        let t = ((place.position[1] - top) / (bottom - top)).max(zero).min(one);
+        let [a, b] = decoded::<F>(ints::<F, N>(&self.corner[0], first));
+        let [c, d] = decoded::<F>(ints::<F, N>(&self.corner[1], first));
+        let s = ((place[0] - left) / (right - left)).max(zero).min(one);
+        let t = ((place[1] - top) / (bottom - top)).max(zero).min(one);
         // Sums of products of what is not negative: above 0 where a corner has a part in it.
         let (upper, lower) = (a * (one - s) + b * s, c * (one - s) + d * s);
         Looked { radiance: (upper * (one - t) + lower * t) * scale, candidates }
-    }
-}
-
-impl<F: Num> Apart<F> for Radiance<'_, F> {
-    type Output = Looked<F>;
-
-    #[inline(always)]
-    fn run(self) -> Looked<F> {
-        if F::WIDTH == 1 { self.look::<1>() } else { self.look::<LANES>() }
-    }
-}
-
-impl Light<'_> {
-    /// The radiance at places.
-    #[inline(always)]
-    pub fn radiance<F: Num>(&self, place: &Place<F>) -> Looked<F> {
-        F::apart(Radiance { light: self, place })
     }
 }

@@ -138,11 +138,11 @@ pub(super) const TOGETHER: usize = 32;
 /// A number for each lane of a walk.
 pub(super) type Floats<const N: usize> = [f32; N];
 /// A whole number for each lane of a walk.
-type Ints<const N: usize> = [u32; N];
+pub(super) type Ints<const N: usize> = [u32; N];
 
 /// A walk of up to `N` lanes. Pairs are columns and rows.
 pub(super) struct Walk<const N: usize> {
-    cell: Ints<N>,
+    pub(super) cell: Ints<N>,
     face: Ints<N>,
     /// The share of the light that the cell has.
     light: Floats<N>,
@@ -168,12 +168,12 @@ pub(super) struct OfCells<const N: usize> {
 
 // What lanes begin with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
 // far memory.
-const WHOLE: u32 = 1;
-const NUMBER: f32 = 0.5;
+pub(super) const WHOLE: u32 = 1;
+pub(super) const NUMBER: f32 = 0.5;
 
 impl<const N: usize> OfCells<N> {
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         OfCells { outer: [[[NUMBER; N]; 2]; 2], candidates: [NUMBER; N] }
     }
 
@@ -227,9 +227,7 @@ impl<const N: usize> Walk<N> {
 
     /// Walks down to the patches that the numbers of each lane in its cell lead to, which become the numbers in blocks, in units.
     // A function of its own: it is the same at all levels, and code that is read from far memory costs as much as tables.
-    // By number: so the compiler sees that every lane is one.
     #[inline(never)]
-    #[allow(clippy::needless_range_loop)]
     pub(super) fn down(
         &mut self,
         light: &Light<'_>,
@@ -237,11 +235,34 @@ impl<const N: usize> Walk<N> {
         mut of_cells: Option<&mut OfCells<N>>,
         count: usize,
     ) {
-        let count = count.min(N);
-        for lane in 0..count {
-            light.starts.prefetch(light.cell(self.cell[lane]).starts as usize);
+        self.ask_for_starts(light, count);
+        self.find_block_rows(light, numbers, of_cells.as_deref_mut(), count);
+        self.find_blocks(light, numbers, of_cells, count);
+        self.ask_for_rows(light, count);
+        self.find_rows(light, numbers, count);
+        self.find_patches(light, numbers, count);
+    }
+
+    // The stages of a walk down. Each reads what the one before asked for.
+
+    #[inline(always)]
+    pub(super) fn ask_for_starts(&self, light: &Light<'_>, count: usize) {
+        for &cell in self.cell.iter().take(count) {
+            light.starts.prefetch(light.cell(cell).starts as usize);
         }
-        for lane in 0..count {
+    }
+
+    // By number, here and below: so the compiler sees that every lane is one.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
+    pub(super) fn find_block_rows(
+        &mut self,
+        light: &Light<'_>,
+        numbers: &mut [Floats<N>; 2],
+        mut of_cells: Option<&mut OfCells<N>>,
+        count: usize,
+    ) {
+        for lane in 0..count.min(N) {
             let c = light.cell(self.cell[lane]);
             let v = numbers[1][lane];
             let (row, range) = find(&light.starts, c.starts as usize, c.blocks[1].into(), v);
@@ -253,7 +274,18 @@ impl<const N: usize> Walk<N> {
                 of_cells.put(1, lane, range);
             }
         }
-        for lane in 0..count {
+    }
+
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
+    pub(super) fn find_blocks(
+        &mut self,
+        light: &Light<'_>,
+        numbers: &mut [Floats<N>; 2],
+        mut of_cells: Option<&mut OfCells<N>>,
+        count: usize,
+    ) {
+        for lane in 0..count.min(N) {
             let c = light.cell(self.cell[lane]);
             let (w, row) = (numbers[0][lane], self.from[1][lane] as usize);
             let (column, range) = find(&light.starts, c.row(row), c.blocks[0].into(), w);
@@ -267,17 +299,31 @@ impl<const N: usize> Walk<N> {
                 of_cells.candidates[lane] = c.candidates;
             }
         }
-        for lane in 0..count {
-            light.words.prefetch(light.block(self.block[lane]).rows as usize);
+    }
+
+    #[inline(always)]
+    pub(super) fn ask_for_rows(&self, light: &Light<'_>, count: usize) {
+        for &block in self.block.iter().take(count) {
+            light.words.prefetch(light.block(block).rows as usize);
         }
-        for lane in 0..count {
+    }
+
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
+    pub(super) fn find_rows(&mut self, light: &Light<'_>, numbers: &[Floats<N>; 2], count: usize) {
+        for lane in 0..count.min(N) {
             let block = light.block(self.block[lane]);
             let key = numbers[1][lane] as i32 as u32;
             let found = find16(&light.words, block.rows as usize, block.grid[1].into(), key, block.words_at_ends());
             light.prefetch_lines(block, found.0);
             self.put_inner(1, lane, found);
         }
-        for lane in 0..count {
+    }
+
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
+    pub(super) fn find_patches(&mut self, light: &Light<'_>, numbers: &[Floats<N>; 2], count: usize) {
+        for lane in 0..count.min(N) {
             let block = light.block(self.block[lane]);
             let line = block.line(self.behind[1][lane] as usize, light.bilinear);
             let key = numbers[0][lane] as i32 as u32;

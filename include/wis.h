@@ -342,7 +342,7 @@ typedef struct wis_sampler_config {
   uint32_t cpu_level;
   /// The most rays of one call, 1 to 4096; 0: 16.
   uint32_t rays;
-  /// Candidates for each ray, 1 to 256; 0: the library's choice. Those of a call are rounded up to a power of two, at least 16.
+  /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16.
   uint32_t candidates_per_ray;
   /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on hits that come with numbers of
   /// yours (`u` of wis_direct) share products, for which the sampler takes 15 to 18 kB more.
@@ -520,9 +520,10 @@ typedef struct wis_ray {
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
 /// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
-/// fall with the spread of your numbers. Otherwise rays are chosen among candidates, 4 to 32 for each at about 50 ns. Four rays and more of
-/// lobes that are all at least 0.25 wide are samples of a product instead, which the call prepares for about 2 us, at about 100 ns each;
-/// but not with a visibility cache, a target or `candidates_per_ray` of your own.
+/// fall with the spread of your numbers. Otherwise rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
+/// as many where narrow lobes meet bright light (2048 in all). Four rays and more of lobes that are all at least 0.25 wide are samples
+/// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
+/// `candidates_per_ray` of your own.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays

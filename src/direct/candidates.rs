@@ -68,6 +68,9 @@ fn morton(low: u32, high: u32) -> u32 {
     spread(low) | spread(high) << 1
 }
 
+/// Candidates are not multiplied to more than so many: they take 20 bytes each.
+pub const MOST_MULTIPLIED: usize = 2048;
+
 /// How many candidates come from each source, one after the other: powers of two, or none, and multiples of 8.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -81,6 +84,12 @@ impl Counts {
     /// All candidates.
     pub fn sum(&self) -> usize {
         self.light + self.lobes
+    }
+
+    /// So many times as many of each source, as long as there is room: `factor` is a power of two.
+    pub fn times(&self, factor: usize) -> Counts {
+        let factor = factor.min(MOST_MULTIPLIED / self.sum().clamp(1, MOST_MULTIPLIED));
+        Counts { light: self.light * factor, lobes: self.lobes * factor }
     }
 }
 

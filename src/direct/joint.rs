@@ -38,6 +38,12 @@ impl Turn {
         Turn { seed, order: permute(turn.reverse_bits(), dimension_seed(seed, 3)).reverse_bits() }
     }
 
+    /// A seed for points of sets of `count` points. Sets of different sizes would share points.
+    #[inline(always)]
+    fn seed(&self, set: u32, count: usize) -> u32 {
+        dimension_seed(self.seed, set | count.next_power_of_two().trailing_zeros() << 3)
+    }
+
     /// The index of the first point of sets of `count` points.
     #[inline(always)]
     fn first(&self, count: usize) -> u32 {
@@ -47,7 +53,7 @@ impl Turn {
     /// The seed of a set of `count` points, and the index of its first.
     #[inline(always)]
     pub fn set(&self, set: Set, count: usize) -> (u32, u32) {
-        (dimension_seed(self.seed, set as u32), self.first(count))
+        (self.seed(set as u32, count), self.first(count))
     }
 
     /// Point `index` of a set with this seed.
@@ -59,6 +65,6 @@ impl Turn {
     /// The number of the pick among sets of `count` points, in (0, 1).
     pub fn pick(&self, count: usize) -> f32 {
         let digits = third_sobol(self.first(count));
-        centred(permute(digits, dimension_seed(self.seed, PICK)).reverse_bits())
+        centred(permute(digits, self.seed(PICK, count)).reverse_bits())
     }
 }

@@ -7,6 +7,7 @@
 
 pub mod candidates;
 pub mod drawn;
+pub mod effort;
 pub mod joint;
 pub mod pick;
 pub mod ray;

@@ -1,6 +1,7 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
-use super::candidates::{Candidates, Counts};
+use super::candidates::{Candidates, Counts, MOST_MULTIPLIED};
+use super::effort;
 use super::joint::Turn;
 use super::several;
 use super::shared::{self, Ring};
@@ -63,7 +64,8 @@ impl Config {
     fn most_candidates(&self) -> usize {
         let rays = self.rays as usize;
         let most = |n: usize| self.candidates(n, false);
-        (1..=rays.min(FEW_RAYS)).map(most).fold(most(rays), usize::max)
+        let most = (1..=rays.min(FEW_RAYS)).map(most).fold(most(rays), usize::max);
+        if self.candidates_per_ray == 0 { most.max((most * effort::MOST).min(MOST_MULTIPLIED)) } else { most }
     }
 
     /// Bytes of working memory.
@@ -247,6 +249,13 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
+    /// Whether some points get more candidates than others: those of wide lobes differ little, lamps are found by the light, and a client's
+    /// own target is slow.
+    fn multiplies(&self) -> bool {
+        let own = self.config.candidates_per_ray != 0 || self.point.target.is_some();
+        !own && !self.environment.is_compensated() && !self.point.is_wide()
+    }
+
     /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
@@ -255,7 +264,11 @@ impl Call<'_> {
         let surface = Surface::new(point, &frame)?;
         let rays = out.len();
         let light = environment.light();
-        let counts = config.counts(rays, environment, point);
+        let mut counts = config.counts(rays, environment, point);
+        if self.multiplies() {
+            let deviation = run(level, effort::Deviation { light: &light, surface: &surface });
+            counts = counts.times(effort::factor(deviation, rays));
+        }
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
         let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };

@@ -7,7 +7,7 @@ use super::glance::Look;
 pub use super::glance::Looked;
 use super::tables::Light;
 use super::walk::{Floats, NUMBER, OfCells, Walk, clamp_u};
-use crate::simd::{Num, prefetch};
+use crate::simd::{LANES, Num, prefetch};
 
 /// Candidates of each source that are read together: those of one ray.
 pub const TOGETHER: usize = 16;
@@ -32,12 +32,13 @@ impl Reads {
     // Functions of their own, here and below: they are the same at all levels. Counts are no constants, so that loops stay short code.
     #[inline(never)]
     pub fn begin(&mut self, light: &Light<'_>, across: &[f32], down: &[f32]) {
-        for (lane, (&x, &y)) in across.iter().zip(down).take(TOGETHER).enumerate() {
-            let (cell, [w, v]) = light.cell_at(&light.candidates, [clamp_u(x), clamp_u(y)]);
-            prefetch(light.cells, cell);
-            self.walk.cell[lane] = cell as u32;
-            self.numbers[0][lane] = w;
-            self.numbers[1][lane] = v;
+        let [numbers_across, numbers_down] = &mut self.numbers;
+        let lanes = self.walk.cell.iter_mut().zip(numbers_across).zip(numbers_down);
+        for (((cell, w), v), (&x, &y)) in lanes.zip(across.iter().zip(down)) {
+            let (found, numbers) = light.cell_at(&light.candidates, [clamp_u(x), clamp_u(y)]);
+            prefetch(light.cells, found);
+            *cell = found as u32;
+            [*w, *v] = numbers;
         }
     }
 
@@ -81,5 +82,28 @@ impl Reads {
     #[inline(always)]
     pub fn looked<F: Num>(&self, light: &Light<'_>, first: usize) -> Looked<F> {
         self.look.looked(light, first)
+    }
+}
+
+/// Eight looks that stop at blocks.
+pub struct Glance {
+    look: Look<LANES>,
+}
+
+impl Glance {
+    /// The mean radiance of the blocks that places lie in, over the power.
+    #[inline(always)]
+    pub fn means<F: Num>(light: &Light<'_>, place: &Place<F>) -> F {
+        let mut glance = Glance { look: Look::new() };
+        glance.look.aim(light, 0, place);
+        glance.find(light, LANES);
+        F::read(&glance.look.scale) / place.solid_angle
+    }
+
+    #[inline(never)]
+    fn find(&mut self, light: &Light<'_>, count: usize) {
+        self.look.find_cells(light, count);
+        self.look.find_blocks(light, count);
+        self.look.average(light, count);
     }
 }

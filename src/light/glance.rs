@@ -23,7 +23,7 @@ pub(super) struct Look<const N: usize> {
     /// Pairs of corner words, of the upper and of the lower row; before they are read, where they stand.
     corner: [Ints<N>; 2],
     /// What 1 in a corner stands for; without corners, the light of the part.
-    scale: Floats<N>,
+    pub(super) scale: Floats<N>,
     /// How many times more candidates are drawn from the cell than its share of the light.
     candidates: Floats<N>,
 }
@@ -87,6 +87,21 @@ impl<const N: usize> Look<N> {
             }
             self.candidates[lane] = c.candidates;
             self.block[lane] = found.number;
+        }
+    }
+
+    /// The light of each lane's block over the patches of the block: another end of a look, for its scale.
+    #[inline(always)]
+    pub(super) fn average(&mut self, light: &Light<'_>, count: usize) {
+        for lane in 0..count.min(N) {
+            let (c, block) = (light.cell(self.cell[lane]), light.block(self.block[lane]));
+            let mut patches = 1;
+            for k in 0..2 {
+                let begin = self.from[k][lane] << (c.side[k] & 31);
+                let end = (begin + (1 << (c.side[k] & 31))).min(u32::from(c.patches[k]));
+                patches *= end.wrapping_sub(begin);
+            }
+            self.scale[lane] = c.probability * block.share / patches.max(1) as f32;
         }
     }
 

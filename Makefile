@@ -161,9 +161,10 @@ triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
 
-renderers: lib ## run Mitsuba 3 as a client, test it, and write docs/renderers.md: QUICK=1 for a check
+renderers: lib ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
 	scripts/setup.sh renderers
-	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md)
+	scripts/test-renderers.sh $(BUILD) rpt $(BUILD)/rpt.md
+	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md) --also $(BUILD)/rpt.md
 
 cycles: lib ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
 	scripts/test-renderers.sh $(BUILD) cycles

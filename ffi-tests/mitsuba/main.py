@@ -1,4 +1,4 @@
-"""Mitsuba 3 as a client of wis: tests, then measures and pictures; writes docs/renderers.md. Usage: main.py PAGE [--quick]"""
+"""Mitsuba 3 as a client of wis: tests, then measures and pictures; writes docs/renderers.md. Usage: main.py PAGE [--quick] [--also FILE]"""
 
 import os
 import sys
@@ -110,7 +110,8 @@ def main():
     if not quick:
         pictures(own, os.path.splitext(path)[0] + ".png", (480, 200), 64)
     found = {name: measure(name, pixels, size, repeats) for name, pixels in maps.items()}
-    text, failures = page.text(mi.__version__, wis.library.wis_version(), densities, found, repeats, size)
+    also = open(sys.argv[sys.argv.index("--also") + 1]).read() if "--also" in sys.argv else ""
+    text, failures = page.text(mi.__version__, wis.library.wis_version(), densities, found, repeats, size, also)
     with open(path, "w") as file:
         file.write(text)
     print(text)

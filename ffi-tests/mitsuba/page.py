@@ -122,13 +122,17 @@ def verdict(holds):
     return "holds" if holds else "**does not hold**"
 
 
-def text(version, wis_version, densities, found, repeats, size):
+def text(version, wis_version, densities, found, repeats, size, also):
+    """The page; `also` is what other renderers report."""
     failures = []
     detail, ratios = summary(found)
     checked = tests(densities, found, failures)
     version_of_wis = ".".join(str(wis_version >> s & 255) for s in (16, 8, 0))
     lines = [
-        "# wis in Mitsuba 3", "",
+        "# wis in real renderers", "",
+        "Mitsuba 3 (PyPI) calls the C library, rpt (crates.io) the Rust crate. A third, Cycles, can only be asked for its look-up: Blender's",
+        "Python module renders pictures, and hands out neither hits nor BSDFs. `make cycles` holds a light against it.", "",
+        "## Mitsuba 3", "",
         "How many times lower the variance of `wis_direct_wave` is than that of Mitsuba's `direct` integrator: geometric means over maps,",
         "rays a hit, and both kinds of MIS. Above 1x wis is better.", "",
         *conclusion(ratios), "",
@@ -138,15 +142,16 @@ def text(version, wis_version, densities, found, repeats, size):
         "![Pictures at the same number of rays, and the reference](renderers.png)", "",
         "*Four rays a hit and four samples a pixel under a sky with a sun. From left to right: diffuse, roughplastic 0.1, principled 0.5,",
         "roughconductor 0.2 and 0.05, and a measured material, on a textured floor.*", "",
-        "## Tests", "", *checked, "",
+        "### Tests", "", *checked, "",
         f"All z of a run must stay below {Z_LIMIT}. The product's client combines one sample of a product with one of the BSDF by the",
         "balance heuristic.", "",
-        "## Map by map", "", *detail, "",
-        "## By material, at equal rays", "", "Four rays a hit. The last two columns: MIS with 64 rays a hit against MIS with 4. Where they are far below 16x, most of the",
+        "### Map by map", "", *detail, "",
+        "### By material, at equal rays", "",
+        "Four rays a hit. The last two columns: MIS with 64 rays a hit against MIS with 4. Where they are far below 16x, most of the",
         "variance comes from where a pixel's samples hit, such as the sun's highlight on a narrow lobe. No choice of rays lowers that.", "", *by_material(found), "",
-        "## Processor time of one picture", "", f"Four samples a pixel, {size[0]} x {size[1]} pixels, all threads together.", "",
+        "### Processor time of one picture", "", f"Four samples a pixel, {size[0]} x {size[1]} pixels, all threads together.", "",
         *costs(found), "",
-        "## How it is measured", "",
+        "### How it is measured", "",
         f"- Written by `make test-renderers` with Mitsuba {version} (`llvm_ad_rgb`) and wis {version_of_wis}.",
         f"- Variance: of {repeats} pictures with seeds of their own, pixel by pixel. Relative: over the square of the mean, to which 1 % of the",
         "  picture's mean is added. Pixels that see one material alone count.",
@@ -154,5 +159,6 @@ def text(version, wis_version, densities, found, repeats, size):
         "  database beside the project it is that material; else `ffi-tests/mitsuba/measured.py` writes such a file of an analytic BRDF.",
         "- Mitsuba's BSDFs as lobes: [integrating.md](integrating.md), step by step in `ffi-tests/mitsuba/scenes.py`. They need not fit.",
         "- Time: processor time over all threads, the median of the pictures without the first, which compiles Mitsuba's kernels.", "",
+        *also.splitlines(), "",
     ]
     return "\n".join(lines), failures

@@ -62,6 +62,9 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
 
+$(BUILD)/first: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/first.c $(LIB)/libwis.a -lm -o $@
+
 $(BUILD)/minimal-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
 

@@ -184,8 +184,14 @@ pub unsafe extern "C" fn wis_wavelet_product_prepare(
                 let at = |failure: Failure| if failure.argument() == 4 { failure.in_row(4, number) } else { failure };
                 // One at a time: after a struct of another size nothing stands where it ought to.
                 let query = sized(query.wrapping_add(number), 4).map_err(at)?;
-                let (mut material, kept) = settings.material(query).map_err(at)?;
-                let built = sampler::prepare_in(&light, kept, &settings.frame, &mut material, settings.budget, place);
+                // Matched where it stands: a copy would lie on the stack of the preparation.
+                let mut made = settings.material(query);
+                let material = match &mut made {
+                    Ok(material) => material,
+                    Err(failure) => return Err(at(*failure)),
+                };
+                let kept = Some(query).filter(|_| settings.callback.is_none());
+                let built = sampler::prepare_in(&light, kept, &settings.frame, material, settings.budget, place);
                 built.map_err(|status| match status {
                     Status::CallbackFailed => Failure::new(status, 2).of(c"callback.eval"),
                     _ => Failure::new(status, 2),
@@ -324,17 +330,19 @@ unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Se
 }
 
 impl Settings {
-    /// What a product is prepared for, and the query that it keeps. Of the configuration, argument 2, and a query, argument 4.
+    /// What a product is prepared for. Of the configuration, argument 2, and a query, argument 4. By itself, so that what it works in is
+    /// not on the stack of the preparation.
     ///
     /// # Safety
     /// The table is null or what the header says.
-    unsafe fn material<'a>(&self, query: &Query) -> Checked<(Material<'a>, Query)> {
+    #[inline(never)]
+    unsafe fn material<'a>(&self, query: &'a Query) -> Checked<Material<'a>> {
         match &self.callback {
-            Some(callback) => Ok((Material::Callback(Callback::new(callback, query)?), Query::default())),
+            Some(callback) => Ok(Material::Callback(Callback::new(callback, query)?)),
             None => {
                 // SAFETY: the caller's contract.
                 let lobes = unsafe { lobes_of((query, 4), (self.table, 2))? }.lobes;
-                Ok((Material::Lobes(lobes), *query))
+                Ok(Material::Lobes(lobes))
             }
         }
     }

@@ -117,7 +117,7 @@ impl<'a> Tabulated<'a> {
 /// # Safety
 /// The pointer is null or points to what the header says.
 pub(super) unsafe fn lobes_of<'a>(
-    (query, query_argument): (&Query, u32),
+    (query, query_argument): (&'a Query, u32),
     (table, argument): (*const Table, u32),
 ) -> Checked<Tabulated<'a>> {
     let of_query = |fault| Failure::fault(fault, query_argument);

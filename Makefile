@@ -62,6 +62,9 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
 
+$(BUILD)/first: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/first.c $(LIB)/libwis.a -lm -o $@
+
 $(BUILD)/minimal-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
 
@@ -161,9 +164,10 @@ triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
 
-renderers: lib ## run Mitsuba 3 as a client, test it, and write docs/renderers.md: QUICK=1 for a check
+renderers: lib ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
 	scripts/setup.sh renderers
-	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md)
+	scripts/test-renderers.sh $(BUILD) rpt $(BUILD)/rpt.md
+	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md) --also $(BUILD)/rpt.md
 
 cycles: lib ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
 	scripts/test-renderers.sh $(BUILD) cycles

@@ -52,7 +52,8 @@ minimal() {
         diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" && diff "$logs/minimal.txt" "$logs/minimal-rs.txt" &&
         "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
         diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
-        make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured" &&
+        make --no-print-directory "$build/measured" "$build/first" BUILD="$build" && "$build/measured" &&
+        (cd "$logs" && rm -f first.pgm && "$build/first" && [ -s first.pgm ]) &&
         make --no-print-directory "$build/pathtracer-small" "$build/pathtracer-small-cpp" BUILD="$build" &&
         "$build/pathtracer-small" > "$logs/pathtracer.txt" && cat "$logs/pathtracer.txt" &&
         "$build/pathtracer-small-cpp" > "$logs/pathtracer-cpp.txt" && diff "$logs/pathtracer.txt" "$logs/pathtracer-cpp.txt" &&

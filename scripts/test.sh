@@ -129,6 +129,7 @@ step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
 step sanitizers scripts/check-sanitizers.sh "$installed/lib" "$logs/sanitizers"
 step fuzz scripts/fuzz.sh "$installed/lib" 0.5 1
 step integrating scripts/check-integrating.sh "$logs/integrating"
+step growth scripts/check-growth.sh "$installed/lib" "$logs/growth"
 step abi scripts/check-abi.sh
 step dist scripts/dist.sh "$build" --check
 step minimal minimal

@@ -31,7 +31,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler structured wavelets \
-	triple check test fuzz soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
+	triple check test fuzz growth soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -61,6 +61,9 @@ install: lib ## install libraries, headers, licences, pkg-config file and CMake 
 
 $(BUILD)/minimal: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/minimal.c $(LIB)/libwis.a -o $@
+
+$(BUILD)/first: lib
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/first.c $(LIB)/libwis.a -lm -o $@
 
 $(BUILD)/minimal-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
@@ -161,9 +164,10 @@ triple: lib ## measure triple product integrals and write docs/triple-2004.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
 
-renderers: lib ## run Mitsuba 3 as a client, test it, and write docs/renderers.md: QUICK=1 for a check
+renderers: lib ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
 	scripts/setup.sh renderers
-	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md)
+	scripts/test-renderers.sh $(BUILD) rpt $(BUILD)/rpt.md
+	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md) --also $(BUILD)/rpt.md
 
 cycles: lib ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
 	scripts/test-renderers.sh $(BUILD) cycles
@@ -196,6 +200,10 @@ test: ## run everything that continuous integration runs
 
 fuzz: lib ## call every function with valid and hostile arguments: MINUTES=10 SEED=1
 	scripts/fuzz.sh $(LIB) $(or $(MINUTES),10) $(SEED)
+
+growth: lib ## hold the work of every function to what its comment states
+	scripts/setup.sh test
+	scripts/check-growth.sh $(LIB) $(BUILD)/growth
 
 soak: lib ## 8 threads on one environment have the bits of one: MILLIONS=1000 of samples
 	$(CC) -std=gnu99 -O1 -Wall -Wextra -Iinclude c-examples/hosts/soak.c $(LIB)/libwis.a -lpthread -lm -o $(BUILD)/soak

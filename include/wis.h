@@ -24,6 +24,9 @@
  * Threads. An environment is constant once built, and any number of threads may read it. A sampler belongs to one thread at a
  * time. Memory in which a call builds belongs to that call alone, except where its comment says so.
  *
+ * Work. A comment ends with what the work of a call is at most proportional to, besides a constant: `Work: count`. Client's
+ * functions are not counted. Squares are inner nodes of trees, cells the pixels of the octahedral square.
+ *
  * Failure. Calls that can fail answer a wis_status. If that is not WIS_OK, the call wrote no handle and no result, and the
  * memory of an object that it was to build is undefined. A wis_diagnostic, which may be null, receives the argument, the
  * field and the element at fault; calls on a sampler keep it there (wis_sampler_fault). Pointers must not be null unless
@@ -125,10 +128,10 @@ typedef struct wis_diagnostic {
   const char *field;
 } wis_diagnostic;
 
-/// A sentence for a log; a static string, also for a value that is not a status.
+/// A sentence for a log; a static string, also for a value that is not a status. Work: constant.
 const char *wis_status_string(uint32_t status);
 
-/// WIS_VERSION of the library that is linked.
+/// WIS_VERSION of the library that is linked. Work: constant.
 uint32_t wis_version(void);
 
 /// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
@@ -249,7 +252,7 @@ typedef struct wis_environment_info {
 
 /// Measures the memory of a build: bytes of the environment, exactly without an error budget and at most with one, and bytes of
 /// scratch memory. A map of 1024 x 512 needs 2.4 MB (WIS_FILTER_NEAREST: 1.2 MB) and 2.4 MB of scratch. Reads no pixels; costs
-/// about 15 us.
+/// about 15 us. Work: constant.
 enum wis_status wis_environment_size(const struct wis_environment_config *config,
                                      struct wis_memory_size *size,
                                      struct wis_diagnostic *diagnostic);
@@ -258,7 +261,7 @@ enum wis_status wis_environment_size(const struct wis_environment_config *config
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
 /// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 10 to 15 ms,
-/// with an error budget 0.1 s.
+/// with an error budget 0.1 s. Work: texels.
 enum wis_status wis_environment_init(const struct wis_environment_config *config,
                                      void *memory,
                                      size_t bytes,
@@ -270,7 +273,7 @@ enum wis_status wis_environment_init(const struct wis_environment_config *config
 /// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose
 /// tables are chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any
 /// threads, before those of the next pass; then call wis_environment_finish. However the items are shared, the bytes are those
-/// of wis_environment_init.
+/// of wis_environment_init. Work: rows.
 enum wis_status wis_environment_begin(const struct wis_environment_config *config,
                                       void *scratch,
                                       size_t scratch_bytes,
@@ -280,7 +283,7 @@ enum wis_status wis_environment_begin(const struct wis_environment_config *confi
 /// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
 /// wis_environment_begin. `memory`: used by pass 2 only, null before; the same block in all calls of pass 2 and in
 /// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again.
-/// `pass`: 0, 1 or 2. WIS_MISMATCH if an earlier pass is not done.
+/// `pass`: 0, 1 or 2. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
 enum wis_status wis_environment_run(const struct wis_environment_config *config,
                                     void *memory,
                                     size_t bytes,
@@ -292,7 +295,7 @@ enum wis_status wis_environment_run(const struct wis_environment_config *config,
                                     struct wis_diagnostic *diagnostic);
 
 /// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the
-/// handle. Costs about 1 ms for a map of 1024 x 512.
+/// handle. Costs about 1 ms for a map of 1024 x 512. Work: texels.
 enum wis_status wis_environment_finish(const struct wis_environment_config *config,
                                        void *memory,
                                        size_t bytes,
@@ -303,19 +306,19 @@ enum wis_status wis_environment_finish(const struct wis_environment_config *conf
 
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. `bytes`: as many as wis_environment_info says, or more.
 /// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed. Reads all bytes once:
-/// 1 ms for a map of 1024 x 512.
+/// 1 ms for a map of 1024 x 512. Work: bytes.
 enum wis_status wis_environment_open(const void *memory,
                                      size_t bytes,
                                      const struct wis_environment **environment,
                                      struct wis_diagnostic *diagnostic);
 
-/// Describes an environment. Set `info->size` before.
+/// Describes an environment. Set `info->size` before. Work: constant.
 enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
 
 /// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile.
 /// `world_from_map`: replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the
 /// identity. `environment` receives the handle. The content id changes: products that were prepared before answer
-/// WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us.
+/// WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us. Work: constant.
 enum wis_status wis_environment_turn(void *memory,
                                      size_t bytes,
                                      const float world_from_map[9],
@@ -351,12 +354,13 @@ typedef struct wis_sampler_config {
   uint32_t reserved;
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 7.1 kB for 16 rays, 1.4 kB for up to three, 0.7 kB for one.
+/// The bytes that a sampler needs: 7.1 kB for 16 rays, 1.4 kB for up to three, 0.7 kB for one. Work: constant.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);
 
 /// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread.
+/// Work: bytes.
 enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
                                  void *memory,
                                  size_t bytes,
@@ -365,9 +369,10 @@ enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
 
 /// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing.
 /// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
+/// Work: constant.
 enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 
-/// Where the last call on this sampler that failed was at fault: argument, field and element.
+/// Where the last call on this sampler that failed was at fault: argument, field and element. Work: constant.
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
 
 /// Lobes of a material.
@@ -459,7 +464,7 @@ typedef struct wis_point {
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
-/// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe.
+/// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe. Work: lobes.
 enum wis_status wis_material_init(struct wis_material *material,
                                   struct wis_diagnostic *diagnostic);
 
@@ -468,12 +473,13 @@ enum wis_status wis_material_init(struct wis_material *material,
 typedef struct wis_visibility_cache wis_visibility_cache;
 
 /// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
-/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number.
+/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number. Work: constant.
 enum wis_status wis_visibility_cache_size(uint32_t places,
                                           struct wis_memory_size *size,
                                           struct wis_diagnostic *diagnostic);
 
 /// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
+/// Work: places.
 enum wis_status wis_visibility_cache_init(uint32_t places,
                                           void *memory,
                                           size_t bytes,
@@ -486,7 +492,7 @@ enum wis_status wis_visibility_cache_init(uint32_t places,
 ///
 /// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before
 /// wis_visibility_cache_end_pass. That holds to the last digit if each pass has seeds of its own. With one seed over all passes a
-/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %.
+/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %. Work: count.
 enum wis_status wis_visibility_cache_record(const struct wis_point *point,
                                             size_t count,
                                             const float *wi,
@@ -494,12 +500,12 @@ enum wis_status wis_visibility_cache_record(const struct wis_point *point,
                                             const uint8_t *reached);
 
 /// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
-/// place.
+/// place. Work: places.
 enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache);
 
 /// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
 /// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
-/// instead.
+/// instead. Work: constant.
 enum wis_status wis_visibility_key(const float position[3],
                                    const float normal[3],
                                    float cell,
@@ -529,6 +535,7 @@ typedef struct wis_ray {
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
 /// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
 /// the last hit, too. Rays then have 4 candidates each, at least 16 in all, and `u` is not read.
+/// Work: rays x candidates x lobes.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,
@@ -617,6 +624,7 @@ typedef struct wis_wave {
 
 /// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
 /// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
+/// Work: count x rays x candidates x lobes.
 enum wis_status wis_direct_wave(struct wis_sampler *sampler,
                                 const struct wis_environment *environment,
                                 size_t count,
@@ -664,7 +672,7 @@ typedef struct wis_product_info {
   uint64_t environment;
 } wis_product_info;
 
-/// Measures the memory of one product at most: 3.7 kB, without division 1.9 kB, with 24 divided cells 7 kB.
+/// Measures the memory of one product at most: 3.7 kB, without division 1.9 kB, with 24 divided cells 7 kB. Work: constant.
 enum wis_status wis_product_size(const struct wis_product_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);
@@ -673,6 +681,7 @@ enum wis_status wis_product_size(const struct wis_product_config *config,
 /// of 16. `bytes_used` receives the bytes of all, which is what needs to be copied. `memory`: `count` times the bytes of
 /// wis_product_size. `seed`, `turn` and `stream` of the points are not read. The number of a bad point stands in `y` of the fault
 /// (wis_sampler_fault). WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_LIGHT_ONLY. About 2 us for a diffuse point, and 2.4 us to 3.5 us for a glossy one.
+/// Work: count x (lobes + divided cells).
 enum wis_status wis_product_prepare(struct wis_sampler *sampler,
                                     const struct wis_environment *environment,
                                     const struct wis_product_config *config,
@@ -684,13 +693,14 @@ enum wis_status wis_product_prepare(struct wis_sampler *sampler,
                                     size_t *bytes_used);
 
 /// Describes a product. Set `info->size` before. WIS_MISMATCH for a product of another environment. Costs about 1 us.
+/// Work: divided cells.
 enum wis_status wis_product_describe(const struct wis_environment *environment,
                                      const struct wis_product *product,
                                      struct wis_product_info *info);
 
 /// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone, lobes must be of the same
 /// kinds and about as wide, and glossy ones be seen from about the same direction; weights and f0 may differ. Where it is 1, the
-/// pdf is above 0 wherever that hit reflects light. Costs about 30 ns.
+/// pdf is above 0 wherever that hit reflects light. Costs about 30 ns. Work: lobes.
 enum wis_status wis_product_covers(const struct wis_product *product,
                                    const struct wis_point *point,
                                    uint32_t *covers);
@@ -709,6 +719,7 @@ typedef struct wis_drawn {
 /// their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides
 /// are the bytes from one element to the next; 0: packed. WIS_MISMATCH for a product of another environment. About 40 ns each in
 /// batches of 8 and more; with a product about 80 ns in batches of 64, 90 ns to 140 ns in batches of 8, and 400 ns alone.
+/// Work: count x (lobes + log texels).
 enum wis_status wis_sample(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_product *product,
@@ -720,6 +731,7 @@ enum wis_status wis_sample(struct wis_sampler *sampler,
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian; 0 for those that are not of unit
 /// length within 1e-3. Strides as in wis_sample. About 15 ns each in batches of 8 and more, with a product 30 ns.
+/// Work: count x (lobes + log texels).
 enum wis_status wis_pdf(struct wis_sampler *sampler,
                         const struct wis_environment *environment,
                         const struct wis_product *product,
@@ -732,7 +744,7 @@ enum wis_status wis_pdf(struct wis_sampler *sampler,
 /// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there,
 /// WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a product: or narrow lobes alone do), or
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
-/// written. Strides as in wis_sample; statuses stand close together.
+/// written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
 enum wis_status wis_invert(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_product *product,
@@ -821,7 +833,7 @@ typedef struct wis_check_info {
 /// `radiance` of `config` is called four times, for 64 world directions each: half of them drawn from the light, half spread over the
 /// sphere. What your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
 /// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
-/// 6 ms besides `radiance`.
+/// 6 ms besides `radiance`. Work: constant.
 enum wis_status wis_check(struct wis_sampler *sampler,
                           const struct wis_environment *environment,
                           const struct wis_check_config *config,
@@ -839,7 +851,7 @@ typedef struct wis_pick {
 #define WIS_MAX_CANDIDATES (1 << 24)
 
 /// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
-/// WIS_MAX_CANDIDATES.
+/// WIS_MAX_CANDIDATES. Work: constant.
 enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 
 /// Picks directions to trace from `count` candidates of your own, in proportion to weights of your own (resampled importance
@@ -854,7 +866,7 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
 /// picks x weight / weight_sum times, and never if its weight is 0. Two picks and more are systematic along a curve over the
 /// sphere, so that well-spread candidates give well-spread picks. If all weights are 0, there are no picks. Time grows with
-/// the number of candidates.
+/// the number of candidates. Work: count.
 enum wis_status wis_pool_pick(size_t count,
                               const float *wi,
                               size_t wi_stride,
@@ -869,11 +881,12 @@ enum wis_status wis_pool_pick(size_t count,
                               double *weight_sum,
                               struct wis_diagnostic *diagnostic);
 
-/// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
+/// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated. Work: constant.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
 
 /// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if
 /// those are more than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+/// Work: count.
 enum wis_status wis_points_hammersley(uint32_t first,
                                       uint32_t count,
                                       uint32_t total,
@@ -883,7 +896,7 @@ enum wis_status wis_points_hammersley(uint32_t first,
 /// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol
 /// (0,2)-sequence: each aligned block of 2^k points has one in every elementary interval of area 2^-k. Sequences of
 /// different seeds are independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0:
-/// packed.
+/// packed. Work: count.
 enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
 
 #ifdef __cplusplus

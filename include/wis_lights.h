@@ -53,6 +53,7 @@ typedef struct wis_strata_config {
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. `map`: lat-long, without
 /// WIS_ENVIRONMENT_ROWS_AT_POLES; of its flags only WIS_ENVIRONMENT_SANITISE counts; filter and error budget do not matter.
+/// Work: constant.
 enum wis_status wis_strata_size(const struct wis_environment_config *map,
                                 const struct wis_strata_config *config,
                                 struct wis_memory_size *size,
@@ -65,7 +66,7 @@ enum wis_status wis_strata_size(const struct wis_environment_config *map,
 /// float.
 ///
 /// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
-/// number of the light of each texel.
+/// number of the light of each texel. Work: (lights + levels) x texels.
 enum wis_status wis_strata_lights(const struct wis_environment_config *map,
                                   const struct wis_strata_config *config,
                                   void *scratch,
@@ -86,7 +87,7 @@ enum wis_status wis_strata_lights(const struct wis_environment_config *map,
 /// number of threads may use it at once. Nothing to free.
 typedef struct wis_jitter wis_jitter;
 
-/// The memory that wis_jitter_init needs for the strata of a lat-long map.
+/// The memory that wis_jitter_init needs for the strata of a lat-long map. Work: constant.
 enum wis_status wis_jitter_size(const struct wis_environment_config *map,
                                 uint32_t light_count,
                                 struct wis_memory_size *size,
@@ -94,7 +95,7 @@ enum wis_status wis_jitter_size(const struct wis_environment_config *map,
 
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
 /// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
-/// WIS_JITTER_*. `map` as in wis_strata_size.
+/// WIS_JITTER_*. `map` as in wis_strata_size. Work: texels + lights.
 enum wis_status wis_jitter_init(const struct wis_environment_config *map,
                                 uint32_t light_count,
                                 const uint32_t *label,
@@ -108,14 +109,14 @@ enum wis_status wis_jitter_init(const struct wis_environment_config *map,
 
 /// Draws a direction inside stratum `light` (WIS_INVALID_ARGUMENT if there is none). The pdf is per solid angle within the
 /// stratum. With WIS_JITTER_ENERGY add the light's whole energy x BRDF x cosine x visibility, without dividing by the
-/// pdf; for radiance looked up at the sample divide by it.
+/// pdf; for radiance looked up at the sample divide by it. Work: log texels.
 enum wis_status wis_jitter_sample(const struct wis_jitter *jitter,
                                   uint32_t light,
                                   const float u[2],
                                   struct wis_drawn *sample);
 
 /// The pdf of wis_jitter_sample for any direction of unit length: the very bits that a sample came with, and 0 outside
-/// the stratum.
+/// the stratum. Work: log texels.
 enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, const float wi[3], float *pdf);
 
 /// Which lights are worth a shadow ray at a point (Agarwal et al. 2003, Section 4): writes the numbers of `count`
@@ -123,7 +124,7 @@ enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, 
 /// and finite, else WIS_INVALID_ARGUMENT), the largest first, equal ones by number. What the others could add is at
 /// most `threshold` (0 to 1, however small) of the whole; they follow in an order of no meaning. Estimate those by
 /// their sum x the share that is visible of a few of them drawn in proportion to `contribution`: without bias. The time
-/// is that of a pass over all lights and of sorting those that are traced.
+/// is that of a pass over all lights and of sorting those that are traced. Work: count x log count.
 enum wis_status wis_strata_order(size_t count,
                                  const float *contribution,
                                  float threshold,

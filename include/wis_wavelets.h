@@ -113,13 +113,14 @@ typedef struct wis_wavelet_light_info {
 } wis_wavelet_light_info;
 
 /// Measures the memory of a build: exactly for a pyramid of a stated resolution, at most for sparse storage and for a
-/// pyramid whose cells may be divided further.
+/// pyramid whose cells may be divided further. Work: constant.
 enum wis_status wis_wavelet_light_size(const struct wis_wavelet_light_config *config,
                                        struct wis_memory_size *size,
                                        struct wis_diagnostic *diagnostic);
 
 /// Builds an environment. `info`, which may be null, tells the bytes in use. WIS_INVALID_TEXEL: the diagnostic names column
 /// and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that are needed. A map of 1024 x 512 costs about 0.3 s.
+/// Work: texels + cells.
 enum wis_status wis_wavelet_light_init(const struct wis_wavelet_light_config *config,
                                        void *memory,
                                        size_t bytes,
@@ -130,7 +131,7 @@ enum wis_status wis_wavelet_light_init(const struct wis_wavelet_light_config *co
                                        struct wis_diagnostic *diagnostic);
 
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. WIS_CORRUPT if a byte was changed. `info` may be
-/// null. Reads all bytes once.
+/// null. Reads all bytes once. Work: bytes.
 enum wis_status wis_wavelet_light_open(const void *memory,
                                        size_t bytes,
                                        const struct wis_wavelet_light **environment,
@@ -261,7 +262,7 @@ typedef struct wis_wavelet_product_info {
 } wis_wavelet_product_info;
 
 /// Evaluates RGB of BRDF x cosine of a query for `count` directions of unit length (0 for others): what its lobes and the table,
-/// which may be null, mean. Strides in bytes, 0: packed.
+/// which may be null, mean. Strides in bytes, 0: packed. Work: count x lobes x depth of the slices.
 enum wis_status wis_wavelet_query_eval(const struct wis_wavelet_query *query,
                                        const struct wis_wavelet_table *table,
                                        size_t count,
@@ -270,7 +271,7 @@ enum wis_status wis_wavelet_query_eval(const struct wis_wavelet_query *query,
                                        float *f_cos,
                                        size_t f_cos_stride);
 
-/// Measures the memory of a product; there is no scratch memory.
+/// Measures the memory of a product; there is no scratch memory. Work: constant.
 enum wis_status wis_wavelet_product_size(const struct wis_wavelet_product_config *config,
                                          struct wis_memory_size *size,
                                          struct wis_diagnostic *diagnostic);
@@ -278,7 +279,7 @@ enum wis_status wis_wavelet_product_size(const struct wis_wavelet_product_config
 /// Prepares the products of a light and `count` shading points. `memory`: `count` times the bytes of wis_wavelet_product_size.
 /// `product` receives `count` handles. A query without lobes, or light and lobes that do not meet, give a product whose samples
 /// have pdf 0. On failure, products before the query at fault, whose number is the diagnostic's `y`, are whole. Costs 1 us for
-/// Lambert's lobes to 6 us for narrow ones each.
+/// Lambert's lobes to 6 us for narrow ones each. Work: count x (squares + evaluations) x lobes.
 enum wis_status wis_wavelet_product_prepare(const struct wis_wavelet_light *environment,
                                             const struct wis_wavelet_product_config *config,
                                             size_t count,
@@ -288,14 +289,14 @@ enum wis_status wis_wavelet_product_prepare(const struct wis_wavelet_light *envi
                                             const struct wis_wavelet_product **product,
                                             struct wis_diagnostic *diagnostic);
 
-/// Tells what a product is made of, and the approximation of its integral.
+/// Tells what a product is made of, and the approximation of its integral. Work: constant.
 enum wis_status wis_wavelet_product_describe(const struct wis_wavelet_light *environment,
                                              const struct wis_wavelet_product *product,
                                              struct wis_wavelet_product_info *info);
 
 /// Approximates the integral of radiance x BRDF x cosine in RGB. `table`: the one that the product was prepared with, whose
 /// colours count, or null. WIS_NOT_BUILT without WIS_WAVELET_LIGHT_RGB, and for the product of a callback. Costs a BRDF
-/// evaluation for each leaf.
+/// evaluation for each leaf. Work: squares x lobes.
 enum wis_status wis_wavelet_product_estimate_rgb(const struct wis_wavelet_light *environment,
                                                  const struct wis_wavelet_product *product,
                                                  const struct wis_wavelet_table *table,
@@ -306,7 +307,7 @@ enum wis_status wis_wavelet_product_estimate_rgb(const struct wis_wavelet_light 
 /// `world_from_map`: of the light alone; null is the identity. A product has its own, and this one then does not count. `u`: two
 /// numbers each. `drawn`: directions and their pdfs, which are above 0 and the very bits that wis_wavelet_pdf answers for that
 /// direction; pdf 0 if there is nothing to sample. Strides in bytes, 0: packed. Costs 40 to 80 ns each in batches of 16, 100
-/// to 200 ns alone.
+/// to 200 ns alone. Work: count x (log squares + log cells).
 enum wis_status wis_wavelet_sample(const struct wis_wavelet_light *environment,
                                    const struct wis_wavelet_product *product,
                                    const float world_from_map[9],
@@ -318,7 +319,7 @@ enum wis_status wis_wavelet_sample(const struct wis_wavelet_light *environment,
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian: above 0 wherever
 /// radiance x BRDF x cosine is, and 0 for directions that are not of unit length. `world_from_map` and strides as in
-/// wis_wavelet_sample. Costs 20 to 50 ns each in batches of 16.
+/// wis_wavelet_sample. Costs 20 to 50 ns each in batches of 16. Work: count x (log squares + log cells).
 enum wis_status wis_wavelet_pdf(const struct wis_wavelet_light *environment,
                                 const struct wis_wavelet_product *product,
                                 const float world_from_map[9],
@@ -331,6 +332,7 @@ enum wis_status wis_wavelet_pdf(const struct wis_wavelet_light *environment,
 /// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length, each as a byte; where it is not WIS_OK, u is not written.
 /// `world_from_map` and strides as in wis_wavelet_sample; statuses stand close together.
+/// Work: count x (log squares + log cells).
 enum wis_status wis_wavelet_invert(const struct wis_wavelet_light *environment,
                                    const struct wis_wavelet_product *product,
                                    const float world_from_map[9],
@@ -381,13 +383,13 @@ typedef struct wis_tree_info {
 } wis_tree_info;
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
-/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.
+/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels. Work: constant.
 enum wis_status wis_tree_size(const struct wis_tree_config *config,
                               struct wis_memory_size *size,
                               struct wis_diagnostic *diagnostic);
 
 /// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
-/// the row.
+/// the row. Work: pixels.
 enum wis_status wis_tree_init(const struct wis_tree_config *config,
                               void *memory,
                               size_t bytes,
@@ -398,36 +400,36 @@ enum wis_status wis_tree_init(const struct wis_tree_config *config,
                               struct wis_diagnostic *diagnostic);
 
 /// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. WIS_CORRUPT if a byte
-/// was changed. Reads all of them once. `info` may be null.
+/// was changed. Reads all of them once. `info` may be null. Work: bytes.
 enum wis_status wis_tree_open(const void *memory,
                               size_t bytes,
                               const struct wis_tree **tree,
                               struct wis_tree_info *info,
                               struct wis_diagnostic *diagnostic);
 
-/// The average of the function.
+/// The average of the function. Work: constant.
 enum wis_status wis_tree_average(const struct wis_tree *tree, double *average);
 
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
 /// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
-/// Costs one visit of each square that both trees keep.
+/// Costs one visit of each square that both trees keep. Work: squares.
 enum wis_status wis_tree_product_integral(const struct wis_tree *e, const struct wis_tree *f, double *integral);
 
 /// Samples a point of the unit cube in proportion to the function. `u`: n numbers in [0, 1) (others are moved there,
 /// NaN counts as 1/2); `point`: n numbers; `pdf`: the density there with respect to the cube. A tree that is 0
-/// everywhere gives pdf 0.
+/// everywhere gives pdf 0. Work: depth.
 enum wis_status wis_tree_sample(const struct wis_tree *tree, const float *u, float *point, float *pdf);
 
-/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with.
+/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with. Work: depth.
 enum wis_status wis_tree_pdf(const struct wis_tree *tree, const float *point, float *pdf);
 
-/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does.
+/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does. Work: depth.
 enum wis_status wis_tree_invert(const struct wis_tree *tree, const float *point, float *u);
 
 /// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points
 /// and `index` (your numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to
 /// the bit.
-/// WIS_ZERO_DENSITY if the tree is 0 everywhere.
+/// WIS_ZERO_DENSITY if the tree is 0 everywhere. Work: count x depth.
 enum wis_status wis_warp_in_place(const struct wis_tree *tree,
                                   float *points,
                                   uint32_t *index,
@@ -457,6 +459,7 @@ typedef struct wis_wavelet_table {
 /// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
 /// pixel, 1/2 for its centre. Average several places, and choose pixels (2 / 2^depth radians wide at the mirror direction) that
 /// are finer than the lobe: samples are as uneven as the lobe is inside a pixel. wi below the surface are given too. The stride is in bytes; 0: packed.
+/// Work: 4^depth.
 enum wis_status wis_wavelet_table_directions(uint32_t slice,
                                              uint32_t slice_count,
                                              uint32_t depth,
@@ -469,14 +472,14 @@ enum wis_status wis_wavelet_table_directions(uint32_t slice,
 /// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
 /// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
 /// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
-/// ranges.
+/// ranges. Work: count.
 enum wis_status wis_haar_forward(uint32_t dimensions,
                                  uint32_t depth,
                                  size_t count,
                                  double *values,
                                  struct wis_diagnostic *diagnostic);
 
-/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses.
+/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses. Work: count.
 enum wis_status wis_haar_inverse(uint32_t dimensions,
                                  uint32_t depth,
                                  size_t count,
@@ -517,6 +520,7 @@ typedef struct wis_details {
 /// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
 /// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
 /// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
+/// Work: squares of the trees and of the product.
 enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
                                        const struct wis_tree *f,
                                        const struct wis_tree *g,
@@ -532,7 +536,7 @@ enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
 /// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
 /// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
 /// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
-/// `info`.
+/// `info`. Work: squares of the trees and of the product.
 enum wis_status wis_tree_multiply(const struct wis_tree *e,
                                   const struct wis_tree *f,
                                   const struct wis_tree *g,
@@ -545,6 +549,7 @@ enum wis_status wis_tree_multiply(const struct wis_tree *e,
                                   struct wis_diagnostic *diagnostic);
 
 /// The memory that wis_tree_blend needs for these trees, at most. Costs one visit of each square of the sum.
+/// Work: squares of all trees.
 enum wis_status wis_tree_blend_size(uint32_t tree_count,
                                     const struct wis_tree *const *trees,
                                     struct wis_memory_size *size,
@@ -557,7 +562,7 @@ enum wis_status wis_tree_blend_size(uint32_t tree_count,
 /// weight. WIS_OVERFLOW as wis_tree_multiply.
 ///
 /// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
-/// stand in `info`, which may be null; its `error` is 0.
+/// stand in `info`, which may be null; its `error` is 0. Work: squares of all trees.
 enum wis_status wis_tree_blend(uint32_t tree_count,
                                const struct wis_tree *const *trees,
                                const double *weight,
@@ -571,18 +576,19 @@ enum wis_status wis_tree_blend(uint32_t tree_count,
 
 /// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
 /// `error`, 0 or more.
-/// Costs 33 visits of each square.
+/// Costs 33 visits of each square. Work: squares.
 enum wis_status wis_triple_terms(const struct wis_tree *tree,
                                  double error,
                                  uint32_t *terms);
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square.
+/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square. Work: squares.
 enum wis_status wis_triple_at_least(const struct wis_tree *tree,
                                     double threshold,
                                     uint32_t *terms);
 
 /// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
+/// Work: squares.
 enum wis_status wis_sparse_select(const struct wis_tree *tree,
                                   uint32_t keep,
                                   struct wis_details *kept,
@@ -595,7 +601,7 @@ enum wis_status wis_sparse_select(const struct wis_tree *tree,
 /// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
 /// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
 /// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
-/// undefined.
+/// undefined. Work: e_count + f_count.
 enum wis_status wis_triple_multiply(double e_average,
                                     uint32_t e_count,
                                     const struct wis_wavelets *e,
@@ -611,6 +617,7 @@ enum wis_status wis_triple_multiply(double e_average,
 /// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
 /// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
 /// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
+/// Work: e_count + f_count + squares of the product.
 enum wis_status wis_sparse_multiply(uint32_t n,
                                     uint32_t m,
                                     double e_average,
@@ -625,7 +632,7 @@ enum wis_status wis_sparse_multiply(uint32_t n,
                                     double *average,
                                     struct wis_diagnostic *diagnostic);
 
-/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
+/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use. Work: count.
 enum wis_status wis_tree_of_wavelets_size(uint32_t count,
                                           const struct wis_wavelets *wavelets,
                                           struct wis_memory_size *size,
@@ -636,7 +643,7 @@ enum wis_status wis_tree_of_wavelets_size(uint32_t count,
 /// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
 /// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
 /// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
-/// average is beyond a double. `info` may be null.
+/// average is beyond a double. `info` may be null. Work: count.
 enum wis_status wis_tree_of_wavelets(double average,
                                      uint32_t count,
                                      const struct wis_wavelets *wavelets,
@@ -647,7 +654,7 @@ enum wis_status wis_tree_of_wavelets(double average,
                                      struct wis_tree_info *info,
                                      struct wis_diagnostic *diagnostic);
 
-/// The memory that wis_tree_of_details needs: exactly the bytes in use.
+/// The memory that wis_tree_of_details needs: exactly the bytes in use. Work: count.
 enum wis_status wis_tree_of_details_size(uint32_t dimensions,
                                          uint32_t count,
                                          const struct wis_details *details,
@@ -655,6 +662,7 @@ enum wis_status wis_tree_of_details_size(uint32_t dimensions,
                                          struct wis_diagnostic *diagnostic);
 
 /// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
+/// Work: count.
 enum wis_status wis_tree_of_details(uint32_t dimensions,
                                     double average,
                                     uint32_t count,
@@ -686,7 +694,7 @@ typedef struct wis_rotated_config {
   const float *world_from_tree;
 } wis_rotated_config;
 
-/// The memory that wis_tree_of_environment needs at most. Does not read the transforms.
+/// The memory that wis_tree_of_environment needs at most. Does not read the transforms. Work: constant.
 enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *config,
                                              struct wis_memory_size *size,
                                              struct wis_diagnostic *diagnostic);
@@ -695,7 +703,7 @@ enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *co
 /// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
 /// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
 /// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`. Costs (places 2^depth)^2
-/// look-ups in the map.
+/// look-ups in the map. Work: places^2 x 4^depth.
 enum wis_status wis_tree_of_environment(const struct wis_wavelet_light *environment,
                                         const struct wis_rotated_config *config,
                                         void *memory,
@@ -719,7 +727,7 @@ typedef struct wis_basis_function {
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
 /// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
-/// out of range.
+/// out of range. Work: constant.
 enum wis_status wis_tripling_coefficient(uint32_t n,
                                          uint32_t m,
                                          const struct wis_basis_function *i,
@@ -730,7 +738,7 @@ enum wis_status wis_tripling_coefficient(uint32_t n,
 /// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
 /// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the
 /// relative error is at most 2e-7. WIS_OVERFLOW if it is beyond a double. Costs one visit of each square that two of the trees
-/// keep. For the six faces of a cube map, or three channels, add up as many calls.
+/// keep. For the six faces of a cube map, or three channels, add up as many calls. Work: squares.
 enum wis_status wis_triple_integral(const struct wis_tree *brdf,
                                     const struct wis_tree *light,
                                     const struct wis_tree *visibility,
@@ -739,7 +747,7 @@ enum wis_status wis_triple_integral(const struct wis_tree *brdf,
 /// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
 /// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
 /// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
-/// undefined. Costs 33 visits of each square: do it when the function is built.
+/// undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
 enum wis_status wis_triple_select(const struct wis_tree *tree,
                                   uint32_t keep,
                                   struct wis_wavelets *wavelets,
@@ -747,7 +755,7 @@ enum wis_status wis_triple_select(const struct wis_tree *tree,
                                   struct wis_diagnostic *diagnostic);
 
 /// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
-/// Section 7.2, keeps the light's squares so).
+/// Section 7.2, keeps the light's squares so). Work: squares.
 enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
                                           uint32_t keep,
                                           struct wis_wavelets *wavelets,
@@ -760,7 +768,7 @@ enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
 /// them (WIS_INVALID_ARGUMENT if they are out of order; `y` in the diagnostic is the first element that is). The exact
 /// integral, but for rounding, if nothing was dropped. An integral that is 0 or small may come out below 0, by what was
 /// dropped or by rounding. WIS_OVERFLOW if it is beyond a double. Costs a few steps down the trees for each element,
-/// whatever the resolution.
+/// whatever the resolution. Work: brdf_count + light_count.
 enum wis_status wis_triple_sublinear(double brdf_average,
                                      uint32_t brdf_count,
                                      const struct wis_wavelets *brdf,
@@ -776,6 +784,7 @@ enum wis_status wis_triple_sublinear(double brdf_average,
 /// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
 /// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
 /// WIS_OVERFLOW if a detail is beyond a float. `wavelets` is undefined after both. Averages are blended with the same weights.
+/// Work: elements of all lists.
 enum wis_status wis_triple_blend(uint32_t count,
                                  const struct wis_wavelets *const *list,
                                  const uint32_t *list_count,
@@ -791,13 +800,14 @@ enum wis_status wis_triple_blend(uint32_t count,
 typedef struct wis_visibility wis_visibility;
 
 /// The memory that wis_visibility_init needs: exactly the bytes that are to be saved. WIS_INVALID_ARGUMENT for a tree of
-/// other than two axes.
+/// other than two axes. Work: constant.
 enum wis_status wis_visibility_size(const struct wis_tree *tree,
                                     struct wis_memory_size *size,
                                     struct wis_diagnostic *diagnostic);
 
 /// Stores a tree of two dimensions whose values are 0 (occluded) to 1 (visible) in 8 bits: exactly if they are 0 or 1, up
 /// to 1/510 in the averages of larger squares (Ng et al. 2004, Section 7.1.1). WIS_INVALID_ARGUMENT for values above 1.
+/// Work: squares.
 enum wis_status wis_visibility_init(const struct wis_tree *tree,
                                     void *memory,
                                     size_t bytes,
@@ -805,13 +815,13 @@ enum wis_status wis_visibility_init(const struct wis_tree *tree,
                                     struct wis_diagnostic *diagnostic);
 
 /// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility.
-/// WIS_CORRUPT if they are none. Reads all of them once.
+/// WIS_CORRUPT if they are none. Reads all of them once. Work: bytes.
 enum wis_status wis_visibility_open(const void *memory,
                                     size_t bytes,
                                     const struct wis_visibility **visibility,
                                     struct wis_diagnostic *diagnostic);
 
-/// As wis_triple_sublinear, for visibility in 8 bits.
+/// As wis_triple_sublinear, for visibility in 8 bits. Work: brdf_count + light_count.
 enum wis_status wis_visibility_integral(double brdf_average,
                                         uint32_t brdf_count,
                                         const struct wis_wavelets *brdf,
@@ -826,7 +836,7 @@ enum wis_status wis_visibility_integral(double brdf_average,
 /// product). Nothing is dropped: exact but for rounding where visibility is 0 or 1. At least 0; WIS_OVERFLOW if it is
 /// beyond a double. If many vertices share a BRDF, as all that have one normal or one reflected direction, multiply it
 /// by the light once for a frame: this is then faster for each vertex than wis_visibility_integral, and no
-/// approximation.
+/// approximation. Work: squares.
 enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
                                                 const struct wis_visibility *visibility,
                                                 double *integral);
@@ -836,14 +846,14 @@ enum wis_status wis_visibility_product_integral(const struct wis_tree *tree,
 
 /// The centre of a cell of a grid of `side` x `side` directions (1 to WIS_MAX_GRID): the direction at which to tabulate what
 /// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest. WIS_INVALID_ARGUMENT for a side or
-/// a cell out of range.
+/// a cell out of range. Work: constant.
 enum wis_status wis_grid_direction(uint32_t side,
                                    uint32_t cell,
                                    float direction[3]);
 
 /// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) and their bilinear weights, which add
 /// up to 1. For pairs of directions, as a normal and the reflected direction, the 16 products of two weights
-/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet.
+/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet. Work: constant.
 enum wis_status wis_grid_cells(uint32_t side, const float wi[3], uint32_t cell[4], float weights[4]);
 
 #ifdef __cplusplus

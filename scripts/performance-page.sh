@@ -1,12 +1,13 @@
 #!/bin/sh
-# Writes docs/performance.md and the table of gains of README.md, with the numbers of the measured pages, or says that they are
-# stale: performance-page.sh [--check]
+# Writes docs/performance.md, docs/claims.md and what README.md says of gains and pictures, with the numbers of the measured pages,
+# or says that they are stale: performance-page.sh [--check]
 # A number that its page no longer has fails the script.
 set -eu
 cd "$(dirname "$0")/.."
 written=$(mktemp)
-trap 'rm -f "$written" "$written.log" "$written.gains" "$written.readme"' EXIT
+trap 'rm -f "$written" "$written.log" "$written.gains" "$written.caption" "$written.claims" "$written.readme"' EXIT
 : > "$written.log"
+. scripts/claims.sh
 
 # cell PAGE ROW COLUMN [MORE]: of the first table that has both. ROW: the first cells of the line. MORE: so many columns further right.
 cell() {
@@ -199,7 +200,8 @@ $(of_picture room)
 | [light.md](light.md) | \`make light\` | $(commit light) |
 | [gallery.md](gallery.md) | \`make gallery PAGE=1\` | $(commit gallery) |
 
-\`make performance\` writes this page from those, and \`make check-pages\` says whether it is older than they are.
+\`make performance\` writes this page from those, and \`make check-pages\` says whether it is older than they are. Claims of version 0.1 beside
+today's: [claims.md](claims.md).
 END
 
 # of_report ROW WORDS: a line of the README's table.
@@ -219,10 +221,25 @@ $(of_report 'measured BRDFs that no lobe describes, 4 rays | `wis_direct`' 'has 
 With cheap rays, gains are smaller or turn to losses. In [six pictures](docs/gallery.md) wis has the lower absolute error in
 $(cell gallery 'MIS | absolute MSE' 'pictures that wis_direct wins'), and the lower relative error in $(cell gallery 'MIS | relative MSE' 'pictures that wis_direct wins').
 END
-awk -v gains="$written.gains" '
-    /^<!-- end of gains -->$/ { inside = 0 }
-    !inside { print }
-    /^<!-- gains: / { inside = 1; while ((getline line < gains) > 0) print line }' README.md > "$written.readme"
+
+# of_crop PICTURE: errors of MIS over those of wis_direct.
+of_crop() {
+    printf '%s: %s relative, %s absolute' "$1" "$(cell gallery "$1" 'relative MSE, MIS / direct')" "$(cell gallery "$1" 'absolute MSE, MIS / direct')"
+}
+cat > "$written.caption" <<END
+*Equal time, cheap rays: MIS to the left, wis to the right. Error of MIS over that of wis in the whole picture, above 1x wis is better:
+$(of_crop teapot); $(of_crop spot).*
+END
+claims > "$written.claims"
+
+# filled NAME: README.md from standard input, with a text between its marks.
+filled() {
+    awk -v name="$1" -v text="$written.$1" '
+        $0 == "<!-- end of " name " -->" { inside = 0 }
+        !inside { print }
+        index($0, "<!-- " name ": ") == 1 { inside = 1; while ((getline line < text) > 0) print line }'
+}
+filled gains < README.md | filled caption > "$written.readme"
 
 if [ -s "$written.log" ]; then
     sed 's/^/performance-page: /' "$written.log" >&2
@@ -230,10 +247,11 @@ if [ -s "$written.log" ]; then
 fi
 if [ "${1:-}" != --check ]; then
     cat "$written" > docs/performance.md
+    cat "$written.claims" > docs/claims.md
     cat "$written.readme" > README.md
-elif cmp -s "$written" docs/performance.md && cmp -s "$written.readme" README.md; then
-    echo "ok    docs/performance.md and the gains of README.md"
+elif cmp -s "$written" docs/performance.md && cmp -s "$written.claims" docs/claims.md && cmp -s "$written.readme" README.md; then
+    echo "ok    docs/performance.md, docs/claims.md and what README.md takes from pages"
 else
-    echo "stale docs/performance.md or the gains of README.md: make performance"
+    echo "stale docs/performance.md, docs/claims.md or what README.md takes from pages: make performance"
     exit 1
 fi

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs renderers from PyPI with the shared library: test-renderers.sh <build folder> mitsuba <page> [--quick] | cycles
+# Runs renderers from registries as clients: test-renderers.sh <build folder> mitsuba <page> [--quick] | rpt <page> | cycles
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p "$1"
@@ -7,6 +7,9 @@ build=$(cd "$1" && pwd)
 renderer=$2
 shift 2
 folder=ffi-tests/$renderer
+if [ "$renderer" = rpt ]; then
+    exec cargo run --quiet --release --manifest-path "$folder/Cargo.toml" --target-dir "${CARGO_TARGET_DIR:-target}/rpt" -- "$@"
+fi
 venv=$build/$renderer
 # Made anew when a version changes.
 if ! cmp -s "$folder/requirements.txt" "$venv/requirements.txt"; then

@@ -52,7 +52,8 @@ minimal() {
         diff "$logs/minimal.txt" "$logs/minimal-cpp.txt" && diff "$logs/minimal.txt" "$logs/minimal-rs.txt" &&
         "$build/wavelets" > "$logs/wavelets.txt" && "$build/wavelets-cpp" > "$logs/wavelets-cpp.txt" &&
         diff "$logs/wavelets.txt" "$logs/wavelets-cpp.txt" &&
-        make --no-print-directory "$build/measured" BUILD="$build" && "$build/measured" &&
+        make --no-print-directory "$build/measured" "$build/first" BUILD="$build" && "$build/measured" &&
+        (cd "$logs" && rm -f first.pgm && "$build/first" && [ -s first.pgm ]) &&
         make --no-print-directory "$build/pathtracer-small" "$build/pathtracer-small-cpp" BUILD="$build" &&
         "$build/pathtracer-small" > "$logs/pathtracer.txt" && cat "$logs/pathtracer.txt" &&
         "$build/pathtracer-small-cpp" > "$logs/pathtracer-cpp.txt" && diff "$logs/pathtracer.txt" "$logs/pathtracer-cpp.txt" &&
@@ -128,6 +129,7 @@ step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
 step sanitizers scripts/check-sanitizers.sh "$installed/lib" "$logs/sanitizers"
 step fuzz scripts/fuzz.sh "$installed/lib" 0.5 1
 step integrating scripts/check-integrating.sh "$logs/integrating"
+step growth scripts/check-growth.sh "$installed/lib" "$logs/growth"
 step abi scripts/check-abi.sh
 step dist scripts/dist.sh "$build" --check
 step minimal minimal

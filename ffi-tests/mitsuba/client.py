@@ -49,7 +49,7 @@ class Base(mi.SamplingIntegrator):
             of = number == k
             glossy = 0 if factor is None else 3
             if factor is not None:
-                weight[:3, of] = factor * diffuse[:, of]
+                weight[:3, of] = factor * diffuse[:, of] if np.isscalar(factor) else np.array(factor, np.float32)[:, None]
             if specular is not None:
                 weight[glossy:glossy + 3, of] = 1
                 f0[glossy:glossy + 3, of] = np.array(specular, np.float32)[:, None]

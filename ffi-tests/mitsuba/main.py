@@ -1,4 +1,4 @@
-"""Mitsuba 3 as a client of wis: tests, then measures and pictures; writes docs/renderers.md. Usage: main.py PAGE [--quick]"""
+"""Mitsuba 3 as a client of wis: tests, then measures and pictures; writes docs/renderers.md. Usage: main.py PAGE [--quick] [--also FILE]"""
 
 import os
 import sys
@@ -65,12 +65,14 @@ def measure(name, pixels, size, repeats):
     environment = wis.Environment(pixels, scenes.WORLD_FROM_MAP)
     region = checks.regions(scene, width, height)
     found = {"conventions": checks.conventions(pixels, scene), "methods": {}, "materials": {}}
-    stock = Renders(scene, None, "stock", 2, 16, 4 * repeats, first=1)
-    ours = Renders(scene, environment, "wis", 4, 4, 2 * repeats, first=2)
-    product = Renders(scene, environment, "wis product", 2, 2, repeats, first=3)
+    stock = Renders(scene, None, "stock", 2, 16, repeats, first=1)
+    ours = Renders(scene, environment, "wis", 4, 4, max(8, repeats // 2), first=2)
+    product = Renders(scene, environment, "wis product", 2, 2, max(8, repeats // 4), first=3)
     found["z"] = {"direct": checks.z_scores(ours.images, stock.images, region),
                   "product": checks.z_scores(product.images, stock.images, region)}
     mean = (stock.images.mean(axis=0) + ours.images.mean(axis=0)) / 2
+    limit = Renders(scene, None, "stock", 64, 4, max(8, repeats // 2), first=8)
+    found["limit"] = {material: errors(limit, mean, region == number) for number, (material, *_) in enumerate(scenes.MATERIALS)}
     for rays in (2, 4):
         all = {
             "MIS": Renders(scene, None, "stock", rays, 4, repeats, first=4),
@@ -101,14 +103,15 @@ def pictures(pixels, path, size, reference_spp):
 
 def main():
     path, quick = sys.argv[1], "--quick" in sys.argv
-    size, repeats = ((120, 68), 6) if quick else ((160, 90), 10)
+    size, repeats = ((120, 68), 8) if quick else ((160, 90), 48)
     own = scenes.sky()
     maps = {"sky and sun": own} if quick else scenes.maps()
     densities = checks.densities(own)
     if not quick:
-        pictures(own, os.path.splitext(path)[0] + ".png", (480, 270), 64)
+        pictures(own, os.path.splitext(path)[0] + ".png", (480, 200), 64)
     found = {name: measure(name, pixels, size, repeats) for name, pixels in maps.items()}
-    text, failures = page.text(mi.__version__, wis.library.wis_version(), densities, found, repeats, size)
+    also = open(sys.argv[sys.argv.index("--also") + 1]).read() if "--also" in sys.argv else ""
+    text, failures = page.text(mi.__version__, wis.library.wis_version(), densities, found, repeats, size, also)
     with open(path, "w") as file:
         file.write(text)
     print(text)

@@ -5,6 +5,7 @@ import os
 import mitsuba as mi
 import numpy as np
 
+import measured
 from wis import GGX, LAMBERT
 
 # Lat-long maps of Mitsuba have +y up; this world has +z up.
@@ -49,7 +50,10 @@ F0_GOLD = [((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k) for n, k in zip(ETA, 
 CHECKER = {"type": "checkerboard", "color0": rgb(0.2, 0.22, 0.25), "color1": rgb(0.6, 0.55, 0.5),
            "to_uv": mi.ScalarTransform4f().scale(12)}
 
-# Name, BSDF, lobes for wis, factor of the diffuse reflectance, f0 of the glossy lobe. A roughplastic of index 1.49.
+BRDF, BRDF_NAME = measured.file()
+ALPHA, ALBEDO, F0_MEASURED = measured.lobes(BRDF)
+
+# Name, BSDF, lobes for wis, factor of the diffuse reflectance or the albedo, f0 of the glossy lobe. A roughplastic of index 1.49.
 MATERIALS = [
     ("floor", {"type": "diffuse", "reflectance": CHECKER}, [(LAMBERT, 0, 0)], 1.0, None),
     ("diffuse", {"type": "diffuse", "reflectance": rgb(0.7, 0.3, 0.2)}, [(LAMBERT, 0, 0)], 1.0, None),
@@ -61,6 +65,7 @@ MATERIALS = [
      [(GGX, 0.2, 0.2)], None, F0_GOLD),
     ("roughconductor 0.05", {"type": "roughconductor", "alpha": 0.05, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)},
      [(GGX, 0.05, 0.05)], None, F0_GOLD),
+    (BRDF_NAME, {"type": "measured", "filename": BRDF}, [(LAMBERT, 0, 0), (GGX, ALPHA, ALPHA)], ALBEDO, F0_MEASURED),
 ]
 
 
@@ -75,7 +80,7 @@ def scene(pixels, width, height, compensated=False):
     transform = mi.ScalarTransform4f
     of = {
         "type": "scene",
-        "sensor": {"type": "perspective", "fov": 38, "to_world": transform().look_at([0, -9, 3.2], [0, 0, 0.7], [0, 0, 1]),
+        "sensor": {"type": "perspective", "fov": 48, "to_world": transform().look_at([0, -9, 3.2], [0, 0, 0.7], [0, 0, 1]),
                    "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}},
                    "sampler": {"type": "independent"}},
         "light": envmap(pixels, compensated),
@@ -84,5 +89,5 @@ def scene(pixels, width, height, compensated=False):
         if number == 0:
             of["shape0"] = {"type": "rectangle", "to_world": transform().scale(12), "bsdf": bsdf}
         else:
-            of[f"shape{number}"] = {"type": "sphere", "center": [1.35 * (number - 3), 0, 0.65], "radius": 0.65, "bsdf": bsdf}
+            of[f"shape{number}"] = {"type": "sphere", "center": [1.35 * (number - 3.5), 0, 0.65], "radius": 0.65, "bsdf": bsdf}
     return mi.load_dict(of)

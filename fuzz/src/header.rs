@@ -142,6 +142,9 @@ pub struct Function {
     pub answers_status: bool,
     /// The statuses that its comment names.
     pub statuses: BTreeSet<String>,
+    /// What its work is at most proportional to: `count` of `Work: count.`
+    #[allow(dead_code)]
+    pub work: Option<String>,
 }
 
 impl Function {
@@ -253,5 +256,6 @@ fn function(text: &str, comment: &str) -> Option<Function> {
         parameters: parameters.map(Parameter::new).collect(),
         answers_status: before.starts_with("wis_status"),
         statuses: words.filter(|word| word.starts_with("WIS_")).map(String::from).collect(),
+        work: comment.split_once("Work: ").and_then(|(_, rest)| rest.split_once('.')).map(|(work, _)| work.into()),
     })
 }

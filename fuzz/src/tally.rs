@@ -14,8 +14,6 @@ struct Of {
 
 /// The most bytes of stack that a call may use, with its return address.
 const MOST_STACK: usize = 8192;
-/// The one function that needs more, and how much it may use.
-const DEEPER: (&str, usize) = ("wis_wavelet_product_prepare", 12288);
 
 /// By row.
 #[derive(Default)]
@@ -64,8 +62,7 @@ impl Tally {
                 bail!("FAILED {} never succeeded: its arguments are wrong", row.name);
             }
         }
-        let most = |name: &str| if name == DEEPER.0 { DEEPER.1 } else { MOST_STACK };
-        let deep = self.rows.iter().filter(|(name, of)| of.stack > most(name));
+        let deep = self.rows.iter().filter(|(_, of)| of.stack > MOST_STACK);
         let text: Vec<String> = deep.map(|(name, of)| format!("{name}: {}", of.stack)).collect();
         if text.is_empty() { Ok(()) } else { bail!("FAILED too many bytes of stack: {}", text.join(", ")) }
     }

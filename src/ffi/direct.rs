@@ -25,6 +25,7 @@ use crate::status::Status;
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
 /// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
 /// the last hit, too. Rays then have 4 candidates each, at least 16 in all, and `u` is not read.
+/// Work: rays x candidates x lobes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `ray` to `rays` elements.

@@ -160,7 +160,7 @@ pub(super) unsafe fn environment<'a>(pointer: *const EnvironmentObject, argument
 
 /// Measures the memory of a build: bytes of the environment, exactly without an error budget and at most with one, and bytes of
 /// scratch memory. A map of 1024 x 512 needs 2.4 MB (WIS_FILTER_NEAREST: 1.2 MB) and 2.4 MB of scratch. Reads no pixels; costs
-/// about 15 us.
+/// about 15 us. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -185,7 +185,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
 /// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 10 to 15 ms,
-/// with an error budget 0.1 s.
+/// with an error budget 0.1 s. Work: texels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -220,7 +220,7 @@ pub unsafe extern "C" fn wis_environment_init(
 /// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose
 /// tables are chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any
 /// threads, before those of the next pass; then call wis_environment_finish. However the items are shared, the bytes are those
-/// of wis_environment_init.
+/// of wis_environment_init. Work: rows.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `items` to three numbers; nobody else uses the scratch block.
@@ -247,7 +247,7 @@ pub unsafe extern "C" fn wis_environment_begin(
 /// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
 /// wis_environment_begin. `memory`: used by pass 2 only, null before; the same block in all calls of pass 2 and in
 /// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again.
-/// `pass`: 0, 1 or 2. WIS_MISMATCH if an earlier pass is not done.
+/// `pass`: 0, 1 or 2. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; no other thread works on the same items.
@@ -282,7 +282,7 @@ pub unsafe extern "C" fn wis_environment_run(
 }
 
 /// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the
-/// handle. Costs about 1 ms for a map of 1024 x 512.
+/// handle. Costs about 1 ms for a map of 1024 x 512. Work: texels.
 ///
 /// # Safety
 /// As wis_environment_init; no thread is still at work on the build.
@@ -312,7 +312,7 @@ pub unsafe extern "C" fn wis_environment_finish(
 
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. `bytes`: as many as wis_environment_info says, or more.
 /// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed. Reads all bytes once:
-/// 1 ms for a map of 1024 x 512.
+/// 1 ms for a map of 1024 x 512. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the environment is in use.
@@ -335,7 +335,7 @@ pub unsafe extern "C" fn wis_environment_open(
     })
 }
 
-/// Describes an environment. Set `info->size` before.
+/// Describes an environment. Set `info->size` before. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -358,7 +358,7 @@ pub unsafe extern "C" fn wis_environment_describe(
 /// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile.
 /// `world_from_map`: replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the
 /// identity. `environment` receives the handle. The content id changes: products that were prepared before answer
-/// WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us.
+/// WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory.

@@ -125,7 +125,7 @@ fn shape(lobe: &LobeData) -> Result<Shape, &'static CStr> {
 }
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
-/// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe.
+/// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe. Work: lobes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -67,14 +67,14 @@ impl Default for Diagnostic {
     }
 }
 
-/// A sentence for a log; a static string, also for a value that is not a status.
+/// A sentence for a log; a static string, also for a value that is not a status. Work: constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_status_string(status: u32) -> *const c_char {
     let text: &CStr = Status::from_code(status).map_or(c"unknown status", Status::message);
     text.as_ptr()
 }
 
-/// WIS_VERSION of the library that is linked.
+/// WIS_VERSION of the library that is linked. Work: constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_version() -> u32 {
     WIS_VERSION

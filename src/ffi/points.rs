@@ -5,7 +5,7 @@ use crate::points;
 use crate::status::Status;
 use core::ptr::null_mut;
 
-/// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated.
+/// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated. Work: constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn wis_pixel_seed(x: u32, y: u32, pass: u32) -> u32 {
     points::pixel_seed(x, y, pass)
@@ -13,6 +13,7 @@ pub extern "C" fn wis_pixel_seed(x: u32, y: u32, pass: u32) -> u32 {
 
 /// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if
 /// those are more than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
+/// Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -36,7 +37,7 @@ pub unsafe extern "C" fn wis_points_hammersley(
 /// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol
 /// (0,2)-sequence: each aligned block of 2^k points has one in every elementary interval of area 2^-k. Sequences of
 /// different seeds are independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0:
-/// packed.
+/// packed. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

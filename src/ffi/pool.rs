@@ -12,7 +12,7 @@ use core::ptr::null_mut;
 pub const WIS_MAX_CANDIDATES: u32 = 1 << 24;
 
 /// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
-/// WIS_MAX_CANDIDATES.
+/// WIS_MAX_CANDIDATES. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -39,7 +39,7 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
 /// picks x weight / weight_sum times, and never if its weight is 0. Two picks and more are systematic along a curve over the
 /// sphere, so that well-spread candidates give well-spread picks. If all weights are 0, there are no picks. Time grows with
-/// the number of candidates.
+/// the number of candidates. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the scratch memory.

@@ -87,7 +87,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 7.1 kB for 16 rays, 1.4 kB for up to three, 0.7 kB for one.
+/// The bytes that a sampler needs: 7.1 kB for 16 rays, 1.4 kB for up to three, 0.7 kB for one. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -108,6 +108,7 @@ pub unsafe extern "C" fn wis_sampler_size(
 }
 
 /// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread.
+/// Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory.
@@ -147,6 +148,7 @@ pub unsafe extern "C" fn wis_sampler_init(
 
 /// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing.
 /// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
+/// Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -161,7 +163,7 @@ pub unsafe extern "C" fn wis_sampler_begin_pixel(sampler: *mut SamplerObject) ->
     }
 }
 
-/// Where the last call on this sampler that failed was at fault: argument, field and element.
+/// Where the last call on this sampler that failed was at fault: argument, field and element. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

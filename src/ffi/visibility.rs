@@ -59,7 +59,7 @@ impl Layout {
 }
 
 /// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
-/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number.
+/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -78,6 +78,7 @@ pub unsafe extern "C" fn wis_visibility_cache_size(
 }
 
 /// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
+/// Work: places.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory.
@@ -161,7 +162,7 @@ pub(super) unsafe fn factors<'a>(
 ///
 /// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before
 /// wis_visibility_cache_end_pass. That holds to the last digit if each pass has seeds of its own. With one seed over all passes a
-/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %.
+/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; arrays hold `count` elements.
@@ -197,7 +198,7 @@ pub unsafe extern "C" fn wis_visibility_cache_record(
 }
 
 /// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
-/// place.
+/// place. Work: places.
 ///
 /// # Safety
 /// The pointer is null or points to a cache that nobody else uses.
@@ -217,7 +218,7 @@ pub unsafe extern "C" fn wis_visibility_cache_end_pass(cache: *mut VisibilityCac
 
 /// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
 /// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
-/// instead.
+/// instead. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

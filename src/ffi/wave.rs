@@ -243,6 +243,7 @@ const _: () = assert!(WIS_WAVE_RAYS == WAVE_RAYS);
 
 /// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
 /// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
+/// Work: count x rays x candidates x lobes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; arrays hold `count` points.

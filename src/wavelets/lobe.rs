@@ -131,7 +131,7 @@ pub struct Lobes<'a> {
     prepared: [Prepared; WIS_WAVELET_MAX_LOBES],
     /// Which share of each is continued below the horizon.
     shares: [f32; WIS_WAVELET_MAX_LOBES],
-    raw: [Lobe; WIS_WAVELET_MAX_LOBES],
+    raw: &'a [Lobe; WIS_WAVELET_MAX_LOBES],
 }
 
 impl<'a> Lobes<'a> {
@@ -141,7 +141,7 @@ impl<'a> Lobes<'a> {
     /// `Status::InvalidTransform` for a normal or wo that is not of unit length, or a tangent that is needed and
     /// is parallel to the normal; `Status::InvalidArgument` for anything else out of its range. The lobes come first, so
     /// that a wrong alpha is not taken for an anisotropy without tangent.
-    pub fn new(query: &Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Fault> {
+    pub fn new(query: &'a Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Fault> {
         if query.flags & !(WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED) != 0 {
             return Err(Fault::range(c"flags"));
         }
@@ -174,7 +174,7 @@ impl<'a> Lobes<'a> {
             table: table.unwrap_or(Table::NOTHING).seen(wo),
             prepared,
             shares: [0.0; WIS_WAVELET_MAX_LOBES],
-            raw: query.lobe,
+            raw: &query.lobe,
         };
         all.shares = all.prepared.map(|lobe| all.share(&lobe));
         Ok(all)
@@ -208,8 +208,8 @@ impl<'a> Lobes<'a> {
         }
     }
 
-    /// The luminance of a tabulated lobe.
-    #[inline(always)]
+    /// The luminance of a tabulated lobe. Not inlined: copies for several directions would fill the stack of a preparation.
+    #[inline(never)]
     fn tabulated<F: Lanes>(&self, look: &Look<F>, weight: f32) -> F {
         // The table holds the cosine itself.
         self.table.at_wide(look.local) * F::splat(weight)
@@ -318,7 +318,7 @@ impl<'a> Lobes<'a> {
         }
         let local = Vec3::new(wi.dot(self.tangent), wi.dot(self.bitangent), cosine);
         let factor = if self.flags & WIS_WAVELET_QUERY_COSINE_INCLUDED != 0 { 1.0 } else { cosine.abs() };
-        let lobes = self.prepared.iter().zip(&self.raw).take(self.count);
+        let lobes = self.prepared.iter().zip(self.raw).take(self.count);
         let sum = lobes.fold(0.0, |sum, (lobe, raw)| {
             if matches!(lobe, Prepared::Table { .. }) {
                 return sum + value(lobe, raw, table.at(local), 0.0);
@@ -456,8 +456,8 @@ impl Prepared {
         F::select(zero.lt(wi[2]), finite * look.factor * fresnel, zero)
     }
 
-    /// The luminance of a Phong lobe in eight directions.
-    #[inline(always)]
+    /// The luminance of a Phong lobe in eight directions. Not inlined, for the stack's sake.
+    #[inline(never)]
     fn phong<F: Lanes>(&self, wo: Vec3, look: &Look<F>, norm: f32) -> F {
         let [x, y, z] = to_arrays(look.local);
         let mut shape = [0.0; LANES];

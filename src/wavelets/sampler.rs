@@ -7,7 +7,7 @@ use crate::sphere::{Frame, direction};
 use crate::status::{Result, Status};
 use crate::wavelets::environment::Environment;
 use crate::wavelets::lobe::{Brdf, Lobes};
-use crate::wavelets::product::{Budget, Cell, Node, Product, Room, Scratch, build};
+use crate::wavelets::product::{Budget, Built, Cell, Node, Product, Room, Scratch, build};
 use crate::wavelets::query::Query;
 use crate::wavelets::table::Table;
 use bytemuck::{Pod, Zeroable};
@@ -74,13 +74,14 @@ pub fn size(budget: Budget) -> Option<usize> {
     parts.into_iter().try_fold(0usize, usize::checked_add).filter(|bytes| *bytes <= isize::MAX as usize)
 }
 
-/// Prepares a product in memory of [`size`], aligned to 16 bytes.
+/// Prepares a product in memory of [`size`], aligned to 16 bytes. `query`: what it keeps of the BRDF; none of a callback.
 ///
 /// # Errors
 /// [`Status::MemoryTooSmall`], and what the BRDF answers.
+#[inline(never)]
 pub fn prepare_in<B: Brdf>(
     environment: &Environment,
-    query: Query,
+    query: Option<&Query>,
     frame: &Frame,
     brdf: &mut B,
     budget: Budget,
@@ -97,25 +98,37 @@ pub fn prepare_in<B: Brdf>(
     };
     let built = build::<Native, B>(environment.light(), frame, brdf, budget, &mut scratch)?;
     let average = scratch.finish(built.base, built.squares);
-    let mut whole = Layout::behind::<Header>();
-    whole.part::<Node>(nodes(built.squares) as u64);
-    let header = Header {
-        magic: MAGIC,
-        bytes: whole.bytes().ok_or(Status::Overflow)? as u64,
-        environment: environment.header.content_id,
-        query,
-        frame: frame.to_array(),
-        average,
-        exponent: built.exponent,
-        squares: built.squares,
-        base: built.base,
-        evaluations: built.evaluations,
-    };
-    write_header(memory, &header);
-    Ok(())
+    Header::write(memory, environment, query, frame, &built, average).ok_or(Status::Overflow)
 }
-
 impl Header {
+    /// Writes what was built; `None` for too many bytes. By itself: it need not lie on the stack of a build.
+    #[inline(never)]
+    fn write(
+        memory: &mut [u8],
+        environment: &Environment,
+        query: Option<&Query>,
+        frame: &Frame,
+        built: &Built,
+        average: f32,
+    ) -> Option<()> {
+        let mut whole = Layout::behind::<Header>();
+        whole.part::<Node>(nodes(built.squares) as u64);
+        let header = Header {
+            magic: MAGIC,
+            bytes: whole.bytes()? as u64,
+            environment: environment.header.content_id,
+            query: query.copied().unwrap_or_default(),
+            frame: frame.to_array(),
+            average,
+            exponent: built.exponent,
+            squares: built.squares,
+            base: built.base,
+            evaluations: built.evaluations,
+        };
+        write_header(memory, &header);
+        Some(())
+    }
+
     /// The bytes of the product that begins with this; `None` if none does.
     #[inline(always)]
     pub fn length(&self) -> Option<usize> {

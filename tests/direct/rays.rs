@@ -1,11 +1,11 @@
 //! Rays of a call: how many, where, and the same bits whatever the processor and the unit of radiance.
 
 use super::client::{self, Client};
-use super::light::{Light, Thread, description, first_hit, mean_of};
+use super::light::{Light, TURNED, Thread, description, first_hit, mean_of};
 use super::maps;
-use crate::support::maps::one_texel;
+use crate::support::maps::{Filter, one_texel};
 use crate::support::statistics::corrected;
-use crate::support::vector::{dot, single, unit};
+use crate::support::vector::{dot, rotate_back, single, unit};
 use crate::support::{Map, Random};
 use std::f64::consts::PI;
 use wis::brdf::material::{Kind, Material, Shape};
@@ -179,5 +179,40 @@ fn weights_add_up_to_the_hemisphere() {
             println!("{rays} rays: {} p {p:.1e}, finds {:.2} %", mean.mean, 100.0 * fault);
             assert!(p > corrected(9) && fault < 0.02, "{rays} rays: {} p {p:e} {fault}", mean.mean);
         }
+    }
+}
+
+/// The variance of a call for four rays, over the square of the mean, and the share of rays for which the client's BRDF is 0.
+fn noise(client: &Client, point: &Point<'_>, map: &Map) -> (f64, f64) {
+    let (light, mut thread) = (Light::of(map), Thread::new(4));
+    let (mut sums, mut black, mut all) = ([0.0; 2], 0, 0);
+    for seed in 0..1024 {
+        let mut sum = 0.0;
+        for ray in thread.direct(&light.environment(), point, first_hit(seed), 4) {
+            let wi = ray.wi.map(f64::from);
+            let response = client.response(wi);
+            all += 1;
+            black += u32::from(response == 0.0);
+            sum += f64::from(ray.weight) * response * map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi))[0];
+        }
+        sums = [sums[0] + sum, sums[1] + sum * sum];
+    }
+    let mean = sums[0] / 1024.0;
+    (sums[1] / 1024.0 / (mean * mean) - 1.0, f64::from(black) / f64::from(all))
+}
+
+/// What docs/integrating.md says of a wo that points into the surface: nothing but noise where one side counts, and rays to the
+/// wrong side where both do.
+#[test]
+fn a_flipped_wo_shows() {
+    for (name, map) in maps() {
+        let client = Client::new(&[Shape::ggx(0.3, 0.3)], client::ggx_03);
+        let flipped = Point { wo: client.point().wo.map(|x| -x), ..client.point() };
+        let (right, _) = noise(&client, &client.point(), &map);
+        let (wrong, _) = noise(&client, &flipped, &map);
+        assert!(wrong > 10.0 * right, "{name}: {wrong} after {right}");
+        let whole = |point| noise(&client, &Point { whole_sphere: true, ..point }, &map);
+        let ((_, right), (_, wrong)) = (whole(client.point()), whole(flipped));
+        assert!(right < 0.05 && wrong > 0.9, "{name}: {wrong} of the rays are black after {right}");
     }
 }

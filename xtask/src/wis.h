@@ -24,6 +24,9 @@
  * Threads. An environment is constant once built, and any number of threads may read it. A sampler belongs to one thread at a
  * time. Memory in which a call builds belongs to that call alone, except where its comment says so.
  *
+ * Work. A comment ends with what the work of a call is at most proportional to, besides a constant: `Work: count`. Client's
+ * functions are not counted. Squares are inner nodes of trees, cells the pixels of the octahedral square.
+ *
  * Failure. Calls that can fail answer a wis_status. If that is not WIS_OK, the call wrote no handle and no result, and the
  * memory of an object that it was to build is undefined. A wis_diagnostic, which may be null, receives the argument, the
  * field and the element at fault; calls on a sampler keep it there (wis_sampler_fault). Pointers must not be null unless

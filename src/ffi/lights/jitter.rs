@@ -100,7 +100,7 @@ impl Header {
     }
 }
 
-/// The memory that wis_jitter_init needs for the strata of a lat-long map.
+/// The memory that wis_jitter_init needs for the strata of a lat-long map. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -126,7 +126,7 @@ pub unsafe extern "C" fn wis_jitter_size(
 
 /// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
 /// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
-/// WIS_JITTER_*. `map` as in wis_strata_size.
+/// WIS_JITTER_*. `map` as in wis_strata_size. Work: texels + lights.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
@@ -191,7 +191,7 @@ pub unsafe extern "C" fn wis_jitter_init(
 
 /// Draws a direction inside stratum `light` (WIS_INVALID_ARGUMENT if there is none). The pdf is per solid angle within the
 /// stratum. With WIS_JITTER_ENERGY add the light's whole energy x BRDF x cosine x visibility, without dividing by the
-/// pdf; for radiance looked up at the sample divide by it.
+/// pdf; for radiance looked up at the sample divide by it. Work: log texels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -214,7 +214,7 @@ pub unsafe extern "C" fn wis_jitter_sample(
 }
 
 /// The pdf of wis_jitter_sample for any direction of unit length: the very bits that a sample came with, and 0 outside
-/// the stratum.
+/// the stratum. Work: log texels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -242,7 +242,7 @@ pub unsafe extern "C" fn wis_jitter_pdf(
 /// and finite, else WIS_INVALID_ARGUMENT), the largest first, equal ones by number. What the others could add is at
 /// most `threshold` (0 to 1, however small) of the whole; they follow in an order of no meaning. Estimate those by
 /// their sum x the share that is visible of a few of them drawn in proportion to `contribution`: without bias. The time
-/// is that of a pass over all lights and of sorting those that are traced.
+/// is that of a pass over all lights and of sorting those that are traced. Work: count x log count.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

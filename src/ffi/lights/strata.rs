@@ -34,6 +34,7 @@ pub struct StrataConfig {
 
 /// The memory that wis_strata_lights needs: `bytes` of lights and `scratch_bytes` of scratch. `map`: lat-long, without
 /// WIS_ENVIRONMENT_ROWS_AT_POLES; of its flags only WIS_ENVIRONMENT_SANITISE counts; filter and error budget do not matter.
+/// Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -63,7 +64,7 @@ pub unsafe extern "C" fn wis_strata_size(
 /// float.
 ///
 /// `lights` holds `bytes` of wis_strata_size. `label` may be null; else it holds width x height numbers, and gets the
-/// number of the light of each texel.
+/// number of the light of each texel. Work: (lights + levels) x texels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.

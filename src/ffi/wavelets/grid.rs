@@ -8,7 +8,7 @@ use core::ptr::null_mut;
 
 /// The centre of a cell of a grid of `side` x `side` directions (1 to WIS_MAX_GRID): the direction at which to tabulate what
 /// wis_grid_cells then finds. Cells are pixels of the octahedral square, axis 1 slowest. WIS_INVALID_ARGUMENT for a side or
-/// a cell out of range.
+/// a cell out of range. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -29,7 +29,7 @@ pub unsafe extern "C" fn wis_grid_direction(side: u32, cell: u32, direction: *mu
 
 /// The four cells about a direction of unit length (else WIS_INVALID_TRANSFORM) and their bilinear weights, which add
 /// up to 1. For pairs of directions, as a normal and the reflected direction, the 16 products of two weights
-/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet.
+/// interpolate quadrilinearly. Cells may repeat where the sheets of the square meet. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

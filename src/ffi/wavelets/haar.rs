@@ -9,7 +9,7 @@ use crate::wavelets::{haar, morton};
 /// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
 /// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
 /// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
-/// ranges.
+/// ranges. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.
@@ -25,7 +25,7 @@ pub unsafe extern "C" fn wis_haar_forward(
     answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
 }
 
-/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses.
+/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

@@ -47,7 +47,7 @@ unsafe fn asked<'a>(
 /// `world_from_map`: of the light alone; null is the identity. A product has its own, and this one then does not count. `u`: two
 /// numbers each. `drawn`: directions and their pdfs, which are above 0 and the very bits that wis_wavelet_pdf answers for that
 /// direction; pdf 0 if there is nothing to sample. Strides in bytes, 0: packed. Costs 40 to 80 ns each in batches of 16, 100
-/// to 200 ns alone.
+/// to 200 ns alone. Work: count x (log squares + log cells).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -106,7 +106,7 @@ unsafe fn sample_all<D: WideDensity>(density: &D, frame: &Frame, count: usize, u
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian: above 0 wherever
 /// radiance x BRDF x cosine is, and 0 for directions that are not of unit length. `world_from_map` and strides as in
-/// wis_wavelet_sample. Costs 20 to 50 ns each in batches of 16.
+/// wis_wavelet_sample. Costs 20 to 50 ns each in batches of 16. Work: count x (log squares + log cells).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -165,6 +165,7 @@ unsafe fn pdf_all<D: WideDensity>(density: &D, frame: &Frame, count: usize, wi: 
 /// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
 /// WIS_INVALID_TRANSFORM for a direction that is not of unit length, each as a byte; where it is not WIS_OK, u is not written.
 /// `world_from_map` and strides as in wis_wavelet_sample; statuses stand close together.
+/// Work: count x (log squares + log cells).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -34,6 +34,7 @@ pub struct Table {
 /// of wis_tree_config, in a frame whose normal is +z and in which wo has y = 0. `offset`: two numbers, where in each
 /// pixel, 1/2 for its centre. Average several places, and choose pixels (2 / 2^depth radians wide at the mirror direction) that
 /// are finer than the lobe: samples are as uneven as the lobe is inside a pixel. wi below the surface are given too. The stride is in bytes; 0: packed.
+/// Work: 4^depth.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -116,7 +117,7 @@ impl<'a> Tabulated<'a> {
 /// # Safety
 /// The pointer is null or points to what the header says.
 pub(super) unsafe fn lobes_of<'a>(
-    (query, query_argument): (&Query, u32),
+    (query, query_argument): (&'a Query, u32),
     (table, argument): (*const Table, u32),
 ) -> Checked<Tabulated<'a>> {
     let of_query = |fault| Failure::fault(fault, query_argument);

@@ -63,7 +63,7 @@ pub struct TreeInfo {
 }
 
 /// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
-/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels.
+/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn wis_tree_size(
 }
 
 /// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
-/// the row.
+/// the row. Work: pixels.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -118,7 +118,7 @@ pub unsafe extern "C" fn wis_tree_init(
 }
 
 /// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. WIS_CORRUPT if a byte
-/// was changed. Reads all of them once. `info` may be null.
+/// was changed. Reads all of them once. `info` may be null. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the tree is in use.
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn wis_tree_open(
     })
 }
 
-/// The average of the function.
+/// The average of the function. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -161,7 +161,7 @@ pub unsafe extern "C" fn wis_tree_average(tree: *const Tree, average: *mut f64) 
 
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
 /// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
-/// Costs one visit of each square that both trees keep.
+/// Costs one visit of each square that both trees keep. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn wis_tree_product_integral(e: *const Tree, f: *const Tre
 
 /// Samples a point of the unit cube in proportion to the function. `u`: n numbers in [0, 1) (others are moved there,
 /// NaN counts as 1/2); `point`: n numbers; `pdf`: the density there with respect to the cube. A tree that is 0
-/// everywhere gives pdf 0.
+/// everywhere gives pdf 0. Work: depth.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -195,7 +195,7 @@ pub unsafe extern "C" fn wis_tree_sample(tree: *const Tree, u: *const f32, point
     })
 }
 
-/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with.
+/// The density at any point (coordinates are moved into [0, 1)): the very bits that a sample came with. Work: depth.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -210,7 +210,7 @@ pub unsafe extern "C" fn wis_tree_pdf(tree: *const Tree, point: *const f32, pdf:
     })
 }
 
-/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does.
+/// The `u` that leads to a point. WIS_ZERO_DENSITY if none does. Work: depth.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -228,7 +228,7 @@ pub unsafe extern "C" fn wis_tree_invert(tree: *const Tree, point: *const f32, u
 /// Warps `count` points (n packed numbers each) in place; afterwards points of one cell stand together. The points
 /// and `index` (your numbers of the points) are permuted alike; as a set, the points are those of wis_tree_sample to
 /// the bit.
-/// WIS_ZERO_DENSITY if the tree is 0 everywhere.
+/// WIS_ZERO_DENSITY if the tree is 0 everywhere. Work: count x depth.
 ///
 /// # Safety
 /// Pointers are null or point to `count` elements.

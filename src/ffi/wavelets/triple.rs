@@ -13,7 +13,7 @@ use core::ptr::null_mut;
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
 /// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
-/// out of range.
+/// out of range. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -50,7 +50,7 @@ pub unsafe extern "C" fn wis_tripling_coefficient(
 /// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
 /// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the
 /// relative error is at most 2e-7. WIS_OVERFLOW if it is beyond a double. Costs one visit of each square that two of the trees
-/// keep. For the six faces of a cube map, or three channels, add up as many calls.
+/// keep. For the six faces of a cube map, or three channels, add up as many calls. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn wis_triple_integral(
 /// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
 /// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
 /// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
-/// undefined. Costs 33 visits of each square: do it when the function is built.
+/// undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -102,7 +102,7 @@ pub unsafe extern "C" fn wis_triple_select(
 }
 
 /// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
-/// Section 7.2, keeps the light's squares so).
+/// Section 7.2, keeps the light's squares so). Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -133,7 +133,7 @@ pub unsafe extern "C" fn wis_triple_select_squares(
 /// them (WIS_INVALID_ARGUMENT if they are out of order; `y` in the diagnostic is the first element that is). The exact
 /// integral, but for rounding, if nothing was dropped. An integral that is 0 or small may come out below 0, by what was
 /// dropped or by rounding. WIS_OVERFLOW if it is beyond a double. Costs a few steps down the trees for each element,
-/// whatever the resolution.
+/// whatever the resolution. Work: brdf_count + light_count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -202,6 +202,7 @@ pub(super) unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u3
 /// `list_count` elements each; `weight`: finite. `wavelets` has room for `room` elements; `wavelet_count` tells how many
 /// squares the sum has. WIS_MEMORY_TOO_SMALL if there is no room for them; the sum of all counts is always enough.
 /// WIS_OVERFLOW if a detail is beyond a float. `wavelets` is undefined after both. Averages are blended with the same weights.
+/// Work: elements of all lists.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

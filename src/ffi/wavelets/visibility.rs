@@ -21,7 +21,7 @@ pub struct Visibility {
 }
 
 /// The memory that wis_visibility_init needs: exactly the bytes that are to be saved. WIS_INVALID_ARGUMENT for a tree of
-/// other than two axes.
+/// other than two axes. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -44,6 +44,7 @@ pub unsafe extern "C" fn wis_visibility_size(
 
 /// Stores a tree of two dimensions whose values are 0 (occluded) to 1 (visible) in 8 bits: exactly if they are 0 or 1, up
 /// to 1/510 in the averages of larger squares (Ng et al. 2004, Section 7.1.1). WIS_INVALID_ARGUMENT for values above 1.
+/// Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
@@ -78,7 +79,7 @@ pub unsafe extern "C" fn wis_visibility_init(
 }
 
 /// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility.
-/// WIS_CORRUPT if they are none. Reads all of them once.
+/// WIS_CORRUPT if they are none. Reads all of them once. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the map is in use.
@@ -106,7 +107,7 @@ pub unsafe extern "C" fn wis_visibility_open(
     })
 }
 
-/// As wis_triple_sublinear, for visibility in 8 bits.
+/// As wis_triple_sublinear, for visibility in 8 bits. Work: brdf_count + light_count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -136,7 +137,7 @@ pub unsafe extern "C" fn wis_visibility_integral(
 /// product). Nothing is dropped: exact but for rounding where visibility is 0 or 1. At least 0; WIS_OVERFLOW if it is
 /// beyond a double. If many vertices share a BRDF, as all that have one normal or one reflected direction, multiply it
 /// by the light once for a frame: this is then faster for each vertex than wis_visibility_integral, and no
-/// approximation.
+/// approximation. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

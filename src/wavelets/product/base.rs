@@ -18,7 +18,7 @@ pub const FINEST: u32 = 3;
 /// Eight directions each that hold the base and, behind it, the peaks.
 const GROUPS: usize = (BASE + MAX_PEAKS).div_ceil(LANES);
 /// A row of grid points. Point `j` stands at `1 + j`, so that the eight points before and behind eight can be read.
-pub type Row = [f32; 16];
+pub type Row = [f32; 12];
 
 /// The squares of a complete tree.
 pub const fn complete(level: u32) -> u32 {
@@ -192,7 +192,7 @@ impl Base {
     /// The values at the grid points of 2^level cells along each axis.
     #[inline(always)]
     pub fn grid(&self, level: u32) -> [Row; SIDE + 1] {
-        let mut rows = [[0.0; 16]; SIDE + 1];
+        let mut rows = [[0.0; 12]; SIDE + 1];
         let value = |point: u8| self.values.get(usize::from(point)).copied().unwrap_or(0.0);
         let step = SIDE >> level.min(3);
         if step == 1 {

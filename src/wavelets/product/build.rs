@@ -100,16 +100,9 @@ pub fn build<F: Lanes, B: Brdf>(
     }
     let mut builder = Builder::new((light, frame, brdf), scratch, &base, &peaks, budget);
     builder.start::<F>(&base);
-    loop {
-        let batch = builder.next::<F>();
-        if batch.count == 0 {
-            let Builder { squares, base: base_squares, evaluations, .. } = builder;
-            return Ok(Built { squares, base: base_squares, evaluations, exponent: base.exponent });
-        }
-        let parents = Parents::load(&builder, &batch);
-        let new = builder.evaluate::<F>(&batch, &parents)?;
-        builder.split(&batch, &parents, new);
-    }
+    builder.refine::<F>()?;
+    let Builder { squares, base: base_squares, evaluations, .. } = builder;
+    Ok(Built { squares, base: base_squares, evaluations, exponent: base.exponent })
 }
 
 impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
@@ -147,6 +140,20 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
             spent_on_peaks: base.evaluations,
             scale: exp2i(-base.exponent) as f32,
             total: 0.0,
+        }
+    }
+
+    /// Splits cells as long as that is worth it.
+    #[inline(always)]
+    fn refine<F: Lanes>(&mut self) -> Result<()> {
+        loop {
+            let batch = self.next::<F>();
+            if batch.count == 0 {
+                return Ok(());
+            }
+            let parents = Parents::load(self, &batch);
+            let new = self.evaluate::<F>(&batch, &parents)?;
+            self.split(&batch, &parents, new);
         }
     }
 

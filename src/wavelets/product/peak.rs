@@ -115,8 +115,7 @@ fn is_close<F: Lanes>(peak: &Peak, reach: f32, distance: F, across: F, chord: F)
 /// the coordinates of a child's half axes every child is [-1, 1]^2, and their centres are 2 apart.
 #[derive(Clone, Copy)]
 pub struct Family<F: Lanes> {
-    /// The vector from the centre to the peak, in the world and in those coordinates.
-    offset: V3<F>,
+    /// The vector from the centre to the peak, in those coordinates.
     place: [F; 2],
     /// How far the ellipse reaches along both coordinates: what of it is to be refined, and its core.
     extents: [[F; 2]; 2],
@@ -144,10 +143,16 @@ impl<F: Lanes> Axes<F> {
         Axes { centre, basis: Basis::new([scaled(subtract(high1, low1)), scaled(subtract(high2, low2))]) }
     }
 
+    /// The vector from the centre to a peak, in the world.
+    #[inline(always)]
+    fn offset(&self, peak: &Peak) -> V3<F> {
+        subtract(splat(peak.direction.to_array()), self.centre)
+    }
+
     /// What a peak sees of the children, which have this width.
     #[inline(always)]
     pub fn family(&self, peak: &Peak, width: F) -> Family<F> {
-        let offset = subtract(splat(peak.direction.to_array()), self.centre);
+        let offset = self.offset(peak);
         let [long, short] = peak.radii;
         let u = self.basis.coordinates(splat((peak.along() * long).to_array()));
         let v = self.basis.coordinates(splat((peak.across * short).to_array()));
@@ -156,7 +161,6 @@ impl<F: Lanes> Axes<F> {
         let radii = [(u[0] * u[0] + v[0] * v[0]).sqrt(), (u[1] * u[1] + v[1] * v[1]).sqrt()];
         let (whole, core) = (F::splat(reach(peak)), F::splat(CORE));
         Family {
-            offset,
             place: self.basis.coordinates(offset),
             extents: [
                 [border + whole * radii[0], border + whole * radii[1]],
@@ -178,7 +182,7 @@ impl<F: Lanes> Axes<F> {
         let &Narrow { ref peak, value, place } = narrow;
         let sides = [F::splat(if c & 2 == 0 { -1.0 } else { 1.0 }), F::splat(if c & 1 == 0 { -1.0 } else { 1.0 })];
         let [along, other] = self.basis.axes;
-        let mut offset = family.offset;
+        let mut offset = self.offset(peak);
         for (k, offset) in offset.iter_mut().enumerate() {
             *offset = *offset - (sides[0] * along[k % 3] + sides[1] * other[k % 3]);
         }

@@ -2,7 +2,7 @@
 
 use super::base::{Base, CENTRES, FINEST, Row, SIDE, complete, level_of_base};
 use super::build::{Builder, sum_of_lanes};
-use super::cells::{COLUMNS, NEAR};
+use super::cells::{COLUMNS, NEAR, Scratch};
 use super::weigh::{Eight, Raised, leaf_weight, worth};
 use super::{LEAF, Node};
 use crate::numeric::inverse_power;
@@ -24,25 +24,25 @@ fn codes(x: usize) -> [usize; SIDE] {
     MORTON.map(|y| 2 * MORTON[x & (SIDE - 1)] + y)
 }
 
-/// The light in the quarters of each leaf of the base, in Morton order, and the environment's square for the leaf.
-struct Lights<'a> {
-    quarters: &'a [[f32; 4]; CELLS],
-    /// The square and [`Node::light`] of each leaf; `None` if they stand in heap order.
-    places: Option<&'a [[u32; 2]; CELLS]>,
+/// The light in the quarters of each leaf of the base, in Morton order, where the environment stores it in heap order. `None`: it stands
+/// where the leaves will be written, as [`Scratch::collect`] puts it.
+type InHeap<'a> = Option<&'a [[f32; 4]; CELLS]>;
+
+/// The light of a row of leaves.
+struct LightOfRow {
+    quarters: [[f32; 4]; SIDE],
+    /// The environment's square for each leaf, and [`Node::light`].
+    places: [[u32; 2]; SIDE],
 }
 
-/// The same for environments that are not stored down to the base.
-struct Collected {
-    quarters: [[f32; 4]; CELLS],
-    places: [[u32; 2]; CELLS],
-}
-
-impl Collected {
+impl Scratch<'_> {
+    /// Puts the light of each leaf of the base where what is known of the leaf will stand: its quarters in place of the cell's corners,
+    /// the environment's square and [`Node::light`] in place of the node's links. For environments that are not stored down to the base.
     #[inline(never)]
-    fn new(light: Tree<4>, level: u32) -> Collected {
-        let mut all = Collected { quarters: [[0.0; 4]; CELLS], places: [[NO_SQUARE; 2]; CELLS] };
-        let leaves = 1u32 << (2 * level);
-        for (leaf, (quarters, place)) in (0..leaves).zip(all.quarters.iter_mut().zip(&mut all.places)) {
+    fn collect(&mut self, light: Tree<4>, level: u32, base: u32) {
+        let nodes = self.nodes.get_mut(base as usize..).unwrap_or_default();
+        let all = nodes.iter_mut().zip(self.cells.iter_mut()).take(CELLS);
+        for (leaf, (node, cell)) in (0u32..).zip(all) {
             let (mut square, mut average, mut above) = (light.root_square(), light.average(), NO_SQUARE);
             for l in (0..level).rev() {
                 let Some(parent) = square else { break };
@@ -51,10 +51,27 @@ impl Collected {
                 above = parent * 4 + c;
                 square = light.child_square(parent, c);
             }
-            *quarters = square.map_or([average; 4], |square| light.children(square));
-            *place = [square.unwrap_or(NO_SQUARE), above];
+            let is_leaf = leaf < 1 << (2 * level);
+            cell.corners =
+                if is_leaf { square.map_or([average; 4], |square| light.children(square)) } else { [0.0; 4] };
+            let place = if is_leaf { [square.unwrap_or(NO_SQUARE), above] } else { [NO_SQUARE; 2] };
+            [node.links[0], node.links[1]] = place;
         }
-        all
+    }
+
+    /// The light of a row of leaves.
+    #[inline(always)]
+    fn light_of_row(&self, in_heap: InHeap, x: usize, base: u32) -> LightOfRow {
+        let codes = codes(x);
+        if let Some(quarters) = in_heap {
+            // In heap order a square and its place above are next to each other.
+            let places = codes.map(|m| [m as u32 + base, (m as u32 + base).wrapping_sub(1)]);
+            return LightOfRow { quarters: codes.map(|m| quarters[m & LAST]), places };
+        }
+        let node =
+            |m: usize| self.nodes.get(base as usize + m).map_or([NO_SQUARE; 2], |node| [node.links[0], node.links[1]]);
+        let cell = |m: usize| self.cells.get(m).map_or([0.0; 4], |cell| cell.corners);
+        LightOfRow { quarters: codes.map(cell), places: codes.map(node) }
     }
 }
 
@@ -73,29 +90,24 @@ impl<B: Brdf> Builder<'_, '_, B> {
         let level = level_of_base(self.budget.squares);
         (self.base, self.squares) = (complete(level), complete(level));
         let rows = self.light.squares().get(self.base as usize..).and_then(|rows| rows.first_chunk());
-        let collected;
-        let lights = match rows {
-            Some(quarters) if level == FINEST && self.light.heap() >= complete(FINEST + 1) => {
-                Lights { quarters, places: None }
-            }
-            _ => {
-                collected = Collected::new(self.light, level);
-                Lights { quarters: &collected.quarters, places: Some(&collected.places) }
-            }
-        };
+        let in_heap = rows.filter(|_| level == FINEST && self.light.heap() >= complete(FINEST + 1));
+        if in_heap.is_none() {
+            self.to.collect(self.light, level, self.base);
+        }
         let grid = base.grid(level);
         let goes_on = self.goes_on();
-        let residuals = if goes_on { residuals::<F>(&grid, level) } else { [[0.0; 16]; SIDE + 1] };
+        let residuals = if goes_on { residuals::<F>(&grid, level) } else { [[0.0; 12]; SIDE + 1] };
         let mut weights = [0.0; CELLS];
         let mut sum = F::splat(0.0);
         for x in 0..SIDE >> (FINEST - level) {
-            let row = self.row::<F>(&grid, &lights, x, level);
+            let light = self.to.light_of_row(in_heap, x, self.base);
+            let row = self.row::<F>(&grid, &light, x, level);
             sum = sum + F::only(F::mask(row.cells.lanes), row.weight);
             let (codes, weights_here) = (codes(x), row.weight.to_array());
             for y in 0..SIDE {
                 weights[codes[y] & LAST] = weights_here[y];
             }
-            self.put_leaves(x, level, &lights, row.raised.corners);
+            self.put_leaves(x, level, &light, row.raised.corners);
             if goes_on {
                 self.put_cells(x, &row, corners(&residuals, x));
             }
@@ -106,7 +118,7 @@ impl<B: Brdf> Builder<'_, '_, B> {
 
     /// A row of leaves.
     #[inline(always)]
-    fn row<F: Lanes>(&self, grid: &[Row; SIDE + 1], lights: &Lights, x: usize, level: u32) -> Leaves<F> {
+    fn row<F: Lanes>(&self, grid: &[Row; SIDE + 1], light: &LightOfRow, x: usize, level: u32) -> Leaves<F> {
         let cells = Eight {
             corners: corners(grid, x),
             index: [F::splat(x as f32), F::from_array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])],
@@ -117,26 +129,17 @@ impl<B: Brdf> Builder<'_, '_, B> {
             centres: if level == FINEST { CENTRES.get(x) } else { None },
         };
         let raised = self.floors.raise(&cells, None);
-        let light = F::transpose(codes(x).map(|m| &lights.quarters[m & LAST]));
+        let light = F::transpose(light.quarters.each_ref());
         let weight = leaf_weight(raised.corners, light);
         Leaves { cells, raised, light, weight }
     }
 
     /// Writes the leaves of a row.
     #[inline(always)]
-    fn put_leaves<F: Lanes>(&mut self, x: usize, level: u32, lights: &Lights, corners: [F; 4]) {
+    fn put_leaves<F: Lanes>(&mut self, x: usize, level: u32, light: &LightOfRow, corners: [F; 4]) {
         let all = |number: u32| F::index([number; LANES]);
-        let (squares, light) = match lights.places {
-            None => {
-                let squares = F::add_index(F::index(codes(x).map(|m| m as u32)), all(self.base));
-                // In heap order a square and its place above are next to each other.
-                (squares, F::add_index(squares, all(u32::MAX)))
-            }
-            Some(places) => {
-                let here = codes(x).map(|m| places[m & LAST]);
-                (F::index(here.map(|place| place[0])), F::index(here.map(|place| place[1])))
-            }
-        };
+        let (squares, light) =
+            (F::index(light.places.map(|place| place[0])), F::index(light.places.map(|place| place[1])));
         let index = F::add_index(F::index([0, 1, 2, 3, 4, 5, 6, 7].map(|y| y << 16)), all(x as u32));
         let places = F::rows([squares, light, index, all(level)].map(F::with_bits));
         let (values, leaves) = (F::rows(corners), self.to.nodes.get_mut(self.base as usize..));
@@ -214,7 +217,7 @@ fn corners<F: Lanes>(grid: &[Row; SIDE + 1], x: usize) -> [F; 4] {
 /// How far each grid point is from the bilinear function of the next coarser grid.
 #[inline(always)]
 fn residuals<F: Lanes>(grid: &[Row; SIDE + 1], level: u32) -> [Row; SIDE + 1] {
-    let mut residuals = [[0.0; 16]; SIDE + 1];
+    let mut residuals = [[0.0; 12]; SIDE + 1];
     let (half, odd) = (F::splat(0.5), F::mask(0b1010_1010));
     let side = 1usize << level;
     for (x, to) in residuals.iter_mut().enumerate().take(side + 1) {

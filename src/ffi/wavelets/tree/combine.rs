@@ -13,6 +13,7 @@ use core::ffi::c_void;
 /// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
 /// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
 /// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
+/// Work: squares of the trees and of the product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -46,7 +47,7 @@ pub unsafe extern "C" fn wis_tree_multiply_size(
 /// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
 /// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
 /// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
-/// `info`.
+/// `info`. Work: squares of the trees and of the product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -245,6 +246,7 @@ unsafe fn run<const C: usize, const K: usize>(
 }
 
 /// The memory that wis_tree_blend needs for these trees, at most. Costs one visit of each square of the sum.
+/// Work: squares of all trees.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -275,7 +277,7 @@ pub unsafe extern "C" fn wis_tree_blend_size(
 /// weight. WIS_OVERFLOW as wis_tree_multiply.
 ///
 /// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
-/// stand in `info`, which may be null; its `error` is 0.
+/// stand in `info`, which may be null; its `error` is 0. Work: squares of all trees.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.

@@ -17,7 +17,7 @@ use core::ptr::null_mut;
 
 /// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
 /// `error`, 0 or more.
-/// Costs 33 visits of each square.
+/// Costs 33 visits of each square. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -38,7 +38,7 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: 
 }
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square.
+/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -59,6 +59,7 @@ pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, 
 }
 
 /// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
+/// Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -109,7 +110,7 @@ unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold
 /// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
 /// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
 /// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
-/// undefined.
+/// undefined. Work: e_count + f_count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -148,6 +149,7 @@ pub unsafe extern "C" fn wis_triple_multiply(
 /// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
 /// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
 /// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
+/// Work: e_count + f_count + squares of the product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -230,7 +232,7 @@ unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: 
     }
 }
 
-/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use.
+/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -257,7 +259,7 @@ pub unsafe extern "C" fn wis_tree_of_wavelets_size(
 /// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
 /// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
 /// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
-/// average is beyond a double. `info` may be null.
+/// average is beyond a double. `info` may be null. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.
@@ -287,7 +289,7 @@ pub unsafe extern "C" fn wis_tree_of_wavelets(
     })
 }
 
-/// The memory that wis_tree_of_details needs: exactly the bytes in use.
+/// The memory that wis_tree_of_details needs: exactly the bytes in use. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -312,6 +314,7 @@ pub unsafe extern "C" fn wis_tree_of_details_size(
 }
 
 /// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
+/// Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the block.

@@ -16,7 +16,9 @@ use std::cell::RefCell;
 pub enum Mode {
     /// The rays that wis_direct answers.
     Direct,
-    /// The same with well-spread numbers of the client's own: hits of a pixel share products.
+    /// The same with the client's own BRDF as the target.
+    Target,
+    /// The rays of wis_direct with well-spread numbers of the client's own: hits of a pixel share products.
     Shared,
     /// Samples of the product.
     Product,
@@ -28,12 +30,13 @@ pub enum Mode {
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 5] =
-        [Mode::Direct, Mode::Shared, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
+    pub const ALL: [Mode; 6] =
+        [Mode::Direct, Mode::Target, Mode::Shared, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
 
     pub fn name(self) -> &'static str {
         match self {
             Mode::Direct => "direct",
+            Mode::Target => "direct, target",
             Mode::Shared => "direct, shared",
             Mode::Product => "product",
             Mode::ProductMis => "product + MIS",
@@ -41,9 +44,13 @@ impl Mode {
         }
     }
 
-    /// Whether hits of a pixel share something: of a single hit it is nothing new.
-    pub fn shares(self) -> bool {
-        self == Mode::Shared
+    /// Whether it is something new where hits of a pixel come alone or not, and where lobes describe the BRDF or not.
+    pub fn is_new(self, shares: bool, measured: bool) -> bool {
+        match self {
+            Mode::Shared => shares,
+            Mode::Target => measured,
+            _ => true,
+        }
     }
 }
 
@@ -89,7 +96,7 @@ impl Library {
         let Library { sampler: own, material, product, rays, before } = self;
         let mut at = setting.material.point(point, material);
         match mode {
-            Mode::Direct | Mode::Shared => {
+            Mode::Direct | Mode::Shared | Mode::Target => {
                 // A repeat has another seed, as another pixel has.
                 (at.seed, at.turn) = (client::pixel_seed(point.pixel, pass), point.hit);
                 if point.hit == 0 {
@@ -97,7 +104,9 @@ impl Library {
                 }
                 rays.resize(n, Default::default());
                 let u = (mode == Mode::Shared).then(|| sampler.batch.points(Stream::Light, n));
-                let count = own.get_mut().direct(setting.tables, &at, u, rays)?;
+                let mut brdf = |wi: &[[f32; 3]], f_cos: &mut [f32]| bsdf.call_back(setting.cost, wi, f_cos);
+                let mut draw = |at: &raw::wis_point| own.get_mut().direct(setting.tables, at, u, rays);
+                let count = if mode == Mode::Target { client::with_target(at, &mut brdf, draw) } else { draw(&at) }?;
                 sampler.rays(&rays[..count], setting, bsdf);
                 Ok(())
             }

@@ -34,7 +34,7 @@ impl Situation {
     }
 }
 
-const SITUATIONS: [Situation; 14] = [
+const SITUATIONS: [Situation; 15] = [
     Situation::of("one shadow ray per hit", "`wis_direct`", MAIN, "direct", 1),
     Situation::of("4 rays per hit", "`wis_direct`", MAIN, "direct", 4),
     Situation::of("16 rays per hit", "`wis_direct`", MAIN, "direct", 16),
@@ -55,6 +55,7 @@ const SITUATIONS: [Situation; 14] = [
     Situation::of("dense mesh, interpolated normals, 4 rays", "`wis_direct`", SMOOTH, "direct", 4),
     Situation::of("a room with one window, 4 rays", "`wis_direct`", ROOM, "direct", 4),
     Situation::of("measured BRDFs that no lobe describes, 4 rays", "`wis_direct`", MEASURED, "direct", 4),
+    Situation::of("the same, with the BRDF as `target`", "`wis_direct`", MEASURED, "direct, target", 4),
 ];
 
 /// What the first table compares with.

@@ -466,8 +466,12 @@ impl Preparation {
 /// A function that writes BRDF x cosine of each direction and answers whether it could.
 pub type Brdf<'a> = &'a mut dyn FnMut(&[[f32; 3]], &mut [f32]) -> bool;
 
-unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
-    // SAFETY: `Product::prepare_callback` gave this pointer; the library states the lengths.
+/// What the library calls for a [`Brdf`].
+///
+/// # Safety
+/// `user` is the address of a [`Brdf`] that is alive; there are `count` directions, and as many values.
+pub unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
+    // SAFETY: whoever names this function gives this pointer; the library states the lengths.
     let (brdf, wi, f_cos) = unsafe {
         (
             &mut *user.cast::<Brdf>(),

@@ -9,6 +9,7 @@ use crate::estimator::{Sampler, Setting};
 use crate::lanes::F8;
 use crate::material::Bsdf;
 use crate::scene::ShadingPoint;
+use glam::Vec3;
 use std::cell::RefCell;
 
 /// A way to use the library.
@@ -18,6 +19,8 @@ pub enum Mode {
     Direct,
     /// The same with well-spread numbers of the client's own: hits of a pixel share products.
     Shared,
+    /// The rays of wis_direct with the client's own BRDF as `target`.
+    Target,
     /// Samples of the product.
     Product,
     /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
@@ -28,22 +31,27 @@ pub enum Mode {
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 5] =
-        [Mode::Direct, Mode::Shared, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
+    pub const ALL: [Mode; 6] =
+        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
 
     pub fn name(self) -> &'static str {
         match self {
             Mode::Direct => "direct",
             Mode::Shared => "direct, shared",
+            Mode::Target => "direct, target",
             Mode::Product => "product",
             Mode::ProductMis => "product + MIS",
             Mode::Before(before) => before.name(),
         }
     }
 
-    /// Whether hits of a pixel share something: of a single hit it is nothing new.
-    pub fn shares(self) -> bool {
-        self == Mode::Shared
+    /// Whether it is something of its own: of a single hit, sharing is not, nor is a target that is the lobes.
+    pub fn differs(self, hits_share: bool, is_measured: bool) -> bool {
+        match self {
+            Mode::Shared => hits_share,
+            Mode::Target => is_measured,
+            _ => true,
+        }
     }
 }
 
@@ -89,7 +97,7 @@ impl Library {
         let Library { sampler: own, material, product, rays, before } = self;
         let mut at = setting.material.point(point, material);
         match mode {
-            Mode::Direct | Mode::Shared => {
+            Mode::Direct | Mode::Shared | Mode::Target => {
                 // A repeat has another seed, as another pixel has.
                 (at.seed, at.turn) = (client::pixel_seed(point.pixel, pass), point.hit);
                 if point.hit == 0 {
@@ -97,7 +105,17 @@ impl Library {
                 }
                 rays.resize(n, Default::default());
                 let u = (mode == Mode::Shared).then(|| sampler.batch.points(Stream::Light, n));
-                let count = own.get_mut().direct(setting.tables, &at, u, rays)?;
+                let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+                    setting.cost.evaluate(wi.len());
+                    for (wi, f_cos) in wi.iter().zip(f_cos) {
+                        *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
+                    }
+                    true
+                };
+                let count = match mode {
+                    Mode::Target => own.get_mut().direct_by(setting.tables, &at, &mut weigh, rays)?,
+                    _ => own.get_mut().direct(setting.tables, &at, u, rays)?,
+                };
                 sampler.rays(&rays[..count], setting, bsdf);
                 Ok(())
             }

@@ -220,10 +220,16 @@ p, ul { max-width: 46em; } code { font-size: .92em; background: #f2f2f2; padding
 .t { overflow-x: auto; margin: 1em 0; } table { border-collapse: collapse; font-size: 14px; }
 th, td { padding: 3px 8px; border-bottom: 1px solid #ddd; text-align: left; vertical-align: top; }
 th { position: sticky; top: 0; background: #fff; border-bottom: 2px solid #888; }
+td:first-child { min-width: 9em; } td:first-child, th:first-child { position: sticky; left: 0; background: #fff; }
 .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; } th.n { white-space: normal; }
 figure { margin: 1.5em 0; } figure svg, figure img { max-width: 100%; height: auto; display: block; }
 figcaption { color: #444; font-size: 14px; max-width: 60em; margin-top: .4em; }
 details { margin: 1em 0; border-top: 1px solid #ddd; padding-top: .6em; } summary { cursor: pointer; font-weight: 600; }
+@media (max-width: 640px) {
+  .t:first-of-type td:nth-child(2), .t:first-of-type th:nth-child(2) { display: none; }
+  table { width: max-content; } th, td { padding: 3px 4px; max-width: 13em; } th.n { max-width: 5.5em; } td:first-child { min-width: 6em; max-width: 9.5em; }
+  figure { overflow-x: auto; } figure svg, figure img { max-width: none; width: 960px; }
+}
 ";
 
 /// Writes how much was loaded where a test can read it.

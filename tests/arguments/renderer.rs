@@ -2,6 +2,7 @@
 
 use super::block::Block;
 use super::call::{Call, field};
+use super::fields::{Fault, check};
 use super::header::functions;
 use super::objects::function;
 use super::scene::Scene;
@@ -16,23 +17,6 @@ use wis::status::Status;
 
 const INVALID: Status = Status::InvalidArgument;
 const TRANSFORM: Status = Status::InvalidTransform;
-
-/// The field that a diagnostic names, an edit that spoils it, and the status.
-type Fault<T> = (&'static str, fn(&mut T), Status);
-
-/// Calls functions with an argument that is spoiled in one field after another. Calls with a sampler keep the diagnostic there.
-fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) {
-    let scene = Scene::new();
-    for function in functions.iter().map(|name| function(name)) {
-        for (name, edit, status) in faults {
-            let mut call = Call::valid(&scene, &function);
-            call.edit(argument, edit);
-            let diagnostic = call.fails(name, *status, argument);
-            let told = function.parameter("diagnostic").is_some();
-            assert_eq!(field(&diagnostic), told.then_some(*name), "{}", function.name);
-        }
-    }
-}
 
 #[test]
 fn samplers() {

@@ -31,7 +31,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler structured wavelets \
-	triple check test fuzz growth soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
+	triple check test fuzz growth check-bits coverage soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -204,6 +204,13 @@ fuzz: lib ## call every function with valid and hostile arguments: MINUTES=10 SE
 growth: lib ## hold the work of every function to what its comment states
 	scripts/setup.sh test
 	scripts/check-growth.sh $(LIB) $(BUILD)/growth
+
+check-bits: ## compare digests of the renderer's calls between optimisations, 32-bit x86 and AArch64
+	scripts/check-bits.sh $(BUILD)/bits
+
+coverage: ## count the lines of the kernel that its tests run: half an hour
+	scripts/setup.sh coverage
+	scripts/coverage.sh $(BUILD)/coverage
 
 soak: lib ## 8 threads on one environment have the bits of one: MILLIONS=1000 of samples
 	$(CC) -std=gnu99 -O1 -Wall -Wextra -Iinclude c-examples/hosts/soak.c $(LIB)/libwis.a -lpthread -lm -o $(BUILD)/soak

@@ -8,14 +8,18 @@ library=$(cd "$1" && pwd)/libwis.a
 mkdir -p "$2"
 out=$(cd "$2" && pwd)
 export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
+# clang's where its run-time library is there (Debian: libclang-rt-14-dev), else gcc's.
+c=cc cpp=c++
+echo 'int main(void) { return 0; }' > "$out/probe.c"
+if clang -fsanitize=address,undefined "$out/probe.c" -o "$out/probe" 2> /dev/null; then c=clang cpp=clang++; fi
 flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -Iinclude"
 
 # run NAME SOURCE STANDARD [LIBRARIES...]
 run() {
     name=$1 source=$2 standard=$3
     shift 3
-    compiler=cc
-    case $source in *.cpp) compiler=c++ ;; esac
+    compiler=$c
+    case $source in *.cpp) compiler=$cpp ;; esac
     # The flags are split into words on purpose.
     # shellcheck disable=SC2086
     $compiler -std="$standard" $flags "$source" "$library" "$@" -o "$out/$name-san"
@@ -34,4 +38,4 @@ run control c-examples/hosts/control.c gnu99 -lm
 run soak c-examples/hosts/soak.c gnu99 -lpthread -lm
 run consumer c-examples/consumers/check.c c99
 run consumer-cpp c-examples/consumers/check.cpp c++11
-echo "12 programs, nothing found"
+echo "12 programs, compiled by $c: nothing found"

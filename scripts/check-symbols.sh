@@ -42,6 +42,11 @@ global=$(nm --extern-only --defined-only "$lib/libwis.a" | awk 'NF == 3 { print 
 wanted=$(nm --undefined-only "$lib/libwis.a" | awk '$1 == "U" { print $2 }' | grep -vxE 'mem(cpy|move|set|cmp)' || true)
 [ -z "$wanted" ] || fail "the archive wants" "$wanted"
 
+# No static that can be written: sections of data are empty, but for those that are read only once addresses stand in them.
+writable=$(readelf --section-headers --wide "$lib/libwis.a" 2> /dev/null | sed -E 's/^ *\[ *[0-9]+\] *//' |
+    awk '$1 ~ /^\.(data|bss|tdata|tbss)/ && $1 !~ /^\.data\.rel\.ro/ && $5 !~ /^0+$/ { print $1, $5 }')
+[ -z "$writable" ] || fail "the archive has statics that can be written" "$writable"
+
 # A panic path that survived would leave its symbols.
 panics=$(nm "$lib/libwis.a" | grep -i panic || true)
 [ -z "$panics" ] || fail "a panic path survives in the kernel" "$panics"

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | relight | test | browser | renderers | docs
+# setup.sh demo | relight | test | browser | renderers | docs | coverage
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -34,6 +34,9 @@ python3-venv  python3
 docs_needs="
 doxygen       doxygen
 "
+coverage_needs="
+llvm-19       llvm-cov-19
+"
 
 case "${1:-}" in
     demo) needs=$demo_needs ;;
@@ -42,7 +45,8 @@ case "${1:-}" in
     browser) needs=$browser_needs ;;
     renderers) needs=$renderers_needs ;;
     docs) needs=$docs_needs ;;
-    *) echo "usage: $0 demo | relight | test | browser | renderers | docs" >&2; exit 2 ;;
+    coverage) needs=$coverage_needs ;;
+    *) echo "usage: $0 demo | relight | test | browser | renderers | docs | coverage" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

@@ -466,8 +466,12 @@ impl Preparation {
 /// A function that writes BRDF x cosine of each direction and answers whether it could.
 pub type Brdf<'a> = &'a mut dyn FnMut(&[[f32; 3]], &mut [f32]) -> bool;
 
-unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
-    // SAFETY: `Product::prepare_callback` or `with_target` gave this pointer; the library states the lengths.
+/// What the library calls for a [`Brdf`].
+///
+/// # Safety
+/// `user` is the address of a [`Brdf`] that is alive; there are `count` directions, and as many values.
+pub unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const f32, f_cos: *mut f32) -> c_int {
+    // SAFETY: whoever names this function gives this pointer; the library states the lengths.
     let (brdf, wi, f_cos) = unsafe {
         (
             &mut *user.cast::<Brdf>(),
@@ -476,13 +480,6 @@ unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const f32,
         )
     };
     c_int::from(!brdf(wi, f_cos))
-}
-
-/// Calls with a point whose target is the client's own BRDF.
-pub fn with_target<T>(mut point: raw::wis_point, mut brdf: Brdf<'_>, call: impl FnOnce(&raw::wis_point) -> T) -> T {
-    point.target = Some(brdf_batch);
-    point.target_user = (&raw mut brdf).cast();
-    call(&point)
 }
 
 /// The narrow lobe that a callback BRDF announces, and the surface that it belongs to.

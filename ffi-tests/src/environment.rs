@@ -1,7 +1,7 @@
 //! The light in small tables and the calls that take a sampler: a Rust client of the C functions wis_environment_*,
 //! wis_product_*, wis_sample, wis_pdf, wis_invert and wis_direct.
 
-use crate::client::{Block, Density, Result, Texels, check, check_with, raw, row_f16, row_f32};
+use crate::client::{Block, Brdf, Density, Result, Texels, brdf_batch, check, check_with, raw, row_f16, row_f32};
 use std::cell::RefCell;
 use std::ptr::{null, null_mut};
 
@@ -193,6 +193,22 @@ impl Sampler {
             raw::wis_direct(self.handle(), environment.handle(), point, rays, u, out, &mut count)
         })?;
         Ok(count as usize)
+    }
+
+    /// [`Sampler::direct`] with candidates that are weighed by a BRDF of the caller's own.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn direct_by(
+        &mut self,
+        environment: &Environment,
+        point: &raw::wis_point,
+        mut brdf: Brdf,
+        ray: &mut [raw::wis_ray],
+    ) -> Result<usize> {
+        let user = std::ptr::from_mut(&mut brdf).cast();
+        let point = raw::wis_point { target: Some(brdf_batch), target_user: user, ..*point };
+        self.direct(environment, &point, None, ray)
     }
 
     /// Prepares products at points, in memory that grows as it must; writes where each begins and answers the bytes of all.

@@ -9,6 +9,7 @@ use crate::estimator::{Sampler, Setting};
 use crate::lanes::F8;
 use crate::material::Bsdf;
 use crate::scene::ShadingPoint;
+use glam::Vec3;
 use std::cell::RefCell;
 
 /// A way to use the library.
@@ -16,10 +17,10 @@ use std::cell::RefCell;
 pub enum Mode {
     /// The rays that wis_direct answers.
     Direct,
-    /// The same with the client's own BRDF as the target.
-    Target,
-    /// The rays of wis_direct with well-spread numbers of the client's own: hits of a pixel share products.
+    /// The same with well-spread numbers of the client's own: hits of a pixel share products.
     Shared,
+    /// The rays of wis_direct with the client's own BRDF as `target`.
+    Target,
     /// Samples of the product.
     Product,
     /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
@@ -31,24 +32,24 @@ pub enum Mode {
 impl Mode {
     /// What the report measures.
     pub const ALL: [Mode; 6] =
-        [Mode::Direct, Mode::Target, Mode::Shared, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
+        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
 
     pub fn name(self) -> &'static str {
         match self {
             Mode::Direct => "direct",
-            Mode::Target => "direct, target",
             Mode::Shared => "direct, shared",
+            Mode::Target => "direct, target",
             Mode::Product => "product",
             Mode::ProductMis => "product + MIS",
             Mode::Before(before) => before.name(),
         }
     }
 
-    /// Whether it is something new where hits of a pixel come alone or not, and where lobes describe the BRDF or not.
-    pub fn is_new(self, shares: bool, measured: bool) -> bool {
+    /// Whether it is something of its own: of a single hit, sharing is not, nor is a target that is the lobes.
+    pub fn differs(self, hits_share: bool, is_measured: bool) -> bool {
         match self {
-            Mode::Shared => shares,
-            Mode::Target => measured,
+            Mode::Shared => hits_share,
+            Mode::Target => is_measured,
             _ => true,
         }
     }
@@ -104,9 +105,17 @@ impl Library {
                 }
                 rays.resize(n, Default::default());
                 let u = (mode == Mode::Shared).then(|| sampler.batch.points(Stream::Light, n));
-                let mut brdf = |wi: &[[f32; 3]], f_cos: &mut [f32]| bsdf.call_back(setting.cost, wi, f_cos);
-                let mut draw = |at: &raw::wis_point| own.get_mut().direct(setting.tables, at, u, rays);
-                let count = if mode == Mode::Target { client::with_target(at, &mut brdf, draw) } else { draw(&at) }?;
+                let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+                    setting.cost.evaluate(wi.len());
+                    for (wi, f_cos) in wi.iter().zip(f_cos) {
+                        *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
+                    }
+                    true
+                };
+                let count = match mode {
+                    Mode::Target => own.get_mut().direct_by(setting.tables, &at, &mut weigh, rays)?,
+                    _ => own.get_mut().direct(setting.tables, &at, u, rays)?,
+                };
                 sampler.rays(&rays[..count], setting, bsdf);
                 Ok(())
             }

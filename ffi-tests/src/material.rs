@@ -154,7 +154,13 @@ impl Material {
             peak: (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize().to_array(),
             half_angle: if alpha < 0.6 { alpha } else { 0.0 },
         };
-        let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| bsdf.call_back(cost, wi, f_cos);
+        let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+            cost.evaluate(wi.len());
+            for (wi, f_cos) in wi.iter().zip(f_cos) {
+                *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
+            }
+            true
+        };
         Product::prepare_callback(environment, &shape, &mut eval, preparation, memory)
     }
 
@@ -231,15 +237,6 @@ pub struct Bsdf {
 }
 
 impl Bsdf {
-    /// BRDF x cosine for a callback, at a cost.
-    pub fn call_back(&self, cost: Cost, wi: &[[f32; 3]], f_cos: &mut [f32]) -> bool {
-        cost.evaluate(wi.len());
-        for (wi, f_cos) in wi.iter().zip(f_cos) {
-            *f_cos = self.eval_one(Vec3::from_array(*wi)).0;
-        }
-        true
-    }
-
     pub fn new(material: &Material, point: &ShadingPoint) -> Bsdf {
         let normal = point.normal;
         let (tangent, bitangent) = normal.any_orthonormal_pair();

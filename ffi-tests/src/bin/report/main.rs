@@ -142,8 +142,7 @@ impl Bench {
         let (measured, most) = (setting.material.measured.is_some(), self.most_of(setting));
         let is_shared = study.scene.hits > 1;
         let kept = |m: &Method| {
-            let is_new = m.mode().is_none_or(|mode| mode.is_new(is_shared, measured));
-            (study.limit && !measured || !m.is_limit()) && is_new
+            (study.limit && !measured || !m.is_limit()) && m.mode().is_none_or(|mode| mode.differs(is_shared, measured))
         };
         let methods = Method::all().filter(kept).map(Method::name).collect();
         let effort = Effort { methods, counts: study.counts.clone(), repeats: self.repeats, timed: study.timed };

@@ -105,7 +105,9 @@ impl<'a> Shaded<'a> {
             }
         }
         let scale = self.product.header.unit * self.light.power;
-        sum.map(|c| (c * scale).min(f64::from(f32::MAX)) as f32)
+        let largest = f64::from(f32::MAX);
+        // Of a light that was changed and signed again a colour may be anything.
+        sum.map(|c| c * scale).map(|c| if c.is_nan() { 0.0 } else { c.clamp(-largest, largest) as f32 })
     }
 
     /// The mean of a leaf.

@@ -155,7 +155,7 @@ pub fn prepare_in(
         magic: MAGIC,
         environment: environment.header().content_id,
         material: point.material.hash(),
-        integral: if stage.any { f64::from(total) * unit * power } else { 0.0 },
+        integral: if stage.any { (f64::from(total) * unit * power).min(f64::MAX) } else { 0.0 },
         unit: if stage.any { unit } else { 0.0 },
         scale: if lit { 1.0 / total } else { 0.0 },
         bytes: lengths.bytes() as u32,

@@ -267,7 +267,7 @@ impl Call<'_> {
         let mut counts = config.counts(rays, environment, point);
         if self.multiplies() {
             let deviation = run(level, effort::Deviation { light: &light, surface: &surface });
-            counts = counts.times(effort::factor(deviation, rays));
+            counts = counts.times(effort::factor(deviation));
         }
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();

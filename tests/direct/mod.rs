@@ -1,6 +1,7 @@
 //! Direct light: rays with weights. Unbiased for every client, joint over the hits of a pixel, the same bits on every level.
 
 mod client;
+mod effort;
 mod joint;
 mod light;
 mod mixed;

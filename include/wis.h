@@ -348,13 +348,13 @@ typedef struct wis_sampler_config {
   /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16.
   uint32_t candidates_per_ray;
   /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on hits that come with numbers of
-  /// yours (`u` of wis_direct) share products, for which the sampler takes 15 to 18 kB more.
+  /// yours (`u` of wis_direct) share products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
   /// Always 0.
   uint32_t reserved;
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 7.1 kB for 16 rays, 1.4 kB for up to three, 0.7 kB for one. Work: constant.
+/// The bytes that a sampler needs: 25 kB for 16 rays, 10 kB for three, 5 kB for one or two. Work: constant.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);

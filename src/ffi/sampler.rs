@@ -32,7 +32,7 @@ pub struct SamplerConfig {
     /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16.
     pub candidates_per_ray: u32,
     /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on hits that come with numbers of
-    /// yours (`u` of wis_direct) share products, for which the sampler takes 15 to 18 kB more.
+    /// yours (`u` of wis_direct) share products, for which the sampler takes 15 kB more.
     pub hits_per_pixel: u32,
     /// Always 0.
     pub reserved: u32,
@@ -87,7 +87,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 7.1 kB for 16 rays, 1.4 kB for up to three, 0.7 kB for one. Work: constant.
+/// The bytes that a sampler needs: 25 kB for 16 rays, 10 kB for three, 5 kB for one or two. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

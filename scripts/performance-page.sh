@@ -234,11 +234,11 @@ END
 
 # of_crop PICTURE: errors of MIS over those of wis_direct.
 of_crop() {
-    printf '%s: %s relative, %s absolute' "$1" "$(cell gallery "$1" 'relative MSE, MIS / direct')" "$(cell gallery "$1" 'absolute MSE, MIS / direct')"
+    printf '%s: %s relative, %s absolute' "$(echo "$1" | sed 's/^./\U&/')" "$(cell gallery "$1" 'relative MSE, MIS / direct')" "$(cell gallery "$1" 'absolute MSE, MIS / direct')"
 }
 cat > "$written.caption" <<END
-*Equal time, cheap rays: MIS to the left, wis to the right. Error of MIS over that of wis in the whole picture, above 1x wis is better:
-$(of_crop teapot); $(of_crop spot).*
+*Equal time, cheap rays: MIS to the left, wis to the right. Error of MIS over that of wis in the whole picture: above 1x wis is better.
+$(of_crop teapot). $(of_crop spot).*
 END
 claims > "$written.claims"
 

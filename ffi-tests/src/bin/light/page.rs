@@ -51,7 +51,7 @@ A *bilinear* client interpolates between texel centres. A *nearest* client takes
 density is built for its client. *Cold*: 32 MB of other memory are touched before each 64 samples or pdfs, whether they come in
 one call or one by one. *Warm*: the same 1024 inputs again and again.
 
-Suns of one and four texels are 10^5 times as bright as their sky. They stand in maps of 512 x 256 texels.";
+Suns of one and four texels are 10^5 times as bright as their sky. Their maps have 512 x 256 texels.";
 
 /// The goals with what was measured.
 fn conclusions(out: &mut String, results: &Results) -> Result<()> {
@@ -177,9 +177,9 @@ fn speeds(out: &mut String, results: &Results) -> Result<()> {
 Nanoseconds on {}: cold medians, and the fastest of the warm rounds. The machine has other tenants: compare within a column.
 \"First\" is a single call right after 32 MB of other memory were touched: code and page tables are cold, too.
 
-In a map of 1024 x 512 a sample of wis reads 8 cache lines for a bilinear client: 1 of the table of all cells, 1 of its cell, 2 of the cell's
-starts, 1 of the block, 1 of the row starts and 2 of texels, of which the last three stand in one page. A pdf reads 7: 2 of the maps
-from blocks to cells (97 bytes in all for a 1k map), 1 of the cell, 1 of the block, 1 of the row starts and 2 of texels. A nearest
+In a map of 1024 x 512 a sample of wis reads 8 cache lines for a bilinear client. They hold the table of all cells (1), its cell (1),
+the cell's starts (2), the block (1), the row starts (1) and texels (2). The last three are in one page. A pdf reads 7 lines: the maps
+from blocks to cells (2, 97 bytes in all for a 1k map), the cell (1), the block (1), the row starts (1) and texels (2). A nearest
 client's need one line of texels less.\n",
         results.timed
     )?;
@@ -282,7 +282,7 @@ fn cells(out: &mut String, results: &Results) -> Result<()> {
         out,
         "\n## Cells\n
 RMSE (absolute: over the mean of the image; relative: of each point over its reference) and microseconds for a shading point in
-the {} and the {} cost model, with cold caches. The reference's own error stands beside the light.\n",
+the {} and the {} cost model, with cold caches. The reference's own error follows the name of the light.\n",
         MODELS[0].0, MODELS[1].0
     )?;
     write!(out, "| light (error of the reference) | material | technique | N ")?;

@@ -5,6 +5,15 @@ use bytemuck::{Pod, try_cast_slice, try_cast_slice_mut, try_from_bytes};
 /// Every array of an object begins at a multiple of this.
 pub const ALIGNMENT: usize = 16;
 
+/// The memory of a build, at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Bytes of the object; of an environment exactly, without an error budget.
+    pub bytes: usize,
+    /// Bytes that only the build needs.
+    pub scratch: usize,
+}
+
 /// Where an array stands, and its length.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Part {

@@ -135,7 +135,7 @@ fn trees_of_sets() {
         let set = Sparse { average: 0.4, wavelets: &list };
         let mut kept = vec![[0.0f32; 4]; squares(2, &list)];
         let mut links = vec![Link::default(); kept.len()];
-        let average = to_tree(set, least, 2.0, &mut kept, &mut links);
+        let average = to_tree(2, set, least, 2.0, kept.as_flattened_mut(), &mut links);
         let depth = list.iter().map(|w| w.level + 1).max().unwrap_or(0);
         let tree = Tree::<4>::sparse(depth, average as f32, &kept, &links).unwrap();
         let stored =
@@ -307,7 +307,7 @@ fn terms_are_the_fewest() {
         let stored = Stored::<4>::complete::<2>(DEPTH, &image);
         let tree = stored.tree();
         let mut all = vec![Wavelets::default(); SIDE * SIDE];
-        let used = approximate::select(&tree, (SIDE * SIDE) as u32, 0, &mut all).unwrap();
+        let used = approximate::select(&tree.into(), (SIDE * SIDE) as u32, 0, &mut all).unwrap();
         let energy = |list: &[Wavelets]| -> f64 {
             let own = |w: &Wavelets| {
                 w.detail.map(|d| f64::from(d).powi(2)).iter().sum::<f64>() * 0.25f64.powi(w.level as i32)
@@ -320,13 +320,13 @@ fn terms_are_the_fewest() {
         for threshold in [0.0, 0.01, 0.1, 1.0] {
             let sizes = all[..used].iter().flat_map(|w| (0..3).map(|f| size(w, f)).collect::<Vec<_>>());
             let expected = sizes.filter(|size| *size > 0.0 && 8.0 * size >= threshold).count();
-            assert_eq!(at_least(&tree, threshold, 3), expected as u32, "{threshold}");
+            assert_eq!(at_least(&tree.into(), threshold, 3), expected as u32, "{threshold}");
         }
         for error in [0.0, 0.001, 0.01, 0.1, 0.3, 2.0] {
-            let count = terms(&tree, error);
+            let count = terms(&tree.into(), error);
             let lost = |keep: u32| {
                 let mut list = vec![Wavelets::default(); keep as usize];
-                let used = approximate::select(&tree, keep, 0, &mut list).unwrap();
+                let used = approximate::select(&tree.into(), keep, 0, &mut list).unwrap();
                 ((energy(&all) - energy(&list[..used])).max(0.0) / whole).sqrt()
             };
             assert!(lost(count) <= error + 1e-4, "{error}: {} with {count}", lost(count));

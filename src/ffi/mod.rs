@@ -9,6 +9,7 @@ pub mod light;
 #[cfg(feature = "lights")]
 pub mod lights;
 pub mod material;
+mod memory;
 pub mod points;
 pub mod pool;
 pub mod product;
@@ -21,6 +22,7 @@ pub mod wavelets;
 
 mod control;
 
+use crate::object::Size;
 use crate::status::{Fault, Status};
 use control::FloatControl;
 use core::ffi::{CStr, c_char};
@@ -171,6 +173,29 @@ pub(crate) fn pointer<T>(pointer: *const T, argument: u32) -> Checked<*const T> 
 #[inline(always)]
 pub(crate) fn out<T>(target: *mut T, argument: u32) -> Checked<*mut T> {
     pointer(target, argument).map(|_| target)
+}
+
+/// Writes a result, if there is one; the pointer to it is checked first.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+#[inline(always)]
+pub(crate) unsafe fn put<T>(target: *mut T, argument: u32, value: Checked<T>) -> Checked<()> {
+    let target = out(target, argument)?;
+    // SAFETY: not null and aligned; the rest is the caller's contract.
+    unsafe { target.write(value?) };
+    Ok(())
+}
+
+/// Answers a size query.
+///
+/// # Safety
+/// As [`put`].
+pub(crate) unsafe fn put_size(target: *mut MemorySize, argument: u32, needed: Checked<Size>) -> Checked<()> {
+    let needed =
+        needed.map(|Size { bytes, scratch }| MemorySize { bytes, align: WIS_ALIGNMENT, scratch_bytes: scratch });
+    // SAFETY: the caller's contract.
+    unsafe { put(target, argument, needed) }
 }
 
 /// Borrows what a pointer points to.

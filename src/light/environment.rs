@@ -11,6 +11,7 @@ use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::light::pixels::RowError;
 use crate::numeric::ContentHash;
+pub use crate::object::Size;
 use crate::simd::{Blob, Table, WINDOW};
 use crate::sphere::Frame;
 use crate::status::{Result, Status};
@@ -153,15 +154,6 @@ fn take<'a, T: Pod>(bytes: &mut &'a mut [u8], count: usize) -> Option<&'a mut [T
 pub struct Environment<'a> {
     bytes: &'a [u8],
     header: &'a Header,
-}
-
-/// What a build takes at most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Bytes of the environment: exactly, without an error budget.
-    pub bytes: usize,
-    /// Bytes that only the build needs.
-    pub scratch: usize,
 }
 
 impl Plan {

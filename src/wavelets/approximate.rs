@@ -8,14 +8,14 @@ use crate::numeric::{exp2i, is_float, times_power};
 use crate::status::{Result, Status};
 use crate::wavelets::morton::MAX_DEPTH;
 use crate::wavelets::sparse::{Element, shift, transform};
-use crate::wavelets::tree::Tree;
+use crate::wavelets::stored::AnyTree;
 
 /// The averages of a square and its details, as many as it has children.
 type Square = [f64; 16];
 
-/// The size of an orthonormal coefficient of a function of log2(C) axes.
-fn size<const C: usize>(detail: f64, level: u32) -> f32 {
-    let halves = C.trailing_zeros() * level;
+/// The size of an orthonormal coefficient of a function of so many axes.
+fn size(axes: u32, detail: f64, level: u32) -> f32 {
+    let halves = axes * level;
     let odd = if halves & 1 == 1 { core::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
     (detail.abs() * exp2i(-((halves >> 1) as i32)) * odd) as f32
 }
@@ -36,7 +36,7 @@ fn threshold(keep: u32, reached: impl Fn(u32) -> u64) -> (u32, u64) {
 ///
 /// # Errors
 /// [`Status::Overflow`] if one of them is no float then.
-pub fn select<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, exponent: i32, out: &mut [W]) -> Result<usize> {
+pub fn select<W: Element>(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [W]) -> Result<usize> {
     let reached = |threshold: u32| {
         let mut count = 0u64;
         each_size(tree, |size| count += u64::from(size > 0.0 && size.to_bits() >= threshold));
@@ -44,11 +44,12 @@ pub fn select<W: Element, const C: usize>(tree: &Tree<C>, keep: u32, exponent: i
     };
     // Of those that just reach it, so many are kept.
     let (low, mut ties) = threshold(keep, reached);
+    let axes = tree.axes();
     let mut written = Written { out, used: 0, exponent, fits: true };
     each_square(tree, &mut |level, position, square| {
         let mut kept = [0.0; 16];
-        for (slot, d) in kept.iter_mut().zip(square).take(C).skip(1) {
-            let bits = size::<C>(*d, level).to_bits();
+        for (slot, d) in kept.iter_mut().zip(square).take(1 << axes).skip(1) {
+            let bits = size(axes, *d, level).to_bits();
             let tied = bits == low && ties > 0;
             if bits > 0 && (bits > low || tied) {
                 ties -= u64::from(bits == low);
@@ -90,15 +91,11 @@ impl<W: Element> Written<'_, W> {
 ///
 /// # Errors
 /// As [`select`].
-pub fn select_squares<W: Element, const C: usize>(
-    tree: &Tree<C>,
-    keep: u32,
-    exponent: i32,
-    out: &mut [W],
-) -> Result<usize> {
+pub fn select_squares<W: Element>(tree: &AnyTree, keep: u32, exponent: i32, out: &mut [W]) -> Result<usize> {
+    let axes = tree.axes();
     let norm = |level: u32, square: &Square| {
-        let squares = square.iter().take(C).skip(1).map(|d| d * d).sum();
-        size::<C>(libm::sqrt(squares), level).to_bits()
+        let squares = square.iter().take(1 << axes).skip(1).map(|d| d * d).sum();
+        size(axes, libm::sqrt(squares), level).to_bits()
     };
     let reached = |threshold: u32| {
         let mut count = 0u64;
@@ -123,7 +120,7 @@ pub fn select_squares<W: Element, const C: usize>(
 }
 
 /// The fewest of a tree's largest wavelets that leave a relative L2 error of at most `error`.
-pub fn terms<const C: usize>(tree: &Tree<C>, error: f64) -> u32 {
+pub fn terms(tree: &AnyTree, error: f64) -> u32 {
     let mean = f64::from(tree.average()) * f64::from(tree.average());
     // How many reach a size, and the energy of all others and of all.
     let above = |threshold: u32| {
@@ -158,36 +155,37 @@ fn not_negative(x: f64) -> f64 {
 
 /// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, in the units of the input, of
 /// which stored values are `2^-exponent`.
-pub fn at_least<const C: usize>(tree: &Tree<C>, threshold: f64, exponent: i32) -> u32 {
+pub fn at_least(tree: &AnyTree, threshold: f64, exponent: i32) -> u32 {
     let mut count = 0;
     each_size(tree, |size| count += u32::from(size > 0.0 && times_power(size.into(), exponent) >= threshold));
     count
 }
 
 /// Calls `each` with the size of every orthonormal coefficient of a tree's wavelets.
-fn each_size<const C: usize>(tree: &Tree<C>, mut each: impl FnMut(f32)) {
+fn each_size(tree: &AnyTree, mut each: impl FnMut(f32)) {
+    let axes = tree.axes();
     each_square(tree, &mut |level, _, square| {
-        square.iter().take(C).skip(1).for_each(|d| each(size::<C>(*d, level)));
+        square.iter().take(1 << axes).skip(1).for_each(|d| each(size(axes, *d, level)));
     });
 }
 
 /// Calls `each(level, position, function)` with every square of a tree, depth first. One copy for all callers.
 #[inline(never)]
-fn each_square<const C: usize>(tree: &Tree<C>, each: &mut dyn FnMut(u32, u64, &Square)) {
+fn each_square(tree: &AnyTree, each: &mut dyn FnMut(u32, u64, &Square)) {
     // All but one of the children of each level wait.
     const WAITING: usize = 15 * MAX_DEPTH as usize + 16;
-    let axes = C.trailing_zeros();
+    let (axes, share) = (tree.axes(), 1.0 / f64::from(1u32 << tree.axes()));
     let mut waiting = [(0u32, 0u32, 0u64); WAITING];
     let mut count = 0usize;
     let mut next = tree.root_square().map(|square| (square, 0, 0));
     while let Some((square, level, position)) = next {
         let mut function = [0.0; 16];
         for (value, child) in function.iter_mut().zip(tree.children(square)) {
-            *value = f64::from(child) * (1.0 / C as f64);
+            *value = f64::from(*child) * share;
         }
         transform(&mut function, axes);
         each(level, position, &function);
-        for c in (0..C as u32).rev() {
+        for c in (0..1u32 << axes).rev() {
             let child = tree.child_square(square, c).filter(|_| level + 1 < MAX_DEPTH);
             if let (Some(child), Some(slot)) = (child, waiting.get_mut(count)) {
                 *slot = (child, level + 1, position | u64::from(c) << shift(axes, level + 1));

@@ -8,7 +8,10 @@
 //! between tables, and a product of two sums is the bilinear blend of all pairs.
 
 use crate::numeric::{exp2i, exponent};
-use crate::wavelets::tree::{Link, MAX_DEPTH, Tree};
+use crate::object::Size;
+use crate::wavelets::stored::{AnyTree, Facts, Header, Parts, Refused, Stored, mean_of, of_any, store};
+use crate::wavelets::tree::{Link, MAX_DEPTH, NO_SQUARE, Tree};
+use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// The most factors of a product.
 pub const MAX_FACTORS: usize = 3;
@@ -16,7 +19,7 @@ pub const MAX_FACTORS: usize = 3;
 pub const WIS_MAX_BLEND: usize = 16;
 
 /// How trees are combined.
-pub trait Rule<const K: usize> {
+trait Rule<const K: usize> {
     /// The value where the trees have these averages.
     fn value(&self, spots: &[Spot; K]) -> f64;
     /// Whether it varies there.
@@ -25,7 +28,7 @@ pub trait Rule<const K: usize> {
 
 /// Their product.
 #[derive(Clone, Copy, Debug)]
-pub struct Times;
+struct Times;
 
 impl Rule<MAX_FACTORS> for Times {
     fn value(&self, spots: &[Spot; MAX_FACTORS]) -> f64 {
@@ -33,13 +36,13 @@ impl Rule<MAX_FACTORS> for Times {
     }
 
     fn varies(&self, spots: &[Spot; MAX_FACTORS]) -> bool {
-        spots.iter().any(|spot| spot.square.is_some()) && spots.iter().all(|spot| spot.average > 0.0)
+        spots.iter().any(Spot::varies) && spots.iter().all(|spot| spot.average > 0.0)
     }
 }
 
 /// Their sum with these weights, 0 or more.
 #[derive(Clone, Copy, Debug)]
-pub struct Weighted(pub [f64; WIS_MAX_BLEND]);
+struct Weighted([f64; WIS_MAX_BLEND]);
 
 // Not in line: one copy serves all numbers of axes.
 impl Rule<WIS_MAX_BLEND> for Weighted {
@@ -50,124 +53,77 @@ impl Rule<WIS_MAX_BLEND> for Weighted {
 
     #[inline(never)]
     fn varies(&self, spots: &[Spot; WIS_MAX_BLEND]) -> bool {
-        spots.iter().zip(self.0).any(|(spot, weight)| weight > 0.0 && spot.square.is_some())
+        spots.iter().zip(self.0).any(|(spot, weight)| weight > 0.0 && spot.varies())
     }
 }
 
-/// A tree of one to four axes.
-#[derive(Clone, Copy, Debug)]
-pub enum Factor<'a> {
-    /// One axis.
-    Line(Tree<'a, 2>),
-    /// Two axes.
-    Square(Tree<'a, 4>),
-    /// Three axes.
-    Cube(Tree<'a, 8>),
-    /// Four axes.
-    Tesseract(Tree<'a, 16>),
-}
-
-impl Factor<'_> {
-    /// The number of axes.
-    pub fn axes(&self) -> u32 {
-        match self {
-            Factor::Line(_) => 1,
-            Factor::Square(_) => 2,
-            Factor::Cube(_) => 3,
-            Factor::Tesseract(_) => 4,
-        }
-    }
-
-    /// The depth of the grid.
-    pub fn depth(&self) -> u32 {
-        match self {
-            Factor::Line(tree) => tree.depth(),
-            Factor::Square(tree) => tree.depth(),
-            Factor::Cube(tree) => tree.depth(),
-            Factor::Tesseract(tree) => tree.depth(),
-        }
-    }
-
-    /// The number of squares of each level.
+impl AnyTree<'_> {
+    /// The number of squares of each level, as breadth-first order tells it.
     fn levels(&self) -> [u64; MAX_DEPTH as usize] {
-        match self {
-            Factor::Line(tree) => levels(tree),
-            Factor::Square(tree) => levels(tree),
-            Factor::Cube(tree) => levels(tree),
-            Factor::Tesseract(tree) => levels(tree),
+        let (squares, children) = (self.averages().len() >> self.axes(), 1usize << self.axes());
+        let mut levels = [0; MAX_DEPTH as usize];
+        let (mut count, mut links) = (squares.min(1), self.links().iter());
+        for slot in &mut levels {
+            *slot = count as u64;
+            count = if self.links().is_empty() {
+                // Heap order: complete.
+                if slot.saturating_mul(children as u64) < squares as u64 { count * children } else { 0 }
+            } else {
+                links.by_ref().take(count).map(|link| link.mask.count_ones() as usize).sum()
+            };
         }
+        levels
     }
 
     fn root(&self) -> Spot {
-        match self {
-            Factor::Line(tree) => root(tree),
-            Factor::Square(tree) => root(tree),
-            Factor::Cube(tree) => root(tree),
-            Factor::Tesseract(tree) => root(tree),
-        }
+        of_any!(self, tree => Spot { square: tree.root_square().unwrap_or(NO_SQUARE), average: tree.average() })
     }
 
     /// The child of a spot of the result, whose axes are `beyond` more than this tree's: it is constant along those.
     #[inline(never)]
     fn child(&self, spot: Spot, c: u32, beyond: u32) -> Spot {
         let c = c.wrapping_shr(beyond);
-        match (self, spot.square) {
-            (_, None) => spot,
-            (Factor::Line(tree), Some(square)) => child(tree, square, c),
-            (Factor::Square(tree), Some(square)) => child(tree, square, c),
-            (Factor::Cube(tree), Some(square)) => child(tree, square, c),
-            (Factor::Tesseract(tree), Some(square)) => child(tree, square, c),
+        match spot.square {
+            NO_SQUARE => spot,
+            square => of_any!(self, tree => child_spot(tree, square, c)),
         }
     }
 }
 
 /// A tree's average on a square, and its own square there if it varies.
-#[derive(Clone, Copy, Debug)]
-pub struct Spot {
-    square: Option<u32>,
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Spot {
+    /// Or [`NO_SQUARE`].
+    square: u32,
     average: f32,
 }
 
-/// A function that is 1: what stands for a factor that is not there.
-const ONE: Spot = Spot { square: None, average: 1.0 };
-
-fn root<const C: usize>(tree: &Tree<C>) -> Spot {
-    Spot { square: tree.root_square(), average: tree.average() }
-}
-
-fn child<const C: usize>(tree: &Tree<C>, square: u32, c: u32) -> Spot {
-    let average = tree.children(square).get(c as usize).copied().unwrap_or(0.0);
-    Spot { square: tree.child_square(square, c), average }
-}
-
-/// Breadth-first order tells how many squares a level has.
-fn levels<const C: usize>(tree: &Tree<C>) -> [u64; MAX_DEPTH as usize] {
-    let mut levels = [0; MAX_DEPTH as usize];
-    let (mut count, mut links) = (tree.squares().len().min(1), tree.links().iter());
-    for slot in &mut levels {
-        *slot = count as u64;
-        count = if tree.links().is_empty() {
-            // Heap order: complete.
-            if slot.saturating_mul(C as u64) < tree.squares().len() as u64 { count * C } else { 0 }
-        } else {
-            links.by_ref().take(count).map(|link| link.mask.count_ones() as usize).sum()
-        };
+impl Spot {
+    fn varies(&self) -> bool {
+        self.square != NO_SQUARE
     }
-    levels
 }
 
-/// The most squares that the product of trees with at most log2(C) axes can have, from how many each tree has on each level:
+/// A function that is 1: what stands for a factor that is not there.
+const ONE: Spot = Spot { square: NO_SQUARE, average: 1.0 };
+
+fn child_spot<const C: usize>(tree: &Tree<C>, square: u32, c: u32) -> Spot {
+    let average = tree.children(square).get(c as usize).copied().unwrap_or(0.0);
+    Spot { square: tree.child_square(square, c).unwrap_or(NO_SQUARE), average }
+}
+
+/// The most squares that the product of trees of at most so many axes can have, from how many each tree has on each level:
 /// a square of m axes stands for 2^((n - m) level) of n axes. `None` if they are more than 2^32 - 2. Where the trees have as
 /// many axes, [`count`] visits no more squares than the trees have, and is exact.
-pub fn most<const C: usize>(factors: &[Factor]) -> Option<u32> {
-    let axes = C.trailing_zeros();
+fn most(axes: u32, trees: &[Stored]) -> Option<u32> {
     let mut levels = [0u64; MAX_DEPTH as usize];
-    if factors.iter().any(|factor| factor.root().average <= 0.0) {
+    if trees.iter().any(|stored| stored.tree.root().average <= 0.0) {
         return Some(0);
     }
-    for factor in factors {
-        let beyond = axes.saturating_sub(factor.axes());
-        for ((level, sum), count) in (0..).zip(&mut levels).zip(factor.levels()) {
+    for Stored { tree, .. } in trees {
+        let beyond = axes.saturating_sub(tree.axes());
+        for ((level, sum), count) in (0..).zip(&mut levels).zip(tree.levels()) {
             *sum = sum.saturating_add(count.saturating_mul(1 << (beyond * level)));
         }
     }
@@ -177,47 +133,40 @@ pub fn most<const C: usize>(factors: &[Factor]) -> Option<u32> {
 }
 
 /// A square of the result: where each tree is.
-#[derive(Clone, Copy, Debug)]
-pub struct Place<const K: usize> {
-    spots: [Spot; K],
+type Place<const K: usize> = [Spot; K];
+
+fn root<const K: usize>(trees: &[Stored]) -> Place<K> {
+    let mut place = [ONE; K];
+    for (spot, stored) in place.iter_mut().zip(trees) {
+        *spot = stored.tree.root();
+    }
+    place
 }
 
-impl<const K: usize> Place<K> {
-    const NOWHERE: Place<K> = Place { spots: [ONE; K] };
-
-    fn root(factors: &[Factor]) -> Place<K> {
-        let mut place = Place::NOWHERE;
-        for (spot, factor) in place.spots.iter_mut().zip(factors) {
-            *spot = factor.root();
-        }
-        place
+/// The child of a place of the result, which has so many axes.
+fn child<const K: usize>(mut place: Place<K>, trees: &[Stored], c: u32, axes: u32) -> Place<K> {
+    for (spot, Stored { tree, .. }) in place.iter_mut().zip(trees) {
+        *spot = tree.child(*spot, c, axes.saturating_sub(tree.axes()));
     }
-
-    fn child<const C: usize>(&self, factors: &[Factor], c: u32) -> Place<K> {
-        let mut place = *self;
-        for (spot, factor) in place.spots.iter_mut().zip(factors) {
-            *spot = factor.child(*spot, c, C.trailing_zeros().saturating_sub(factor.axes()));
-        }
-        place
-    }
+    place
 }
 
-/// The number of squares of the result of at most K trees with at most log2(C) axes; `None` if they are more than 2^32 - 2.
-pub fn count<const C: usize, const K: usize>(factors: &[Factor], rule: &impl Rule<K>) -> Option<u32> {
+/// The number of squares of the result of at most K trees of at most so many axes; `None` if they are more than 2^32 - 2.
+fn count<const K: usize>(axes: u32, trees: &[Stored], rule: &impl Rule<K>) -> Option<u32> {
     // The way down, and at each level the child that is next.
-    let mut way = [(Place::<K>::NOWHERE, 0u32); MAX_DEPTH as usize];
-    let root = Place::root(factors);
-    let (mut level, mut squares) = (0usize, u32::from(rule.varies(&root.spots)));
-    way[0] = (root, if squares == 0 { C as u32 } else { 0 });
+    let mut way = [([ONE; K], 0u32); MAX_DEPTH as usize];
+    let (root, children) = (root(trees), 1 << axes);
+    let (mut level, mut squares) = (0usize, u32::from(rule.varies(&root)));
+    way[0] = (root, if squares == 0 { children } else { 0 });
     while let Some((place, c)) = way.get_mut(level) {
-        if *c == C as u32 {
+        if *c == children {
             let Some(above) = level.checked_sub(1) else { break };
             level = above;
             continue;
         }
-        let child = place.child::<C>(factors, *c);
+        let child = child(*place, trees, *c, axes);
         *c += 1;
-        if rule.varies(&child.spots) {
+        if rule.varies(&child) {
             squares = squares.checked_add(1).filter(|&squares| squares < u32::MAX)?;
             level += 1;
             if let Some(slot) = way.get_mut(level) {
@@ -228,45 +177,76 @@ pub fn count<const C: usize, const K: usize>(factors: &[Factor], rule: &impl Rul
     Some(squares)
 }
 
-/// Memory of a result: all three as long as it has squares, or longer.
-pub struct Scratch<'a, const C: usize, const K: usize> {
+/// Memory of a result: all three for as many squares as it has, or more.
+struct Scratch<'a, const K: usize> {
+    /// The averages of the children, of one square behind those of another.
+    values: &'a mut [f64],
     /// Where the trees are.
-    pub places: &'a mut [Place<K>],
-    /// The averages of the children.
-    pub values: &'a mut [[f64; C]],
+    places: &'a mut [Place<K>],
     /// The result's links.
-    pub links: &'a mut [Link],
+    links: &'a mut [Link],
+}
+
+impl<'a, const K: usize> Scratch<'a, K>
+where
+    Place<K>: Pod,
+{
+    /// The bytes for a square of so many axes.
+    fn each(axes: u32) -> usize {
+        (size_of::<f64>() << axes) + size_of::<Place<K>>() + size_of::<Link>()
+    }
+
+    /// Divides a block, for as many squares as fit.
+    fn new(axes: u32, block: &'a mut [u8]) -> Option<Self> {
+        let room = block.len() / Self::each(axes);
+        let (values, rest) = block.split_at_mut_checked(room * (size_of::<f64>() << axes))?;
+        let (places, rest) = rest.split_at_mut_checked(room * size_of::<Place<K>>())?;
+        let links = rest.get_mut(..room * size_of::<Link>())?;
+        Some(Scratch {
+            values: try_cast_slice_mut(values).ok()?,
+            places: try_cast_slice_mut(places).ok()?,
+            links: try_cast_slice_mut(links).ok()?,
+        })
+    }
+
+    /// The memory of a result of so many squares; `None` if none is as long.
+    fn size(axes: u32, squares: u32) -> Option<Size> {
+        let scratch = (squares as usize).checked_mul(Self::each(axes))?;
+        let bytes = Parts::new(axes, squares as usize)?.bytes;
+        Some(Size { bytes, scratch }).filter(|size| size.scratch <= isize::MAX as usize)
+    }
 }
 
 /// A result in its scratch memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Combined {
+struct Combined {
     /// The number of squares.
-    pub squares: u32,
+    squares: u32,
     /// The average over the unit cube, of what the trees store.
-    pub mean: f64,
+    mean: f64,
 }
 
 /// Combines at most K trees; `None` if the scratch memory is too short.
-pub fn combine<const C: usize, const K: usize>(
-    factors: &[Factor],
+fn combine<const K: usize>(
+    axes: u32,
+    trees: &[Stored],
     rule: &impl Rule<K>,
-    scratch: &mut Scratch<C, K>,
+    scratch: &mut Scratch<K>,
 ) -> Option<Combined> {
-    let root = Place::root(factors);
-    if !rule.varies(&root.spots) {
-        return Some(Combined { squares: 0, mean: rule.value(&root.spots) });
+    let root = root(trees);
+    if !rule.varies(&root) {
+        return Some(Combined { squares: 0, mean: rule.value(&root) });
     }
     *scratch.places.first_mut()? = root;
     let (mut done, mut used) = (0usize, 1usize);
     while done < used {
         let place = *scratch.places.get(done)?;
-        let (values, link) = (scratch.values.get_mut(done)?, scratch.links.get_mut(done)?);
+        let (values, link) = (scratch.values.get_mut(done << axes..)?, scratch.links.get_mut(done)?);
         *link = Link { first: u32::try_from(used).ok()?, mask: 0 };
-        for (c, value) in (0..C as u32).zip(values.iter_mut()) {
-            let child = place.child::<C>(factors, c);
-            *value = rule.value(&child.spots);
-            if rule.varies(&child.spots) {
+        for (c, value) in (0..1 << axes).zip(values) {
+            let child = child(place, trees, c, axes);
+            *value = rule.value(&child);
+            if rule.varies(&child) {
                 *scratch.places.get_mut(used)? = child;
                 link.mask |= 1 << c;
                 used += 1;
@@ -277,34 +257,131 @@ pub fn combine<const C: usize, const K: usize>(
     // Children stand behind their parents.
     for parent in (0..used).rev() {
         let Link { first, mask } = *scratch.links.get(parent)?;
-        let kept = (0..C).filter(|c| mask >> c & 1 == 1);
+        let kept = (0..1usize << axes).filter(|c| mask >> c & 1 == 1);
         for (child, c) in (first as usize..).zip(kept) {
-            let average = mean(scratch.values.get(child)?);
-            *scratch.values.get_mut(parent)?.get_mut(c)? = average;
+            let average = mean(axes, scratch.values, child)?;
+            *scratch.values.get_mut((parent << axes) + c)? = average;
         }
         if mask == 0 {
             scratch.links.get_mut(parent)?.first = 0;
         }
     }
-    Some(Combined { squares: u32::try_from(used).ok()?, mean: mean(scratch.values.first()?) })
+    Some(Combined { squares: u32::try_from(used).ok()?, mean: mean(axes, scratch.values, 0)? })
 }
 
-fn mean<const C: usize>(values: &[f64; C]) -> f64 {
-    values.iter().sum::<f64>() / C as f64
+/// The average of a square from those of its children.
+fn mean(axes: u32, values: &[f64], square: usize) -> Option<f64> {
+    let children = values.get(square << axes..(square + 1) << axes)?;
+    Some(children.iter().sum::<f64>() / f64::from(1u32 << axes))
+}
+
+/// Combines trees, whose values are multiplied by `2^exponent`, into a tree; `None` if the scratch memory is too short.
+#[inline(never)]
+fn build<const K: usize>(
+    trees: &[Stored],
+    rule: &impl Rule<K>,
+    exponent: i32,
+    memory: &mut [u8],
+    scratch: &mut [u8],
+) -> core::result::Result<Option<Header>, Refused>
+where
+    Place<K>: Pod,
+{
+    let axes = axes(trees);
+    let Some(mut scratch) = Scratch::new(axes, scratch) else { return Ok(None) };
+    let Some(result) = combine(axes, trees, rule, &mut scratch) else { return Ok(None) };
+    let stored = store(memory, axes, result.squares as usize, |averages, links| {
+        let (power, average) = scale(scratch.values, result.mean, averages);
+        let own = exponent.saturating_add(power);
+        let mean = if result.mean > 0.0 { mean_of(result.mean, exponent, own)? } else { 0.0 };
+        links.iter_mut().zip(scratch.links).for_each(|(link, from)| *link = *from);
+        let depth = trees.iter().map(|stored| stored.tree.depth()).max().unwrap_or(0);
+        Ok(Facts { depth, mean, error: 0.0, exponent: if mean > 0.0 { own } else { 0 }, average })
+    });
+    stored.map(Some)
+}
+
+/// The axes of a result: those of the first tree.
+fn axes(trees: &[Stored]) -> u32 {
+    trees.first().map_or(1, |stored| stored.tree.axes())
+}
+
+/// The memory of the product of two or three trees, of which no other has more axes than the first: exactly if all have as
+/// many, else at most. `None` if no memory is as long.
+pub fn product_size(trees: &[Stored]) -> Option<Size> {
+    let axes = axes(trees);
+    let alike = trees.iter().all(|stored| stored.tree.axes() == axes);
+    let squares = if alike { count(axes, trees, &Times)? } else { most(axes, trees)? };
+    Scratch::<MAX_FACTORS>::size(axes, squares)
+}
+
+/// Multiplies two or three trees, of which no other has more axes than the first.
+///
+/// # Errors
+/// [`Refused`].
+pub fn multiply_in(trees: &[Stored], memory: &mut [u8], scratch: &mut [u8]) -> core::result::Result<Header, Refused> {
+    let exponent = trees.iter().fold(0i32, |sum, stored| sum.saturating_add(stored.header.exponent));
+    let built = build(trees, &Times, exponent, memory, scratch)?;
+    built.ok_or_else(|| product_size(trees).map_or(Refused::Squares, |size| Refused::Scratch(size.scratch)))
+}
+
+/// The memory of a weighted sum of trees of the same axes, at most. `None` if none is as long.
+pub fn sum_size(trees: &[Stored]) -> Option<Size> {
+    weighted_size(trees, &Weighted([1.0; WIS_MAX_BLEND]))
+}
+
+fn weighted_size(trees: &[Stored], rule: &Weighted) -> Option<Size> {
+    Scratch::<WIS_MAX_BLEND>::size(axes(trees), count(axes(trees), trees, rule)?)
+}
+
+/// The sum of trees of the same axes, each times its weight, finite and 0 or more.
+///
+/// # Errors
+/// [`Refused`].
+pub fn add_in(
+    trees: &[Stored],
+    weights: &[f64],
+    memory: &mut [u8],
+    scratch: &mut [u8],
+) -> core::result::Result<Header, Refused> {
+    let (rule, largest) = stored_weights(trees, weights);
+    let built = build(trees, &rule, largest, memory, scratch)?;
+    built.ok_or_else(|| weighted_size(trees, &rule).map_or(Refused::Squares, |size| Refused::Scratch(size.scratch)))
+}
+
+/// Weights for what the trees store, and the power of two that was taken out: the largest term has a weight in [1, 2), so
+/// that nothing overflows; a term of less than 2^-200 of it counts as that.
+#[inline(never)]
+fn stored_weights(trees: &[Stored], weights: &[f64]) -> (Weighted, i32) {
+    let power = |weight: f64, stored: &Stored| exponent(weight).saturating_add(stored.header.exponent);
+    let mut largest = i32::MIN;
+    for (&weight, stored) in weights.iter().zip(trees) {
+        if weight > 0.0 && power(weight, stored) > largest {
+            largest = power(weight, stored);
+        }
+    }
+    let mut rule = Weighted([0.0; WIS_MAX_BLEND]);
+    for (slot, (&weight, stored)) in rule.0.iter_mut().zip(weights.iter().zip(trees)) {
+        if weight > 0.0 {
+            let (out, below) = (exponent(weight), power(weight, stored).saturating_sub(largest));
+            // Twice, since a weight may be as small as 2^-1074.
+            let mantissa = weight * exp2i(-out / 2) * exp2i(-out - -out / 2);
+            *slot = mantissa * exp2i(if below < -200 { -200 } else { below });
+        }
+    }
+    (rule, if largest > i32::MIN { largest } else { 0 })
 }
 
 /// Writes averages as trees store them, scaled to a mean in [1, 2) (see [`crate::wavelets::tree::normalise`]); returns the power of
 /// two that was taken out, and the stored average.
-pub fn store<const C: usize>(values: &[[f64; C]], mean: f64, squares: &mut [[f32; C]]) -> (i32, f32) {
+fn scale(values: &[f64], mean: f64, averages: &mut [f32]) -> (i32, f32) {
     let power = if mean > 0.0 { exponent(mean) } else { 0 };
     let scale = exp2i(-power);
     let smallest = mean * scale * exp2i(-64);
-    for (square, values) in squares.iter_mut().zip(values) {
-        *square = values.map(|value| {
-            let scaled = value * scale;
-            let raised = if scaled < smallest { smallest } else { scaled };
-            if value > 0.0 { raised as f32 } else { 0.0 }
-        });
+    for (average, &value) in averages.iter_mut().zip(values) {
+        let scaled = value * scale;
+        let raised = if scaled < smallest { smallest } else { scaled };
+        *average = if value > 0.0 { raised as f32 } else { 0.0 };
     }
     (power, (mean * scale) as f32)
 }

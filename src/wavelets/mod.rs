@@ -2,7 +2,8 @@
 //!
 //! The environment as a fixed-depth sparse tree over the octahedral square, BRDFs as lobes or sparse tables, their product at a
 //! shading point, the in-place kD warp, and products and integrals of any sets of wavelets. A file imports only what stands
-//! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`, `combine`, `descent`, `wide`,
+//! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
+//! `stored`, `pruned`, `combine`, `descent`, `wide`,
 //! `environment`, `query`, `table`, `lobe`, `product`, `sampler`, `tripling`, `triple`, `sparse`, `approximate`,
 //! `visibility`, `grid`, `rotated`.
 
@@ -18,11 +19,13 @@ pub mod lobe;
 pub mod morton;
 pub mod product;
 pub mod prune;
+pub mod pruned;
 pub mod query;
 pub mod rotated;
 pub mod sampler;
 pub mod sparse;
 pub mod split;
+pub mod stored;
 pub mod table;
 pub mod tree;
 pub mod triple;

@@ -5,15 +5,81 @@
 //! of cells as large as what the place stands for, so that no lamp is missed that the map's tree knows.
 
 use crate::numeric::min;
+use crate::object::Size;
 use crate::simd::{LANES, Lanes, Native};
 use crate::sphere;
 use crate::sphere::Frame;
+use crate::status::{Fault, Status};
+use crate::wavelets::environment::Environment;
+use crate::wavelets::pruned::Config;
+use crate::wavelets::stored::{Header, Refused};
 use crate::wavelets::tree::{MAX_AVERAGE, Tree, complete_len};
+use bytemuck::try_cast_slice_mut;
 
 /// The most places along an axis of a pixel.
 pub const WIS_MAX_PLACES: u32 = 16;
 /// The largest share of the map's mean that may be added to its pixels: beyond it the map would be lost in rounding.
 pub const MAX_LEAST: f32 = 1e6;
+
+/// What to build of a map.
+#[derive(Clone, Copy, Debug)]
+pub struct Rotation {
+    /// The tree has 2^depth pixels along each axis.
+    pub depth: u32,
+    /// Each pixel is the mean of places x places, 1 to [`WIS_MAX_PLACES`].
+    pub places: u32,
+    /// The variance that pruning may add to an estimate of the integral, relative to its square.
+    pub error_budget: f32,
+    /// The share of the map's mean that is added to each pixel.
+    pub least: f32,
+}
+
+impl Rotation {
+    fn tree(&self) -> Config {
+        Config { dimensions: 2, depth: self.depth, error_budget: self.error_budget }
+    }
+
+    /// Checks what a client asks for.
+    ///
+    /// # Errors
+    /// [`Fault`] names the field.
+    pub fn check(&self) -> core::result::Result<(), Fault> {
+        if !(1..=WIS_MAX_PLACES).contains(&self.places) {
+            return Err(Fault::range(c"places"));
+        }
+        if !(0.0..=MAX_LEAST).contains(&self.least) {
+            return Err(Fault::range(c"least"));
+        }
+        self.tree().check()
+    }
+
+    /// The memory of a build at most; `None` if none is as long. Pixels stand behind what the tree needs.
+    pub fn size(&self) -> Option<Size> {
+        let Size { bytes, scratch } = self.tree().size()?;
+        let scratch = scratch.checked_add(size_of::<f32>() << (2 * self.depth))?;
+        Some(Size { bytes, scratch }).filter(|size| size.scratch <= isize::MAX as usize)
+    }
+
+    /// Builds the tree of a map as the frame `world_from_tree` sees it; frames are `[world_from_map, world_from_tree]`.
+    /// `scratch` is as long as [`Rotation::size`] says.
+    ///
+    /// # Errors
+    /// [`Refused`].
+    pub fn build_in(
+        &self,
+        environment: &Environment,
+        frames: [Frame; 2],
+        memory: &mut [u8],
+        scratch: &mut [u8],
+    ) -> core::result::Result<Header, Refused> {
+        let small = Refused::Input(Status::MemoryTooSmall);
+        let size = self.tree().size().ok_or(Refused::Squares)?;
+        let (work, pixels) = scratch.split_at_mut_checked(size.scratch).ok_or(small)?;
+        let pixels: &mut [f32] = try_cast_slice_mut(pixels).map_err(|_| small)?;
+        Rotated::new(environment.light(), frames, self.depth, self.places, self.least).fill(pixels);
+        self.tree().build_in(pixels, environment.header.exponent, memory, work)
+    }
+}
 
 /// A map as another frame sees it.
 #[derive(Clone, Copy)]

@@ -5,8 +5,11 @@
 //! such a set may be negative. Products and integrals take it as it is; a tree raises it to a floor, and then it is the
 //! raised function that is sampled, whose pdf is told and whose averages are stored.
 
-use crate::numeric::is_float;
+use crate::numeric::{exp2i, exponent, is_float};
+use crate::object::Size;
+use crate::status::Status;
 use crate::wavelets::morton::MAX_DEPTH;
+use crate::wavelets::stored::{AnyTree, Facts, Header, Parts, Refused, mean_of, store};
 use crate::wavelets::tree::Link;
 use crate::wavelets::triple::{Wavelets, first_fault};
 
@@ -269,48 +272,75 @@ fn above<W: Element>(axes: u32, list: &[W], level: u32) -> impl Iterator<Item = 
     })
 }
 
-/// Writes the tree of a set of log2(C) axes: on each of its finest cells the function, raised to `least` and times `scale`,
+/// The bytes of the tree of a set of some axes; `None` if no memory is as long.
+pub fn size<W: Element>(axes: u32, list: &[W]) -> Option<Size> {
+    Some(Size { bytes: Parts::new(axes, squares(axes, list))?.bytes, scratch: 0 })
+}
+
+/// Stores the tree of a set of some axes, whose values are raised to `least`, 0 or more.
+///
+/// # Errors
+/// [`Refused`]: of the input [`Status::InvalidArgument`], if values are too large beside the average.
+pub fn build_in<W: Element>(
+    axes: u32,
+    set: Set<W>,
+    least: f64,
+    memory: &mut [u8],
+) -> core::result::Result<Header, Refused> {
+    // -0 counts as 0, or it would be stored.
+    let least = max_f64(least, 0.0);
+    store(memory, axes, squares(axes, set.wavelets), |averages, links| {
+        let raised = max_f64(set.average, least);
+        let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
+        let mean = to_tree(axes, set, least, exp2i(-power), averages, links);
+        let (depth, average) = (depth(set.wavelets), mean as f32);
+        if !AnyTree::trusted(axes, depth, average, averages, links).is_sound() {
+            return Err(Refused::Input(Status::InvalidArgument));
+        }
+        Ok(Facts { depth, mean: mean_of(mean, power, power)?, error: 0.0, exponent: power, average })
+    })
+}
+
+/// Writes the tree of a set of some axes: on each of its finest cells the function, raised to `least` and times `scale`,
 /// and above them the true averages of that. Returns the average.
 ///
-/// `squares` and `links` are as long as [`squares`] says; the tree's depth is [`depth`].
-pub fn to_tree<W: Element, const C: usize>(
+/// `averages` has 2^axes numbers for each of `links`, which are as many as [`squares`] says; the tree's depth is [`depth`].
+pub fn to_tree<W: Element>(
+    axes: u32,
     set: Set<W>,
     least: f64,
     scale: f64,
-    squares: &mut [[f32; C]],
+    averages: &mut [f32],
     links: &mut [Link],
 ) -> f64 {
-    let axes = C.trailing_zeros();
-    let mut slots = squares.iter_mut();
+    let mut squares = averages.chunks_exact_mut(1 << axes);
     for level in 0..MAX_DEPTH {
         let mut way = Way::new(axes, set);
-        for (position, slot) in above(axes, set.wavelets, level).zip(&mut slots) {
+        for (position, square) in above(axes, set.wavelets, level).zip(&mut squares) {
             let children = way.on((position, level));
-            for (average, child) in slot.iter_mut().zip(children) {
+            for (average, child) in square.iter_mut().zip(children) {
                 *average = (max_f64(child, least) * scale) as f32;
             }
         }
     }
-    link::<W, C>(set.wavelets, links);
+    link(axes, set.wavelets, links);
     // Below a kept square the averages are those of what is below, children before parents.
-    let mut average = max_f64(set.average, least) * scale;
-    for parent in (0..squares.len()).rev() {
+    for parent in (0..links.len()).rev() {
         let Link { first, mask } = links.get(parent).copied().unwrap_or_default();
-        for (below, c) in (first as usize..).zip((0..C).filter(|c| mask >> c & 1 == 1)) {
-            let mean = squares.get(below).map_or(0.0, mean);
-            if let Some(slot) = squares.get_mut(parent).and_then(|square| square.get_mut(c)) {
+        for (below, c) in (first as usize..).zip((0..1usize << axes).filter(|c| mask >> c & 1 == 1)) {
+            let mean = mean(axes, averages, below).unwrap_or(0.0);
+            if let Some(slot) = averages.get_mut((parent << axes) + c) {
                 *slot = mean as f32;
             }
         }
-        if parent == 0 {
-            average = squares.first().map_or(average, mean);
-        }
     }
-    average
+    mean(axes, averages, 0).unwrap_or(max_f64(set.average, least) * scale)
 }
 
-fn mean<const C: usize>(square: &[f32; C]) -> f64 {
-    square.iter().map(|&x| f64::from(x)).sum::<f64>() / C as f64
+/// The average of a square from those of its children.
+fn mean(axes: u32, averages: &[f32], square: usize) -> Option<f64> {
+    let children = averages.get(square << axes..(square + 1) << axes)?;
+    Some(children.iter().map(|&x| f64::from(x)).sum::<f64>() / f64::from(1u32 << axes))
 }
 
 fn max_f64(a: f64, b: f64) -> f64 {
@@ -318,8 +348,7 @@ fn max_f64(a: f64, b: f64) -> f64 {
 }
 
 /// Writes where the children of each square stand, level by level.
-fn link<W: Element, const C: usize>(list: &[W], links: &mut [Link]) {
-    let axes = C.trailing_zeros();
+fn link<W: Element>(axes: u32, list: &[W], links: &mut [Link]) {
     let (mut slots, mut child) = (links.iter_mut(), usize::from(!list.is_empty()));
     for level in 0..MAX_DEPTH {
         let (shift, shift_below) = (shift(axes, level), shift(axes, level + 1));
@@ -327,7 +356,7 @@ fn link<W: Element, const C: usize>(list: &[W], links: &mut [Link]) {
         for (square, slot) in above(axes, list, level).zip(&mut slots) {
             let mut link = Link { first: child as u32, mask: 0 };
             while let Some(next) = below.next_if(|next| next >> shift == square >> shift) {
-                link.mask |= 1 << (next >> shift_below & (C as u64 - 1));
+                link.mask |= 1 << (next >> shift_below & ((1 << axes) - 1));
                 child += 1;
             }
             *slot = if link.mask == 0 { Link::default() } else { link };

@@ -4,13 +4,59 @@
 //! without a hash. Where visibility is 0 or 1 nothing is lost; averages of larger squares are off by 1/510 at most.
 
 use crate::numeric::inverse_power;
+use crate::object::{Part, Size, header, write_header};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{MAX_DEPTH, Tree};
 use crate::wavelets::triple::Quadtree;
+use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
+
+/// The first bytes of a stored map; its nodes follow.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Header {
+    magic: u64,
+    nodes: u32,
+    average: f32,
+}
+
+/// "wis-vis" and the version of the format.
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x02");
+
+impl Header {
+    /// The bytes of the map that begins with this; `None` if none does.
+    pub fn length(&self) -> Option<usize> {
+        bytes(self.nodes as usize).filter(|_| self.magic == MAGIC)
+    }
+}
+
+fn bytes(nodes: usize) -> Option<usize> {
+    if nodes < MAX_NODES { Some(size_of::<Header>() + nodes * size_of::<Node>()) } else { None }
+}
+
+/// The bytes of the map of a tree; `None` if it has too many squares.
+pub fn size(tree: &Tree<4>) -> Option<Size> {
+    Some(Size { bytes: bytes(tree.squares().len())?, scratch: 0 })
+}
+
+/// Stores a tree, whose averages times `scale` are shares of what is seen, in as many bytes as [`size`] says.
+///
+/// # Errors
+/// As [`compress`].
+pub fn compress_in(tree: &Tree<4>, scale: f64, memory: &mut [u8]) -> Result<()> {
+    let average = f64::from(tree.average()) * scale;
+    if average > 1.0 + 1e-6 {
+        return Err(Status::InvalidArgument);
+    }
+    let nodes = memory.get_mut(size_of::<Header>()..).and_then(|nodes| try_cast_slice_mut(nodes).ok());
+    compress(tree, scale, nodes.unwrap_or(&mut []))?;
+    let average = if average < 1.0 { average as f32 } else { 1.0 };
+    write_header(memory, &Header { magic: MAGIC, nodes: tree.squares().len() as u32, average });
+    Ok(())
+}
 
 /// A square.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Node {
     /// The averages of the children, 255 for 1.
     average: [u8; 4],
@@ -60,6 +106,23 @@ pub fn compress(tree: &Tree<4>, scale: f64, nodes: &mut [Node]) -> Result<()> {
 }
 
 impl<'a> Visibility<'a> {
+    /// The map that bytes hold, without a check of its nodes; `None` if they are of something else.
+    pub fn view(bytes: &'a [u8]) -> Option<Visibility<'a>> {
+        let header: &Header = header(bytes)?;
+        header.length()?;
+        let nodes = Part { offset: size_of::<Header>(), count: header.nodes as usize }.of(bytes);
+        Some(Visibility::trusted(header.average, nodes))
+    }
+
+    /// The map that bytes hold, checked. Reads all bytes once.
+    ///
+    /// # Errors
+    /// [`Status::Corrupt`].
+    pub fn open(bytes: &'a [u8]) -> Result<Visibility<'a>> {
+        let Visibility { average, nodes } = Visibility::view(bytes).ok_or(Status::Corrupt)?;
+        Visibility::new(average, nodes)
+    }
+
     /// Nodes that somebody stored.
     ///
     /// # Errors

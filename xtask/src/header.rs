@@ -12,7 +12,8 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 /// A header: what it is called, where its items are declared, and its top, which says what no single declaration can.
 struct Header {
     file: &'static str,
-    /// In the order of use: the header lists constants, types and functions source by source.
+    /// In the order of use: the header lists constants, types and functions source by source. A source may be several files,
+    /// between spaces: a boundary, and the safe module whose types it hands out.
     sources: &'static [&'static str],
     introduction: &'static str,
 }
@@ -54,7 +55,7 @@ const HEADERS: [Header; 3] = [
             "src/wavelets/query.rs",
             "src/ffi/wavelets/product.rs",
             "src/ffi/wavelets/sampling.rs",
-            "src/ffi/wavelets/tree.rs",
+            "src/ffi/wavelets/tree.rs src/wavelets/stored.rs",
             "src/wavelets/table.rs",
             "src/ffi/wavelets/table.rs",
             "src/ffi/wavelets/haar.rs",
@@ -99,11 +100,15 @@ pub fn check(root: &Path) -> Result<()> {
     Ok(())
 }
 
+/// The files that declare what is in the headers.
+fn source_paths() -> impl Iterator<Item = &'static str> {
+    HEADERS.iter().flat_map(|header| header.sources).flat_map(|source| source.split(' '))
+}
+
 /// The text of each header.
 fn generate(root: &Path) -> Result<Vec<String>> {
     let mut builder = Builder::new().with_config(config(&declarations(root)?));
-    let sources = HEADERS.iter().flat_map(|header| header.sources);
-    for source in sources.filter(|source| **source == BOUNDARY || !source.starts_with("src/ffi/")) {
+    for source in source_paths().filter(|source| *source == BOUNDARY || !source.starts_with("src/ffi/")) {
         builder = builder.with_src(root.join(source));
     }
     let mut text = Vec::new();
@@ -172,8 +177,9 @@ fn arrange(root: &Path, items: &[Item]) -> Result<Vec<String>> {
     let mut places = Vec::new();
     for (number, header) in HEADERS.iter().enumerate() {
         for (order, source) in header.sources.iter().enumerate() {
-            let text = fs::read_to_string(root.join(source))?;
-            places.extend(text.lines().enumerate().filter_map(|(line, text)| {
+            let files: Vec<String> =
+                source.split(' ').map(|file| fs::read_to_string(root.join(file))).collect::<std::io::Result<_>>()?;
+            places.extend(files.iter().flat_map(|file| file.lines()).enumerate().filter_map(|(line, text)| {
                 let name = declared_type(text).map(c_name);
                 let name =
                     name.or_else(|| declared_constant(text).or_else(|| declared_function(text)).map(String::from));
@@ -259,8 +265,7 @@ fn declarations(root: &Path) -> Result<String> {
 
 /// Every Rust file of a source and, of the boundary, all modules below it.
 fn source_files(root: &Path) -> Result<Vec<PathBuf>> {
-    let sources = HEADERS.iter().flat_map(|header| header.sources);
-    let mut files: Vec<PathBuf> = sources.map(|source| root.join(source)).collect();
+    let mut files: Vec<PathBuf> = source_paths().map(|source| root.join(source)).collect();
     let mut folders = vec![root.join(BOUNDARY).with_file_name("")];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder)? {

@@ -10,7 +10,7 @@ pub use crate::wavelets::environment::{
     WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 
-use crate::ffi::wavelets::memory::{block_mut, handle, stored};
+use crate::ffi::memory::{block_mut, handle, stored};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized};
 use crate::light::environment::BuildError;
 use crate::status::Status;

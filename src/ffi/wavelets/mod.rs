@@ -16,7 +16,6 @@ macro_rules! with_axes {
 pub mod environment;
 pub mod grid;
 pub mod haar;
-mod memory;
 pub mod product;
 pub mod sampling;
 pub mod table;

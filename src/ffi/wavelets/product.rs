@@ -1,7 +1,7 @@
 //! Products in C: prepare shading points, describe and estimate them; evaluate a query's BRDF.
 
+use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::wavelets::environment::{Environment, view};
-use crate::ffi::wavelets::memory::{block_mut, handle};
 use crate::ffi::wavelets::table::{Table, lobes_of};
 use crate::ffi::{
     Checked, Diagnostic, Failure, MemorySize, Strided, StridedMut, WIS_ALIGNMENT, answer, frame, out, sized, slice_mut,

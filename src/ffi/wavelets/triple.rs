@@ -1,11 +1,12 @@
 //! Tripling coefficients and triple product integrals in C.
 
-use crate::ffi::wavelets::tree::{Tree, in_units, square_tree};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, slice, slice_mut};
+use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, slice, slice_mut};
 use crate::numeric::exp2i;
-use crate::status::Status;
+use crate::status::{Result, Status};
 use crate::wavelets::approximate;
 use crate::wavelets::combine::WIS_MAX_BLEND;
+use crate::wavelets::stored::AnyTree;
 use crate::wavelets::triple::{self, Quadtree, Wavelets};
 use crate::wavelets::tripling::{self, BasisFunction};
 use core::ptr::null_mut;
@@ -26,24 +27,22 @@ pub unsafe extern "C" fn wis_tripling_coefficient(
     k: *const BasisFunction,
     coefficient: *mut f64,
 ) -> Status {
-    answer(null_mut(), || {
-        if !(1..=4).contains(&n) {
-            return Err(Failure::new(Status::InvalidArgument, 1));
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
+            if !(1..=most).contains(&axes) {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
         }
-        if !(1..=n).contains(&m) {
-            return Err(Failure::new(Status::InvalidArgument, 2));
-        }
-        // SAFETY: the caller's contract.
-        unsafe {
-            let function = |pointer, dimensions: u32, argument| -> Checked<&BasisFunction> {
-                let function: &BasisFunction = borrow(pointer, argument)?;
-                let valid = function.is_valid(dimensions as usize);
-                if valid { Ok(function) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
-            };
-            let functions = [function(i, n, 3)?, function(j, n, 4)?, function(k, m, 5)?];
-            out(coefficient, 6)?.write(tripling::generalised(n as usize, m as usize, functions).to_f64());
-        }
-        Ok(())
+        let function = |pointer: *const BasisFunction, dimensions: u32, argument| {
+            borrow(pointer, argument).and_then(|f| {
+                Some(f)
+                    .filter(|f| f.is_valid(dimensions as usize))
+                    .ok_or(Failure::new(Status::InvalidArgument, argument))
+            })
+        };
+        let functions = [function(i, n, 3)?, function(j, n, 4)?, function(k, m, 5)?];
+        put(coefficient, 6, Ok(tripling::generalised(n as usize, m as usize, functions).to_f64()))
     })
 }
 
@@ -61,15 +60,11 @@ pub unsafe extern "C" fn wis_triple_integral(
     visibility: *const Tree,
     integral: *mut f64,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let trees = [square_tree(brdf, 1)?, square_tree(light, 2)?, square_tree(visibility, 3)?];
-            let target = out(integral, 4)?;
-            let sum = triple::integral([&trees[0].0, &trees[1].0, &trees[2].0]);
-            target.write(in_units(sum, &trees.map(|(_, exponent)| exponent), 4)?);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let trees = [square_tree(brdf, 1)?, square_tree(light, 2)?, square_tree(visibility, 3)?];
+        let sum = triple::integral([&trees[0].0, &trees[1].0, &trees[2].0]);
+        put(integral, 4, integral_of(sum, &trees.map(|(_, exponent)| exponent), 4))
     })
 }
 
@@ -88,17 +83,8 @@ pub unsafe extern "C" fn wis_triple_select(
     wavelet_count: *mut u32,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let (tree, exponent) = square_tree(tree, 1)?;
-            let wavelets = slice_mut(wavelets, keep as usize, 3)?;
-            let target = out(wavelet_count, 4)?;
-            let squares = approximate::select(&tree, keep, exponent, wavelets);
-            target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
-        }
-        Ok(())
-    })
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe { selected(approximate::select, tree, keep, wavelets, wavelet_count) })
 }
 
 /// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
@@ -114,17 +100,30 @@ pub unsafe extern "C" fn wis_triple_select_squares(
     wavelet_count: *mut u32,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let (tree, exponent) = square_tree(tree, 1)?;
-            let wavelets = slice_mut(wavelets, keep as usize, 3)?;
-            let target = out(wavelet_count, 4)?;
-            let squares = approximate::select_squares(&tree, keep, exponent, wavelets);
-            target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
-        }
-        Ok(())
-    })
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe { selected(approximate::select_squares, tree, keep, wavelets, wavelet_count) })
+}
+
+/// Writes what is kept of a tree of two axes.
+///
+/// # Safety
+/// As wis_triple_select.
+unsafe fn selected(
+    select: impl FnOnce(&AnyTree, u32, i32, &mut [Wavelets]) -> Result<usize>,
+    tree: *const Tree,
+    keep: u32,
+    wavelets: *mut Wavelets,
+    wavelet_count: *mut u32,
+) -> Checked<()> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (tree, exponent) = square_tree(tree, 1)?;
+        let wavelets = slice_mut(wavelets, keep as usize, 3)?;
+        let target = out(wavelet_count, 4)?;
+        let squares = select(&tree.into(), keep, exponent, wavelets);
+        target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
+    }
+    Ok(())
 }
 
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
@@ -149,13 +148,11 @@ pub unsafe extern "C" fn wis_triple_sublinear(
     integral: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
-            let (visible, exponent) = square_tree(visibility, 7)?;
-            sublinear(lists, light, (&visible, exponent), integral)
-        }
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
+        let (visible, exponent) = square_tree(visibility, 7)?;
+        sublinear(lists, light, (&visible, exponent), integral)
     })
 }
 
@@ -176,12 +173,10 @@ pub(super) unsafe fn sublinear<V: Quadtree>(
     unsafe {
         let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
         let (light, exponent) = square_tree(light, 6)?;
-        let target = out(integral, 8)?;
         let kept = triple::Scaled { wavelets: kept, scale: exp2i(-exponent) };
         let sum = triple::sublinear(brdf_average, brdf, kept, &light, visible);
-        target.write(in_units(sum, &[exponent, visible_exponent], 8)?);
+        put(integral, 8, integral_of(sum, &[exponent, visible_exponent], 8))
     }
-    Ok(())
 }
 
 /// A list of wavelets in order.
@@ -217,32 +212,30 @@ pub unsafe extern "C" fn wis_triple_blend(
     wavelet_count: *mut u32,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
         let count = count as usize;
         if count > WIS_MAX_BLEND {
             return Err(Failure::new(Status::InvalidArgument, 1));
         }
-        // SAFETY: the caller's contract.
-        unsafe {
-            let target = out(wavelet_count, 7)?;
-            let mut lists = [&[] as &[Wavelets]; WIS_MAX_BLEND];
-            let mut weights = [0.0; WIS_MAX_BLEND];
-            if count > 0 {
-                let (handles, counts) = (slice(list, count, 2)?, slice(list_count, count, 3)?);
-                let given = slice(weight, count, 4)?;
-                if let Some(wrong) = given.iter().position(|weight| !weight.is_finite()) {
-                    return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
-                }
-                weights.iter_mut().zip(given).for_each(|(slot, weight)| *slot = *weight);
-                for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
-                    *slot = self::list(*handle, *count, 2).map_err(|at| at.in_column().in_row(2, k))?;
-                }
+        let target = out(wavelet_count, 7)?;
+        let mut lists = [&[] as &[Wavelets]; WIS_MAX_BLEND];
+        let mut weights: &[f64] = &[];
+        if count > 0 {
+            let (handles, counts) = (slice(list, count, 2)?, slice(list_count, count, 3)?);
+            weights = slice(weight, count, 4)?;
+            if let Some(wrong) = weights.iter().position(|weight| !weight.is_finite()) {
+                return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
             }
-            let wavelets = slice_mut(wavelets, room as usize, 6)?;
-            let squares = triple::blend(&lists, &weights, wavelets).map_err(|status| Failure::new(status, 4))?;
-            target.write(squares as u32);
-            let needed = squares * size_of::<Wavelets>();
-            if squares > wavelets.len() { Err(Failure::too_small(5, needed)) } else { Ok(()) }
+            for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
+                *slot = self::list(*handle, *count, 2).map_err(|at| at.in_column().in_row(2, k))?;
+            }
         }
+        let wavelets = slice_mut(wavelets, room as usize, 6)?;
+        let squares = triple::blend(lists.get(..count).unwrap_or(&[]), weights, wavelets);
+        let squares = squares.map_err(|status| Failure::new(status, 4))?;
+        target.write(squares as u32);
+        let needed = squares * size_of::<Wavelets>();
+        if squares > wavelets.len() { Err(Failure::too_small(5, needed)) } else { Ok(()) }
     })
 }

@@ -1,14 +1,13 @@
 //! Visibility in 8 bits, in C.
 
-use crate::ffi::wavelets::tree::{Tree, in_units, square_tree};
+use crate::ffi::memory::{block_mut, handle, stored};
+use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::wavelets::triple::sublinear;
-use crate::ffi::{
-    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, WIS_ALIGNMENT, answer, borrow, out,
-};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size};
 use crate::numeric::exp2i;
 use crate::status::Status;
 use crate::wavelets::triple::Wavelets;
-use crate::wavelets::visibility::{self as kernel, MAX_NODES, Node};
+use crate::wavelets::visibility::{self as kernel, Header};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -31,14 +30,10 @@ pub unsafe extern "C" fn wis_visibility_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let (tree, _) = square_tree(tree, 1)?;
-            let bytes = bytes(tree.squares().len()).ok_or(Failure::new(Status::Overflow, 1))?;
-            out(size, 2)?.write(MemorySize { bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (tree, _) = square_tree(tree, 1)?;
+        put_size(size, 2, kernel::size(&tree).ok_or(Failure::new(Status::Overflow, 1)))
     })
 }
 
@@ -56,24 +51,14 @@ pub unsafe extern "C" fn wis_visibility_init(
     visibility: *mut *const Visibility,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract; header and nodes do not overlap.
-        unsafe {
-            let (tree, exponent) = square_tree(tree, 1)?;
-            let (scale, count) = (exp2i(exponent), tree.squares().len());
-            let needed = self::bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
-            let block = ExclusiveBlock::new(memory.cast(), bytes, needed, 2)?;
-            let target = out(visibility, 4)?;
-            let average = f64::from(tree.average()) * scale;
-            if average > 1.0 + 1e-6 {
-                return Err(Failure::new(Status::InvalidArgument, 1));
-            }
-            let nodes = block.slice::<Node>(size_of::<Header>(), 0, count);
-            kernel::compress(&tree, scale, nodes).map_err(|status| Failure::new(status, 1))?;
-            let average = if average < 1.0 { average as f32 } else { 1.0 };
-            memory.cast::<Header>().write(Header { magic: MAGIC, nodes: count as u32, average });
-            target.write(memory.cast_const().cast());
-        }
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (tree, exponent) = square_tree(tree, 1)?;
+        let size = kernel::size(&tree).ok_or(Failure::new(Status::Overflow, 1))?;
+        let block = block_mut(memory, bytes, size.bytes, 2)?;
+        let target = out(visibility, 4)?;
+        kernel::compress_in(&tree, exp2i(exponent), block).map_err(|status| Failure::new(status, 1))?;
+        target.write(memory.cast_const().cast());
         Ok(())
     })
 }
@@ -90,19 +75,11 @@ pub unsafe extern "C" fn wis_visibility_open(
     visibility: *mut *const Visibility,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let target = out(visibility, 3)?;
-            let block = SharedBlock::new(memory.cast(), bytes, size_of::<Header>(), 1)?;
-            let corrupt = Failure::new(Status::Corrupt, 1);
-            let header = *block.slice::<Header>(0, 0, 1).first().ok_or(corrupt)?;
-            let needed = self::bytes(header.nodes as usize).filter(|_| header.magic == MAGIC).ok_or(corrupt)?;
-            let block = SharedBlock::new(memory.cast(), bytes, needed, 1)?;
-            let nodes = block.slice::<Node>(size_of::<Header>(), 0, header.nodes as usize);
-            kernel::Visibility::new(header.average, nodes).map_err(|_| corrupt)?;
-            target.write(memory.cast());
-        }
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let target = out(visibility, 3)?;
+        kernel::Visibility::open(stored(memory, bytes, Header::length)?).map_err(|status| Failure::new(status, 1))?;
+        target.write(memory.cast());
         Ok(())
     })
 }
@@ -123,13 +100,11 @@ pub unsafe extern "C" fn wis_visibility_integral(
     integral: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let visible = view(visibility, 7)?;
-            let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
-            sublinear(lists, light, (&visible, 0), integral)
-        }
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let visible = view(visibility, 7)?;
+        let lists = (brdf_average, (brdf, brdf_count), (kept_light, light_count));
+        sublinear(lists, light, (&visible, 0), integral)
     })
 }
 
@@ -147,43 +122,18 @@ pub unsafe extern "C" fn wis_visibility_product_integral(
     visibility: *const Visibility,
     integral: *mut f64,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let (tree, exponent) = square_tree(tree, 1)?;
-            let visible = view(visibility, 2)?;
-            let target = out(integral, 3)?;
-            target.write(in_units(visible.product_integral(&tree), &[exponent], 3)?);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let (tree, exponent) = square_tree(tree, 1)?;
+        let visible = view(visibility, 2)?;
+        put(integral, 3, integral_of(visible.product_integral(&tree), &[exponent], 3))
     })
-}
-
-/// The first bytes of a stored map.
-#[repr(C)]
-#[derive(Clone, Copy)]
-struct Header {
-    magic: u64,
-    nodes: u32,
-    average: f32,
-}
-
-/// "wis-vis" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x02");
-
-fn bytes(nodes: usize) -> Option<usize> {
-    if nodes < MAX_NODES { Some(size_of::<Header>() + nodes * size_of::<Node>()) } else { None }
 }
 
 /// # Safety
 /// The handle is null or points to a map that this version wrote or opened.
 unsafe fn view<'a>(visibility: *const Visibility, argument: u32) -> Checked<kernel::Visibility<'a>> {
-    // SAFETY: the caller's contract; the block is as long as its header says.
-    unsafe {
-        let header = *borrow(visibility.cast::<Header>(), argument)?;
-        let mismatch = Failure::new(Status::Mismatch, argument);
-        let bytes = bytes(header.nodes as usize).filter(|_| header.magic == MAGIC).ok_or(mismatch)?;
-        let block = SharedBlock::new(visibility.cast(), bytes, bytes, argument)?;
-        Ok(kernel::Visibility::trusted(header.average, block.slice(size_of::<Header>(), 0, header.nodes as usize)))
-    }
+    // SAFETY: the caller's contract.
+    let bytes = unsafe { handle(visibility.cast(), Header::length, argument)? };
+    kernel::Visibility::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
 }

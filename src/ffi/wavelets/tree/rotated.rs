@@ -1,12 +1,12 @@
 //! Rotated maps in C.
 
-use super::{Request, Tree, TreeConfig, TreeInfo, build, check_results, publish};
+use super::{Tree, TreeInfo, refused};
+use crate::ffi::memory::{Results, block_mut, room_mut};
 use crate::ffi::wavelets::environment::{Environment, view};
-use crate::ffi::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, frame, out, sized};
-use crate::status::{Fault, Status};
-use crate::wavelets::rotated::{MAX_LEAST, Rotated, WIS_MAX_PLACES};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, frame, put_size, sized};
+use crate::status::Status;
+use crate::wavelets::rotated::Rotation;
 use core::ffi::c_void;
-use core::ptr::null;
 
 /// How to rotate a map.
 #[repr(C)]
@@ -40,16 +40,10 @@ pub unsafe extern "C" fn wis_tree_of_environment_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let request = request(sized(config, 1)?, 1)?;
-            let size = out(size, 2)?;
-            let stored = request.stored(request.complete)?;
-            let scratch_bytes = layout(&request)?.bytes;
-            size.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes });
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let rotation = checked(sized(config, 1)?, 1)?;
+        put_size(size, 2, rotation.size().ok_or(Failure::new(Status::Overflow, 1)))
     })
 }
 
@@ -73,52 +67,28 @@ pub unsafe extern "C" fn wis_tree_of_environment(
     info: *mut TreeInfo,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract; the pixels stand behind what the build needs.
-        unsafe {
-            let environment = view(environment, 1)?;
-            let config: &RotatedConfig = sized(config, 2)?;
-            let request = Request { exponent: environment.header.exponent, memory: 3, ..request(config, 2)? };
-            let frames = [
-                frame(config.world_from_map.cast(), 2).map_err(|at| at.of(c"world_from_map"))?,
-                frame(config.world_from_tree.cast(), 2).map_err(|at| at.of(c"world_from_tree"))?,
-            ];
-            check_results(tree, 7, info, 8)?;
-            let layout = layout(&request)?;
-            let scratch = ExclusiveBlock::new(scratch.cast(), scratch_bytes, layout.bytes, 5)?;
-            ExclusiveBlock::new(memory.cast(), bytes, 0, 3)?;
-            let pixels = scratch.slice::<f32>(layout.pixels, 0, 1 << (2 * request.depth));
-            Rotated::new(environment.light(), frames, request.depth, config.places, config.least).fill(pixels);
-            let header = build::<2, 4>(&request, pixels, &scratch, memory.cast(), bytes)?;
-            publish(memory.cast(), &header, tree, info);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let environment = view(environment, 1)?;
+        let config: &RotatedConfig = sized(config, 2)?;
+        let rotation = checked(config, 2)?;
+        let frames = [
+            frame(config.world_from_map.cast(), 2).map_err(|at| at.of(c"world_from_map"))?,
+            frame(config.world_from_tree.cast(), 2).map_err(|at| at.of(c"world_from_tree"))?,
+        ];
+        let results = Results::new((tree, 7), (info, 8))?;
+        let size = rotation.size().ok_or(Failure::new(Status::Overflow, 1))?;
+        let scratch = block_mut(scratch, scratch_bytes, size.scratch, 5)?;
+        let block = room_mut(memory, bytes, size.bytes, 3)?;
+        let built = rotation.build_in(&environment, frames, block, scratch);
+        results.publish(memory, built.map_err(|why| refused(why, [1, 3, 5]))?.info())
     })
 }
 
 /// What is to be built.
-fn request(config: &RotatedConfig, argument: u32) -> Checked<Request> {
-    let size = size_of::<TreeConfig>() as u32;
-    let (depth, error_budget) = (config.depth, config.error_budget);
-    let tree = TreeConfig { size, dimensions: 2, depth, error_budget, pixels: null() };
-    if !(1..=WIS_MAX_PLACES).contains(&config.places) {
-        return Err(Failure::fault(Fault::range(c"places"), argument));
-    }
-    if !(0.0..=MAX_LEAST).contains(&config.least) {
-        return Err(Failure::fault(Fault::range(c"least"), argument));
-    }
-    Request::new(&tree).map_err(|at| at.instead(argument))
-}
-
-/// Where the parts of the scratch memory stand.
-struct Layout {
-    pixels: usize,
-    bytes: usize,
-}
-
-fn layout(request: &Request) -> Checked<Layout> {
-    let pixels = request.scratch()?.bytes;
-    let bytes = pixels.checked_add(size_of::<f32>() << (2 * request.depth));
-    let bytes = bytes.filter(|bytes| *bytes <= isize::MAX as usize).ok_or(Failure::new(Status::Overflow, 1))?;
-    Ok(Layout { pixels, bytes })
+fn checked(config: &RotatedConfig, argument: u32) -> Checked<Rotation> {
+    let &RotatedConfig { depth, places, error_budget, least, .. } = config;
+    let rotation = Rotation { depth, places, error_budget, least };
+    rotation.check().map_err(|fault| Failure::fault(fault, argument))?;
+    Ok(rotation)
 }

@@ -1,16 +1,14 @@
 //! Trees of sparse sets of wavelets in C, and products of such sets.
 
-use super::{Header, MAGIC, Object, Stored, Tree, TreeInfo, check_results, mean_of, publish};
+use super::{Tree, TreeInfo, refused, view};
+use crate::ffi::memory::{Results, room_mut};
 use crate::ffi::wavelets::check_grid;
 use crate::ffi::wavelets::triple::list;
-use crate::ffi::{
-    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, slice, slice_mut,
-};
-use crate::numeric::{exp2i, exponent};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, slice, slice_mut};
 use crate::status::Status;
 use crate::wavelets::approximate;
-use crate::wavelets::sparse::{self, Details, Element, Set, Sparse, Unfit};
-use crate::wavelets::tree::{self, Link};
+use crate::wavelets::sparse::{self, Details, Set, Unfit};
+use crate::wavelets::stored::{Refused, Stored};
 use crate::wavelets::triple::Wavelets;
 use core::ffi::c_void;
 use core::ptr::null_mut;
@@ -23,17 +21,10 @@ use core::ptr::null_mut;
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: *mut u32) -> Status {
-    answer(null_mut(), || {
-        if error.is_nan() || error < 0.0 {
-            return Err(Failure::new(Status::InvalidArgument, 2));
-        }
-        // SAFETY: the caller's contract.
-        unsafe {
-            let object = Object::view(tree, 1)?;
-            let target = out(terms, 3)?;
-            target.write(with_axes!(object.header.dimensions, 1, terms_for(&object, error))?);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        check_least(error, 2)?;
+        put(terms, 3, view(tree, 1).map(|stored| approximate::terms(&stored.tree, error)))
     })
 }
 
@@ -44,18 +35,17 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: 
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, terms: *mut u32) -> Status {
-    answer(null_mut(), || {
-        if threshold.is_nan() || threshold < 0.0 {
-            return Err(Failure::new(Status::InvalidArgument, 2));
-        }
-        // SAFETY: the caller's contract.
-        unsafe {
-            let object = Object::view(tree, 1)?;
-            let target = out(terms, 3)?;
-            target.write(with_axes!(object.header.dimensions, 1, terms_above(&object, threshold))?);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        check_least(threshold, 2)?;
+        let count = |stored: Stored| approximate::at_least(&stored.tree, threshold, stored.header.exponent);
+        put(terms, 3, view(tree, 1).map(count))
     })
+}
+
+/// Checks a number that is 0 or more, maybe infinite.
+fn check_least(least: f64, argument: u32) -> Checked<()> {
+    if least >= 0.0 { Ok(()) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
 }
 
 /// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
@@ -71,37 +61,14 @@ pub unsafe extern "C" fn wis_sparse_select(
     kept_count: *mut u32,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let object = Object::view(tree, 1)?;
-            let (list, target) = (slice_mut(kept, keep as usize, 3)?, out(kept_count, 4)?);
-            target.write(with_axes!(object.header.dimensions, 1, largest(&object, keep, list))?);
-        }
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let stored = view(tree, 1)?;
+        let (list, target) = (slice_mut(kept, keep as usize, 3)?, out(kept_count, 4)?);
+        let used = approximate::select(&stored.tree, keep, stored.header.exponent, list);
+        target.write(used.map_err(|status| Failure::new(status, 1))? as u32);
         Ok(())
     })
-}
-
-/// # Safety
-/// The object is a tree of this version, of `N` axes; so for the two below.
-unsafe fn largest<const N: usize, const C: usize>(object: &Object, keep: u32, out: &mut [Details]) -> Checked<u32> {
-    // SAFETY: the caller's contract.
-    let tree = unsafe { object.tree::<C>() };
-    Ok(approximate::select(&tree, keep, object.header.exponent, out).map_err(|s| Failure::new(s, 1))? as u32)
-}
-
-/// # Safety
-/// As [`largest`].
-unsafe fn terms_for<const N: usize, const C: usize>(object: &Object, error: f64) -> Checked<u32> {
-    // SAFETY: the caller's contract.
-    Ok(approximate::terms(&unsafe { object.tree::<C>() }, error))
-}
-
-/// # Safety
-/// As [`largest`].
-unsafe fn terms_above<const N: usize, const C: usize>(object: &Object, threshold: f64) -> Checked<u32> {
-    // SAFETY: the caller's contract.
-    Ok(approximate::at_least(&unsafe { object.tree::<C>() }, threshold, object.header.exponent))
 }
 
 /// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
@@ -128,21 +95,14 @@ pub unsafe extern "C" fn wis_triple_multiply(
     average: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        for (argument, average) in [(1, e_average), (4, f_average)] {
-            if !average.is_finite() {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
-        // SAFETY: the caller's contract; the product does not overlap its factors.
-        unsafe {
-            let e = Sparse { average: e_average, wavelets: list(e, e_count, 3)? };
-            let f = Sparse { average: f_average, wavelets: list(f, f_count, 6)? };
-            let wavelets = slice_mut(wavelets, room as usize, 8)?;
-            let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
-            let product = sparse::multiply((2, e), (2, f), wavelets);
-            report::<Wavelets>(product, to_count, (to_average, 7))
-        }
+    // SAFETY: the caller's contract; the product does not overlap its factors.
+    answer(diagnostic, || unsafe {
+        check_finite([(1, e_average), (4, f_average)])?;
+        let e = Set { average: e_average, wavelets: list(e, e_count, 3)? };
+        let f = Set { average: f_average, wavelets: list(f, f_count, 6)? };
+        let wavelets = slice_mut(wavelets, room as usize, 8)?;
+        let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
+        report::<Wavelets>(sparse::multiply((2, e), (2, f), wavelets), to_count, (to_average, 7))
     })
 }
 
@@ -169,27 +129,28 @@ pub unsafe extern "C" fn wis_sparse_multiply(
     average: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
+    // SAFETY: the caller's contract; the product does not overlap its factors.
+    answer(diagnostic, || unsafe {
         for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
             if !(1..=most).contains(&axes) {
                 return Err(Failure::new(Status::InvalidArgument, argument));
             }
         }
-        for (argument, average) in [(3, e_average), (6, f_average)] {
-            if !average.is_finite() {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
-        // SAFETY: the caller's contract; the product does not overlap its factors.
-        unsafe {
-            let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
-            let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
-            let out_list = slice_mut(product, room as usize, 10)?;
-            let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
-            let product = sparse::multiply((n, e), (m, f), out_list);
-            report::<Details>(product, to_count, (to_average, 9))
-        }
+        check_finite([(3, e_average), (6, f_average)])?;
+        let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
+        let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
+        let out_list = slice_mut(product, room as usize, 10)?;
+        let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
+        report::<Details>(sparse::multiply((n, e), (m, f), out_list), to_count, (to_average, 9))
     })
+}
+
+/// Checks averages, each with its argument.
+fn check_finite(averages: [(u32, f64); 2]) -> Checked<()> {
+    match averages.into_iter().find(|(_, average)| !average.is_finite()) {
+        Some((argument, _)) => Err(Failure::new(Status::InvalidArgument, argument)),
+        None => Ok(()),
+    }
 }
 
 /// Writes what a product of sets is; `room` is the argument that is at fault if there are more elements of `W`.
@@ -243,14 +204,10 @@ pub unsafe extern "C" fn wis_tree_of_wavelets_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let squares = sparse::squares(2, list(wavelets, count, 2)?);
-            let stored = Stored::new(2, squares).ok_or(Failure::new(Status::Overflow, 1))?;
-            out(size, 3)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let list = list(wavelets, count, 2)?;
+        put_size(size, 3, sparse::size(2, list).ok_or(Failure::new(Status::Overflow, 1)))
     })
 }
 
@@ -275,17 +232,14 @@ pub unsafe extern "C" fn wis_tree_of_wavelets(
     info: *mut TreeInfo,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            check_average((average, 1), (least, 4))?;
-            let set = Set { average, wavelets: list(wavelets, count, 3)? };
-            check_results(tree, 7, info, 8)?;
-            let arguments = Arguments { count: 2, list: 3, memory: 5 };
-            let header = build::<_, 4>(set, least, (memory.cast(), bytes), &arguments)?;
-            publish(memory.cast_const().cast(), &header, tree, info);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        check_average((average, 1), (least, 4))?;
+        let set = Set { average, wavelets: list(wavelets, count, 3)? };
+        let results = Results::new((tree, 7), (info, 8))?;
+        let block = room_mut(memory, bytes, sparse::size(2, set.wavelets).map_or(0, |size| size.bytes), 5)?;
+        let built = sparse::build_in(2, set, least, block);
+        results.publish(memory, built.map_err(|why| failure(why, [2, 3, 5]))?.info())
     })
 }
 
@@ -301,15 +255,11 @@ pub unsafe extern "C" fn wis_tree_of_details_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
         check_grid(dimensions, 0)?;
-        // SAFETY: the caller's contract.
-        unsafe {
-            let squares = sparse::squares(dimensions, self::details(details, count, dimensions, 3)?);
-            let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, 2))?;
-            out(size, 4)?.write(MemorySize { bytes: stored.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 });
-        }
-        Ok(())
+        let list = self::details(details, count, dimensions, 3)?;
+        put_size(size, 4, sparse::size(dimensions, list).ok_or(Failure::new(Status::Overflow, 2)))
     })
 }
 
@@ -331,23 +281,15 @@ pub unsafe extern "C" fn wis_tree_of_details(
     info: *mut TreeInfo,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
         check_grid(dimensions, 0)?;
-        // SAFETY: the caller's contract.
-        unsafe {
-            check_average((average, 2), (least, 5))?;
-            let set = Set { average, wavelets: self::details(details, count, dimensions, 4)? };
-            check_results(tree, 8, info, 9)?;
-            let (block, arguments) = ((memory.cast(), bytes), Arguments { count: 3, list: 4, memory: 6 });
-            let header = match dimensions {
-                1 => build::<_, 2>(set, least, block, &arguments)?,
-                2 => build::<_, 4>(set, least, block, &arguments)?,
-                3 => build::<_, 8>(set, least, block, &arguments)?,
-                _ => build::<_, 16>(set, least, block, &arguments)?,
-            };
-            publish(memory.cast_const().cast(), &header, tree, info);
-        }
-        Ok(())
+        check_average((average, 2), (least, 5))?;
+        let set = Set { average, wavelets: self::details(details, count, dimensions, 4)? };
+        let results = Results::new((tree, 8), (info, 9))?;
+        let block = room_mut(memory, bytes, sparse::size(dimensions, set.wavelets).map_or(0, |size| size.bytes), 6)?;
+        let built = sparse::build_in(dimensions, set, least, block);
+        results.publish(memory, built.map_err(|why| failure(why, [3, 4, 6]))?.info())
     })
 }
 
@@ -361,54 +303,10 @@ fn check_average(average: (f64, u32), least: (f64, u32)) -> Checked<()> {
     Ok(())
 }
 
-/// Which arguments are at fault.
-struct Arguments {
-    count: u32,
-    list: u32,
-    memory: u32,
-}
-
-/// Writes the tree of a set.
-///
-/// # Safety
-/// The block is the caller's to write.
-unsafe fn build<W: Element, const C: usize>(
-    set: Set<W>,
-    least: f64,
-    (memory, bytes): (*mut u8, usize),
-    arguments: &Arguments,
-) -> Checked<Header> {
-    // -0 counts as 0, or it would be stored.
-    let least = if least > 0.0 { least } else { 0.0 };
-    let dimensions = C.trailing_zeros();
-    let squares = sparse::squares(dimensions, set.wavelets);
-    let stored = Stored::new(dimensions, squares).ok_or(Failure::new(Status::Overflow, arguments.count))?;
-    let block = ExclusiveBlock::new(memory, bytes, stored.bytes, arguments.memory)?;
-    // SAFETY: the caller's contract; the parts of the block do not overlap.
-    unsafe {
-        let kept = block.slice::<[f32; C]>(size_of::<Header>(), 0, squares);
-        let links = block.slice::<Link>(stored.links, 0, squares);
-        let raised = if set.average > least { set.average } else { least };
-        let power = if raised > 0.0 { exponent(raised).clamp(-1000, 1000) } else { 0 };
-        let mean = sparse::to_tree(set, least, exp2i(-power), kept, links);
-        let depth = sparse::depth(set.wavelets);
-        tree::Tree::sparse(depth, mean as f32, kept, links)
-            .map_err(|_| Failure::new(Status::InvalidArgument, arguments.list))?;
-        let mut header = Header {
-            magic: MAGIC,
-            bytes: stored.bytes as u64,
-            content_id: 0,
-            mean: mean_of(mean, power, power, arguments.list)?,
-            error: 0.0,
-            dimensions,
-            depth,
-            squares: squares as u32,
-            exponent: power,
-            average: mean as f32,
-            reserved: 0,
-        };
-        header.content_id = header.content_id(&tree::Tree::trusted(depth, mean as f32, kept, links));
-        memory.cast::<Header>().write(header);
-        Ok(header)
+/// Why there is no tree of a set; of which arguments are its count, its list and the block.
+fn failure(why: Refused, [count, list, memory]: [u32; 3]) -> Failure {
+    match why {
+        Refused::Squares => Failure::new(Status::Overflow, count),
+        _ => refused(why, [list, memory, memory]),
     }
 }

@@ -1,8 +1,7 @@
 //! Memory of objects that say in a header how long they are: to write them, to open them, and behind a handle.
 
-use crate::ffi::{Checked, Failure, WIS_ALIGNMENT, borrow, check_block, slice_mut};
+use super::{Checked, Failure, WIS_ALIGNMENT, borrow, check_block, check_bytes, out, sized};
 use crate::status::Status;
-use bytemuck::Pod;
 use core::ffi::c_void;
 
 /// The first bytes of a block, to write.
@@ -16,15 +15,30 @@ pub(crate) unsafe fn block_mut<'a>(
     argument: u32,
 ) -> Checked<&'a mut [u8]> {
     check_block(start.cast(), bytes, needed, argument)?;
-    // SAFETY: as long as that, by the check and this function's contract.
-    unsafe { slice_mut(start.cast(), needed, argument) }
+    check_bytes::<u8>(needed, argument)?;
+    // SAFETY: aligned, also if nothing is needed, and as long as that, by the checks and this function's contract.
+    Ok(unsafe { core::slice::from_raw_parts_mut(start.cast(), needed) })
+}
+
+/// A whole block, to write what turns out how long it is: at most so many bytes.
+///
+/// # Safety
+/// As [`block_mut`].
+pub(crate) unsafe fn room_mut<'a>(
+    start: *mut c_void,
+    bytes: usize,
+    most: usize,
+    argument: u32,
+) -> Checked<&'a mut [u8]> {
+    // SAFETY: the caller's contract.
+    unsafe { block_mut(start, bytes, bytes.min(most).min(isize::MAX as usize), argument) }
 }
 
 /// The bytes of an object in a block, which are arguments 1 and 2, from what it begins with: its length is told by its header.
 ///
 /// # Safety
 /// The block is null or as long as stated, and nobody writes it meanwhile.
-pub(crate) unsafe fn stored<'a, H: Pod>(
+pub(crate) unsafe fn stored<'a, H>(
     start: *const c_void,
     bytes: usize,
     length: impl FnOnce(&H) -> Option<usize>,
@@ -42,7 +56,7 @@ pub(crate) unsafe fn stored<'a, H: Pod>(
 /// # Safety
 /// The handle is null or points to an object that this version built or opened.
 #[inline(always)]
-pub(crate) unsafe fn handle<'a, H: Pod>(
+pub(crate) unsafe fn handle<'a, H>(
     start: *const u8,
     length: impl FnOnce(&H) -> Option<usize>,
     argument: u32,
@@ -55,4 +69,40 @@ pub(crate) unsafe fn handle<'a, H: Pod>(
     let length = length(header).ok_or(Failure::new(Status::Mismatch, argument))?;
     // SAFETY: an object of this version is as long as its header says.
     Ok(unsafe { core::slice::from_raw_parts(start, length) })
+}
+
+/// Where a build or an opening puts its results: the handle, and, if it is not null, what was built.
+pub(crate) struct Results<H, I> {
+    handle: *mut *const H,
+    info: *mut I,
+}
+
+impl<H, I> Results<H, I> {
+    /// Checks the pointers, each with its argument.
+    ///
+    /// # Safety
+    /// They are null or point to what the header says.
+    pub(crate) unsafe fn new((handle, at): (*mut *const H, u32), (info, info_at): (*mut I, u32)) -> Checked<Self> {
+        out(handle, at)?;
+        if !info.is_null() {
+            // SAFETY: the caller's contract.
+            unsafe { sized(info.cast_const(), info_at)? };
+        }
+        Ok(Results { handle, info })
+    }
+
+    /// Writes the results of an object that begins at `memory`.
+    ///
+    /// # Safety
+    /// The pointers are still valid.
+    pub(crate) unsafe fn publish(self, memory: *const c_void, info: I) -> Checked<()> {
+        // SAFETY: checked before; info may be null.
+        unsafe {
+            self.handle.write(memory.cast());
+            if !self.info.is_null() {
+                self.info.write(info);
+            }
+        }
+        Ok(())
+    }
 }

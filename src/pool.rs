@@ -5,8 +5,11 @@
 //! picks are systematic: threshold (j + u) / n of the sum of weights, for one u. Neighbours on the curve are
 //! neighbours on the sphere, so picks are spread as the product is.
 
-use crate::simd::{LANES, Lanes};
+use crate::numeric::clamp_u;
+use crate::object::ALIGNMENT;
+use crate::simd::{LANES, Lanes, Native};
 use crate::sphere::vector::V3;
+use bytemuck::try_cast_slice_mut;
 
 /// A candidate and how often it was picked.
 #[repr(C)]
@@ -159,4 +162,93 @@ pub fn pick(keys: &[Key], weight: impl Fn(u32) -> f32, sum: f64, (count, u): (u3
 fn whole_above(x: f64) -> u32 {
     let below = x as u32;
     below.saturating_add(u32::from(x > f64::from(below)))
+}
+
+/// The most candidates of one pool.
+pub const MAX_CANDIDATES: usize = 1 << 24;
+
+/// The bytes that [`resample`] works in; `None` for more than [`MAX_CANDIDATES`].
+pub fn scratch_bytes(count: usize) -> Option<usize> {
+    if count > MAX_CANDIDATES { None } else { (2 * count * size_of::<Key>()).checked_next_multiple_of(ALIGNMENT) }
+}
+
+/// Picks among candidates in proportion to their weights, finite and not negative, with one more random number for all. Writes
+/// at most as many as there is room for; answers how many there are, and the sum of the weights. `scratch` is as long as
+/// [`scratch_bytes`] says.
+///
+/// # Errors
+/// The number of a candidate whose weight is out of range.
+#[inline(always)]
+pub fn resample(
+    count: usize,
+    wi: impl Fn(usize) -> [f32; 3],
+    weight: impl Fn(usize) -> f32,
+    u: f32,
+    scratch: &mut [u8],
+    chosen: &mut [Pick],
+) -> Result<(u32, f64), usize> {
+    let keys: &mut [Key] = try_cast_slice_mut(scratch).unwrap_or(&mut []);
+    let (keys, spare) = keys.split_at_mut_checked(count).unwrap_or_default();
+    let picks = chosen.len() as u32;
+    // A single pick has no others that it could be spread among.
+    let spread = picks > 1;
+    let (used, sum) = gather(count, wi, &weight, keys, spread)?;
+    let (keys, spare) = (keys.get_mut(..used).unwrap_or(&mut []), spare.get_mut(..used).unwrap_or(&mut []));
+    if spread {
+        sort(keys, spare);
+    }
+    let mut written = 0u32;
+    let emit = |pick| {
+        if let Some(slot) = chosen.get_mut(written as usize) {
+            *slot = pick;
+            written += 1;
+        }
+    };
+    if sum > 0.0 {
+        pick(keys, |i| weight(i as usize), sum, (picks, clamp_u(u)), emit);
+    }
+    Ok((written, sum))
+}
+
+/// Writes the keys of the candidates that can be picked, in the order in which they came, with their places on the curve
+/// if picks are to be `spread` along it; answers how many there are, and the sum of their weights.
+#[inline(always)]
+fn gather(
+    count: usize,
+    wi: impl Fn(usize) -> [f32; 3],
+    weight: impl Fn(usize) -> f32,
+    keys: &mut [Key],
+    spread: bool,
+) -> Result<(usize, f64), usize> {
+    let (mut used, mut sum) = (0, 0.0);
+    for first in (0..count).step_by(LANES) {
+        let here = (count - first).min(LANES);
+        let places = if spread { places_of(here, |i| wi(first + i)) } else { [0; LANES] };
+        for (i, place) in places.into_iter().enumerate().take(here) {
+            let weight = weight(first + i);
+            if !(0.0..=f32::MAX).contains(&weight) {
+                return Err(first + i);
+            }
+            // Every key is written, and its place only kept if it can be picked: there is nothing to predict.
+            if let Some(slot) = keys.get_mut(used) {
+                *slot = key(place, (first + i) as u32);
+            }
+            used += usize::from(weight > 0.0);
+            sum += f64::from(weight);
+        }
+    }
+    Ok((used, sum))
+}
+
+/// The places on the curve of at most eight directions.
+#[inline(always)]
+fn places_of(count: usize, wi: impl Fn(usize) -> [f32; 3]) -> [u32; LANES] {
+    let mut axes = [[0.0; LANES]; 3];
+    for i in 0..count {
+        for (axis, component) in axes.iter_mut().zip(wi(i)) {
+            axis[i & (LANES - 1)] = component;
+        }
+    }
+    let [x, y, z] = axes;
+    places([Native::from_array(x), Native::from_array(y), Native::from_array(z)])
 }

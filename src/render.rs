@@ -5,11 +5,9 @@ use crate::light::batch::{Drawn, pdfs, samples};
 use crate::light::chart::Layout;
 use crate::light::compare::{Comparison, compare};
 use crate::light::decode::Pixels;
-use crate::light::density::Inverted;
 use crate::light::environment::{BuildError, Environment, Size};
 use crate::light::pixels::Format;
 use crate::light::plan::{Description, Filter, Plan};
-use crate::numeric::clamp_u;
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 use bytemuck::{Pod, Zeroable};
@@ -186,11 +184,7 @@ impl Sampler<'_> {
     /// there, [`Status::Unreachable`] where no u of 24 bits does.
     pub fn invert(&self, environment: &Environment<'_>, wi: [f32; 3]) -> Result<[f32; 2]> {
         let direction = unit(wi).ok_or(Status::InvalidTransform)?;
-        match environment.light().invert(&environment.frame(), direction) {
-            Inverted::To(u) => Ok(u.map(clamp_u)),
-            Inverted::Unreachable => Err(Status::Unreachable),
-            Inverted::Zero => Err(Status::ZeroDensity),
-        }
+        environment.light().invert(&environment.frame(), direction).numbers()
     }
 }
 

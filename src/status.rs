@@ -106,6 +106,17 @@ impl Fault {
         Fault { status: Status::InvalidArgument, field }
     }
 
+    /// Checks fields, each with whether it is in its range.
+    ///
+    /// # Errors
+    /// The first one that is not.
+    pub fn first<const N: usize>(fields: [(bool, &'static CStr); N]) -> core::result::Result<(), Fault> {
+        match fields.into_iter().find(|(holds, _)| !holds) {
+            Some((_, field)) => Err(Fault::range(field)),
+            None => Ok(()),
+        }
+    }
+
     /// A field that is no direction, or no matrix.
     pub const fn transform(field: &'static CStr) -> Fault {
         Fault { status: Status::InvalidTransform, field }

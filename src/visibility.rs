@@ -8,6 +8,7 @@
 //! added atomically, so that neither threads nor their order change a bit.
 
 use crate::numeric::{max, sqrt};
+use crate::object::{Layout, Part};
 use crate::points::dimension_seed;
 use crate::sphere::square;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -38,6 +39,54 @@ const REACHED: usize = 1;
 pub type Factors = [u8; CELLS];
 /// The rays of one half of the pixels from a place, by cell: traced, and reached the light.
 pub type Counts = [[AtomicU32; 2]; CELLS];
+
+/// What a cache begins with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Header {
+    magic: u64,
+    places: u32,
+    reserved: u32,
+}
+
+/// "wisvis" and the version of the format.
+const MAGIC: u64 = u64::from_le_bytes(*b"wisvis\x02\x00");
+
+/// Where the header, counts and factors of a cache stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrays {
+    /// One [`Header`].
+    pub header: Part,
+    /// [`Counts`], an element for each half of a place.
+    pub counts: Part,
+    /// [`Factors`], as many.
+    pub factors: Part,
+    /// Of the whole.
+    pub bytes: usize,
+}
+
+impl Arrays {
+    /// The arrays of a cache of so many places; `None` for none, or more than [`MAX_PLACES`].
+    pub fn new(places: u32) -> Option<Arrays> {
+        let count = HALVES as u64 * u64::from(places);
+        let mut whole = Layout::behind::<Header>();
+        let (counts, factors) = (whole.part::<Counts>(count), whole.part::<Factors>(count));
+        let arrays = Arrays { header: Part { offset: 0, count: 1 }, counts, factors, bytes: whole.bytes()? };
+        Some(arrays).filter(|_| (1..=MAX_PLACES).contains(&places))
+    }
+}
+
+impl Header {
+    /// That of a cache of so many places.
+    pub fn new(places: u32) -> Header {
+        Header { magic: MAGIC, places, reserved: 0 }
+    }
+
+    /// The arrays of the cache that begins with this; `None` if none does.
+    pub fn arrays(&self) -> Option<Arrays> {
+        if self.magic == MAGIC { Arrays::new(self.places) } else { None }
+    }
+}
 
 /// What was counted in all places, and the factors that earlier passes left. Element `HALVES place + half` of both.
 #[derive(Clone, Copy, Debug)]

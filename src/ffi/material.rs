@@ -105,6 +105,13 @@ pub(super) struct ClientTarget {
     user: *mut c_void,
 }
 
+impl ClientTarget {
+    /// The function of a client, if there is one.
+    pub(super) fn new(eval: TargetFn, user: *mut c_void) -> Option<ClientTarget> {
+        eval.map(|eval| ClientTarget { eval, user })
+    }
+}
+
 impl Target for ClientTarget {
     fn f_cos(&self, wi: &[[f32; 3]], out: &mut [f32]) -> bool {
         let count = wi.len().min(out.len());
@@ -193,7 +200,7 @@ pub(super) unsafe fn point(data: *const PointData, argument: u32) -> Checked<(Po
 impl PointData {
     /// The client's own target, if there is one.
     pub(super) fn target(&self) -> Option<ClientTarget> {
-        self.target.map(|eval| ClientTarget { eval, user: self.target_user })
+        ClientTarget::new(self.target, self.target_user)
     }
 
     /// The point as the kernel has it.

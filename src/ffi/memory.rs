@@ -1,8 +1,54 @@
-//! Memory of objects that say in a header how long they are: to write them, to open them, and behind a handle.
+//! The client's memory: arrays; objects that say in a header how long they are, to write, to open, and behind a handle; and
+//! blocks in which threads work together. Whatever is written is written through what this file lends.
 
-use super::{Checked, Failure, WIS_ALIGNMENT, borrow, check_block, check_bytes, out, sized};
+use super::{Checked, Failure, WIS_ALIGNMENT, borrow, out, pointer, sized};
+use crate::object::Part;
 use crate::status::Status;
 use core::ffi::c_void;
+use core::slice as parts;
+
+/// Borrows `count` elements to write.
+///
+/// # Safety
+/// `start` is null or points to `count` elements that nobody else uses meanwhile.
+pub(crate) unsafe fn slice_mut<'a, T>(start: *mut T, count: usize, argument: u32) -> Checked<&'a mut [T]> {
+    // Where nothing is read, any pointer does.
+    if count == 0 && pointer(start, argument).is_err() {
+        return Ok(&mut []);
+    }
+    pointer(start, argument)?;
+    check_bytes::<T>(count, argument)?;
+    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
+    Ok(unsafe { parts::from_raw_parts_mut(start, count) })
+}
+
+/// Borrows `count` elements to read.
+///
+/// # Safety
+/// `start` is null or points to `count` elements that nobody writes meanwhile.
+pub(crate) unsafe fn slice<'a, T>(start: *const T, count: usize, argument: u32) -> Checked<&'a [T]> {
+    pointer(start, argument)?;
+    check_bytes::<T>(count, argument)?;
+    // SAFETY: not null, aligned, of a length that an object can have; the rest is the caller's contract.
+    Ok(unsafe { parts::from_raw_parts(start, count) })
+}
+
+fn check_bytes<T>(count: usize, argument: u32) -> Checked<()> {
+    match count.checked_mul(size_of::<T>()) {
+        Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
+        _ => Err(Failure::new(Status::Overflow, argument)),
+    }
+}
+
+pub(crate) fn check_block(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<()> {
+    if start.is_null() {
+        return Err(Failure::new(Status::NullPointer, argument));
+    }
+    if start.addr() % WIS_ALIGNMENT != 0 {
+        return Err(Failure::new(Status::Misaligned, argument));
+    }
+    if bytes < needed { Err(Failure::too_small(argument, needed)) } else { Ok(()) }
+}
 
 /// The first bytes of a block, to write.
 ///
@@ -15,9 +61,8 @@ pub(crate) unsafe fn block_mut<'a>(
     argument: u32,
 ) -> Checked<&'a mut [u8]> {
     check_block(start.cast(), bytes, needed, argument)?;
-    check_bytes::<u8>(needed, argument)?;
-    // SAFETY: aligned, also if nothing is needed, and as long as that, by the checks and this function's contract.
-    Ok(unsafe { core::slice::from_raw_parts_mut(start.cast(), needed) })
+    // SAFETY: as long as that, by the check and this function's contract.
+    unsafe { slice_mut(start.cast(), needed, argument) }
 }
 
 /// A whole block, to write what turns out how long it is: at most so many bytes.
@@ -43,12 +88,37 @@ pub(crate) unsafe fn stored<'a, H>(
     bytes: usize,
     length: impl FnOnce(&H) -> Option<usize>,
 ) -> Checked<&'a [u8]> {
+    // SAFETY: the caller's contract.
+    unsafe { stored_or(Status::Corrupt, start, bytes, length) }
+}
+
+/// The same, with the status of bytes that hold no such object.
+///
+/// # Safety
+/// As [`stored`].
+pub(crate) unsafe fn stored_or<'a, H>(
+    none: Status,
+    start: *const c_void,
+    bytes: usize,
+    length: impl FnOnce(&H) -> Option<usize>,
+) -> Checked<&'a [u8]> {
     check_block(start.cast(), bytes, size_of::<H>(), 1)?;
     // SAFETY: not null, aligned and long enough, by the check and this function's contract.
-    let length = length(unsafe { &*start.cast::<H>() }).ok_or(Failure::new(Status::Corrupt, 1))?;
+    let length = length(unsafe { &*start.cast::<H>() }).ok_or(Failure::new(none, 1))?;
     check_block(start.cast(), bytes, length, 1)?;
     // SAFETY: as above.
-    Ok(unsafe { core::slice::from_raw_parts(start.cast(), length) })
+    Ok(unsafe { parts::from_raw_parts(start.cast(), length) })
+}
+
+/// What an object begins with that a handle points to.
+///
+/// # Safety
+/// The handle is null or points to an object; one of another kind has a header, too.
+#[inline(always)]
+pub(crate) unsafe fn header<'a, H>(start: *const u8, argument: u32) -> Checked<&'a H> {
+    // SAFETY: the caller's contract.
+    let header = unsafe { borrow(start.cast::<H>(), argument)? };
+    if start.addr() % WIS_ALIGNMENT == 0 { Ok(header) } else { Err(Failure::new(Status::Misaligned, argument)) }
 }
 
 /// The bytes of the object that a handle points to.
@@ -61,14 +131,10 @@ pub(crate) unsafe fn handle<'a, H>(
     length: impl FnOnce(&H) -> Option<usize>,
     argument: u32,
 ) -> Checked<&'a [u8]> {
-    // SAFETY: the caller's contract; an object of another kind has a header too.
-    let header = unsafe { borrow(start.cast::<H>(), argument)? };
-    if start.addr() % WIS_ALIGNMENT != 0 {
-        return Err(Failure::new(Status::Misaligned, argument));
-    }
-    let length = length(header).ok_or(Failure::new(Status::Mismatch, argument))?;
+    // SAFETY: the caller's contract.
+    let length = length(unsafe { header(start, argument)? }).ok_or(Failure::new(Status::Mismatch, argument))?;
     // SAFETY: an object of this version is as long as its header says.
-    Ok(unsafe { core::slice::from_raw_parts(start, length) })
+    Ok(unsafe { parts::from_raw_parts(start, length) })
 }
 
 /// Where a build or an opening puts its results: the handle, and, if it is not null, what was built.
@@ -105,4 +171,91 @@ impl<H, I> Results<H, I> {
         }
         Ok(())
     }
+}
+
+/// Memory of an object that calls read, maybe many at once: it gives `&` and never `&mut`.
+#[derive(Clone, Copy)]
+pub(crate) struct SharedBlock {
+    start: *const u8,
+    bytes: usize,
+}
+
+impl SharedBlock {
+    /// Checks a block that must hold `needed` bytes.
+    pub(crate) fn new(start: *const u8, bytes: usize, needed: usize, argument: u32) -> Checked<SharedBlock> {
+        check_block(start, bytes, needed, argument)?;
+        Ok(SharedBlock { start, bytes: needed })
+    }
+
+    /// Elements `first..first + count` of an array; none if they do not fit.
+    ///
+    /// # Safety
+    /// The bytes of the block are readable, and nobody writes these elements while the result lives, but for atomic ones.
+    #[inline(always)]
+    pub(crate) unsafe fn part<'a, T>(&self, array: Part, first: usize, count: usize) -> &'a [T] {
+        if !holds::<T>(self.bytes, array, first, count) {
+            return &[];
+        }
+        // SAFETY: inside the block and aligned, by `holds`; the rest is this function's contract.
+        unsafe { parts::from_raw_parts(self.start.add(array.offset).cast::<T>().add(first), count) }
+    }
+
+    /// A whole array.
+    ///
+    /// # Safety
+    /// As [`SharedBlock::part`].
+    pub(crate) unsafe fn all<'a, T>(&self, array: Part) -> &'a [T] {
+        // SAFETY: the caller's contract.
+        unsafe { self.part(array, 0, array.count) }
+    }
+}
+
+/// Memory in which threads build together: each writes elements of its own, and all read what is finished.
+pub(crate) struct DividedBlock {
+    start: *mut u8,
+    bytes: usize,
+}
+
+impl DividedBlock {
+    /// Checks a block that must hold `needed` bytes.
+    pub(crate) fn new(start: *mut u8, bytes: usize, needed: usize, argument: u32) -> Checked<DividedBlock> {
+        check_block(start, bytes, needed, argument)?;
+        Ok(DividedBlock { start, bytes: needed })
+    }
+
+    /// To read what no thread writes any more.
+    pub(crate) fn finished(&self) -> SharedBlock {
+        SharedBlock { start: self.start, bytes: self.bytes }
+    }
+
+    /// Elements that are this thread's alone; none if they do not fit.
+    ///
+    /// # Safety
+    /// The bytes of the block are writable, and no other slice of them that lives as long, of any thread, has an element in
+    /// common with this one.
+    #[inline(always)]
+    pub(crate) unsafe fn part<'a, T>(&self, array: Part, first: usize, count: usize) -> &'a mut [T] {
+        if !holds::<T>(self.bytes, array, first, count) {
+            return &mut [];
+        }
+        // SAFETY: inside the block and aligned, by `holds`; the rest is this function's contract.
+        unsafe { parts::from_raw_parts_mut(self.start.add(array.offset).cast::<T>().add(first), count) }
+    }
+
+    /// A whole array, when no other thread is at work on it.
+    ///
+    /// # Safety
+    /// As [`DividedBlock::part`].
+    pub(crate) unsafe fn all<'a, T>(&self, array: Part) -> &'a mut [T] {
+        // SAFETY: the caller's contract.
+        unsafe { self.part(array, 0, array.count) }
+    }
+}
+
+/// Whether elements `first..first + count` of an array of `T` lie inside a block, which is aligned to WIS_ALIGNMENT, and are
+/// aligned.
+#[inline(always)]
+fn holds<T>(bytes: usize, array: Part, first: usize, count: usize) -> bool {
+    let end = first.checked_add(count).and_then(|n| n.checked_mul(size_of::<T>())?.checked_add(array.offset));
+    end.is_some_and(|end| end <= bytes) && array.offset % align_of::<T>() == 0
 }

@@ -1,6 +1,7 @@
 //! Point sets in C.
 
-use super::{Checked, Failure, StridedMut, answer};
+use super::strided::StridedMut;
+use super::{Checked, Failure, answer};
 use crate::points;
 use crate::status::Status;
 use core::ptr::null_mut;
@@ -25,12 +26,12 @@ pub unsafe extern "C" fn wis_points_hammersley(
     out: *mut f32,
     stride: usize,
 ) -> Status {
-    answer(null_mut(), || {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
         if first.checked_add(count).is_none_or(|end| end > total) {
             return Err(Failure::new(Status::InvalidArgument, 2));
         }
-        // SAFETY: the caller's contract.
-        unsafe { write_points(first, count as usize, out, stride, |index| points::hammersley(index, total)) }
+        write_points(first, count as usize, out, stride, |index| points::hammersley(index, total))
     })
 }
 
@@ -43,12 +44,12 @@ pub unsafe extern "C" fn wis_points_hammersley(
 /// Pointers are null or point to `count` elements.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_points_sobol(seed: u32, first: u32, count: usize, out: *mut f32, stride: usize) -> Status {
-    answer(null_mut(), || {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
         if count as u64 > u64::from(u32::MAX - first) + 1 {
             return Err(Failure::new(Status::Overflow, 3));
         }
-        // SAFETY: the caller's contract.
-        unsafe { write_points(first, count, out, stride, |index| points::sobol(seed, index)) }
+        write_points(first, count, out, stride, |index| points::sobol(seed, index))
     })
 }
 

@@ -1,15 +1,17 @@
 //! The pooled resampler in C.
 
-use super::{Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, Strided, WIS_ALIGNMENT, answer, out, slice_mut};
-use crate::numeric::clamp_u;
-use crate::pool::{self, Key, Pick};
-use crate::simd::{LANES, Lanes, Native};
+use super::memory::block_mut;
+use super::strided::Strided;
+use super::{Diagnostic, Failure, MemorySize, answer, out, put_size, slice_mut};
+use crate::object::Size;
+use crate::pool::{self, MAX_CANDIDATES, Pick};
 use crate::status::Status;
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
 /// The most candidates of one pool.
 pub const WIS_MAX_CANDIDATES: u32 = 1 << 24;
+const _: () = assert!(WIS_MAX_CANDIDATES as usize == MAX_CANDIDATES);
 
 /// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
 /// WIS_MAX_CANDIDATES. Work: constant.
@@ -18,12 +20,10 @@ pub const WIS_MAX_CANDIDATES: u32 = 1 << 24;
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> Status {
-    answer(null_mut(), || {
-        let bytes = scratch_bytes(count)?;
-        let size = out(size, 2)?;
-        // SAFETY: checked; the rest is the caller's contract.
-        unsafe { size.write(MemorySize { bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 }) };
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let bytes = pool::scratch_bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
+        put_size(size, 2, Ok(Size { bytes, scratch: 0 }))
     })
 }
 
@@ -59,88 +59,18 @@ pub unsafe extern "C" fn wis_pool_pick(
     weight_sum: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        let needed = self::scratch_bytes(count)?;
+    // SAFETY: the caller's contract; all indices are below the count.
+    answer(diagnostic, || unsafe {
+        let needed = pool::scratch_bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
         let wi = Strided::<3>::new(wi, wi_stride, count, 2)?;
         let weight = Strided::<1>::new(weight, weight_stride, count, 4)?;
-        let block = ExclusiveBlock::new(scratch.cast(), scratch_bytes, needed, 8)?;
-        // SAFETY: the caller's contract; both halves of the scratch memory are apart, and all indices are below their
-        // counts.
-        unsafe {
-            let chosen = slice_mut(pick, picks as usize, 10)?;
-            let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
-            let keys = block.slice::<Key>(0, 0, count);
-            let spare = block.slice::<Key>(count * size_of::<Key>(), 0, count);
-            // A single pick has no others that it could be spread among.
-            let spread = picks > 1;
-            let (used, sum) = gather(count, |i| wi.read(i), |i| weight.read(i)[0], keys, spread)?;
-            let (keys, spare) = (keys.get_mut(..used).unwrap_or(&mut []), spare.get_mut(..used).unwrap_or(&mut []));
-            if spread {
-                pool::sort(keys, spare);
-            }
-            let mut written = 0u32;
-            let emit = |pick| {
-                if let Some(slot) = chosen.get_mut(written as usize) {
-                    *slot = pick;
-                    written += 1;
-                }
-            };
-            if sum > 0.0 {
-                pool::pick(keys, |i| weight.read(i as usize)[0], sum, (picks, clamp_u(u)), emit);
-            }
-            pick_count.write(written);
-            weight_sum.write(sum);
-        }
+        let block = block_mut(scratch, scratch_bytes, needed, 8)?;
+        let chosen = slice_mut(pick, picks as usize, 10)?;
+        let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
+        let picked = pool::resample(count, |i| wi.read(i), |i| weight.read(i)[0], u, block, chosen);
+        let (written, sum) = picked.map_err(|wrong| Failure::new(Status::InvalidArgument, 4).in_row(4, wrong))?;
+        pick_count.write(written);
+        weight_sum.write(sum);
         Ok(())
     })
-}
-
-/// Writes the keys of the candidates that can be picked, in the order in which they came, with their places on the curve
-/// if picks are to be `spread` along it; answers how many there are, and the sum of their weights.
-#[inline(always)]
-fn gather(
-    count: usize,
-    wi: impl Fn(usize) -> [f32; 3],
-    weight: impl Fn(usize) -> f32,
-    keys: &mut [Key],
-    spread: bool,
-) -> Checked<(usize, f64)> {
-    let (mut used, mut sum) = (0, 0.0);
-    for first in (0..count).step_by(LANES) {
-        let here = (count - first).min(LANES);
-        let places = if spread { places(here, |i| wi(first + i)) } else { [0; LANES] };
-        for (i, place) in places.into_iter().enumerate().take(here) {
-            let weight = weight(first + i);
-            if !(0.0..=f32::MAX).contains(&weight) {
-                return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, first + i));
-            }
-            // Every key is written, and its place only kept if it can be picked: there is nothing to predict.
-            if let Some(slot) = keys.get_mut(used) {
-                *slot = pool::key(place, (first + i) as u32);
-            }
-            used += usize::from(weight > 0.0);
-            sum += f64::from(weight);
-        }
-    }
-    Ok((used, sum))
-}
-
-/// The places on the curve of at most eight directions.
-#[inline(always)]
-fn places(count: usize, wi: impl Fn(usize) -> [f32; 3]) -> [u32; LANES] {
-    let mut axes = [[0.0; LANES]; 3];
-    for i in 0..count {
-        for (axis, component) in axes.iter_mut().zip(wi(i)) {
-            axis[i & (LANES - 1)] = component;
-        }
-    }
-    let [x, y, z] = axes;
-    pool::places([Native::from_array(x), Native::from_array(y), Native::from_array(z)])
-}
-
-fn scratch_bytes(count: usize) -> Checked<usize> {
-    if count > WIS_MAX_CANDIDATES as usize {
-        return Err(Failure::new(Status::Overflow, 1));
-    }
-    Ok((2 * count * size_of::<Key>()).next_multiple_of(WIS_ALIGNMENT))
 }

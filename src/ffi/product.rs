@@ -2,15 +2,16 @@
 
 use super::light::{EnvironmentObject, environment as view};
 use super::material::{PointData, failure, point as read_point};
+use super::memory::handle;
 use super::sampler::{SamplerObject, with_level};
-use super::{
-    Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, borrow, check_block, out, sized, slice, slice_mut,
-};
+use super::{Checked, Diagnostic, Failure, MemorySize, answer, check_block, out, put, put_size, sized, slice_mut};
 use crate::light::environment::Environment;
+use crate::object::Size;
 use crate::product::density::Shaded;
+pub use crate::product::info::GridInfo;
 use crate::product::prepare::{Config, DIVIDED, PrepareError, prepare};
 use crate::product::stored::{Header, MAX_DIVIDED, Product, most_bytes};
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -40,40 +41,13 @@ pub struct GridConfig {
     pub cone: f32,
 }
 
-/// What was prepared.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct GridInfo {
-    /// sizeof(wis_product_info), set by the caller.
-    pub size: u32,
-    /// Bytes of the product: that much of the block is in use.
-    pub bytes: u32,
-    /// Cells that are divided.
-    pub divided_cells: u32,
-    /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples.
-    /// 0: none does.
-    pub lobe_share: f32,
-    /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility.
-    pub integral: f64,
-    /// The same for the colour of the light; the BRDF counts by its luminance.
-    pub rgb: [f32; 3],
-    /// The cosine of the cone of normals that it serves.
-    pub cone_cosine: f32,
-    /// The content id of its environment.
-    pub environment: u64,
-}
-
 fn checked(config: &GridConfig, argument: u32) -> Checked<Config> {
-    let invalid = |field| Failure::new(Status::InvalidArgument, argument).of(field);
-    if config.flags & !WIS_PRODUCT_UNDIVIDED != 0 {
-        return Err(invalid(c"flags"));
-    }
-    if config.divided_cells as usize > MAX_DIVIDED {
-        return Err(invalid(c"divided_cells"));
-    }
-    if !(0.0..=core::f32::consts::FRAC_PI_2).contains(&config.cone) {
-        return Err(invalid(c"cone"));
-    }
+    Fault::first([
+        (config.flags & !WIS_PRODUCT_UNDIVIDED == 0, c"flags"),
+        (config.divided_cells as usize <= MAX_DIVIDED, c"divided_cells"),
+        ((0.0..=core::f32::consts::FRAC_PI_2).contains(&config.cone), c"cone"),
+    ])
+    .map_err(|fault| Failure::fault(fault, argument))?;
     let divided = match config.divided_cells as usize {
         _ if config.flags & WIS_PRODUCT_UNDIVIDED != 0 => 0,
         0 => DIVIDED,
@@ -92,13 +66,10 @@ pub unsafe extern "C" fn wis_product_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's struct, whose size field is checked.
-        let config = checked(unsafe { sized(config, 1)? }, 1)?;
-        let needed = MemorySize { bytes: most_bytes(config.divided), align: WIS_ALIGNMENT, scratch_bytes: 0 };
-        // SAFETY: `out` checked the pointer, which is the caller's to write.
-        unsafe { out(size, 2)?.write(needed) };
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let config = checked(sized(config, 1)?, 1)?;
+        put_size(size, 2, Ok(Size { bytes: most_bytes(config.divided), scratch: 0 }))
     })
 }
 
@@ -185,26 +156,12 @@ pub unsafe extern "C" fn wis_product_describe(
     product: *const ProductObject,
     info: *mut GridInfo,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let environment = view(environment, 1)?;
-            let none = Failure::new(Status::NullPointer, 2);
-            let shaded = shaded(product, &environment, 2)?.ok_or(none)?;
-            let header = shaded.product.header;
-            sized(info.cast_const(), 3)?;
-            info.write(GridInfo {
-                size: size_of::<GridInfo>() as u32,
-                bytes: header.bytes,
-                divided_cells: header.divided,
-                lobe_share: header.peak,
-                integral: header.integral,
-                rgb: shaded.colour(environment.colours()),
-                cone_cosine: header.cone,
-                environment: header.environment,
-            });
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let environment = view(environment, 1)?;
+        let shaded = shaded(product, &environment, 2)?.ok_or(Failure::new(Status::NullPointer, 2))?;
+        sized(info.cast_const(), 3)?;
+        put(info, 3, Ok(GridInfo::of(&shaded, &environment)))
     })
 }
 
@@ -220,14 +177,11 @@ pub unsafe extern "C" fn wis_product_covers(
     point: *const PointData,
     covers: *mut u32,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let header = opened(product, 1)?.header;
-            let (data, material) = read_point(point, 2)?;
-            out(covers, 3)?.write(u32::from(header.covers(&data.kernel(&material, None, None))));
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let header = opened(product, 1)?.header;
+        let (data, material) = read_point(point, 2)?;
+        put(covers, 3, Ok(u32::from(header.covers(&data.kernel(&material, None, None)))))
     })
 }
 
@@ -236,16 +190,9 @@ pub unsafe extern "C" fn wis_product_covers(
 /// # Safety
 /// The pointer is null or points to a product, or to memory as long as its header; nobody writes it while the result lives.
 unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Product<'a>> {
-    if !product.is_null() && product.addr() % WIS_ALIGNMENT != 0 {
-        return Err(Failure::new(Status::Misaligned, argument));
-    }
     // SAFETY: the caller's contract.
-    let header = unsafe { borrow(product.cast::<Header>(), argument)? };
-    let mismatch = Failure::new(Status::Mismatch, argument);
-    let bytes = header.length().ok_or(mismatch)?;
-    // SAFETY: a product of this version is as long as its header says.
-    let bytes = unsafe { slice(product.cast::<u8>(), bytes, argument)? };
-    Product::view(bytes).ok_or(mismatch)
+    let bytes = unsafe { handle(product.cast(), Header::length, argument)? };
+    Product::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
 }
 
 /// The product behind a pointer, with the light that it was prepared for; `None` for null: the light alone.

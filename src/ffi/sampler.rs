@@ -1,9 +1,13 @@
 //! Samplers in C: the working memory of a thread.
 
-use super::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, pointer, sized, slice_mut};
+use super::{
+    Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_block, out, pointer, put_size, sized,
+    slice_mut,
+};
 use crate::direct::sampler::{Config, MAX_PER_RAY, MAX_RAYS, Sampler};
+use crate::object::Size;
 use crate::simd::Level;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use core::ffi::c_void;
 
 /// Detect the instructions of this processor.
@@ -65,19 +69,13 @@ fn level(number: u32) -> Checked<Level> {
 }
 
 fn checked(config: &SamplerConfig) -> Checked<Config> {
-    let invalid = |field| Failure::new(Status::InvalidArgument, 1).of(field);
-    if config.rays as usize > MAX_RAYS {
-        return Err(invalid(c"rays"));
-    }
-    if config.candidates_per_ray as usize > MAX_PER_RAY {
-        return Err(invalid(c"candidates_per_ray"));
-    }
-    if config.cpu_level > WIS_CPU_AVX2 {
-        return Err(invalid(c"cpu_level"));
-    }
-    if config.reserved != 0 {
-        return Err(invalid(c"reserved"));
-    }
+    Fault::first([
+        (config.rays as usize <= MAX_RAYS, c"rays"),
+        (config.candidates_per_ray as usize <= MAX_PER_RAY, c"candidates_per_ray"),
+        (config.cpu_level <= WIS_CPU_AVX2, c"cpu_level"),
+        (config.reserved == 0, c"reserved"),
+    ])
+    .map_err(|fault| Failure::fault(fault, 1))?;
     let rays = if config.rays == 0 { RAYS } else { config.rays };
     let (candidates_per_ray, hits_per_pixel) = (config.candidates_per_ray, config.hits_per_pixel);
     Ok(Config { rays, candidates_per_ray, hits_per_pixel, reserved: 0 })
@@ -97,13 +95,10 @@ pub unsafe extern "C" fn wis_sampler_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's struct, whose size field is checked.
-        let config = checked(unsafe { sized(config, 1)? })?;
-        let needed = MemorySize { bytes: needed(&config), align: WIS_ALIGNMENT, scratch_bytes: 0 };
-        // SAFETY: `out` checked the pointer, which is the caller's to write.
-        unsafe { out(size, 2)?.write(needed) };
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let config = checked(sized(config, 1)?)?;
+        put_size(size, 2, Ok(Size { bytes: needed(&config), scratch: 0 }))
     })
 }
 
@@ -120,28 +115,18 @@ pub unsafe extern "C" fn wis_sampler_init(
     sampler: *mut *mut SamplerObject,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's struct, whose size field is checked.
-        let (raw, config) = unsafe {
-            let raw = sized(config, 1)?;
-            (raw, checked(raw)?)
-        };
-        let level = level(raw.cpu_level)?;
-        let block = super::ExclusiveBlock::new(memory.cast(), bytes, needed(&config), 2)?;
+    // SAFETY: the caller's contract; the block is aligned to 16 and longer than a header, and the scratch behind it becomes
+    // initialised numbers.
+    answer(diagnostic, || unsafe {
+        let raw = sized(config, 1)?;
+        let config = checked(raw)?;
+        let level = level(raw.cpu_level)?.code();
+        check_block(memory.cast(), bytes, needed(&config), 2)?;
         let handle = out(sampler, 4)?;
-        let header = Header {
-            magic: MAGIC,
-            config,
-            level: level.code(),
-            scratch: config.bytes() as u32,
-            fault: Diagnostic::default(),
-        };
-        // SAFETY: the block is aligned to 16 and longer than a header; the scratch behind it becomes initialised numbers.
-        unsafe {
-            block.start().cast::<Header>().write(header);
-            block.start().add(size_of::<Header>()).write_bytes(0, config.bytes());
-            handle.write(block.start().cast());
-        }
+        let (header, scratch) = (memory.cast::<Header>(), config.bytes());
+        header.write(Header { magic: MAGIC, config, level, scratch: scratch as u32, fault: Diagnostic::default() });
+        header.add(1).cast::<u8>().write_bytes(0, scratch);
+        handle.write(memory.cast());
         Ok(())
     })
 }

@@ -3,17 +3,13 @@
 use super::light::{EnvironmentObject, environment as view};
 use super::product::{ProductObject, shaded};
 use super::sampler::{SamplerObject, with_level};
-use super::{Strided, StridedMut, packed};
-use crate::light::batch::{Density, Drawn, FEWEST, pdf, pdfs, sample, samples};
-use crate::light::density::Inverted;
-use crate::numeric::clamp_u;
+use super::slice_mut;
+use super::strided::{Strided, StridedMut, in_batches, invert_each};
+use crate::light::batch::{pdfs, samples};
 use crate::sample::Sample;
-use crate::simd::Level;
-use crate::sphere::{Frame, unit};
+use crate::sphere::unit;
 use crate::status::Status;
-
-/// So many directions are copied together: as many as walk together through the tables.
-const TOGETHER: usize = 32;
+use bytemuck::cast_slice_mut;
 
 /// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
 ///
@@ -42,60 +38,22 @@ pub unsafe extern "C" fn wis_sample(
             let environment = view(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
-            if product.is_null() {
-                sample_all(level, &environment.light(), &environment.frame(), count, &u, &out);
-            } else if let Some(shaded) = shaded(product, &environment, 3)? {
-                if shaded.product.header.scale == 0.0 {
-                    // A black product has no cell to search: that leads to no direction.
-                    (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
-                    return Ok(());
+            let frame = environment.frame();
+            match shaded(product, &environment, 3)? {
+                None => {
+                    let light = environment.light();
+                    in_batches(&u, &out, count, &mut |u, out| samples(level, &light, &frame, u, cast_slice_mut(out)));
                 }
-                sample_all(level, &shaded, &environment.frame(), count, &u, &out);
+                // A black product has no cell to search: that leads to no direction.
+                Some(shaded) if shaded.product.header.scale == 0.0 => {
+                    (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
+                }
+                Some(shaded) => {
+                    in_batches(&u, &out, count, &mut |u, out| samples(level, &shaded, &frame, u, cast_slice_mut(out)));
+                }
             }
             Ok(())
         })
-    }
-}
-
-/// # Safety
-/// The arrays hold `count` elements.
-#[inline(always)]
-unsafe fn sample_all<D: Density>(
-    level: Level,
-    density: &D,
-    frame: &Frame,
-    count: usize,
-    u: &Strided<2>,
-    out: &StridedMut<4>,
-) {
-    if count < FEWEST {
-        for i in 0..count {
-            // SAFETY: the index is below the count.
-            unsafe {
-                let Drawn { wi: [x, y, z], pdf } = sample(density, frame, u.read(i));
-                out.write(i, [x, y, z, pdf]);
-            }
-        }
-        return;
-    }
-    // SAFETY: the caller's contract.
-    if let Some((u, out)) = unsafe { packed(u, out, count) } {
-        return samples(level, density, frame, u, bytemuck::cast_slice_mut(out));
-    }
-    let (mut numbers, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
-    for first in (0..count).step_by(TOGETHER) {
-        let here = (count - first).min(TOGETHER);
-        let (numbers, drawn) = (numbers.get_mut(..here).unwrap_or_default(), drawn.get_mut(..here).unwrap_or_default());
-        for (i, number) in numbers.iter_mut().enumerate() {
-            // SAFETY: the index is below the count.
-            *number = unsafe { u.read(first + i) };
-        }
-        samples(level, density, frame, numbers, drawn);
-        for (i, drawn) in drawn.iter().enumerate() {
-            let [x, y, z] = drawn.wi;
-            // SAFETY: the index is below the count.
-            unsafe { out.write(first + i, [x, y, z, drawn.pdf]) };
-        }
     }
 }
 
@@ -122,51 +80,20 @@ pub unsafe extern "C" fn wis_pdf(
             let environment = view(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
-            if product.is_null() {
-                pdf_all(level, &environment.light(), &environment.frame(), count, &wi, &pdf);
-            } else if let Some(shaded) = shaded(product, &environment, 3)? {
-                pdf_all(level, &shaded, &environment.frame(), count, &wi, &pdf);
+            let frame = environment.frame();
+            match shaded(product, &environment, 3)? {
+                None => {
+                    let light = environment.light();
+                    in_batches(&wi, &pdf, count, &mut |wi, pdf| {
+                        pdfs(level, &light, &frame, wi, pdf.as_flattened_mut());
+                    });
+                }
+                Some(shaded) => in_batches(&wi, &pdf, count, &mut |wi, pdf| {
+                    pdfs(level, &shaded, &frame, wi, pdf.as_flattened_mut());
+                }),
             }
             Ok(())
         })
-    }
-}
-
-/// # Safety
-/// The arrays hold `count` elements.
-#[inline(always)]
-unsafe fn pdf_all<D: Density>(
-    level: Level,
-    density: &D,
-    frame: &Frame,
-    count: usize,
-    wi: &Strided<3>,
-    out: &StridedMut<1>,
-) {
-    if count < FEWEST {
-        for i in 0..count {
-            // SAFETY: the index is below the count.
-            unsafe { out.write(i, [pdf(density, frame, wi.read(i))]) };
-        }
-        return;
-    }
-    // SAFETY: the caller's contract.
-    if let Some((wi, out)) = unsafe { packed(wi, out, count) } {
-        return pdfs(level, density, frame, wi, out.as_flattened_mut());
-    }
-    let (mut directions, mut densities) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
-    for first in (0..count).step_by(TOGETHER) {
-        let here = (count - first).min(TOGETHER);
-        let directions = directions.get_mut(..here).unwrap_or_default();
-        for (i, direction) in directions.iter_mut().enumerate() {
-            // SAFETY: the index is below the count.
-            *direction = unsafe { wi.read(first + i) };
-        }
-        pdfs(level, density, frame, directions, &mut densities);
-        for (i, &density) in densities.iter().take(here).enumerate() {
-            // SAFETY: the index is below the count.
-            unsafe { out.write(first + i, [density]) };
-        }
     }
 }
 
@@ -196,29 +123,16 @@ pub unsafe extern "C" fn wis_invert(
             let shaded = shaded(product, &environment, 3)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let u = StridedMut::<2>::new(u, u_stride, count, 7)?;
-            let statuses = super::slice_mut(status, count, 9)?;
+            let statuses = slice_mut(status, count, 9)?;
             let (light, frame) = (environment.light(), environment.frame());
-            let invert = |direction| match &shaded {
-                Some(shaded) => shaded.invert(&frame, direction),
-                None => light.invert(&frame, direction),
-            };
-            for (i, status) in statuses.iter_mut().enumerate() {
-                let found = match unit(wi.read(i)) {
-                    None => Err(Status::InvalidTransform),
-                    Some(direction) => match invert(direction) {
-                        Inverted::To(u) => Ok(u),
-                        Inverted::Unreachable => Err(Status::Unreachable),
-                        Inverted::Zero => Err(Status::ZeroDensity),
-                    },
+            invert_each(&wi, &u, statuses, &|wi| {
+                let wi = unit(wi).ok_or(Status::InvalidTransform)?;
+                let found = match &shaded {
+                    Some(shaded) => shaded.invert(&frame, wi),
+                    None => light.invert(&frame, wi),
                 };
-                *status = match found {
-                    Ok(numbers) => {
-                        u.write(i, numbers.map(clamp_u));
-                        Status::Ok as u8
-                    }
-                    Err(status) => status as u8,
-                };
-            }
+                found.numbers()
+            });
             Ok(())
         })
     }

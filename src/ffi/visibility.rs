@@ -1,13 +1,13 @@
 //! The visibility cache in C: what rays of earlier passes saw from places of the scene.
 
 use super::material::PointData;
-use super::{
-    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, SharedBlock, Strided, WIS_ALIGNMENT, answer, borrow, out,
-    pointer, sized, slice,
-};
+use super::memory::{DividedBlock, SharedBlock, block_mut, header};
+use super::strided::Strided;
+use super::{Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put_size, sized, slice};
+use crate::object::Size;
 use crate::sphere::unit;
 use crate::status::Status;
-use crate::visibility::{Counts, Factors, HALVES, MAX_PLACES, UNKNOWN, VisibilityCache, end_pass, key};
+use crate::visibility::{Arrays, Factors, Header, UNKNOWN, VisibilityCache, end_pass, key};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -16,46 +16,6 @@ use core::ptr::null_mut;
 #[allow(missing_debug_implementations)]
 pub struct VisibilityCacheObject {
     _opaque: [u8; 0],
-}
-
-const MAGIC: u64 = u64::from_le_bytes(*b"wisvis\x02\x00");
-
-/// What stands at the beginning: counts follow, and behind them factors.
-#[repr(C)]
-#[derive(Clone, Copy)]
-struct Header {
-    magic: u64,
-    places: u32,
-    reserved: u32,
-}
-
-/// Halves of all places, and where their counts and factors begin and end.
-struct Layout {
-    count: usize,
-    counts: usize,
-    factors: usize,
-    bytes: usize,
-}
-
-impl Layout {
-    fn new(places: u32) -> Layout {
-        let count = HALVES * places as usize;
-        let counts = size_of::<Header>();
-        let factors = counts + count * size_of::<Counts>();
-        Layout {
-            count,
-            counts,
-            factors,
-            bytes: (factors + count * size_of::<Factors>()).next_multiple_of(WIS_ALIGNMENT),
-        }
-    }
-
-    fn checked(places: u32) -> Checked<Layout> {
-        if places == 0 || places > MAX_PLACES {
-            return Err(Failure::new(Status::InvalidArgument, 1));
-        }
-        Ok(Layout::new(places))
-    }
 }
 
 /// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
@@ -69,12 +29,15 @@ pub unsafe extern "C" fn wis_visibility_cache_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        let needed = MemorySize { bytes: Layout::checked(places)?.bytes, align: WIS_ALIGNMENT, scratch_bytes: 0 };
-        // SAFETY: `out` checked the pointer, which is the caller's to write.
-        unsafe { out(size, 2)?.write(needed) };
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let Arrays { bytes, .. } = checked(places)?;
+        put_size(size, 2, Ok(Size { bytes, scratch: 0 }))
     })
+}
+
+fn checked(places: u32) -> Checked<Arrays> {
+    Arrays::new(places).ok_or(Failure::new(Status::InvalidArgument, 1))
 }
 
 /// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
@@ -90,36 +53,27 @@ pub unsafe extern "C" fn wis_visibility_cache_init(
     cache: *mut *mut VisibilityCacheObject,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        let layout = Layout::checked(places)?;
-        let block = ExclusiveBlock::new(memory.cast(), bytes, layout.bytes, 2)?;
+    // SAFETY: the caller's contract; zeros are counts.
+    answer(diagnostic, || unsafe {
+        let arrays = checked(places)?;
+        let block = DividedBlock::new(memory.cast(), bytes, arrays.bytes, 2)?;
         let handle = out(cache, 4)?;
-        // SAFETY: the block is aligned to 16 and as long as the layout says; zeros are counts.
-        unsafe {
-            block.start().write_bytes(0, layout.bytes);
-            block.start().cast::<Header>().write(Header { magic: MAGIC, places, reserved: 0 });
-            block.slice::<Factors>(layout.factors, 0, layout.count).fill(UNKNOWN);
-            handle.write(block.start().cast());
-        }
+        block_mut(memory, bytes, arrays.bytes, 2)?.fill(0);
+        block.all(arrays.header).fill(Header::new(places));
+        block.all::<Factors>(arrays.factors).fill(UNKNOWN);
+        handle.write(memory.cast());
         Ok(())
     })
 }
 
-/// The layout of a cache.
+/// Where the arrays of a cache stand.
 ///
 /// # Safety
 /// The pointer is null or points to a cache.
-unsafe fn layout(cache: *const VisibilityCacheObject, argument: u32) -> Checked<Layout> {
-    let header = pointer(cache.cast::<Header>(), argument)?;
-    if header.addr() % WIS_ALIGNMENT != 0 {
-        return Err(Failure::new(Status::Misaligned, argument));
-    }
-    // SAFETY: not null and aligned; every block that a cache was made in is longer than a header.
-    let header = unsafe { *header };
-    if header.magic != MAGIC || header.places == 0 || header.places > MAX_PLACES {
-        return Err(Failure::new(Status::Mismatch, argument));
-    }
-    Ok(Layout::new(header.places))
+unsafe fn arrays(cache: *const VisibilityCacheObject, argument: u32) -> Checked<Arrays> {
+    // SAFETY: the caller's contract; every block that a cache was made in is longer than a header.
+    let header: &Header = unsafe { header(cache.cast(), argument)? };
+    header.arrays().ok_or(Failure::new(Status::Mismatch, argument))
 }
 
 /// A cache to read and to record in.
@@ -129,12 +83,9 @@ unsafe fn layout(cache: *const VisibilityCacheObject, argument: u32) -> Checked<
 pub(super) unsafe fn cache<'a>(cache: *const VisibilityCacheObject, argument: u32) -> Checked<VisibilityCache<'a>> {
     // SAFETY: the caller's contract. Counts are atomic, so that others may add to them meanwhile.
     unsafe {
-        let layout = layout(cache, argument)?;
-        let block = SharedBlock::new(cache.cast(), layout.bytes, layout.bytes, argument)?;
-        Ok(VisibilityCache {
-            counts: block.slice(layout.counts, 0, layout.count),
-            factors: block.slice(layout.factors, 0, layout.count),
-        })
+        let arrays = arrays(cache, argument)?;
+        let block = SharedBlock::new(cache.cast(), arrays.bytes, arrays.bytes, argument)?;
+        Ok(VisibilityCache { counts: block.all(arrays.counts), factors: block.all(arrays.factors) })
     }
 }
 
@@ -174,26 +125,24 @@ pub unsafe extern "C" fn wis_visibility_cache_record(
     wi_stride: usize,
     reached: *const u8,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            if count == 0 {
-                return Ok(());
-            }
-            let point = sized(point, 1)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 3)?;
-            let reached = slice(reached, count, 5)?;
-            if point.visibility.is_null() {
-                return Ok(());
-            }
-            let cache = cache(point.visibility, 1)?;
-            for (index, reached) in reached.iter().enumerate() {
-                if let Some(wi) = unit(wi.read(index)) {
-                    cache.record(point.visibility_key, point.seed, wi, *reached != 0);
-                }
-            }
-            Ok(())
+    // SAFETY: the caller's contract; indices stay below `count`.
+    answer(null_mut(), || unsafe {
+        if count == 0 {
+            return Ok(());
         }
+        let point = sized(point, 1)?;
+        let wi = Strided::<3>::new(wi, wi_stride, count, 3)?;
+        let reached = slice(reached, count, 5)?;
+        if point.visibility.is_null() {
+            return Ok(());
+        }
+        let cache = cache(point.visibility, 1)?;
+        for (index, reached) in reached.iter().enumerate() {
+            if let Some(wi) = unit(wi.read(index)) {
+                cache.record(point.visibility_key, point.seed, wi, *reached != 0);
+            }
+        }
+        Ok(())
     })
 }
 
@@ -204,15 +153,12 @@ pub unsafe extern "C" fn wis_visibility_cache_record(
 /// The pointer is null or points to a cache that nobody else uses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_visibility_cache_end_pass(cache: *mut VisibilityCacheObject) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract; counts and factors have no byte in common.
-        unsafe {
-            let layout = layout(cache, 1)?;
-            let block = ExclusiveBlock::new(cache.cast(), layout.bytes, layout.bytes, 1)?;
-            let counts: &[Counts] = block.slice(layout.counts, 0, layout.count);
-            end_pass(counts, block.slice(layout.factors, 0, layout.count));
-            Ok(())
-        }
+    // SAFETY: the caller's contract; counts and factors have no byte in common.
+    answer(null_mut(), || unsafe {
+        let arrays = arrays(cache, 1)?;
+        let block = DividedBlock::new(cache.cast(), arrays.bytes, arrays.bytes, 1)?;
+        end_pass(block.finished().all(arrays.counts), block.all(arrays.factors));
+        Ok(())
     })
 }
 
@@ -229,9 +175,10 @@ pub unsafe extern "C" fn wis_visibility_key(
     cell: f32,
     visibility_key: *mut u32,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract.
-        unsafe { out(visibility_key, 4)?.write(key(*borrow(position, 1)?, *borrow(normal, 2)?, cell)) };
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let target = out(visibility_key, 4)?;
+        target.write(key(*borrow(position, 1)?, *borrow(normal, 2)?, cell));
         Ok(())
     })
 }

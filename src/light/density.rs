@@ -8,9 +8,10 @@ use super::chart::Place;
 use super::tables::{Drawn, Light, Located};
 pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
-use crate::numeric::ONE_MINUS_EPSILON;
+use crate::numeric::{self, ONE_MINUS_EPSILON};
 use crate::simd::{Apart, Num, prefetch};
 use crate::sphere::Frame;
+use crate::status::{Result, Status};
 use glam::Vec3;
 
 /// The first step towards the middle of a patch, as a share of the way; it doubles until it is all of it.
@@ -293,4 +294,18 @@ pub enum Inverted {
     Unreachable,
     /// Nothing: the density is 0.
     Zero,
+}
+
+impl Inverted {
+    /// The numbers that lead there, as sampling takes them.
+    ///
+    /// # Errors
+    /// [`Status::Unreachable`], [`Status::ZeroDensity`].
+    pub fn numbers(self) -> Result<[f32; 2]> {
+        match self {
+            Inverted::To(u) => Ok(u.map(numeric::clamp_u)),
+            Inverted::Unreachable => Err(Status::Unreachable),
+            Inverted::Zero => Err(Status::ZeroDensity),
+        }
+    }
 }

@@ -5,13 +5,100 @@
 //! varies inside it. Places in proportion to the energy of texels are not: light x visibility at such a place is an
 //! unbiased estimate of the light of the stratum that is seen.
 
-use crate::numeric::clamp_u;
-use crate::numeric::{max, min};
+use crate::light::plan::MAX_SIDE;
+use crate::numeric::{clamp_u, max, min};
+use crate::object::{Layout, Part, Size, header, take, taken, write_header};
 use crate::sample::Sample;
 use crate::sphere::{Frame, latlong, latlong_solid_angle, unit};
 use crate::status::{Result, Status};
+use bytemuck::{Pod, Zeroable};
 use core::f64::consts::{PI, TAU};
 use glam::Vec3;
+
+/// The first bytes of a jitter table.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Header {
+    magic: u64,
+    bytes: u64,
+    size: [u32; 2],
+    lights: u32,
+    frame: [f32; 9],
+}
+
+/// "wis-jit" and the version of the format.
+const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x02");
+
+impl Header {
+    /// The bytes of the table that begins with this; `None` if none does.
+    pub fn length(&self) -> Option<usize> {
+        if self.magic != MAGIC || self.size.iter().any(|side| *side > MAX_SIDE) {
+            return None;
+        }
+        let bytes = Config { size: self.size, lights: self.lights }.size()?.bytes;
+        Some(bytes).filter(|bytes| *bytes as u64 == self.bytes)
+    }
+}
+
+/// A table to build.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// Columns and rows of the map, at most 32768 each.
+    pub size: [u32; 2],
+    /// Strata.
+    pub lights: u32,
+}
+
+impl Config {
+    /// Texels of the map.
+    pub fn texels(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
+    /// Where `start`, `order`, `rank` and `cumulative` stand, and the whole.
+    fn parts(&self) -> ([Part; 4], Layout) {
+        let (mut whole, texels) = (Layout::behind::<Header>(), self.texels() as u64);
+        let start = whole.part::<u32>(u64::from(self.lights) + 1);
+        let (order, rank) = (whole.part::<u32>(texels), whole.part::<u32>(texels));
+        let cumulative = whole.part::<f64>(texels);
+        ([start, order, rank, cumulative], whole)
+    }
+
+    /// The memory of the table, and of the luminance of all texels; `None` if no memory is as long.
+    pub fn size(&self) -> Option<Size> {
+        Some(Size { bytes: self.parts().1.bytes()?, scratch: taken::<f64>(self.texels())? })
+    }
+
+    /// Builds the table of strata of a map from the stratum of each texel, below the number of strata. `luminance`, of each
+    /// texel: places are in proportion to the energy; none: to the solid angle. `memory` is as long as [`Config::size`] says.
+    ///
+    /// # Errors
+    /// [`Status::InvalidArgument`] for a label that is none.
+    pub fn build_in(&self, frame: &Frame, labels: &[u32], luminance: Option<&[f64]>, memory: &mut [u8]) -> Result<()> {
+        // Also what stands between the parts: equal tables are equal bytes.
+        memory.fill(0);
+        let row = |texel: usize| (texel / (self.size[0].max(1) as usize)) as u32;
+        let solid_angle = |texel: usize| latlong_solid_angle(self.size[0], self.size[1], row(texel));
+        let weight = |texel: usize| {
+            let value = luminance.map_or(1.0, |luminance| luminance.get(texel).copied().unwrap_or(0.0));
+            value * solid_angle(texel)
+        };
+        let ([start, order, rank, cumulative], whole) = self.parts();
+        let (mut rest, small) = (&mut *memory, Status::MemoryTooSmall);
+        let _: &mut [Header] = take(&mut rest, 1).ok_or(small)?;
+        let mut parts = Parts {
+            start: take(&mut rest, start.count).ok_or(small)?,
+            order: take(&mut rest, order.count).ok_or(small)?,
+            rank: take(&mut rest, rank.count).ok_or(small)?,
+            cumulative: take(&mut rest, cumulative.count).ok_or(small)?,
+        };
+        build(labels, weight, solid_angle, &mut parts)?;
+        let bytes = whole.bytes().ok_or(small)? as u64;
+        let Config { size, lights } = *self;
+        write_header(memory, &Header { magic: MAGIC, bytes, size, lights, frame: frame.to_array() });
+        Ok(())
+    }
+}
 
 /// The texels of every stratum with their probabilities.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +183,22 @@ fn sum_up(members: &[u32], weight: &impl Fn(usize) -> f64, sums: &mut [f64]) -> 
         sums.iter_mut().for_each(|sum| *sum /= total);
     }
     total
+}
+
+impl<'a> Jitter<'a> {
+    /// The table that bytes hold, and the frame of its map; `None` if they are of something else.
+    pub fn view(bytes: &'a [u8]) -> Option<(Jitter<'a>, Frame)> {
+        let header: &Header = header(bytes)?;
+        header.length()?;
+        let ([start, order, rank, cumulative], _) = Config { size: header.size, lights: header.lights }.parts();
+        let (start, order, rank, cumulative) = (start.of(bytes), order.of(bytes), rank.of(bytes), cumulative.of(bytes));
+        Some((Jitter { size: header.size, start, order, rank, cumulative }, Frame::from_array(&header.frame)))
+    }
+
+    /// How many strata there are.
+    pub fn strata(&self) -> u32 {
+        self.start.len().saturating_sub(1) as u32
+    }
 }
 
 impl Jitter<'_> {

@@ -8,10 +8,16 @@
 //! a component whose share of the energy is worth one light gets one; the first centre is the brightest texel; chords
 //! within 1e-9 are equal, and the lowest texel wins.
 
+use crate::light::environment::BuildError;
+use crate::light::pixels::Rows;
+use crate::lights::map::Map;
 use crate::numeric::is_float;
+use crate::object::{Size, take, taken};
 use crate::sphere::latlong_solid_angle;
 use crate::status::{Result, Status};
+use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
+use glam::Vec3;
 
 /// What a stratification is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +54,71 @@ impl Config {
         // At most `count` components of a layer are worth a light of their own, in each of the layers.
         let most = (self.count as usize).saturating_mul(self.levels as usize + 1);
         most.min(self.texels())
+    }
+
+    /// The bytes of the lights, and of the scratch memory; `None` if no memory is as long.
+    pub fn size(&self) -> Option<Size> {
+        let (texels, capacity) = (self.texels(), self.capacity());
+        let parts = [
+            taken::<f64>(texels)?,
+            taken::<f64>(texels)?,
+            taken::<[f64; 3]>(self.height as usize)?,
+            taken::<[f64; 2]>(self.width as usize)?,
+            taken::<Ball>(texels.div_ceil(GROUP) + 1)?,
+            taken::<Gathered>(capacity)?,
+            taken::<[f32; 3]>(texels)?,
+            taken::<u32>(texels)?,
+            taken::<u32>(texels)?,
+            taken::<u32>(texels)?,
+            taken::<u32>(capacity)?,
+            taken::<u8>(texels)?,
+        ];
+        let scratch = parts.into_iter().try_fold(0usize, usize::checked_add)?;
+        Some(Size { bytes: capacity * size_of::<Light>(), scratch })
+    }
+
+    /// Cuts a map into strata and writes each as a light; answers how many there are. `labels` may be empty, else it gets
+    /// the number of the light of each texel. Memory is as long as [`Config::size`] says.
+    ///
+    /// # Errors
+    /// [`BuildError::Row`]; [`Status::Overflow`] if the light of a stratum is no float.
+    pub fn lights_in(
+        &self,
+        map: &Map,
+        rows: &impl Rows,
+        mut memory: &mut [u8],
+        lights: &mut [Light],
+        labels: &mut [u32],
+    ) -> core::result::Result<usize, BuildError> {
+        let (texels, capacity, small) = (self.texels(), self.capacity(), Status::MemoryTooSmall);
+        let luminance: &mut [f64] = take(&mut memory, texels).ok_or(small)?;
+        let distance = take(&mut memory, texels).ok_or(small)?;
+        let (of_rows, columns) = (take(&mut memory, self.height as usize), take(&mut memory, self.width as usize));
+        let balls = take(&mut memory, texels.div_ceil(GROUP) + 1).ok_or(small)?;
+        let gathered: &mut [Gathered] = take(&mut memory, capacity).ok_or(small)?;
+        let rgb: &mut [[f32; 3]] = take(&mut memory, texels).ok_or(small)?;
+        let mut scratch = Scratch {
+            rows: of_rows.ok_or(small)?,
+            columns: columns.ok_or(small)?,
+            component: take(&mut memory, texels).ok_or(small)?,
+            members: take(&mut memory, texels).ok_or(small)?,
+            distance,
+            start: take(&mut memory, texels).ok_or(small)?,
+            balls,
+            is_centre: &mut [],
+        };
+        let centres: &mut [u32] = take(&mut memory, capacity).ok_or(small)?;
+        scratch.is_centre = take(&mut memory, texels).ok_or(small)?;
+        map.decode(rows, luminance, rgb)?;
+        let count = stratify(self, luminance, &mut scratch, centres)?;
+        let centres = centres.get(..count).unwrap_or(&[]);
+        let gathered = gathered.get_mut(..count).unwrap_or(&mut []);
+        let to_world = |d: [f64; 3]| map.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
+        gather(self, (luminance, rgb), &scratch, centres, gathered, to_world, lights)?;
+        for (label, number) in labels.iter_mut().zip(scratch.component.iter()) {
+            *label = if count == 0 { 0 } else { *number };
+        }
+        Ok(count)
     }
 
     /// Gamma of a luminous energy, as a share of the map's, and a solid angle: powers of energies leave the range of a
@@ -110,7 +181,8 @@ pub struct Light {
 }
 
 /// What a light gathers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Gathered {
     rgb: [f64; 3],
     luminance: f64,
@@ -163,7 +235,8 @@ pub fn gather(
 }
 
 /// A ball of directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Ball {
     centre: [f64; 3],
     /// No member is farther from the centre.

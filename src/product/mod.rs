@@ -11,6 +11,7 @@ mod corners;
 mod covers;
 pub mod density;
 mod divide;
+pub mod info;
 mod leaves;
 pub mod peak;
 pub mod prepare;

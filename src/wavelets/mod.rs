@@ -2,12 +2,12 @@
 //!
 //! The environment as a fixed-depth sparse tree over the octahedral square, BRDFs as lobes or sparse tables, their product at a
 //! shading point, the in-place kD warp, and products and integrals of any sets of wavelets. A file imports only what stands
-//! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`,
-//! `stored`, `pruned`, `combine`, `descent`, `wide`,
-//! `environment`, `query`, `table`, `lobe`, `product`, `sampler`, `tripling`, `triple`, `sparse`, `approximate`,
-//! `visibility`, `grid`, `rotated`.
+//! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`,
+//! `descent`, `wide`, `environment`, `query`, `table`, `lobe`, `callback`, `product`, `sampler`, `tripling`, `triple`, `sparse`,
+//! `approximate`, `visibility`, `grid`, `rotated`.
 
 pub mod approximate;
+pub mod callback;
 pub mod combine;
 pub mod descent;
 pub mod environment;

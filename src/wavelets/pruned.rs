@@ -25,17 +25,12 @@ impl Config {
     /// # Errors
     /// [`Fault`] names the field.
     pub fn check(&self) -> core::result::Result<(), Fault> {
-        for (holds, fault) in [
-            ((1..=4).contains(&self.dimensions), Fault::range(c"dimensions")),
-            (self.depth <= MAX_DEPTH, Fault::range(c"depth")),
-            (self.error_budget >= 0.0, Fault::range(c"error_budget")),
-            (self.complete().is_some(), Fault { status: Status::Overflow, field: c"depth" }),
-        ] {
-            if !holds {
-                return Err(fault);
-            }
-        }
-        Ok(())
+        Fault::first([
+            ((1..=4).contains(&self.dimensions), c"dimensions"),
+            (self.depth <= MAX_DEPTH, c"depth"),
+            (self.error_budget >= 0.0, c"error_budget"),
+        ])?;
+        self.complete().map(|_| ()).ok_or(Fault { status: Status::Overflow, field: c"depth" })
     }
 
     /// The squares of the complete tree.

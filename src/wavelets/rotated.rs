@@ -44,12 +44,10 @@ impl Rotation {
     /// # Errors
     /// [`Fault`] names the field.
     pub fn check(&self) -> core::result::Result<(), Fault> {
-        if !(1..=WIS_MAX_PLACES).contains(&self.places) {
-            return Err(Fault::range(c"places"));
-        }
-        if !(0.0..=MAX_LEAST).contains(&self.least) {
-            return Err(Fault::range(c"least"));
-        }
+        Fault::first([
+            ((1..=WIS_MAX_PLACES).contains(&self.places), c"places"),
+            ((0.0..=MAX_LEAST).contains(&self.least), c"least"),
+        ])?;
         self.tree().check()
     }
 

@@ -136,7 +136,42 @@ impl Header {
     }
 }
 
+/// What a prepared product is made of.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ProductInfo {
+    /// sizeof(wis_wavelet_product_info), set by the caller.
+    pub size: u32,
+    /// Inner nodes.
+    pub squares: u32,
+    /// Leaves.
+    pub leaves: u32,
+    /// BRDF evaluations that the preparation spent.
+    pub evaluations: u32,
+    /// Bytes in use: that much of the block is the product.
+    pub bytes: u64,
+    /// The content id of the light.
+    pub environment: u64,
+    /// An approximation of the integral over directions of luminance x luminance of BRDF x cosine, without visibility, in the
+    /// units of the map. A ratio or control variate that uses it inherits its error.
+    pub estimate: f64,
+}
+
 impl<'a> Prepared<'a> {
+    /// What was prepared.
+    pub fn info(&self) -> ProductInfo {
+        let header = self.header;
+        ProductInfo {
+            size: size_of::<ProductInfo>() as u32,
+            squares: header.squares,
+            leaves: if header.squares == 0 { 0 } else { 3 * header.squares + 1 },
+            evaluations: header.evaluations,
+            bytes: header.bytes,
+            environment: header.environment,
+            estimate: self.estimate(),
+        }
+    }
+
     /// The product that bytes hold; `None` if they hold none of this environment.
     #[inline(always)]
     pub fn view(environment: Environment<'a>, bytes: &'a [u8]) -> Option<Prepared<'a>> {

@@ -1,10 +1,14 @@
 //! The client's rows of pixels: an array or a callback.
 
-use super::super::{Checked, Failure};
-use super::RowFn;
-use crate::light::pixels::{Format, Rows};
+use crate::ffi::{Checked, Failure};
+use crate::light::environment::BuildError;
+use crate::light::pixels::{Format, RowError, Rows};
 use crate::status::{Fault, Status};
 use core::ffi::c_void;
+
+/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
+/// thread. Null stops the build with WIS_CALLBACK_FAILED.
+pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
 
 /// Where rows of pixels come from, as a configuration says it.
 pub(in crate::ffi) struct Source {
@@ -59,5 +63,22 @@ impl Rows for PixelRows {
         }
         // SAFETY: the client gives rows of that many bytes.
         Some(unsafe { core::slice::from_raw_parts(start, self.row_bytes) })
+    }
+}
+
+/// What a row that could not be decoded is to the caller, whose configuration is argument 1.
+pub(in crate::ffi) fn row_failure(y: u32, error: RowError) -> Failure {
+    match error {
+        RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
+        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
+    }
+}
+
+/// Why a build stopped; of which arguments are what is at fault else, and the block.
+pub(in crate::ffi) fn build_failure(error: BuildError, [input, memory]: [u32; 2]) -> Failure {
+    match error {
+        BuildError::Row(y, error) => row_failure(y, error),
+        BuildError::TooSmall(bytes) => Failure::too_small(memory, bytes),
+        BuildError::Status(status) => Failure::new(status, input),
     }
 }

@@ -1,19 +1,16 @@
 //! Structured importance sampling in C: a map as directional lights.
 
-use crate::ffi::light::LightConfig;
-use crate::ffi::light::request::read_config;
-use crate::ffi::light::rows::PixelRows;
-use crate::ffi::{
-    Checked, Diagnostic, ExclusiveBlock, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized, slice, slice_mut,
-};
+use crate::ffi::light::rows::{PixelRows, build_failure};
+use crate::ffi::light::{LightConfig, read_config};
+use crate::ffi::memory::block_mut;
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put_size, sized, slice, slice_mut};
 use crate::light::chart::Layout as Chart;
-use crate::light::pixels::decode_row;
-use crate::light::pixels::{Layout, Pixels, RowError, RowSummary, Rows};
-use crate::lights::strata::{self, Ball, Config, GROUP, Gathered, Light, Scratch};
-use crate::sphere::Frame;
+use crate::light::environment::BuildError;
+use crate::light::pixels::{Layout, Pixels};
+use crate::lights::map::Map;
+use crate::lights::strata::{Config, Light};
 use crate::status::{Fault, Status};
 use core::ffi::c_void;
-use glam::Vec3;
 
 /// How to cut a map into strata. Zeros stand for the paper's choices.
 #[repr(C)]
@@ -45,15 +42,10 @@ pub unsafe extern "C" fn wis_strata_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let request = Request::read(map, config)?;
-            let layout = Layouts::new(&request.config).ok_or(Failure::new(Status::Overflow, 1))?;
-            let bytes = request.config.capacity() * size_of::<Light>();
-            out(size, 3)?.write(MemorySize { bytes, align: WIS_ALIGNMENT, scratch_bytes: layout.bytes });
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (config, ..) = read(map, config)?;
+        put_size(size, 3, config.size().ok_or(Failure::new(Status::Overflow, 1)))
     })
 }
 
@@ -79,112 +71,21 @@ pub unsafe extern "C" fn wis_strata_lights(
     label: *mut u32,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract; the parts of the scratch memory are apart.
-        unsafe {
-            let request = Request::read(map, config)?;
-            let layout = Layouts::new(&request.config).ok_or(Failure::new(Status::Overflow, 1))?;
-            let block = ExclusiveBlock::new(scratch.cast(), scratch_bytes, layout.bytes, 3)?;
-            let lights = slice_mut(lights, request.config.capacity(), 5)?;
-            let light_count = out(light_count, 6)?;
-            let texels = request.config.texels();
-            let label = if label.is_null() { &mut [] } else { slice_mut(label, texels, 7)? };
-            light_count.write(run(&request, &layout, &block, lights, label)?);
-        }
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (config, map, rows) = read(map, config)?;
+        let size = config.size().ok_or(Failure::new(Status::Overflow, 1))?;
+        let block = block_mut(scratch, scratch_bytes, size.scratch, 3)?;
+        let lights = slice_mut(lights, config.capacity(), 5)?;
+        let light_count = out(light_count, 6)?;
+        let label = if label.is_null() { &mut [] } else { slice_mut(label, config.texels(), 7)? };
+        let written = config.lights_in(&map, &rows, block, lights, label).map_err(|error| match error {
+            BuildError::Status(Status::InvalidArgument) => Failure::new(Status::InvalidArgument, 2),
+            error => build_failure(error, [1, 3]),
+        })?;
+        light_count.write(written as u32);
         Ok(())
     })
-}
-
-/// # Safety
-/// The block is the caller's to write.
-unsafe fn run(
-    request: &Request,
-    layout: &Layouts,
-    block: &ExclusiveBlock,
-    lights: &mut [Light],
-    label: &mut [u32],
-) -> Checked<u32> {
-    let config = &request.config;
-    let (texels, capacity) = (config.texels(), config.capacity());
-    // SAFETY: the parts do not overlap, and each is as long as `Layouts` says.
-    let (luminance, rgb, centres, gathered, mut scratch) = unsafe {
-        (
-            block.slice::<f64>(layout.luminance, 0, texels),
-            block.slice::<[f32; 3]>(layout.rgb, 0, texels),
-            block.slice::<u32>(layout.centres, 0, capacity),
-            block.slice::<Gathered>(layout.gathered, 0, capacity),
-            Scratch {
-                rows: block.slice(layout.rows, 0, config.height as usize),
-                columns: block.slice(layout.columns, 0, config.width as usize),
-                component: block.slice(layout.component, 0, texels),
-                members: block.slice(layout.members, 0, texels),
-                distance: block.slice(layout.distance, 0, texels),
-                start: block.slice(layout.start, 0, texels),
-                balls: block.slice(layout.balls, 0, texels.div_ceil(GROUP) + 1),
-                is_centre: block.slice(layout.is_centre, 0, texels),
-            },
-        )
-    };
-    decode(request, luminance, rgb)?;
-    let count = strata::stratify(config, luminance, &mut scratch, centres).map_err(|s| Failure::new(s, 2))?;
-    let centres = centres.get(..count).unwrap_or(&[]);
-    let (gathered, written) =
-        (gathered.get_mut(..count).unwrap_or(&mut []), lights.get_mut(..count).unwrap_or(&mut []));
-    let to_world = |d: [f64; 3]| request.map.frame.to_world(Vec3::from_array(d.map(|c| c as f32))).to_array();
-    let written = strata::gather(config, (luminance, rgb), &scratch, centres, gathered, to_world, written);
-    written.map_err(|status| Failure::new(status, 1))?;
-    for (slot, number) in label.iter_mut().zip(scratch.component.iter()) {
-        *slot = if count == 0 { 0 } else { *number };
-    }
-    Ok(count as u32)
-}
-
-/// Reads all texels; +Inf becomes the largest finite luminance, in grey.
-fn decode(request: &Request, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Checked<()> {
-    let Request { map, rows, .. } = request;
-    let width = map.pixels.width.max(1) as usize;
-    let mut largest = 0.0;
-    for ((y, values), colours) in (0..).zip(luminance.chunks_exact_mut(width)).zip(rgb.chunks_exact_mut(width)) {
-        let summary = map.decode(rows, y, values, colours)?;
-        largest = if summary.largest > largest { summary.largest } else { largest };
-    }
-    for (value, colour) in luminance.iter_mut().zip(rgb) {
-        if !(*value < f64::INFINITY) {
-            (*value, *colour) = (largest, [largest as f32; 3]);
-        }
-    }
-    Ok(())
-}
-
-/// Decodes the luminance of all texels as [`decode`] does.
-pub(super) fn decode_luminance(map: &Map, rows: &PixelRows, luminance: &mut [f64]) -> Checked<()> {
-    let width = map.pixels.width.max(1) as usize;
-    let mut largest = 0.0;
-    for (y, values) in (0..).zip(luminance.chunks_exact_mut(width)) {
-        let summary = map.decode(rows, y, values, &mut [])?;
-        largest = if summary.largest > largest { summary.largest } else { largest };
-    }
-    for value in luminance.iter_mut().filter(|value| !(**value < f64::INFINITY)) {
-        *value = largest;
-    }
-    Ok(())
-}
-
-/// A lat-long map.
-#[derive(Clone, Copy)]
-pub(super) struct Map {
-    pub(super) pixels: Pixels,
-    pub(super) frame: Frame,
-    sanitise: bool,
-}
-
-impl Map {
-    /// Decodes a row; `rgb` may be empty.
-    fn decode(&self, rows: &PixelRows, y: u32, luminance: &mut [f64], rgb: &mut [[f32; 3]]) -> Checked<RowSummary> {
-        let decoded = rows.row(y).ok_or(RowError::Missing);
-        let decoded = decoded.and_then(|bytes| decode_row(&self.pixels, bytes, y, self.sanitise, luminance, rgb));
-        decoded.map_err(|error| refused(&error, y))
-    }
 }
 
 /// Checks the configuration of a lat-long map, the first argument.
@@ -195,118 +96,46 @@ pub(super) unsafe fn read_map(map: *const LightConfig) -> Checked<(Map, PixelRow
     // SAFETY: the caller's contract.
     let (request, rows) = unsafe { read_config(map)? };
     let of = &request.plan.of;
-    for (holds, field) in [(of.layout == Chart::LatLong, c"layout"), (!of.rows_at_poles, c"flags")] {
-        if !holds {
-            return Err(Failure::fault(Fault::range(field), 1));
-        }
-    }
-    let pixels = Pixels {
-        layout: Layout::LatLong,
-        width: of.width,
-        height: of.height,
-        channels: request.pixels.channels,
-        format: request.pixels.format,
+    Fault::first([(of.layout == Chart::LatLong, c"layout"), (!of.rows_at_poles, c"flags")])
+        .map_err(|fault| Failure::fault(fault, 1))?;
+    let (channels, format, sanitise) = (request.pixels.channels, request.pixels.format, request.pixels.sanitise);
+    let pixels = Pixels { layout: Layout::LatLong, width: of.width, height: of.height, channels, format };
+    Ok((Map { pixels, frame: request.frame, sanitise }, rows))
+}
+
+/// Checks a map and how to cut it.
+///
+/// # Safety
+/// The pointers are null or point to what the header says.
+unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<(Config, Map, PixelRows)> {
+    // SAFETY: the caller's contract.
+    let (map, rows, given, exponents) = unsafe {
+        let (map, rows) = read_map(map)?;
+        let given = sized(config, 2)?;
+        let exponents = match given.exponents.is_null() {
+            true => &[1.0, 0.25],
+            false => slice(given.exponents, 2, 2).map_err(|at| at.of(c"exponents"))?,
+        };
+        (map, rows, given, exponents)
     };
-    Ok((Map { pixels, frame: request.frame, sanitise: request.pixels.sanitise }, rows))
-}
-
-/// A row that was refused.
-fn refused(error: &RowError, y: u32) -> Failure {
-    match error {
-        RowError::Missing => Failure::at(error.status(), 1, 0, y).of(c"row"),
-        RowError::Texel(texel) => Failure::at(error.status(), 1, texel.x, texel.y).of(c"pixels"),
+    let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
+    Fault::first([
+        (given.levels <= 64, c"levels"),
+        (limit > 0.0 && limit <= f32::MAX, c"angle_limit"),
+        (exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent)), c"exponents"),
+    ])
+    .map_err(|fault| Failure::fault(fault, 2))?;
+    let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
+    let [width, height] = map.size();
+    let config = Config {
+        levels: if given.levels == 0 { 6 } else { given.levels },
+        radiance_exponent: exponent(0),
+        angle_exponent: exponent(1),
+        angle_limit: if given.angle_limit == 0.0 { 0.01 } else { f64::from(limit) },
+        ..Config::new(width, height, given.count)
+    };
+    if config.texels() >= u32::MAX as usize {
+        return Err(Failure::new(Status::Overflow, 1).of(c"height"));
     }
-}
-
-/// A map and a config that were checked.
-struct Request {
-    map: Map,
-    rows: PixelRows,
-    config: Config,
-}
-
-impl Request {
-    /// # Safety
-    /// The pointers are null or point to what the header says.
-    unsafe fn read(map: *const LightConfig, config: *const StrataConfig) -> Checked<Request> {
-        // SAFETY: the caller's contract.
-        let (map, rows, given, exponents) = unsafe {
-            let (map, rows) = read_map(map)?;
-            let given = sized(config, 2)?;
-            let exponents = if given.exponents.is_null() {
-                &[1.0, 0.25]
-            } else {
-                slice(given.exponents, 2, 2).map_err(|at| at.of(c"exponents"))?
-            };
-            (map, rows, given, exponents)
-        };
-        let limit = if given.angle_limit == 0.0 { 0.01 } else { given.angle_limit };
-        let allowed = exponents.iter().all(|exponent| (0.0..=8.0).contains(exponent));
-        for (holds, field) in [
-            (given.levels <= 64, c"levels"),
-            (limit > 0.0 && limit <= f32::MAX, c"angle_limit"),
-            (allowed, c"exponents"),
-        ] {
-            if !holds {
-                return Err(Failure::fault(Fault::range(field), 2));
-            }
-        }
-        let exponent = |i: usize| exponents.get(i).map_or(0.0, |&exponent| f64::from(exponent));
-        let (width, height) = (map.pixels.width, map.pixels.height);
-        let config = Config {
-            levels: if given.levels == 0 { 6 } else { given.levels },
-            radiance_exponent: exponent(0),
-            angle_exponent: exponent(1),
-            angle_limit: if given.angle_limit == 0.0 { 0.01 } else { f64::from(limit) },
-            ..Config::new(width, height, given.count)
-        };
-        if config.texels() >= u32::MAX as usize {
-            return Err(Failure::new(Status::Overflow, 1).of(c"height"));
-        }
-        Ok(Request { map, rows, config })
-    }
-}
-
-/// Where the parts of the scratch memory stand.
-struct Layouts {
-    luminance: usize,
-    distance: usize,
-    rows: usize,
-    columns: usize,
-    balls: usize,
-    gathered: usize,
-    rgb: usize,
-    component: usize,
-    members: usize,
-    start: usize,
-    centres: usize,
-    is_centre: usize,
-    bytes: usize,
-}
-
-impl Layouts {
-    fn new(config: &Config) -> Option<Layouts> {
-        let (texels, capacity) = (config.texels(), config.capacity());
-        let mut end = 0usize;
-        let mut part = |count: usize, size: usize| {
-            let start = end;
-            end = count.checked_mul(size)?.checked_add(end)?.checked_next_multiple_of(WIS_ALIGNMENT)?;
-            Some(start)
-        };
-        Some(Layouts {
-            luminance: part(texels, size_of::<f64>())?,
-            distance: part(texels, size_of::<f64>())?,
-            rows: part(config.height as usize, size_of::<[f64; 3]>())?,
-            columns: part(config.width as usize, size_of::<[f64; 2]>())?,
-            balls: part(texels.div_ceil(GROUP) + 1, size_of::<Ball>())?,
-            gathered: part(capacity, size_of::<Gathered>())?,
-            rgb: part(texels, size_of::<[f32; 3]>())?,
-            component: part(texels, size_of::<u32>())?,
-            members: part(texels, size_of::<u32>())?,
-            start: part(texels, size_of::<u32>())?,
-            centres: part(capacity, size_of::<u32>())?,
-            is_centre: part(texels, 1)?,
-            bytes: part(0, 1)?,
-        })
-    }
+    Ok((config, map, rows))
 }

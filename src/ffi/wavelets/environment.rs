@@ -1,23 +1,22 @@
 //! Environments as wavelet trees in C: size, build, open.
 
-mod request;
-
 pub use crate::ffi::light::{
     RowFn, WIS_FORMAT_F16, WIS_FORMAT_F32, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
 };
+pub use crate::wavelets::environment::info::EnvironmentInfo;
 pub use crate::wavelets::environment::{
     WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST,
     WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 
-use crate::ffi::memory::{block_mut, handle, stored};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, out, sized};
-use crate::light::environment::BuildError;
+use crate::ffi::light::rows::{PixelRows, Source, build_failure};
+use crate::ffi::memory::{Results, block_mut, handle, room_mut, stored};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, sized};
 use crate::status::Status;
 use crate::wavelets::environment as kernel;
-use crate::wavelets::environment::Header;
+use crate::wavelets::environment::request::Numbers;
+use crate::wavelets::environment::{Config, Header};
 use core::ffi::c_void;
-use request::{read_config, row_failure};
 
 /// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
@@ -64,32 +63,6 @@ pub struct EnvironmentConfig {
     pub row_user: *mut c_void,
 }
 
-/// What was built.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct EnvironmentInfo {
-    /// sizeof(wis_wavelet_light_info), set by the caller.
-    pub size: u32,
-    /// Cells along each side of the square.
-    pub resolution: u32,
-    /// WIS_STORAGE_*.
-    pub storage: u32,
-    /// WIS_WAVELET_LIGHT_*.
-    pub flags: u32,
-    /// Bytes of the environment: that much of the block is in use and needs to be saved.
-    pub bytes: u64,
-    /// Squares stored, each the averages of four children.
-    pub squares: u64,
-    /// Texels that were replaced.
-    pub sanitised: u64,
-    /// Tells environments apart: a hash of the bytes.
-    pub content_id: u64,
-    /// The integral of luminance over the sphere, in the units of the map times steradian.
-    pub power: f64,
-    /// Sparse storage: the variance that pruning added, relative.
-    pub error: f64,
-}
-
 /// Measures the memory of a build: exactly for a pyramid of a stated resolution, at most for sparse storage and for a
 /// pyramid whose cells may be divided further. Work: constant.
 ///
@@ -101,14 +74,10 @@ pub unsafe extern "C" fn wis_wavelet_light_size(
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        let (config, _) = unsafe { read_config(config)? };
-        let target = out(size, 2)?;
-        let size = config.size().map_err(|status| Failure::new(status, 1))?;
-        // SAFETY: checked by `out`.
-        unsafe { target.write(MemorySize { bytes: size.bytes, align: WIS_ALIGNMENT, scratch_bytes: size.scratch }) };
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (config, _) = read_config(config)?;
+        put_size(size, 2, config.size().map_err(|status| Failure::new(status, 1)))
     })
 }
 
@@ -129,23 +98,16 @@ pub unsafe extern "C" fn wis_wavelet_light_init(
     info: *mut EnvironmentInfo,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            let (config, rows) = read_config(config)?;
-            check_results((environment, 6), (info, 7))?;
-            let size = config.size().map_err(|status| Failure::new(status, 1))?;
-            let work = block_mut(scratch, scratch_bytes, size.scratch, 4)?;
-            // How many bytes a sparse tree needs is known only at the end.
-            let target = block_mut(memory, bytes, bytes.min(size.bytes), 2)?;
-            let built = kernel::Environment::build_in(&config, &rows, target, work).map_err(|error| match error {
-                BuildError::Row(y, error) => row_failure(y, error),
-                BuildError::TooSmall(needed) => Failure::too_small(2, needed),
-                BuildError::Status(status) => Failure::new(status, 1),
-            })?;
-            publish(built.header, memory.cast_const(), environment, info);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let (config, rows) = read_config(config)?;
+        let results = Results::new((environment, 6), (info, 7))?;
+        let size = config.size().map_err(|status| Failure::new(status, 1))?;
+        let work = block_mut(scratch, scratch_bytes, size.scratch, 4)?;
+        // How many bytes a sparse tree needs is known only at the end.
+        let target = room_mut(memory, bytes, size.bytes, 2)?;
+        let built = kernel::Environment::build_in(&config, &rows, target, work);
+        results.publish(memory, built.map_err(|error| build_failure(error, [1, 2]))?.header.info())
     })
 }
 
@@ -162,16 +124,28 @@ pub unsafe extern "C" fn wis_wavelet_light_open(
     info: *mut EnvironmentInfo,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
-        // SAFETY: the caller's contract.
-        unsafe {
-            check_results((environment, 3), (info, 4))?;
-            let bytes = stored(memory, bytes, Header::checked_length)?;
-            let opened = kernel::Environment::open(bytes).map_err(|status| Failure::new(status, 1))?;
-            publish(opened.header, memory, environment, info);
-        }
-        Ok(())
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let results = Results::new((environment, 3), (info, 4))?;
+        let opened = kernel::Environment::open(stored(memory, bytes, Header::checked_length)?);
+        results.publish(memory, opened.map_err(|status| Failure::new(status, 1))?.header.info())
     })
+}
+
+/// Checks a configuration, which is argument 1.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, PixelRows)> {
+    // SAFETY: the caller's contract.
+    let c = unsafe { sized(config, 1)? };
+    let &EnvironmentConfig { layout, width, height, channels, format, flags, storage, resolution, .. } = c;
+    let error_budget = c.error_budget;
+    let numbers = Numbers { layout, width, height, channels, format, flags, storage, resolution, error_budget };
+    let config = Config::new(&numbers).map_err(|fault| Failure::fault(fault, 1))?;
+    let row_bytes = config.pixels.row_bytes().ok_or(Failure::new(Status::Overflow, 1).of(c"width"))?;
+    let source = Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
+    Ok((config, PixelRows::new(source, config.pixels.format, row_bytes, height)?))
 }
 
 /// The environment behind a handle.
@@ -183,50 +157,4 @@ pub(super) unsafe fn view<'a>(environment: *const Environment, argument: u32) ->
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(environment.cast(), Header::length, argument)? };
     kernel::Environment::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
-}
-
-/// Checks the pointers to the results of a build.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-unsafe fn check_results(
-    (environment, at): (*mut *const Environment, u32),
-    (info, info_at): (*mut EnvironmentInfo, u32),
-) -> Checked<()> {
-    out(environment, at)?;
-    if !info.is_null() {
-        // SAFETY: the caller's contract.
-        unsafe { sized(info.cast_const(), info_at)? };
-    }
-    Ok(())
-}
-
-/// Writes the results of a build or an opening.
-///
-/// # Safety
-/// [`check_results`] accepted the pointers.
-unsafe fn publish(
-    header: &Header,
-    memory: *const c_void,
-    environment: *mut *const Environment,
-    info: *mut EnvironmentInfo,
-) {
-    // SAFETY: checked before; info may be null.
-    unsafe {
-        environment.write(memory.cast());
-        if !info.is_null() {
-            info.write(EnvironmentInfo {
-                size: size_of::<EnvironmentInfo>() as u32,
-                resolution: 1 << header.depth,
-                storage: header.storage,
-                flags: header.flags,
-                bytes: header.bytes,
-                squares: header.squares.into(),
-                sanitised: header.sanitised,
-                content_id: header.content_id,
-                power: header.power,
-                error: header.error,
-            });
-        }
-    }
 }

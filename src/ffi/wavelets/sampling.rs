@@ -1,20 +1,18 @@
 //! Sample, pdf and invert in C: one call each, for a light or a product, for one direction or many.
 
+use crate::ffi::strided::{Strided, StridedMut, in_batches, invert_each};
 use crate::ffi::wavelets::environment::{Environment, view};
 use crate::ffi::wavelets::product::{Product, prepared};
-use crate::ffi::{Checked, Strided, StridedMut, answer, frame, slice_mut};
+use crate::ffi::{Checked, answer, frame, slice_mut};
 use crate::sample::Sample;
-use crate::simd::Native;
 use crate::sphere::Frame;
 use crate::status::Status;
-use crate::wavelets::descent::{self, Density};
+use crate::wavelets::descent::invert;
 use crate::wavelets::environment::Light;
 use crate::wavelets::sampler::Prepared;
-use crate::wavelets::wide::{self, TOGETHER, WideDensity};
+use crate::wavelets::wide::{pdfs, samples};
+use bytemuck::cast_slice_mut;
 use core::ptr::null_mut;
-
-/// So many directions together cost less in lanes than one by one.
-const FEWEST: usize = 3;
 
 /// What a call works on.
 enum Asked<'a> {
@@ -62,46 +60,17 @@ pub unsafe extern "C" fn wis_wavelet_sample(
     drawn: *mut Sample,
     drawn_stride: usize,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let asked = asked(environment, product, world_from_map)?;
-            let u = Strided::<2>::new(u, u_stride, count, 5)?;
-            let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
-            match &asked {
-                Asked::Light(light, frame) => sample_all(light, frame, count, &u, &out),
-                Asked::Product(product) => sample_all(&product.cells, &product.frame, count, &u, &out),
-            }
-        }
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let asked = asked(environment, product, world_from_map)?;
+        let u = Strided::<2>::new(u, u_stride, count, 5)?;
+        let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
+        in_batches(&u, &out, count, &mut |u, out| match &asked {
+            Asked::Light(light, frame) => samples(light, frame, u, cast_slice_mut(out)),
+            Asked::Product(product) => samples(&product.cells, &product.frame, u, cast_slice_mut(out)),
+        });
         Ok(())
     })
-}
-
-/// # Safety
-/// The arrays hold `count` elements.
-unsafe fn sample_all<D: WideDensity>(density: &D, frame: &Frame, count: usize, u: &Strided<2>, out: &StridedMut<4>) {
-    let write = |index: usize, Sample { wi: [x, y, z], pdf }: Sample| {
-        // SAFETY: the index is below the count.
-        unsafe { out.write(index, [x, y, z, pdf]) };
-    };
-    for first in (0..count).step_by(TOGETHER) {
-        let here = (count - first).min(TOGETHER);
-        if here < FEWEST {
-            for index in first..first + here {
-                // SAFETY: the index is below the count.
-                write(index, descent::sample(density, frame, unsafe { u.read(index) }));
-            }
-            continue;
-        }
-        let (mut numbers, mut samples) = ([[0.5; 2]; TOGETHER], [Sample::default(); TOGETHER]);
-        let numbers = numbers.get_mut(..here).unwrap_or_default();
-        for (i, number) in numbers.iter_mut().enumerate() {
-            // SAFETY: the index is below the count.
-            *number = unsafe { u.read(first + i) };
-        }
-        wide::sample::<Native, D>(density, frame, numbers, &mut samples);
-        samples.iter().take(here).enumerate().for_each(|(i, sample)| write(first + i, *sample));
-    }
 }
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian: above 0 wherever
@@ -121,45 +90,17 @@ pub unsafe extern "C" fn wis_wavelet_pdf(
     pdf: *mut f32,
     pdf_stride: usize,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let asked = asked(environment, product, world_from_map)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
-            let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
-            match &asked {
-                Asked::Light(light, frame) => pdf_all(light, frame, count, &wi, &pdf),
-                Asked::Product(product) => pdf_all(&product.cells, &product.frame, count, &wi, &pdf),
-            }
-        }
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let asked = asked(environment, product, world_from_map)?;
+        let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
+        let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
+        in_batches(&wi, &pdf, count, &mut |wi, pdf| match &asked {
+            Asked::Light(light, frame) => pdfs(light, frame, wi, pdf.as_flattened_mut()),
+            Asked::Product(product) => pdfs(&product.cells, &product.frame, wi, pdf.as_flattened_mut()),
+        });
         Ok(())
     })
-}
-
-/// # Safety
-/// The arrays hold `count` elements.
-unsafe fn pdf_all<D: WideDensity>(density: &D, frame: &Frame, count: usize, wi: &Strided<3>, pdf: &StridedMut<1>) {
-    for first in (0..count).step_by(TOGETHER) {
-        let here = (count - first).min(TOGETHER);
-        if here < FEWEST {
-            for index in first..first + here {
-                // SAFETY: the index is below the count.
-                unsafe { pdf.write(index, [descent::pdf(density, frame, wi.read(index)).unwrap_or(0.0)]) };
-            }
-            continue;
-        }
-        let (mut directions, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
-        let directions = directions.get_mut(..here).unwrap_or_default();
-        for (i, direction) in directions.iter_mut().enumerate() {
-            // SAFETY: the index is below the count.
-            *direction = unsafe { wi.read(first + i) };
-        }
-        wide::pdf::<Native, D>(density, frame, directions, &mut values);
-        for (i, value) in values.iter().take(here).enumerate() {
-            // SAFETY: the index is below the count.
-            unsafe { pdf.write(first + i, [*value]) };
-        }
-    }
 }
 
 /// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there, or
@@ -181,35 +122,16 @@ pub unsafe extern "C" fn wis_wavelet_invert(
     u_stride: usize,
     status: *mut u8,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below `count`.
-        unsafe {
-            let asked = asked(environment, product, world_from_map)?;
-            let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
-            let u = StridedMut::<2>::new(u, u_stride, count, 7)?;
-            let statuses = slice_mut(status, count, 9)?;
-            match &asked {
-                Asked::Light(light, frame) => invert_all(light, frame, &wi, &u, statuses),
-                Asked::Product(product) => invert_all(&product.cells, &product.frame, &wi, &u, statuses),
-            }
-        }
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        let asked = asked(environment, product, world_from_map)?;
+        let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
+        let u = StridedMut::<2>::new(u, u_stride, count, 7)?;
+        let statuses = slice_mut(status, count, 9)?;
+        invert_each(&wi, &u, statuses, &|wi| match &asked {
+            Asked::Light(light, frame) => invert(light, frame, wi),
+            Asked::Product(product) => invert(&product.cells, &product.frame, wi),
+        });
         Ok(())
     })
-}
-
-/// # Safety
-/// The arrays hold an element for each status.
-unsafe fn invert_all<D: Density>(density: &D, frame: &Frame, wi: &Strided<3>, u: &StridedMut<2>, statuses: &mut [u8]) {
-    for (index, status) in statuses.iter_mut().enumerate() {
-        // SAFETY: the index is below the count.
-        let found = unsafe { descent::invert(density, frame, wi.read(index)) };
-        *status = match found {
-            Ok(numbers) => {
-                // SAFETY: as above.
-                unsafe { u.write(index, numbers) };
-                Status::Ok as u8
-            }
-            Err(status) => status as u8,
-        };
-    }
 }

@@ -1,7 +1,8 @@
 //! Tabulated BRDFs in C: which directions a slice needs, what a table means, and products of it.
 
+use crate::ffi::strided::StridedMut;
 use crate::ffi::wavelets::tree::{Tree, square_tree};
-use crate::ffi::{Checked, Failure, StridedMut, answer, borrow, out, pointer, sized, slice};
+use crate::ffi::{Checked, Failure, answer, borrow, out, pointer, sized, slice};
 use crate::numeric::exp2i;
 use crate::sphere::unit;
 use crate::status::{Fault, Status};

@@ -5,10 +5,12 @@
 
 mod build;
 mod flags;
+pub mod info;
 mod integrate;
 mod object;
 mod polygon;
 mod refine;
+pub mod request;
 mod spread;
 
 pub use crate::light::pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};

@@ -6,7 +6,7 @@
 
 mod split;
 
-use crate::simd::{LANES, Lanes};
+use crate::simd::{LANES, Lanes, Native};
 use crate::sphere::{Frame, SPHERE, wide};
 use crate::wavelets::descent::{self, Density, Sample};
 pub use split::ALL;
@@ -103,6 +103,33 @@ impl<F: Lanes> Walker<F> for Locating<F> {
             self.product = F::select(mask, product, self.product);
         }
         sides
+    }
+}
+
+/// So many directions together cost less in lanes than one by one.
+const FEWEST: usize = 3;
+
+/// A sample for each of all `u`, as many as there is room for.
+#[inline(never)]
+pub fn samples<D: WideDensity>(density: &D, frame: &Frame, u: &[[f32; 2]], out: &mut [Sample]) {
+    for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+        if u.len() < FEWEST {
+            u.iter().zip(out).for_each(|(u, out)| *out = descent::sample(density, frame, *u));
+        } else {
+            sample::<Native, D>(density, frame, u, out);
+        }
+    }
+}
+
+/// The pdf of all `wi`, as many as there is room for; 0 for a direction that is not of unit length.
+#[inline(never)]
+pub fn pdfs<D: WideDensity>(density: &D, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32]) {
+    for (wi, out) in wi.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+        if wi.len() < FEWEST {
+            wi.iter().zip(out).for_each(|(wi, out)| *out = descent::pdf(density, frame, *wi).unwrap_or(0.0));
+        } else {
+            pdf::<Native, D>(density, frame, wi, out);
+        }
     }
 }
 

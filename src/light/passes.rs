@@ -1,0 +1,111 @@
+//! A build in three passes that threads may share: where they keep what they find, and what is done. Each item of a pass (a row
+//! of texels, then a cell, then a cell again) has elements of its own in every array that the pass writes; what a pass reads,
+//! an earlier one wrote.
+
+use super::blocks::Steps;
+use super::build::{CellWork, full_lengths};
+use super::decode::RowSummary;
+use super::environment::Scratch;
+use super::plan::Plan;
+use super::request::Request;
+use crate::object::{Layout, Part, Size};
+
+/// Rows of texels are decoded; grids of cells are chosen; tables of cells are written.
+pub const PASSES: usize = 3;
+
+/// How many items each pass has.
+pub fn items(plan: &Plan) -> [u32; PASSES] {
+    [plan.rows(), plan.cells(), plan.cells()]
+}
+
+/// The first words of a scratch block in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct Begun {
+    magic: u64,
+    fingerprint: u64,
+}
+
+impl Begun {
+    /// Those of a build.
+    pub fn new(request: &Request) -> Begun {
+        Begun { magic: u64::from_le_bytes(*b"wis-lit\x02"), fingerprint: request.fingerprint() }
+    }
+}
+
+/// The largest luminance of a row, and the light of a cell, until that item is done.
+pub const UNFINISHED: f64 = -1.0;
+/// The level of a cell until its grids are chosen.
+const UNCHOSEN: u64 = u64::MAX;
+
+/// Where the arrays of a scratch block stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrays {
+    /// A [`RowSummary`] of each row.
+    pub rows: Part,
+    /// The colour of each row in each column of cells.
+    pub rgb: Part,
+    /// The weights of each row of patches.
+    pub weights: Part,
+    /// A [`CellWork`] for each cell.
+    pub work: Part,
+    /// The light of each block.
+    pub block_light: Part,
+    /// The luminance of each texel.
+    pub luminance: Part,
+    /// The grid of each block.
+    pub steps: Part,
+    /// The light of each cell.
+    pub cell_light: Part,
+    /// Of the whole block.
+    pub bytes: usize,
+}
+
+impl Arrays {
+    /// The arrays of a build; `None` if no memory is as long.
+    pub fn of(plan: &Plan) -> Option<Arrays> {
+        let counts = Scratch::counts(plan, full_lengths(plan).blocks)?;
+        let [rows, rgb, weights, work, block_light, luminance, steps] = counts.map(|(count, _)| count as u64);
+        let mut whole = Layout::behind::<Begun>();
+        let arrays = Arrays {
+            rows: whole.part::<RowSummary>(rows),
+            rgb: whole.part::<[f64; 3]>(rgb),
+            weights: whole.part::<[f64; 2]>(weights),
+            work: whole.part::<CellWork>(work),
+            block_light: whole.part::<f64>(block_light),
+            luminance: whole.part::<f32>(luminance),
+            steps: whole.part::<Steps>(steps),
+            cell_light: whole.part::<f64>(u64::from(plan.cells())),
+            bytes: 0,
+        };
+        Some(Arrays { bytes: whole.bytes()?, ..arrays })
+    }
+}
+
+/// The memory of a shared build, at most; `None` if none is as long.
+pub fn size(plan: &Plan) -> Option<Size> {
+    let bytes = plan.size().ok()?.bytes;
+    Some(Size { bytes, scratch: Arrays::of(plan)?.bytes }).filter(|size| size.bytes <= isize::MAX as usize)
+}
+
+/// Marks all items as not done.
+pub fn begin(rows: &mut [RowSummary], work: &mut [CellWork], cell_light: &mut [f64]) {
+    rows.fill(RowSummary { largest: UNFINISHED, ..RowSummary::default() });
+    work.fill(CellWork { level: UNCHOSEN, ..CellWork::default() });
+    cell_light.fill(UNFINISHED);
+}
+
+/// Whether all rows are decoded.
+pub fn decoded(rows: &[RowSummary]) -> bool {
+    rows.iter().all(|row| row.largest != UNFINISHED)
+}
+
+/// Whether the grids of all cells are chosen.
+pub fn chosen(work: &[CellWork]) -> bool {
+    work.iter().all(|cell| cell.level != UNCHOSEN)
+}
+
+/// Whether the tables of all cells are written.
+pub fn written(cell_light: &[f64]) -> bool {
+    cell_light.iter().all(|light| *light != UNFINISHED)
+}

@@ -1,0 +1,167 @@
+//! A light in the numbers of the C interface: what a client asks for, checked.
+
+use super::chart::Layout;
+use super::decode::Pixels;
+use super::pixels::Format;
+use super::plan::{Description, Filter, MAX_SIDE, Plan};
+use crate::numeric::ContentHash;
+use crate::sphere::Frame;
+use crate::status::{Fault, Status};
+
+/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
+/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
+pub const WIS_LAYOUT_LATLONG: u32 = 1;
+/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
+pub const WIS_LAYOUT_CUBE: u32 = 2;
+/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
+/// along y; height = width.
+pub const WIS_LAYOUT_OCTAHEDRAL: u32 = 3;
+
+/// 32-bit floats.
+pub const WIS_FORMAT_F32: u32 = 1;
+/// 16-bit floats.
+pub const WIS_FORMAT_F16: u32 = 2;
+
+/// You interpolate between texel centres along both axes. Lat-long maps wrap in azimuth and mirror over the poles, faces of a
+/// cube and edges of an octahedral map join.
+pub const WIS_FILTER_BILINEAR: u32 = 0;
+/// You take the texel that holds the direction.
+pub const WIS_FILTER_NEAREST: u32 = 1;
+
+/// Lat-long only: the first and the last row of texels lie at the poles, so theta = pi y / (height - 1).
+pub const WIS_ENVIRONMENT_ROWS_AT_POLES: u32 = 1;
+/// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
+pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
+/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
+/// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
+pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
+/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
+/// +Inf by the largest finite luminance of the map.
+pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
+
+/// No products will be prepared with it, nor shared by hits, nor used for several rays: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
+
+const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
+    | WIS_ENVIRONMENT_EXACT_ZERO
+    | WIS_ENVIRONMENT_COMPENSATED
+    | WIS_ENVIRONMENT_SANITISE
+    | WIS_ENVIRONMENT_LIGHT_ONLY;
+
+/// What a configuration says of a map.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers {
+    /// WIS_LAYOUT_*.
+    pub layout: u32,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// 1, 3 or 4.
+    pub channels: u32,
+    /// WIS_FORMAT_*.
+    pub format: u32,
+    /// WIS_FILTER_*.
+    pub filter: u32,
+    /// WIS_ENVIRONMENT_*.
+    pub flags: u32,
+    /// 0 to 1.
+    pub error_budget: f32,
+}
+
+/// A build that was asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    /// What the map becomes.
+    pub plan: Plan,
+    /// How its pixels are stored.
+    pub pixels: Pixels,
+    /// From its space to the world's.
+    pub frame: Frame,
+    flags: u32,
+}
+
+/// The format of this number.
+pub fn format_of(number: u32) -> Option<Format> {
+    match number {
+        WIS_FORMAT_F32 => Some(Format::F32),
+        WIS_FORMAT_F16 => Some(Format::F16),
+        _ => None,
+    }
+}
+
+impl Request {
+    /// Checks a configuration; the frame is the identity.
+    ///
+    /// # Errors
+    /// [`Fault`] names the field.
+    pub fn new(numbers: &Numbers) -> core::result::Result<Request, Fault> {
+        let &Numbers { width, height, channels, flags, error_budget, .. } = numbers;
+        let (layout, faces) = match numbers.layout {
+            WIS_LAYOUT_LATLONG => (Layout::LatLong, 1),
+            WIS_LAYOUT_CUBE => (Layout::Cube, 6),
+            WIS_LAYOUT_OCTAHEDRAL => (Layout::Octahedral, 1),
+            _ => return Err(Fault::range(c"layout")),
+        };
+        let format = format_of(numbers.format).ok_or(Fault::range(c"format"))?;
+        let filter = match numbers.filter {
+            WIS_FILTER_BILINEAR => Filter::Bilinear,
+            WIS_FILTER_NEAREST => Filter::Nearest,
+            _ => return Err(Fault::range(c"filter")),
+        };
+        let has = |flag: u32| flags & flag != 0;
+        let fits = match layout {
+            Layout::LatLong => true,
+            Layout::Cube => width.checked_mul(6) == Some(height),
+            Layout::Octahedral => width == height,
+        };
+        Fault::first([
+            (width > 0, c"width"),
+            (height > 0 && fits, c"height"),
+            (matches!(channels, 1 | 3 | 4), c"channels"),
+            (flags & !ALL_FLAGS == 0, c"flags"),
+            (!has(WIS_ENVIRONMENT_ROWS_AT_POLES) || layout == Layout::LatLong, c"flags"),
+            ((0.0..=1.0).contains(&error_budget), c"error_budget"),
+        ])?;
+        for (side, field) in [(width, c"width"), (height / faces, c"height")] {
+            if side > MAX_SIDE {
+                return Err(Fault { status: Status::Overflow, field });
+            }
+        }
+        let pixels = Pixels { channels, format, sanitise: has(WIS_ENVIRONMENT_SANITISE) };
+        let plan = Plan::new(&Description {
+            layout,
+            width,
+            height,
+            filter,
+            rows_at_poles: has(WIS_ENVIRONMENT_ROWS_AT_POLES),
+            exact_zero: has(WIS_ENVIRONMENT_EXACT_ZERO),
+            compensated: has(WIS_ENVIRONMENT_COMPENSATED),
+            light_only: has(WIS_ENVIRONMENT_LIGHT_ONLY),
+            // -0 is 0.
+            budget: error_budget.abs(),
+        });
+        // What a plan refuses was refused above.
+        let plan = plan.map_err(|status| Fault { status, field: c"layout" })?;
+        Ok(Request { plan, pixels, frame: Frame::IDENTITY, flags })
+    }
+
+    /// Bytes of a row of texels.
+    pub fn row_bytes(&self) -> usize {
+        self.pixels.row_bytes(self.plan.of.width).unwrap_or(usize::MAX)
+    }
+
+    /// Tells whether a later call of the same build brings the same configuration.
+    pub fn fingerprint(&self) -> u64 {
+        let of = &self.plan.of;
+        let mut hash = ContentHash::new();
+        for word in [of.layout as u32, of.width, of.height, of.filter as u32, self.flags, of.budget.to_bits()] {
+            hash.add(word.into());
+        }
+        for word in [self.pixels.channels, self.pixels.format as u32] {
+            hash.add(word.into());
+        }
+        hash.add_floats(&self.frame.to_array());
+        hash.finish()
+    }
+}

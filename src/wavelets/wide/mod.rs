@@ -147,19 +147,7 @@ pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: &[[f32; 2
     let cells = density.walk_wide(walks, &mut walkers);
     let parts = u.chunks(LANES).zip(samples.chunks_mut(LANES));
     for (((u, samples), (corners, failed)), (walker, walks)) in parts.zip(cells).zip(walkers.iter().zip(walks)) {
-        let Sampling { inside, index, width, product } = *walker;
-        let place = sample_bilinear(corners, inside);
-        let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
-        let world = wide::to_world(frame, wide::direction(s));
-        let (back, unit) = wide::to_square(frame, world);
-        let offset = [back[0] / width, back[1] / width];
-        let within = [within(index[0], offset[0]), within(index[1], offset[1])];
-        let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
-        let sound = F::bits(F::and(F::and(within[0], within[1]), unit)) & walks & !failed;
-        let rows = F::rows([world[0], world[1], world[2], per_solid_angle(value)]);
-        for (sample, [x, y, z, pdf]) in samples.iter_mut().zip(rows) {
-            *sample = Sample { wi: [x, y, z], pdf };
-        }
+        let sound = walker.finish(frame, corners, samples) & walks & !failed;
         let unsound = first_lanes(u.len()) & !sound;
         if unsound != 0 {
             for (_, (sample, &u)) in samples.iter_mut().zip(u).enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
@@ -169,33 +157,67 @@ pub fn sample<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, u: &[[f32; 2
     }
 }
 
+impl<F: Lanes> Sampling<F> {
+    /// Samples cells with these corners, and tells in which lanes the direction is of that cell. One copy for all densities.
+    #[inline(never)]
+    fn finish(&self, frame: &Frame, corners: [F; 4], samples: &mut [Sample]) -> u32 {
+        let Sampling { inside, index, width, product } = *self;
+        let place = sample_bilinear(corners, inside);
+        let s = [place_in_cell(index[0], place[0], width), place_in_cell(index[1], place[1], width)];
+        let world = wide::to_world(frame, wide::direction(s));
+        let (back, unit) = wide::to_square(frame, world);
+        let offset = [back[0] / width, back[1] / width];
+        let within = [within(index[0], offset[0]), within(index[1], offset[1])];
+        let value = product * bilinear_density(corners, [offset[0] - index[0], offset[1] - index[1]]);
+        let rows = F::rows([world[0], world[1], world[2], per_solid_angle(value)]);
+        for (sample, [x, y, z, pdf]) in samples.iter_mut().zip(rows) {
+            *sample = Sample { wi: [x, y, z], pdf };
+        }
+        F::bits(F::and(F::and(within[0], within[1]), unit))
+    }
+}
+
 /// As many times [`descent::pdf`] as there are `wi`, at most [`TOGETHER`]; 0 for a direction that is not of unit length.
 #[inline(always)]
 pub fn pdf<F: Lanes, D: WideDensity>(density: &D, frame: &Frame, wi: &[[f32; 3]], values: &mut [f32]) {
-    let zero = F::splat(0.0);
-    let start = Locating { rest: [zero; 2], product: F::splat(1.0) };
+    let start = Locating { rest: [F::splat(0.0); 2], product: F::splat(1.0) };
     let (mut walkers, mut walks, mut units) = ([start; GROUPS], [0; GROUPS], [0; GROUPS]);
     let parts = walkers.iter_mut().zip(walks.iter_mut().zip(&mut units));
     for ((walker, (walks, units)), wi) in parts.zip(wi.chunks(LANES)) {
-        let [x, y, z] = columns(wi, [0.0; 3]);
-        let (rest, unit) = wide::to_square(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
-        walker.rest = rest;
-        (*walks, *units) = (if density.is_positive() { first_lanes(wi.len()) } else { 0 }, F::bits(unit));
+        *units = walker.begin(frame, wi);
+        *walks = if density.is_positive() { first_lanes(wi.len()) } else { 0 };
     }
     let cells = density.walk_wide(walks, &mut walkers);
     let parts = wi.chunks(LANES).zip(values.chunks_mut(LANES)).zip(cells);
     for (((wi, values), (corners, failed)), ((walker, walks), units)) in parts.zip(walkers.iter().zip(walks).zip(units))
     {
-        let Locating { rest, product } = *walker;
-        let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
-        let pdf = F::only(F::mask(units), per_solid_angle(value)).to_array();
-        values.iter_mut().zip(pdf).for_each(|(value, pdf)| *value = pdf);
+        walker.finish(corners, units, values);
         let unsound = first_lanes(wi.len()) & !(walks & !failed);
         if unsound != 0 {
             for (_, (value, &wi)) in values.iter_mut().zip(wi).enumerate().filter(|(i, _)| unsound >> i & 1 == 1) {
                 *value = descent::pdf(density, frame, wi).unwrap_or(0.0);
             }
         }
+    }
+}
+
+impl<F: Lanes> Locating<F> {
+    /// Begins at the points of the square for directions, and tells which of them are of unit length. One copy for all
+    /// densities.
+    #[inline(never)]
+    fn begin(&mut self, frame: &Frame, wi: &[[f32; 3]]) -> u32 {
+        let [x, y, z] = columns(wi, [0.0; 3]);
+        let (rest, unit) = wide::to_square(frame, [F::from_array(x), F::from_array(y), F::from_array(z)]);
+        self.rest = rest;
+        F::bits(unit)
+    }
+
+    /// Writes the pdfs in cells with these corners; 0 in lanes of no unit length.
+    fn finish(&self, corners: [F; 4], units: u32, values: &mut [f32]) {
+        let (zero, Locating { rest, product }) = (F::splat(0.0), *self);
+        let value = F::select(zero.lt(product), product * bilinear_density(corners, rest), zero);
+        let pdf = F::only(F::mask(units), per_solid_angle(value)).to_array();
+        values.iter_mut().zip(pdf).for_each(|(value, pdf)| *value = pdf);
     }
 }
 

@@ -54,6 +54,9 @@ impl<const N: usize> StridedMut<N> {
 /// So many elements are copied together: as many as walk together through tables.
 const TOGETHER: usize = 32;
 
+/// What reads some elements and writes as many.
+pub(crate) type Batch<'a, const N: usize, const M: usize> = dyn FnMut(&[[f32; N]], &mut [[f32; M]]) + 'a;
+
 /// Calls `each` with all elements, which it reads, and with room for as many results: with the arrays themselves where they are
 /// packed and have no byte in common, else with copies of some elements after others.
 ///
@@ -63,7 +66,7 @@ pub(crate) unsafe fn in_batches<const N: usize, const M: usize>(
     from: &Strided<N>,
     to: &StridedMut<M>,
     count: usize,
-    each: &mut dyn FnMut(&[[f32; N]], &mut [[f32; M]]),
+    each: &mut Batch<'_, N, M>,
 ) {
     let packed = count == 1 || from.stride == size_of::<[f32; N]>() && to.stride == size_of::<[f32; M]>();
     let (begin, end) = (from.start.addr(), from.start.addr() + count * from.stride);

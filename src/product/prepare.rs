@@ -3,7 +3,7 @@
 use super::choose::Heaviest;
 use super::corners::{Cone, respond};
 use super::divide::{middles, part};
-use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, store, tilted};
+use super::leaves::{FLOOR, corner_values, group_of, largest, lowest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
 use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, PART_ENDS, WHOLE_SPHERE};
 use super::tops;
@@ -11,7 +11,7 @@ use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS, MIDDLES, PARTS};
-use crate::numeric::exponent;
+use crate::numeric::{exponent, max, min};
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use crate::status::Status;
 use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
@@ -58,6 +58,14 @@ const WASTED: f32 = 0.25;
 const LITTLE_WASTED: f32 = 0.05;
 /// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
 const MOST_WASTED: f32 = 8.0;
+
+/// A part is resolved where its largest corner is less than so many times its least: the light is where F is known.
+const RESOLVED: f32 = 3.0;
+/// Lobes take so many times what other parts bring, up to the share for an even light: a lamp that a narrow lobe mirrors needs the grid alone.
+/// Among 1, 1.5 and 2 the one with less absolute error at 16 samples and no more relative error, on the maps for tuning.
+const REST: f32 = 2.0;
+/// Lobes keep this part of their share, also where nothing else seems to bring anything.
+const LEAST_REST: f32 = 0.2;
 
 /// What a leaf holds for 1.
 const STORED_ONE: f64 = 65536.0;
@@ -142,6 +150,8 @@ pub fn prepare_in(
         ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
     };
     let total = run(level, write);
+    let rest = REST * (1.0 - stage.resolved / total.max(f32::MIN_POSITIVE));
+    peak *= max(min(rest, 1.0), LEAST_REST);
     if stage.adds_lobes {
         peak = peak::add_all(&mut lobes, peak, &surface);
     }
@@ -216,6 +226,8 @@ struct Stage<'a> {
     adds_lobes: bool,
     /// What such parts keep of their least value.
     kept: f32,
+    /// What resolved parts bring.
+    resolved: f32,
 }
 
 impl<'a> Stage<'a> {
@@ -243,6 +255,7 @@ impl<'a> Stage<'a> {
             any: true,
             adds_lobes: false,
             kept: 1.0,
+            resolved: 0.0,
         }
     }
 
@@ -584,6 +597,7 @@ impl Kernel for Write<'_, '_> {
         for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
             let Some(middles) = ends.last_chunk::<MIDDLES>() else { break };
             let mut means = [<F as Num>::splat(0.0); MIDDLES];
+            let mut resolved = <F as Num>::splat(0.0);
             let least = stage.least::<F>(cells);
             let kept = least * <F as Num>::splat(stage.kept);
             for (((index, mean), out), middle) in means.iter_mut().enumerate().zip(out).zip(middles) {
@@ -596,10 +610,14 @@ impl Kernel for Write<'_, '_> {
                     corners = [mean; 4];
                 }
                 *mean = store::<F>(&corners, out);
+                let is_resolved = Num::lt(largest(corners), lowest(corners) * <F as Num>::splat(RESOLVED));
+                resolved = resolved + <F as Num>::only(is_resolved, *mean);
             }
+            let resolved = Num::store(resolved * <F as Num>::splat(1.0 / MIDDLES as f32));
             let mean = Num::store(tops::write_parts(&means, ends));
             for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
                 let mass = stage.guide.number(Column::Mass, cell as usize);
+                stage.resolved += mass * resolved.get(lane).copied().unwrap_or(0.0);
                 if let Some(weight) = stage.work.weights.get_mut(cell as usize) {
                     *weight = mass * mean;
                 }

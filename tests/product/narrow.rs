@@ -1,7 +1,7 @@
 //! Anisotropic lobes are as narrow as their narrow axis (rule 25), not as both axes together.
 
 use super::built::Built;
-use super::lookup::Map;
+use super::lookup::{Map, V3, unit};
 use super::maps::sky;
 use super::points::view;
 use super::prepared::Prepared;
@@ -30,4 +30,25 @@ fn the_narrow_axis_decides() {
         let covers = |degrees| product.product().header.covers(&view(&lobes, [0.0, 0.0, 1.0], degrees, 0.5));
         assert!(covers(0.3) && !covers(1.5), "{a} x {b}");
     }
+}
+
+/// A lamp of 3 degrees that a lobe of 0.05 mirrors, 300 times as bright as the sky, brings nearly everything, and the grid knows where it is:
+/// lobes, which rarely meet it, keep a part of their share. Under the sky alone they keep most of it.
+#[test]
+fn lobes_take_few_numbers_where_they_mirror_a_lamp() {
+    let at: V3 = unit([0.3, 0.2, 1.0]);
+    let lit = |lamp: f64| {
+        Map::of_directions(Layout::LatLong, 256, 128, |d| {
+            let cosine = (0..3).map(|k| d[k] * at[k]).sum::<f64>();
+            if cosine > 0.99966 { lamp } else { 1.0 }
+        })
+    };
+    let narrow = material(0.05, 0.05);
+    let share = |map: &Map| {
+        let built = Built::new(map, &map.description(Filter::Bilinear));
+        Prepared::new(&built, &view(&narrow, at, 0.0, 0.5)).product().header.peak
+    };
+    let (sky, lamp) = (share(&lit(1.0)), share(&lit(300.0)));
+    assert!(sky > 0.35, "{sky}");
+    assert!(lamp < 0.5 * sky && lamp >= 0.19 * sky, "{lamp} of {sky}");
 }

@@ -9,6 +9,8 @@ OBJCOPY ?= objcopy
 DATA    ?= ../shared/data
 # Empty: the renderer's part alone, wis.h.
 FEATURES ?= lights wavelets
+# Instructions above those of every processor of the target, which a sampler detects. Empty: none.
+LEVELS ?= avx2
 
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -36,8 +38,8 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
 
-lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone
-	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES)'
+lib: ## build the static and the shared library into build/lib: FEATURES= for the renderer's part alone, LEVELS= without AVX2
+	$(CARGO) build --release --package wis-capi --no-default-features --features '$(FEATURES) $(LEVELS)'
 	install -d $(LIB)
 	rm -f $(LIB)/libwis.*
 	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a

@@ -10,7 +10,7 @@ pub struct Level(Instructions);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Instructions {
     Baseline,
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
     Avx2,
 }
 
@@ -20,7 +20,7 @@ impl Level {
 
     /// The highest level that this processor, its operating system and this build have.
     pub fn detect() -> Level {
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
         if has_avx2() {
             return Level(Instructions::Avx2);
         }
@@ -32,7 +32,7 @@ impl Level {
     pub const fn code(self) -> u32 {
         match self.0 {
             Instructions::Baseline => 0,
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
             Instructions::Avx2 => u32::from_le_bytes(*b"AVX2"),
         }
     }
@@ -43,7 +43,7 @@ impl Level {
     /// A number other than 0 is that of a level which was detected on this processor.
     #[inline(always)]
     pub unsafe fn from_code(code: u32) -> Option<Level> {
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
         if code == Level(Instructions::Avx2).code() {
             return Some(Level(Instructions::Avx2));
         }
@@ -69,7 +69,7 @@ pub trait Kernel {
 pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level.0 {
         Instructions::Baseline => run_baseline(kernel),
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
         // SAFETY: a level of AVX2 was made by a detection that found it, or by who promised that to `from_code`.
         Instructions::Avx2 => unsafe { run_avx2(kernel) },
     }
@@ -83,14 +83,14 @@ fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
 
 /// # Safety
 /// The processor has AVX2.
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
 #[target_feature(enable = "avx2")]
 unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<super::avx2::Avx2>()
 }
 
 /// Whether the processor has AVX2 and the operating system keeps its registers.
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
 fn has_avx2() -> bool {
     use core::arch::x86_64::{__cpuid, __cpuid_count, _xgetbv};
     const OSXSAVE_AND_AVX: u32 = 1 << 27 | 1 << 28;

@@ -41,7 +41,7 @@
 //! ```
 
 mod apart;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
 mod avx2;
 mod level;
 #[cfg(target_arch = "aarch64")]

@@ -33,7 +33,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler structured wavelets \
-	triple check test fuzz growth check-bits coverage soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
+	triple check test fuzz fuzz-guided growth check-bits coverage soak sanitizers mutants check-aarch64 renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -202,6 +202,10 @@ test: ## run everything that continuous integration runs
 
 fuzz: lib ## call every function with valid and hostile arguments: MINUTES=10 SEED=1
 	scripts/fuzz.sh $(LIB) $(or $(MINUTES),10) $(SEED)
+
+fuzz-guided: ## fuzz the kernel with its coverage as the guide: MINUTES=15, or INPUT=file of a failure
+	scripts/setup.sh guided
+	scripts/fuzz-guided.sh $(BUILD)/guided $(or $(MINUTES),15) $(INPUT)
 
 growth: lib ## hold the work of every function to what its comment states
 	scripts/setup.sh test

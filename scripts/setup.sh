@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | relight | test | browser | renderers | docs | coverage
+# setup.sh demo | relight | test | browser | renderers | docs | coverage | guided
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -37,6 +37,9 @@ doxygen       doxygen
 coverage_needs="
 llvm-19       llvm-cov-19
 "
+guided_needs="
+g++           g++
+"
 
 case "${1:-}" in
     demo) needs=$demo_needs ;;
@@ -46,7 +49,8 @@ case "${1:-}" in
     renderers) needs=$renderers_needs ;;
     docs) needs=$docs_needs ;;
     coverage) needs=$coverage_needs ;;
-    *) echo "usage: $0 demo | relight | test | browser | renderers | docs | coverage" >&2; exit 2 ;;
+    guided) needs=$guided_needs ;;
+    *) echo "usage: $0 demo | relight | test | browser | renderers | docs | coverage | guided" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

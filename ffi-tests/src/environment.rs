@@ -123,6 +123,12 @@ impl Environment {
         self.memory
     }
 
+    /// What was built.
+    pub fn bytes(&self) -> &[u8] {
+        // SAFETY: as many bytes as the block has.
+        unsafe { std::slice::from_raw_parts(self.memory.start().cast(), self.info.bytes as usize) }
+    }
+
     /// The handle, for raw calls.
     pub fn handle(&self) -> *const raw::wis_environment {
         self.memory.start().cast()
@@ -193,6 +199,30 @@ impl Sampler {
             raw::wis_direct(self.handle(), environment.handle(), point, rays, u, out, &mut count)
         })?;
         Ok(count as usize)
+    }
+
+    /// [`Sampler::direct_by`], or [`Sampler::direct`] without a BRDF, for a look at what a call that fails writes.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn direct_into(
+        &mut self,
+        environment: &Environment,
+        point: &raw::wis_point,
+        mut brdf: Option<Brdf>,
+        ray: &mut [raw::wis_ray],
+        count: &mut u32,
+    ) -> Result<()> {
+        let mut point = *point;
+        if let Some(brdf) = &mut brdf {
+            point.target = Some(brdf_batch);
+            point.target_user = std::ptr::from_mut(brdf).cast();
+        }
+        // SAFETY: handles, point, BRDF and material are alive, and there is room for the rays.
+        check(unsafe {
+            let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
+            raw::wis_direct(self.handle(), environment.handle(), &point, rays, null(), out, count)
+        })
     }
 
     /// [`Sampler::direct`] with candidates that are weighed by a BRDF of the caller's own.

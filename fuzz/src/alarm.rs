@@ -11,6 +11,9 @@ pub static CASE: [AtomicU64; 4] = [const { AtomicU64::new(0) }; 4];
 /// Processor time that a call may take. The slowest valid one, a build of 25000 texels with a budget, takes 0.1 s.
 const MOST_SECONDS: f64 = 10.0;
 
+/// Whether faults end the program here.
+static IS_SET: AtomicBool = AtomicBool::new(false);
+
 /// The words that reproduce the case that is under way.
 pub fn reproduce() -> String {
     let [seed, epoch, number, row] = CASE.each_ref().map(|word| word.load(Ordering::Relaxed));
@@ -20,6 +23,10 @@ pub fn reproduce() -> String {
 pub fn die(fault: &str) -> ! {
     // Formatting allocates, which a signal handler must not do in general; the fault is in the library, which never allocates.
     eprintln!("FAILED {fault}: {}", reproduce());
+    if !IS_SET.load(Ordering::Relaxed) {
+        // A guided fuzzer keeps the input of a program that aborts.
+        std::process::abort();
+    }
     // SAFETY: ends the process without running anything else.
     unsafe { libc::_exit(1) }
 }
@@ -40,6 +47,7 @@ extern "C" fn stop(_: i32) {
 /// From now on faults of memory and slow calls of this thread end the program with the words that reproduce them.
 pub fn set() {
     const SIGNAL_STACK: usize = 64 << 10;
+    IS_SET.store(true, Ordering::Relaxed);
     // SAFETY: the stack is leaked, the structs are zeros where they are not set.
     unsafe {
         let stack = Box::leak(vec![0u8; SIGNAL_STACK].into_boxed_slice());

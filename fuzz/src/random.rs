@@ -1,4 +1,30 @@
-//! Random numbers, and those that are hard on numerics and on checks.
+//! Random numbers, and those that are hard on numerics and on checks. Bytes of a guided fuzzer may decide in their place.
+
+use std::cell::RefCell;
+
+thread_local! {
+    /// What decides in place of the generator while it lasts, from its end on.
+    static INPUT: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+}
+
+/// From now on these bytes decide, from the first on, and the generator when they are used up.
+#[allow(dead_code)]
+pub fn feed(bytes: &[u8]) {
+    INPUT.with_borrow_mut(|input| {
+        input.clear();
+        input.extend(bytes.iter().rev());
+    });
+}
+
+/// A number of so many bytes, if there are any left.
+fn fed(bytes: usize) -> Option<u64> {
+    INPUT.with_borrow_mut(|input| {
+        let taken = input.len().min(bytes);
+        let number =
+            |input: &mut Vec<u8>| input.drain(input.len() - taken..).fold(0, |n, byte| n << 8 | u64::from(byte));
+        (taken > 0).then(|| number(input))
+    })
+}
 
 /// SplitMix64 (Steele et al. 2014).
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +55,10 @@ const FLOATS: [f32; 20] = [
 
 impl Random {
     pub fn bits(&mut self) -> u64 {
+        fed(8).unwrap_or_else(|| self.generated())
+    }
+
+    fn generated(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -37,7 +67,12 @@ impl Random {
 
     /// 0 to `end` - 1.
     pub fn below(&mut self, end: usize) -> usize {
-        (self.bits() % end.max(1) as u64) as usize
+        let bytes = match end {
+            0..=0x100 => 1,
+            0x101..=0x1_0000 => 2,
+            _ => 8,
+        };
+        (fed(bytes).unwrap_or_else(|| self.generated()) % end.max(1) as u64) as usize
     }
 
     /// True once in so many times.
@@ -54,7 +89,7 @@ impl Random {
         match self.below(32) {
             0 => 0.0,
             1 => 0.999_999_94,
-            _ => (self.bits() >> 40) as f32 / (1 << 24) as f32,
+            _ => fed(3).unwrap_or_else(|| self.generated() >> 40) as f32 / (1 << 24) as f32,
         }
     }
 

@@ -36,16 +36,18 @@ pub fn reachable(image: &Image, environment: &Environment) -> laws::Verdict {
     laws::legal(&light)?;
     let directions = image.lit();
     laws::positive(&light, directions.iter().copied())?;
-    let above = directions.iter().copied().filter(|wi| cosine(*wi, TILTED) > 0.0);
+    // A single texel may lie below the surface: then that looks the other way.
+    let faces = |normal: [f32; 3]| directions.iter().any(|wi| cosine(*wi, normal) > 0.0);
+    let normal = if faces(TILTED) { TILTED } else { TILTED.map(|x| -x) };
+    let above = directions.iter().copied().filter(|wi| cosine(*wi, normal) > 0.0);
     let preparation = Preparation::default();
     let mut memory = preparation.memory()?;
-    let product = Product::prepare(environment, &diffuse(TILTED), &preparation, &mut memory)?;
+    let product = Product::prepare(environment, &diffuse(normal), &preparation, &mut memory)?;
     let estimate = product.estimate()?;
-    ensure(estimate.is_finite() && estimate >= 0.0, || format!("estimate {estimate}"))?;
-    if estimate > 0.0 {
-        laws::legal(&product)?;
-    }
+    ensure(estimate.is_finite() && estimate > 0.0, || format!("estimate {estimate}"))?;
+    laws::legal(&product)?;
     let count = laws::positive(&product, above)?;
+    ensure(count > 0, || "no lit texel is above the surface".into())?;
     Ok(format!("legal; pdf > 0 at {} texels, {count} in the product", directions.len()))
 }
 

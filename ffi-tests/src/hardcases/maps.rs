@@ -85,31 +85,14 @@ impl Image {
 impl Image {
     /// What a client finds in a direction: the texel that holds it, or between texel centres. No texel is darker than `least`;
     /// the first and the last row may lie at the poles.
-    pub fn radiance(&self, bilinear: bool, at_poles: bool, least: f64, [x, y, z]: [f32; 3]) -> f64 {
-        let (w, h) = (i64::from(self.width), i64::from(self.height));
-        let [x, y, z] = [x, y, z].map(f64::from);
-        let [around, down] = [y.atan2(x).rem_euclid(TAU) / TAU, x.hypot(y).atan2(z) / PI];
-        let luminance = |x: i64, y: i64| {
-            let texel = |x: i64, y: i64| {
-                let index = (y * w + x.rem_euclid(w)) as usize * self.channels as usize;
-                let weights: &[f64] = if self.channels == 1 { &[1.0] } else { &[0.2126, 0.7152, 0.0722] };
-                self.texels[index..].iter().zip(weights).map(|(c, w)| f64::from(*c) * w).sum::<f64>()
-            };
-            // Over the pole: half a turn on, between two texels if their number is odd.
-            let over = |y: i64| 0.5 * (texel(x + w / 2, y) + texel(x + (w + 1) / 2, y));
-            let inside = (0..h).contains(&y);
-            (if inside { texel(x, y) } else { over(y.clamp(0, h - 1)) }).max(least)
+    pub fn radiance(&self, bilinear: bool, at_poles: bool, least: f64, wi: [f32; 3]) -> f64 {
+        let width = i64::from(self.width);
+        let texel = |x: i64, y: i64| {
+            let index = (y * width + x) as usize * self.channels as usize;
+            let weights: &[f64] = if self.channels == 1 { &[1.0] } else { &[0.2126, 0.7152, 0.0722] };
+            self.texels[index..].iter().zip(weights).map(|(c, w)| f64::from(*c) * w).sum::<f64>()
         };
-        let spans = if at_poles { h - 1 } else { h } as f64;
-        let (column, row) = (around * w as f64, down * spans + if at_poles { 0.5 } else { 0.0 });
-        if !bilinear {
-            return luminance((column as i64).min(w - 1), (row as i64).min(h - 1));
-        }
-        let (column, row) = (column - 0.5, row - 0.5);
-        let (s, t) = (column - column.floor(), row - row.floor());
-        let (x, y) = (column.floor() as i64, row.floor() as i64);
-        let line = |y: i64| luminance(x, y) * (1.0 - s) + luminance(x + 1, y) * s;
-        if t == 0.0 { line(y) } else { line(y) * (1.0 - t) + line(y + 1) * t }
+        look_up([self.width, self.height], texel, (bilinear, at_poles), least, wi.map(f64::from))
     }
 
     /// Directions at the corners, edges and half-texel shifts of lit texels, up to a texel around them.
@@ -129,6 +112,35 @@ impl Image {
             })
             .collect()
     }
+}
+
+/// The look-up of [`Image::radiance`] in texels that need not be stored.
+pub fn look_up(
+    [width, height]: [u32; 2],
+    texel: impl Fn(i64, i64) -> f64,
+    (bilinear, at_poles): (bool, bool),
+    least: f64,
+    [x, y, z]: [f64; 3],
+) -> f64 {
+    let (w, h) = (i64::from(width), i64::from(height));
+    let [around, down] = [y.atan2(x).rem_euclid(TAU) / TAU, x.hypot(y).atan2(z) / PI];
+    let luminance = |x: i64, y: i64| {
+        let texel = |x: i64, y: i64| texel(x.rem_euclid(w), y);
+        // Over the pole: half a turn on, between two texels if their number is odd.
+        let over = |y: i64| 0.5 * (texel(x + w / 2, y) + texel(x + (w + 1) / 2, y));
+        let inside = (0..h).contains(&y);
+        (if inside { texel(x, y) } else { over(y.clamp(0, h - 1)) }).max(least)
+    };
+    let spans = if at_poles { h - 1 } else { h } as f64;
+    let (column, row) = (around * w as f64, down * spans + if at_poles { 0.5 } else { 0.0 });
+    if !bilinear {
+        return luminance((column as i64).min(w - 1), (row as i64).min(h - 1));
+    }
+    let (column, row) = (column - 0.5, row - 0.5);
+    let (s, t) = (column - column.floor(), row - row.floor());
+    let (x, y) = (column.floor() as i64, row.floor() as i64);
+    let line = |y: i64| luminance(x, y) * (1.0 - s) + luminance(x + 1, y) * s;
+    if t == 0.0 { line(y) } else { line(y) * (1.0 - t) + line(y + 1) * t }
 }
 
 /// A smooth sky over ground of a fifth of its radiance.

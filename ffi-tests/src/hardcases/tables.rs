@@ -1,5 +1,6 @@
 //! Hard maps for the light in tables: whether samples are legal, and how far L / pdf is from constant.
 
+use super::huge::Huge;
 use super::laws::{self, Verdict, ensure, fails};
 use super::maps::{Image, hot, sky};
 use super::peers::Answers;
@@ -68,6 +69,7 @@ pub fn add(table: &mut Table) {
         &sky(),
         &floored.map(|(filter, flags)| (filter, flags | raw::WIS_ENVIRONMENT_ROWS_AT_POLES)),
     );
+    huge(table);
     black(table);
     faces(table);
 }
@@ -88,7 +90,7 @@ fn both(table: &mut Table, name: &str, image: &Image, kinds: &[(u32, u32)]) {
         let accuracy = judge(image, kind);
         let got = accuracy.as_ref().map(|_| "legal".to_string()).map_err(String::clone);
         let peers = if i == 0 { Answers::of(image) } else { Answers::default() };
-        table.lights.push(Light { case: name.into(), client, got, accuracy: accuracy.ok(), peers });
+        table.lights.push(Light { case: name.into(), client, got, accuracy: accuracy.ok(), peers, skipped: false });
     }
 }
 
@@ -107,11 +109,21 @@ fn judge(image: &Image, kind: (u32, u32)) -> Result<Accuracy, String> {
         let pdf = density.pdf(wi)?;
         ensure(pdf > 0.0 && pdf.is_finite() || radiance(wi) == 0.0, || format!("pdf({wi:?}) = {pdf} where light is"))?;
     }
+    accuracy(&density, environment.info.power, exact, radiance)
+}
+
+/// How even L / pdf is.
+fn accuracy(
+    density: &impl Density,
+    power: f64,
+    exact: bool,
+    radiance: impl Fn([f32; 3]) -> f64,
+) -> Result<Accuracy, String> {
     let mut u = vec![[0.0; 2]; POINTS];
     client::sobol(3, 0, &mut u)?;
     let (mut wi, mut pdf) = (vec![[0.0; 3]; POINTS], vec![0.0; POINTS]);
     density.sample_n(&u, &mut wi, &mut pdf)?;
-    let all = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * environment.info.power));
+    let all = || wi.iter().zip(&pdf).map(|(&wi, &pdf)| radiance(wi) / (f64::from(pdf) * power));
     // Black texels beside lit ones have a pdf for the sake of rounding.
     let weights = || all().filter(|w| !exact || *w > 0.0);
     let lit = weights().count() as f64;
@@ -126,6 +138,52 @@ fn judge(image: &Image, kind: (u32, u32)) -> Result<Accuracy, String> {
         format!("{accuracy:?}")
     })?;
     Ok(accuracy)
+}
+
+/// A sun of 1e8 in four texels of 16384 x 8192; the radiance is integrated apart from the library.
+fn huge(table: &mut Table) {
+    let judge = |huge: &Huge| -> Result<Accuracy, String> {
+        let environment = huge.environment();
+        let (power, exact) = (environment.info.power, huge.power());
+        ensure((power / exact - 1.0).abs() <= 1e-5, || format!("power {power}, the texels have {exact}"))?;
+        let sampler = RefCell::new(Sampler::new(1, 0, 0)?);
+        let density = environment::Light::new(environment, &sampler);
+        laws::legal(&density)?;
+        let least = environment.info.mean / 65536.0;
+        let accuracy = accuracy(&density, power, false, |wi| huge.radiance(least, wi.map(f64::from)))?;
+        // A random number of its own for each sample, so that the share of the sun is binomial.
+        let mut state = 1;
+        let mut bits = || (crate::statistics::splitmix(&mut state) >> 40) as f32 / 16_777_216.0;
+        let mut hits = 0;
+        for _ in 0..POINTS {
+            let wi = density.sample([bits(), bits()])?.wi.map(f64::from);
+            hits += usize::from(huge.radiance(0.0, wi) > 2.0);
+        }
+        let (share, samples) = (1.0 - huge.dim_power() / exact, POINTS as f64);
+        let off = hits as f64 / samples - share;
+        ensure(off.abs() <= 4.5 * (share * (1.0 - share) / samples).sqrt() + 1e-3, || {
+            format!("{hits} of {POINTS} samples in the sun, whose share is {share:.4}")
+        })?;
+        Ok(accuracy)
+    };
+    let (accuracy, skipped) = match Huge::get() {
+        Ok(Some(huge)) => (judge(huge), false),
+        Ok(None) => (Err(String::new()), true),
+        Err(fault) => (Err(fault), false),
+    };
+    let got = if skipped {
+        Ok("not run: too little memory".into())
+    } else {
+        accuracy.as_ref().map(|_| "legal; the sun has its share of samples".into()).map_err(String::clone)
+    };
+    table.lights.push(Light {
+        case: super::scenes::HUGE.into(),
+        client: "bilinear",
+        got,
+        accuracy: accuracy.ok(),
+        peers: Answers::default(),
+        skipped,
+    });
 }
 
 fn black(table: &mut Table) {
@@ -144,6 +202,7 @@ fn black(table: &mut Table) {
             got: verdict(),
             accuracy: None,
             peers: Answers::default(),
+            skipped: false,
         });
     }
     for (name, value, replaced) in [("NaN", f32::NAN, 0.0), ("+Inf", f32::INFINITY, 2.0), ("negative", -1.0, 0.0)] {
@@ -172,6 +231,7 @@ fn black(table: &mut Table) {
             got: verdict(),
             accuracy: None,
             peers: Answers::default(),
+            skipped: false,
         });
     }
 }
@@ -201,6 +261,7 @@ fn faces(table: &mut Table) {
                 got: verdict(),
                 accuracy: None,
                 peers: Answers::default(),
+                skipped: false,
             });
         }
     }

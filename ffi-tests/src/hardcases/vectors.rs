@@ -107,6 +107,7 @@ fn exact(tree: &Tree, case: &Value, image: &[f32]) -> Result<usize, String> {
         let near = index(point, depth(case)) == cell && relative <= (24.0 + 2.0 / probability) * EPSILON;
         ensure(near, || format!("{row}: {point:?}, pdf {pdf}"))?;
     }
+    ensure(compared > 0, || "no point is likely enough to be compared".into())?;
     Ok(compared)
 }
 

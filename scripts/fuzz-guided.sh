@@ -1,0 +1,34 @@
+#!/bin/sh
+# Fuzzes the kernel with its coverage as the guide: fuzz-guided.sh OUTPUT_FOLDER MINUTES [INPUT]
+# The flags are those that cargo-fuzz passes, without a sanitizer: these work with the stable compiler. Only the kernel counts edges.
+# With INPUT, a file that an earlier run left, that input alone. What was reached stays in OUTPUT_FOLDER/corpus for the next run.
+set -eu
+cd "$(dirname "$0")/.."
+minutes=$2
+target=$(mkdir -p "${CARGO_TARGET_DIR:-target}/guided" && cd "${CARGO_TARGET_DIR:-target}/guided" && pwd)
+mkdir -p "$1/corpus"
+out=$(cd "$1" && pwd)
+input=${3:+$(cd "$(dirname "$3")" && pwd)/$(basename "$3")}
+# With --target the flags do not reach build scripts, which no engine is linked to.
+platform=$(rustc -vV | sed -n 's/^host: //p')
+pass="-Cpasses=sancov-module -Ccodegen-units=1"
+for argument in level=4 inline-8bit-counters pc-table trace-compares; do
+    pass="$pass -Cllvm-args=-sanitizer-coverage-$argument"
+done
+RUSTFLAGS="$pass" cargo build --quiet --profile instruments --package wis-capi --target "$platform" --target-dir "$target"
+(cd fuzz/guided && cargo build --quiet --release --target-dir "$target")
+export WIS_LIBRARY="$target/$platform/instruments/libwis.so"
+cd "$out"
+if [ -n "$input" ]; then
+    exec "$target/release/wis-fuzz-guided" "$input"
+fi
+# About 12 calls of 96 bytes each.
+if ! "$target/release/wis-fuzz-guided" corpus -max_total_time=$((minutes * 60)) -max_len=1152 -len_control=20 -timeout=30 \
+    -artifact_prefix="$out/" -print_final_stats=1 > log.txt 2>&1; then
+    grep -v '^#' log.txt | tail -n 20
+    echo "FAILED: make fuzz-guided INPUT=$(ls -t "$out"/crash-* "$out"/timeout-* "$out"/oom-* 2> /dev/null | head -n 1)"
+    exit 1
+fi
+# Edges of the kernel; reached at the beginning and at the end, with the number of inputs.
+grep -E '^INFO: Loaded 1 PC tables' log.txt
+grep -E '^#.*cov:' log.txt | sed -n '1p;$p'

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Counts the lines of the kernel that its tests run: coverage.sh OUTPUT_FOLDER [SECONDS]
 # Half an hour of a core. Groups of tests one after the other, in one thread: threads that count the same lines wait for each other.
-# A group that takes more than SECONDS (200) of processor time is ended and does not count, and is named: a busy machine changes nothing. llvm-19 reads what rustc 1.95 writes.
+# A group that takes more than SECONDS (200) of processor time is ended and does not count, and is named. llvm-19 reads what
+# rustc 1.95 writes.
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p "$1"
@@ -18,7 +19,8 @@ for object in $objects; do
     # house reads sources; it runs none of the kernel.
     case $name in house-*) continue ;; esac
     arguments="$arguments -object $object"
-    groups=$("$object" --list | sed -n 's/: test$//p' | awk -F:: '{ print NF > 2 ? $1 "::" $2 "::" : $1 "::" }' | sort -u)
+    groups=$("$object" --list | sed -n 's/: test$//p' | awk -F:: '{ print (NF > 2 ? $1 "::" $2 "::" : $1 "::") }' | sort -u)
+    [ -n "$groups" ]
     for group in $groups; do
         (
             ulimit -t "$seconds"

@@ -72,7 +72,8 @@ thread_local! {
 
 /// Opens the library that `WIS_LIBRARY` names, and builds objects of every kind in it.
 fn begin() {
-    let library = std::env::var("WIS_LIBRARY").expect("WIS_LIBRARY names a library that was built to count what it runs");
+    let library =
+        std::env::var("WIS_LIBRARY").expect("WIS_LIBRARY names a library that was built to count what it runs");
     let mut world = World::new(&library).expect("the library has all functions");
     let mut tally = Tally::default();
     let count = (play::ROUNDS * ROWS.len()) as u64;

@@ -31,7 +31,7 @@ References are integrals by quadrature, of the client's own BRDFs and look-ups i
 
 Samples also fall where the density says: a chi-square test over parts of the sphere with at most a 64th of them each, p > 1e-6.
 `cargo test -p wis-ffi-tests` injects faults: densities or weights that are 2.5 % larger, one of 20 samples elsewhere, a density of
-a hundredth in places, a wrong integral, rays that go astray. Each turns a row red.
+a hundredth in places, a wrong integral, stray rays. Each turns a row red.
 
 ";
 
@@ -185,13 +185,15 @@ impl Table {
         let large = |(case, figures): &&(&str, &Figures)| (figures.largest > LARGEST).then(|| of_wis(case));
         let [beyond, wavelets] = [true, false].map(|of| found.iter().filter(|row| large(row) == Some(of)).count());
         format!(
-            "{first} In {} scenes of narrow, grazing or transmitting lobes, suns and tables with holes:
+            "{first} In {} scenes of narrow, grazing or transmitting lobes, suns and
+tables with holes:
 
 - means of samples are within {means} of the reference, means of rays within {of_rays} in {rays} of them;
 - weights of products of `wis.h` are at most {largest} integrals, but more than {LARGEST} in {beyond} scenes beyond the critical angle.
   Rule 33 of [design.md](design.md) is not met there. In the wavelet header, tables and lobes narrower than 0.1, of which the
   rule does not speak, have larger weights in {wavelets} scenes;
-- the integral that a product states is an approximation: for lobes that the library knows it is off by up to {} ({worst}).
+- the integral that a product states is an approximation. For lobes that the library knows, it is off by up to {}:
+  {worst}.
 
 Radiance over density varies by less than {deviation} on every lit map.
 

@@ -9,7 +9,6 @@ use crate::numeric::clamp_u;
 use crate::object::ALIGNMENT;
 use crate::simd::{LANES, Lanes, Native};
 use crate::sphere::vector::V3;
-use bytemuck::try_cast_slice_mut;
 
 /// A candidate and how often it was picked.
 #[repr(C)]
@@ -173,8 +172,8 @@ pub fn scratch_bytes(count: usize) -> Option<usize> {
 }
 
 /// Picks among candidates in proportion to their weights, finite and not negative, with one more random number for all. Writes
-/// at most as many as there is room for; answers how many there are, and the sum of the weights. `scratch` is as long as
-/// [`scratch_bytes`] says.
+/// at most as many as there is room for; answers how many there are, and the sum of the weights. `scratch`: two keys for each
+/// candidate.
 ///
 /// # Errors
 /// The number of a candidate whose weight is out of range.
@@ -184,11 +183,10 @@ pub fn resample(
     wi: impl Fn(usize) -> [f32; 3],
     weight: impl Fn(usize) -> f32,
     u: f32,
-    scratch: &mut [u8],
+    scratch: &mut [Key],
     chosen: &mut [Pick],
 ) -> Result<(u32, f64), usize> {
-    let keys: &mut [Key] = try_cast_slice_mut(scratch).unwrap_or(&mut []);
-    let (keys, spare) = keys.split_at_mut_checked(count).unwrap_or_default();
+    let (keys, spare) = scratch.split_at_mut_checked(count).unwrap_or_default();
     let picks = chosen.len() as u32;
     // A single pick has no others that it could be spread among.
     let spread = picks > 1;

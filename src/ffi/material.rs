@@ -138,14 +138,13 @@ fn shape(lobe: &LobeData) -> Result<Shape, &'static CStr> {
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_material_init(material: *mut MaterialData, diagnostic: *mut Diagnostic) -> Status {
-    answer(diagnostic, || {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
         let target = out(material, 1)?;
-        // SAFETY: not null and aligned; the caller states what it points to.
-        let data = unsafe { *super::sized(target, 1)? };
+        let data = *super::sized(target, 1)?;
         let (shapes, count) = shapes(&data)?;
         let prepared = Material::new(shapes.get(..count).unwrap_or(&[])).map_err(|status| Failure::new(status, 1))?;
-        // SAFETY: as above.
-        unsafe { (*target).hash = prepared.hash() };
+        (*target).hash = prepared.hash();
         Ok(())
     })
 }

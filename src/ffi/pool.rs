@@ -1,8 +1,7 @@
 //! The pooled resampler in C.
 
-use super::memory::block_mut;
 use super::strided::Strided;
-use super::{Diagnostic, Failure, MemorySize, answer, out, put_size, slice_mut};
+use super::{Diagnostic, Failure, MemorySize, answer, check_block, out, put_size, slice_mut};
 use crate::object::Size;
 use crate::pool::{self, MAX_CANDIDATES, Pick};
 use crate::status::Status;
@@ -64,10 +63,11 @@ pub unsafe extern "C" fn wis_pool_pick(
         let needed = pool::scratch_bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
         let wi = Strided::<3>::new(wi, wi_stride, count, 2)?;
         let weight = Strided::<1>::new(weight, weight_stride, count, 4)?;
-        let block = block_mut(scratch, scratch_bytes, needed, 8)?;
+        check_block(scratch.cast(), scratch_bytes, needed, 8)?;
+        let keys = slice_mut(scratch.cast(), 2 * count, 8)?;
         let chosen = slice_mut(pick, picks as usize, 10)?;
         let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
-        let picked = pool::resample(count, |i| wi.read(i), |i| weight.read(i)[0], u, block, chosen);
+        let picked = pool::resample(count, |i| wi.read(i), |i| weight.read(i)[0], u, keys, chosen);
         let (written, sum) = picked.map_err(|wrong| Failure::new(Status::InvalidArgument, 4).in_row(4, wrong))?;
         pick_count.write(written);
         weight_sum.write(sum);

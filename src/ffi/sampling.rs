@@ -42,14 +42,14 @@ pub unsafe extern "C" fn wis_sample(
             match shaded(product, &environment, 3)? {
                 None => {
                     let light = environment.light();
-                    in_batches(&u, &out, count, &mut |u, out| samples(level, &light, &frame, u, cast_slice_mut(out)));
+                    in_batches(&u, &out, count, |u, out| samples(level, &light, &frame, u, cast_slice_mut(out)));
                 }
                 // A black product has no cell to search: that leads to no direction.
                 Some(shaded) if shaded.product.header.scale == 0.0 => {
                     (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
                 }
                 Some(shaded) => {
-                    in_batches(&u, &out, count, &mut |u, out| samples(level, &shaded, &frame, u, cast_slice_mut(out)));
+                    in_batches(&u, &out, count, |u, out| samples(level, &shaded, &frame, u, cast_slice_mut(out)));
                 }
             }
             Ok(())
@@ -84,11 +84,11 @@ pub unsafe extern "C" fn wis_pdf(
             match shaded(product, &environment, 3)? {
                 None => {
                     let light = environment.light();
-                    in_batches(&wi, &pdf, count, &mut |wi, pdf| {
+                    in_batches(&wi, &pdf, count, |wi, pdf| {
                         pdfs(level, &light, &frame, wi, pdf.as_flattened_mut());
                     });
                 }
-                Some(shaded) => in_batches(&wi, &pdf, count, &mut |wi, pdf| {
+                Some(shaded) => in_batches(&wi, &pdf, count, |wi, pdf| {
                     pdfs(level, &shaded, &frame, wi, pdf.as_flattened_mut());
                 }),
             }

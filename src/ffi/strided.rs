@@ -54,29 +54,45 @@ impl<const N: usize> StridedMut<N> {
 /// So many elements are copied together: as many as walk together through tables.
 const TOGETHER: usize = 32;
 
-/// What reads some elements and writes as many.
-pub(crate) type Batch<'a, const N: usize, const M: usize> = dyn FnMut(&[[f32; N]], &mut [[f32; M]]) + 'a;
-
 /// Calls `each` with all elements, which it reads, and with room for as many results: with the arrays themselves where they are
 /// packed and have no byte in common, else with copies of some elements after others.
 ///
 /// # Safety
 /// The arrays hold `count` elements, which nobody else uses meanwhile.
+#[inline(always)]
 pub(crate) unsafe fn in_batches<const N: usize, const M: usize>(
     from: &Strided<N>,
     to: &StridedMut<M>,
     count: usize,
-    each: &mut Batch<'_, N, M>,
+    mut each: impl FnMut(&[[f32; N]], &mut [[f32; M]]),
 ) {
     let packed = count == 1 || from.stride == size_of::<[f32; N]>() && to.stride == size_of::<[f32; M]>();
     let (begin, end) = (from.start.addr(), from.start.addr() + count * from.stride);
-    if count > 0 && packed && (end <= to.start.addr() || to.start.addr() + count * to.stride <= begin) {
+    if packed && (end <= to.start.addr() || to.start.addr() + count * to.stride <= begin) {
         // SAFETY: checked not to overlap; the rest is this function's contract.
         let slices = unsafe { (slice(from.start.cast(), count, 0), slice_mut(to.start.cast(), count, 0)) };
         if let (Ok(from), Ok(to)) = slices {
             return each(from, to);
         }
     }
+    // SAFETY: the caller's contract.
+    unsafe { in_copies(from, to, count, &mut each) }
+}
+
+/// What reads some elements and writes as many.
+type Batch<'a, const N: usize, const M: usize> = dyn FnMut(&[[f32; N]], &mut [[f32; M]]) + 'a;
+
+/// As [`in_batches`], with copies.
+///
+/// # Safety
+/// As [`in_batches`].
+#[inline(never)]
+unsafe fn in_copies<const N: usize, const M: usize>(
+    from: &Strided<N>,
+    to: &StridedMut<M>,
+    count: usize,
+    each: &mut Batch<'_, N, M>,
+) {
     let (mut read, mut written) = ([[0.0; N]; TOGETHER], [[0.0; M]; TOGETHER]);
     for first in (0..count).step_by(TOGETHER) {
         let here = (count - first).min(TOGETHER);

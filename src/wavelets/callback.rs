@@ -81,8 +81,7 @@ impl Brdf for Material<'_> {
         }
     }
 
-    /// Not inlined: one copy serves the base of a product and its refinement.
-    #[inline(never)]
+    #[inline(always)]
     fn eval<F: Lanes>(&mut self, wi: &[Asked<F>], f_cos: &mut [F]) -> Result<()> {
         match self {
             Material::Lobes(lobes) => lobes.eval(wi, f_cos),

@@ -76,6 +76,32 @@ pub fn inverse<const N: usize, const C: usize>(depth: u32, values: &mut [f64]) -
     Ok(())
 }
 
+/// [`forward`] for 1 to 4 axes.
+///
+/// # Errors
+/// As [`forward`].
+pub fn forward_any(axes: u32, depth: u32, values: &mut [f64]) -> Result<()> {
+    match axes {
+        1 => forward::<1, 2>(depth, values),
+        2 => forward::<2, 4>(depth, values),
+        3 => forward::<3, 8>(depth, values),
+        _ => forward::<4, 16>(depth, values),
+    }
+}
+
+/// [`inverse`] for 1 to 4 axes.
+///
+/// # Errors
+/// As [`forward`].
+pub fn inverse_any(axes: u32, depth: u32, values: &mut [f64]) -> Result<()> {
+    match axes {
+        1 => inverse::<1, 2>(depth, values),
+        2 => inverse::<2, 4>(depth, values),
+        3 => inverse::<3, 8>(depth, values),
+        _ => inverse::<4, 16>(depth, values),
+    }
+}
+
 /// 2^(-half_exponent / 2).
 fn coefficient_scale(half_exponents: u32) -> f64 {
     let even = (0..half_exponents / 2).fold(1.0, |scale, _| scale * 0.5);

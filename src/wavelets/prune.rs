@@ -33,12 +33,14 @@ pub fn plan<const C: usize>(tree: &Tree<C>, budget: f64, savings: &mut [f64]) ->
     {
         return Err(Status::InvalidArgument);
     }
+    let averages = tree.squares().as_flattened();
+    let tree = Complete { children: C, depth: tree.depth(), average: tree.average().into(), averages };
     if budget <= 0.0 {
-        return Ok(Pruning { squares: keep_varying(tree, savings), error: 0.0 });
+        return Ok(Pruning { squares: tree.keep_varying(savings), error: 0.0 });
     }
-    collapse_costs(tree, savings);
-    let price = highest_price::<C>(tree.depth(), savings, budget);
-    Ok(prune::<C>(tree.depth(), price, savings, |saving, value| *saving = value))
+    tree.collapse_costs(savings);
+    let price = tree.highest_price(savings, budget);
+    Ok(tree.prune(price, savings, &|saving, value| *saving = value))
 }
 
 /// Writes the squares that [`plan`] chose, breadth-first.
@@ -78,104 +80,129 @@ pub fn write<const C: usize>(
     if written as usize == squares.len() { Ok(()) } else { Err(Status::InvalidArgument) }
 }
 
-/// Without a budget every square that is not constant is kept: says which, and answers how many.
-fn keep_varying<const C: usize>(tree: &Tree<C>, savings: &mut [f64]) -> u32 {
-    let mut kept = 0;
-    for square in (0..savings.len()).rev() {
-        let children = tree.children(square as u32);
-        let below = savings.get(C * square + 1..C * square + 1 + C).unwrap_or_default();
-        let varies = children.iter().any(|child| *child != children[0]) || below.iter().any(|saving| *saving > 0.0);
-        kept += u32::from(varies);
-        if let Some(saving) = savings.get_mut(square) {
-            *saving = f64::from(u8::from(varies));
-        }
-    }
-    kept
+/// A complete tree of any number of axes. One copy of what follows serves all of them.
+struct Complete<'a> {
+    /// Of a square.
+    children: usize,
+    depth: u32,
+    average: f64,
+    /// Of the children of all squares, one behind the other.
+    averages: &'a [f32],
 }
 
-/// Fills `costs` with the variance that each square adds if it collapses to its average. Variances are summed
-/// up from differences, so that they are 0 for a constant square and for no other.
-fn collapse_costs<const C: usize>(tree: &Tree<C>, costs: &mut [f64]) {
-    let total = if tree.average() > 0.0 { f64::from(tree.average()) } else { 1.0 };
-    let mut level = tree.depth();
-    let mut level_first = costs.len();
-    let mut weight = 1.0;
-    for _ in 0..tree.depth() {
-        weight /= C as f64;
+impl Complete<'_> {
+    /// The squares of so many levels.
+    fn squares(&self, levels: u32) -> usize {
+        (0..levels).fold(0, |squares, _| squares * self.children + 1)
     }
-    for square in (0..costs.len()).rev() {
-        if square < level_first {
-            level = level.saturating_sub(1);
-            level_first = complete_len::<C>(level).unwrap_or(0) as usize;
-            weight *= C as f64;
-        }
-        let children = tree.children(square as u32).map(f64::from);
-        let mean = children.iter().sum::<f64>() / C as f64;
-        let mut variance = 0.0;
-        for (c, average) in children.into_iter().enumerate() {
-            let child = costs.get_mut(C * square + 1 + c);
-            variance += (average - mean) * (average - mean);
-            if let Some(inside) = child {
-                variance += *inside;
-                *inside = relative(*inside, average) * weight / C as f64 / total;
+
+    /// The averages of the children of a square.
+    fn square(&self, square: usize) -> &[f32] {
+        let first = square * self.children;
+        self.averages.get(first..first + self.children).unwrap_or(&[])
+    }
+
+    /// Without a budget every square that is not constant is kept: says which, and answers how many.
+    fn keep_varying(&self, savings: &mut [f64]) -> u32 {
+        let mut kept = 0;
+        for square in (0..savings.len()).rev() {
+            let (children, first) = (self.square(square), self.children * square + 1);
+            let below = savings.get(first..first + self.children).unwrap_or_default();
+            let varies = children.iter().any(|child| Some(child) != children.first())
+                || below.iter().any(|saving| *saving > 0.0);
+            kept += u32::from(varies);
+            if let Some(saving) = savings.get_mut(square) {
+                *saving = f64::from(u8::from(varies));
             }
         }
-        if let Some(cost) = costs.get_mut(square) {
-            *cost = variance / C as f64;
+        kept
+    }
+
+    /// Fills `costs` with the variance that each square adds if it collapses to its average. Variances are summed
+    /// up from differences, so that they are 0 for a constant square and for no other.
+    fn collapse_costs(&self, costs: &mut [f64]) {
+        let total = if self.average > 0.0 { self.average } else { 1.0 };
+        let count = self.children as f64;
+        let mut level = self.depth;
+        let mut level_first = costs.len();
+        let mut weight = 1.0;
+        for _ in 0..self.depth {
+            weight /= count;
+        }
+        for square in (0..costs.len()).rev() {
+            if square < level_first {
+                level = level.saturating_sub(1);
+                level_first = self.squares(level);
+                weight *= count;
+            }
+            let children = self.square(square);
+            let mean = children.iter().map(|&child| f64::from(child)).sum::<f64>() / count;
+            let mut variance = 0.0;
+            for (c, average) in children.iter().map(|&child| f64::from(child)).enumerate() {
+                let child = costs.get_mut(self.children * square + 1 + c);
+                variance += (average - mean) * (average - mean);
+                if let Some(inside) = child {
+                    variance += *inside;
+                    *inside = relative(*inside, average) * weight / count / total;
+                }
+            }
+            if let Some(cost) = costs.get_mut(square) {
+                *cost = variance / count;
+            }
+        }
+        if let Some(cost) = costs.first_mut() {
+            *cost = relative(*cost, total) / total;
         }
     }
-    if let Some(cost) = costs.first_mut() {
-        *cost = relative(*cost, total) / total;
+
+    /// The highest price per square at which the best tree keeps to the budget, to 12 bits: bisection over the bits
+    /// of positive numbers, which are ordered as the numbers are.
+    fn highest_price(&self, costs: &mut [f64], budget: f64) -> f64 {
+        let whole = costs.first().copied().unwrap_or(0.0);
+        if whole <= budget {
+            return f64::INFINITY;
+        }
+        // At this price all squares together would cost less than the budget, so what is not kept does.
+        let least = 0.99 * budget / costs.len() as f64;
+        let (mut affordable, mut excessive) = (least.to_bits(), whole.to_bits());
+        while excessive - affordable > 1 << 40 {
+            let middle = affordable + (excessive - affordable) / 2;
+            if self.prune(f64::from_bits(middle), costs, &|_, _| ()).error <= budget {
+                affordable = middle;
+            } else {
+                excessive = middle;
+            }
+        }
+        f64::from_bits(affordable)
+    }
+
+    /// Finds the best tree at a price per square; `visit` receives the cost of each square and what keeping it saves.
+    /// The squares come in the order in which a depth-first walk finishes them, so one sum per level is enough.
+    fn prune(&self, price: f64, costs: &mut [f64], visit: &impl Fn(&mut f64, f64)) -> Pruning {
+        let finest = self.depth.checked_sub(1).map_or(costs.len(), |coarser| self.squares(coarser));
+        let mut open = [Pruning::default(); MAX_DEPTH as usize];
+        let mut best = Pruning::default();
+        for first in finest..costs.len() {
+            let mut square = first;
+            let mut below = Pruning::default();
+            for sum in open.iter_mut().take(self.depth as usize).rev() {
+                let Some(cost) = costs.get_mut(square) else { break };
+                best = choose(cost, below, price, visit);
+                *sum = Pruning { squares: sum.squares.wrapping_add(best.squares), error: sum.error + best.error };
+                if square == 0 || square & (self.children - 1) != 0 {
+                    break;
+                }
+                square = (square - 1) >> self.children.trailing_zeros();
+                below = core::mem::take(sum);
+            }
+        }
+        best
     }
 }
 
 /// `variance / average`, 0 for a black square.
 fn relative(variance: f64, average: f64) -> f64 {
     if variance > 0.0 { variance / average } else { 0.0 }
-}
-
-/// The highest price per square at which the best tree keeps to the budget, to 12 bits: bisection over the bits
-/// of positive numbers, which are ordered as the numbers are.
-fn highest_price<const C: usize>(depth: u32, costs: &mut [f64], budget: f64) -> f64 {
-    let whole = costs.first().copied().unwrap_or(0.0);
-    if whole <= budget {
-        return f64::INFINITY;
-    }
-    // At this price all squares together would cost less than the budget, so what is not kept does.
-    let least = 0.99 * budget / costs.len() as f64;
-    let (mut affordable, mut excessive) = (least.to_bits(), whole.to_bits());
-    while excessive - affordable > 1 << 40 {
-        let middle = affordable + (excessive - affordable) / 2;
-        if prune::<C>(depth, f64::from_bits(middle), costs, |_, _| ()).error <= budget {
-            affordable = middle;
-        } else {
-            excessive = middle;
-        }
-    }
-    f64::from_bits(affordable)
-}
-
-/// Finds the best tree at a price per square; `visit` receives the cost of each square and what keeping it saves.
-/// The squares come in the order in which a depth-first walk finishes them, so one sum per level is enough.
-fn prune<const C: usize>(depth: u32, price: f64, costs: &mut [f64], visit: impl Fn(&mut f64, f64)) -> Pruning {
-    let finest = depth.checked_sub(1).and_then(complete_len::<C>).map_or(costs.len(), |first| first as usize);
-    let mut open = [Pruning::default(); MAX_DEPTH as usize];
-    let mut best = Pruning::default();
-    for first in finest..costs.len() {
-        let mut square = first;
-        let mut below = Pruning::default();
-        for sum in open.iter_mut().take(depth as usize).rev() {
-            let Some(cost) = costs.get_mut(square) else { break };
-            best = choose(cost, below, price, &visit);
-            *sum = Pruning { squares: sum.squares.wrapping_add(best.squares), error: sum.error + best.error };
-            if square == 0 || square % C != 0 {
-                break;
-            }
-            square = (square - 1) / C;
-            below = core::mem::take(sum);
-        }
-    }
-    best
 }
 
 /// The cheaper of a collapsed square and one kept above the best subtrees of its children.

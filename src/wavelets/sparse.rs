@@ -173,8 +173,8 @@ struct Open {
 pub fn count<W: Element, V: Element>((n, e): (u32, &[W]), (m, f): (u32, &[V])) -> u64 {
     let on_level = |level| {
         let both = above(n, e, level).filter(|square| holds(m, f, (first_axes(*square, n, m), level))).count();
-        let of_f = (above(m, f, level).count() as u64) << ((n - m) * level);
-        above(n, e, level).count() as u64 + of_f - both as u64
+        let of_f = (count_above(m, f, level) as u64) << ((n - m) * level);
+        count_above(n, e, level) as u64 + of_f - both as u64
     };
     (0..MAX_DEPTH).map(on_level).sum()
 }
@@ -253,7 +253,13 @@ pub fn multiply<W: Element, V: Element>(
 
 /// The squares that the tree of a set of some axes has: those of its wavelets and all above them.
 pub fn squares<W: Element>(axes: u32, list: &[W]) -> usize {
-    (0..MAX_DEPTH).map(|level| above(axes, list, level).count()).sum()
+    (0..MAX_DEPTH).map(|level| count_above(axes, list, level)).sum()
+}
+
+/// The number of squares of a level that hold wavelets of a list. Not in line: one copy serves all levels.
+#[inline(never)]
+fn count_above<W: Element>(axes: u32, list: &[W], level: u32) -> usize {
+    above(axes, list, level).count()
 }
 
 /// The level below the finest square of a set.

@@ -32,6 +32,13 @@ pub fn light(wo: Vec3, s: [f32; 2]) -> Vec3 {
     along * x + across * y + mirror * z
 }
 
+/// [`light`] for a place in a pixel of a slice of 2^depth x 2^depth pixels, C order.
+pub fn light_of_pixel(wo: Vec3, depth: u32, index: usize, offset: [f32; 2]) -> Vec3 {
+    let side = 1usize << depth;
+    let (pixel, [i, j]) = (1.0 / side as f32, [index >> depth, index & (side - 1)]);
+    light(wo, [(i as f32 + offset[0]) * pixel, (j as f32 + offset[1]) * pixel])
+}
+
 /// The axes of a slice's frame for a view on the upper side: the third is the mirror direction.
 fn axes(wo: Vec3) -> [Vec3; 3] {
     let horizontal = sqrt(wo.x * wo.x + wo.y * wo.y);

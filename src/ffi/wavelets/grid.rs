@@ -1,6 +1,6 @@
 //! Grids of directions in C.
 
-use crate::ffi::{Failure, answer, borrow, out};
+use crate::ffi::{Failure, answer, borrow, out, put};
 use crate::sphere::unit;
 use crate::status::Status;
 use crate::wavelets::grid::{self, WIS_MAX_GRID};
@@ -14,16 +14,16 @@ use core::ptr::null_mut;
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_grid_direction(side: u32, cell: u32, direction: *mut [f32; 3]) -> Status {
-    answer(null_mut(), || {
-        if !(1..=WIS_MAX_GRID).contains(&side) {
-            return Err(Failure::new(Status::InvalidArgument, 1));
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
+        for (argument, holds) in
+            [(1, (1..=WIS_MAX_GRID).contains(&side)), (2, u64::from(cell) < u64::from(side) * u64::from(side))]
+        {
+            if !holds {
+                return Err(Failure::new(Status::InvalidArgument, argument));
+            }
         }
-        if cell >= side * side {
-            return Err(Failure::new(Status::InvalidArgument, 2));
-        }
-        // SAFETY: the caller's contract.
-        unsafe { out(direction, 3)?.write(grid::centre(side, cell).to_array()) };
-        Ok(())
+        put(direction, 3, Ok(grid::centre(side, cell).to_array()))
     })
 }
 
@@ -40,18 +40,16 @@ pub unsafe extern "C" fn wis_grid_cells(
     cell: *mut [u32; 4],
     weights: *mut [f32; 4],
 ) -> Status {
-    answer(null_mut(), || {
+    // SAFETY: the caller's contract.
+    answer(null_mut(), || unsafe {
         if !(1..=WIS_MAX_GRID).contains(&side) {
             return Err(Failure::new(Status::InvalidArgument, 1));
         }
-        // SAFETY: the caller's contract.
-        unsafe {
-            let wi = unit(*borrow(wi, 2)?).ok_or(Failure::new(Status::InvalidTransform, 2))?;
-            let (to_cell, to_weights) = (out(cell, 3)?, out(weights, 4)?);
-            let (cells, values) = grid::about(side, wi);
-            to_cell.write(cells);
-            to_weights.write(values);
-        }
+        let wi = unit(*borrow(wi, 2)?).ok_or(Failure::new(Status::InvalidTransform, 2))?;
+        let (to_cell, to_weights) = (out(cell, 3)?, out(weights, 4)?);
+        let (cells, values) = grid::about(side, wi);
+        to_cell.write(cells);
+        to_weights.write(values);
         Ok(())
     })
 }

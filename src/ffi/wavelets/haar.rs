@@ -22,7 +22,9 @@ pub unsafe extern "C" fn wis_haar_forward(
     diagnostic: *mut Diagnostic,
 ) -> Status {
     // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Forward) })
+    answer(diagnostic, || unsafe {
+        haar::forward_any(dimensions, depth, grid(dimensions, depth, count, values)?).map_err(Failure::from)
+    })
 }
 
 /// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses. Work: count.
@@ -38,21 +40,19 @@ pub unsafe extern "C" fn wis_haar_inverse(
     diagnostic: *mut Diagnostic,
 ) -> Status {
     // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe { transform(dimensions, depth, count, values, Direction::Inverse) })
+    answer(diagnostic, || unsafe {
+        haar::inverse_any(dimensions, depth, grid(dimensions, depth, count, values)?).map_err(Failure::from)
+    })
 }
 
 /// The largest number that is transformed.
 const LARGEST: f64 = 1e290;
 
-#[derive(Clone, Copy)]
-enum Direction {
-    Forward,
-    Inverse,
-}
-
+/// The numbers of a grid.
+///
 /// # Safety
 /// `values` is null or points to `count` elements.
-unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64, direction: Direction) -> Checked<()> {
+unsafe fn grid<'a>(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Checked<&'a mut [f64]> {
     check_grid(dimensions, depth)?;
     if morton::cells(dimensions, depth) != Some(count) {
         return Err(Failure::new(Status::InvalidArgument, 3));
@@ -60,16 +60,8 @@ unsafe fn transform(dimensions: u32, depth: u32, count: usize, values: *mut f64,
     // SAFETY: the caller's contract.
     let values = unsafe { slice_mut(values, count, 4)? };
     // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
-    if let Some(wrong) = values.iter().position(|value| !(-LARGEST..=LARGEST).contains(value)) {
-        return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
+    match values.iter().position(|value| !(-LARGEST..=LARGEST).contains(value)) {
+        Some(wrong) => Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong)),
+        None => Ok(values),
     }
-    with_axes!(dimensions, 1, transform_axes(depth, values, direction))
-}
-
-fn transform_axes<const N: usize, const C: usize>(depth: u32, values: &mut [f64], direction: Direction) -> Checked<()> {
-    match direction {
-        Direction::Forward => haar::forward::<N, C>(depth, values)?,
-        Direction::Inverse => haar::inverse::<N, C>(depth, values)?,
-    }
-    Ok(())
 }

@@ -1,18 +1,5 @@
 //! The boundary of `wis_wavelets.h`.
 
-/// Calls a function for `N` axes and `C = 2^N` children.
-macro_rules! with_axes {
-    ($dimensions:expr, $argument:expr, $function:ident($($value:expr),*)) => {
-        match $dimensions {
-            1 => $function::<1, 2>($($value),*),
-            2 => $function::<2, 4>($($value),*),
-            3 => $function::<3, 8>($($value),*),
-            4 => $function::<4, 16>($($value),*),
-            _ => Err(Failure::new(Status::InvalidArgument, $argument)),
-        }
-    };
-}
-
 pub mod environment;
 pub mod grid;
 pub mod haar;
@@ -33,6 +20,16 @@ pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
     }
     if depth > crate::wavelets::tree::MAX_DEPTH {
         return Err(Failure::new(Status::InvalidArgument, 2));
+    }
+    Ok(())
+}
+
+/// Checks numbers of axes, which are the first two arguments: n, 1 to 4, and the first m of them.
+pub(crate) fn check_axes(n: u32, m: u32) -> Checked<()> {
+    for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
+        if !(1..=most).contains(&axes) {
+            return Err(Failure::new(Status::InvalidArgument, argument));
+        }
     }
     Ok(())
 }

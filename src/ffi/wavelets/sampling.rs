@@ -65,7 +65,7 @@ pub unsafe extern "C" fn wis_wavelet_sample(
         let asked = asked(environment, product, world_from_map)?;
         let u = Strided::<2>::new(u, u_stride, count, 5)?;
         let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
-        in_batches(&u, &out, count, &mut |u, out| match &asked {
+        in_batches(&u, &out, count, |u, out| match &asked {
             Asked::Light(light, frame) => samples(light, frame, u, cast_slice_mut(out)),
             Asked::Product(product) => samples(&product.cells, &product.frame, u, cast_slice_mut(out)),
         });
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn wis_wavelet_pdf(
         let asked = asked(environment, product, world_from_map)?;
         let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
         let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
-        in_batches(&wi, &pdf, count, &mut |wi, pdf| match &asked {
+        in_batches(&wi, &pdf, count, |wi, pdf| match &asked {
             Asked::Light(light, frame) => pdfs(light, frame, wi, pdf.as_flattened_mut()),
             Asked::Product(product) => pdfs(&product.cells, &product.frame, wi, pdf.as_flattened_mut()),
         });

@@ -49,33 +49,26 @@ pub unsafe extern "C" fn wis_wavelet_table_directions(
     wi: *mut f32,
     wi_stride: usize,
 ) -> Status {
-    answer(null_mut(), || {
-        // SAFETY: the caller's contract; indices stay below the count.
-        unsafe {
-            if !(1..=WIS_MAX_SLICES).contains(&slice_count) {
-                return Err(Failure::new(Status::InvalidArgument, 2));
+    // SAFETY: the caller's contract; indices stay below the count.
+    answer(null_mut(), || unsafe {
+        for (argument, holds) in
+            [(2, (1..=WIS_MAX_SLICES).contains(&slice_count)), (1, slice < slice_count), (3, depth <= MAX_DEPTH)]
+        {
+            if !holds {
+                return Err(Failure::new(Status::InvalidArgument, argument));
             }
-            if slice >= slice_count {
-                return Err(Failure::new(Status::InvalidArgument, 1));
-            }
-            if depth > MAX_DEPTH {
-                return Err(Failure::new(Status::InvalidArgument, 3));
-            }
-            let offset = borrow(offset, 4)?;
-            if !offset.iter().all(|x| (0.0..=1.0).contains(x)) {
-                return Err(Failure::new(Status::InvalidArgument, 4));
-            }
-            let target = out(wo, 5)?;
-            let side = 1usize << depth;
-            let wi = StridedMut::<3>::new(wi, wi_stride, side * side, 6)?;
-            let wo = kernel::view(slice, slice_count);
-            target.write(wo.to_array());
-            let pixel = 1.0 / side as f32;
-            for index in 0..side * side {
-                let (i, j) = (index >> depth, index & (side - 1));
-                let s = [(i as f32 + offset[0]) * pixel, (j as f32 + offset[1]) * pixel];
-                wi.write(index, kernel::light(wo, s).to_array());
-            }
+        }
+        let offset = *borrow(offset, 4)?;
+        if !offset.iter().all(|x| (0.0..=1.0).contains(x)) {
+            return Err(Failure::new(Status::InvalidArgument, 4));
+        }
+        let target = out(wo, 5)?;
+        let count = 1 << (2 * depth);
+        let wi = StridedMut::<3>::new(wi, wi_stride, count, 6)?;
+        let wo = kernel::view(slice, slice_count);
+        target.write(wo.to_array());
+        for index in 0..count {
+            wi.write(index, kernel::light_of_pixel(wo, depth, index, offset).to_array());
         }
         Ok(())
     })

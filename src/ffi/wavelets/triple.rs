@@ -1,5 +1,6 @@
 //! Tripling coefficients and triple product integrals in C.
 
+use crate::ffi::wavelets::check_axes;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, slice, slice_mut};
 use crate::numeric::exp2i;
@@ -29,11 +30,7 @@ pub unsafe extern "C" fn wis_tripling_coefficient(
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
-            if !(1..=most).contains(&axes) {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
+        check_axes(n, m)?;
         let function = |pointer: *const BasisFunction, dimensions: u32, argument| {
             borrow(pointer, argument).and_then(|f| {
                 Some(f)

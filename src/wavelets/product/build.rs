@@ -234,8 +234,8 @@ impl<'a, 'c, B: Brdf> Builder<'a, 'c, B> {
         self.put_squares(batch, parents, F::rows(weights));
     }
 
-    /// Weighs the `c`-th children. Not inlined: one copy serves all four.
-    #[inline(never)]
+    /// Weighs the `c`-th children.
+    #[inline(always)]
     fn weigh<F: Lanes>(
         &self,
         parents: &Parents<F>,

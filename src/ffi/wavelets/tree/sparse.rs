@@ -2,8 +2,8 @@
 
 use super::{Tree, TreeInfo, refused, view};
 use crate::ffi::memory::{Results, room_mut};
-use crate::ffi::wavelets::check_grid;
 use crate::ffi::wavelets::triple::list;
+use crate::ffi::wavelets::{check_axes, check_grid};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, slice, slice_mut};
 use crate::status::Status;
 use crate::wavelets::approximate;
@@ -131,11 +131,7 @@ pub unsafe extern "C" fn wis_sparse_multiply(
 ) -> Status {
     // SAFETY: the caller's contract; the product does not overlap its factors.
     answer(diagnostic, || unsafe {
-        for (argument, axes, most) in [(1, n, 4), (2, m, n)] {
-            if !(1..=most).contains(&axes) {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
+        check_axes(n, m)?;
         check_finite([(3, e_average), (6, f_average)])?;
         let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
         let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };

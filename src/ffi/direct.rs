@@ -4,7 +4,7 @@ use super::light::{EnvironmentObject, environment as view};
 use super::material::{PointData, failure, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::factors;
-use super::{Failure, out, slice, slice_mut};
+use super::{out, require, slice, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
 use crate::status::Status;
@@ -46,9 +46,7 @@ pub unsafe extern "C" fn wis_direct(
             let (data, material) = read_point(point, 3)?;
             let seen = factors(data.visibility, data.visibility_key, data.seed, 3)?;
             let target = data.target();
-            if rays > sampler.config().rays {
-                return Err(Failure::new(Status::InvalidArgument, 4));
-            }
+            require(rays <= sampler.config().rays, Status::InvalidArgument, 4)?;
             let u: &[[f32; 2]] = if u.is_null() { &[] } else { slice(u.cast(), rays as usize, 5)? };
             let room = slice_mut(ray, rays as usize, 6)?;
             let counted = out(ray_count, 7)?;

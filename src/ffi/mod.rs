@@ -159,6 +159,19 @@ pub(crate) fn answer(diagnostic: *mut Diagnostic, body: impl FnOnce() -> Checked
     }
 }
 
+/// Checks that an argument is what it must be.
+pub(crate) fn require(holds: bool, status: Status, argument: u32) -> Checked<()> {
+    if holds { Ok(()) } else { Err(Failure::new(status, argument)) }
+}
+
+/// Checks that each element of the array that an argument points to is in its range.
+pub(crate) fn require_all<T>(elements: &[T], argument: u32, holds: impl Fn(&T) -> bool) -> Checked<()> {
+    match elements.iter().position(|element| !holds(element)) {
+        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
+        None => Ok(()),
+    }
+}
+
 /// Checks a pointer that must not be null.
 #[inline(always)]
 pub(crate) fn pointer<T>(pointer: *const T, argument: u32) -> Checked<*const T> {

@@ -1,7 +1,7 @@
 //! Point sets in C.
 
 use super::strided::StridedMut;
-use super::{Checked, Failure, answer};
+use super::{Checked, answer, require};
 use crate::points;
 use crate::status::Status;
 use core::ptr::null_mut;
@@ -28,9 +28,7 @@ pub unsafe extern "C" fn wis_points_hammersley(
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        if first.checked_add(count).is_none_or(|end| end > total) {
-            return Err(Failure::new(Status::InvalidArgument, 2));
-        }
+        require(first.checked_add(count).is_some_and(|end| end <= total), Status::InvalidArgument, 2)?;
         write_points(first, count as usize, out, stride, |index| points::hammersley(index, total))
     })
 }
@@ -46,9 +44,7 @@ pub unsafe extern "C" fn wis_points_hammersley(
 pub unsafe extern "C" fn wis_points_sobol(seed: u32, first: u32, count: usize, out: *mut f32, stride: usize) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        if count as u64 > u64::from(u32::MAX - first) + 1 {
-            return Err(Failure::new(Status::Overflow, 3));
-        }
+        require(count as u64 <= u64::from(u32::MAX - first) + 1, Status::Overflow, 3)?;
         write_points(first, count, out, stride, |index| points::sobol(seed, index))
     })
 }

@@ -1,8 +1,8 @@
 //! Samplers in C: the working memory of a thread.
 
 use super::{
-    Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_block, out, pointer, put_size, sized,
-    slice_mut,
+    Checked, Diagnostic, Failure, MemorySize, WIS_ALIGNMENT, answer, check_block, memory, out, put_size, require,
+    sized, slice_mut,
 };
 use crate::direct::sampler::{Config, MAX_PER_RAY, MAX_RAYS, Sampler};
 use crate::object::Size;
@@ -164,29 +164,14 @@ pub unsafe extern "C" fn wis_sampler_fault(sampler: *const SamplerObject, fault:
     copied.map_or_else(|failure| failure.status, |()| Status::Ok)
 }
 
-/// The header of a sampler, the first argument.
-///
-/// # Safety
-/// The pointer is null or points to a sampler.
-pub(super) unsafe fn header(sampler: *mut SamplerObject) -> Checked<*mut Header> {
-    // SAFETY: the caller's contract.
-    unsafe { readable(sampler.cast()) }?;
-    Ok(sampler.cast())
-}
-
 /// The header of a sampler, the first argument, to read.
 ///
 /// # Safety
 /// The pointer is null or points to a sampler.
 unsafe fn readable(header: *const Header) -> Checked<*const Header> {
-    let header = pointer(header, 1)?;
-    if header.addr() % WIS_ALIGNMENT != 0 {
-        return Err(Failure::new(Status::Misaligned, 1));
-    }
-    // SAFETY: not null and aligned; every block that a sampler was made in is longer than a header.
-    if unsafe { (*header).magic } != MAGIC {
-        return Err(Failure::new(Status::Mismatch, 1));
-    }
+    // SAFETY: the caller's contract; every block that a sampler was made in is longer than a header.
+    let found: &Header = unsafe { memory::header(header.cast(), 1)? };
+    require(found.magic == MAGIC, Status::Mismatch, 1)?;
     Ok(header)
 }
 
@@ -198,10 +183,10 @@ unsafe fn readable(header: *const Header) -> Checked<*const Header> {
 pub(super) unsafe fn with_level(sampler: *mut SamplerObject, body: impl FnOnce(Level) -> Checked<()>) -> Status {
     // SAFETY: the caller's contract; the level was detected on this machine when the sampler was made.
     unsafe {
-        let header = match header(sampler) {
-            Ok(header) => header,
-            Err(failure) => return failure.status,
-        };
+        if let Err(failure) = readable(sampler.cast()) {
+            return failure.status;
+        }
+        let header: *mut Header = sampler.cast();
         let Some(level) = Level::from_code((*header).level) else { return Status::Mismatch };
         answer(&raw mut (*header).fault, || body(level))
     }
@@ -216,10 +201,10 @@ pub(super) unsafe fn with_sampler(
     body: impl FnOnce(&mut Sampler<'_>) -> Checked<()>,
 ) -> Status {
     // SAFETY: the caller's contract.
-    let header = match unsafe { header(sampler) } {
-        Ok(header) => header,
-        Err(failure) => return failure.status,
-    };
+    if let Err(failure) = unsafe { readable(sampler.cast()) } {
+        return failure.status;
+    }
+    let header: *mut Header = sampler.cast();
     // SAFETY: the header is initialised, its level was detected on this machine when the sampler was made, and the scratch
     // of that many initialised bytes stands behind it.
     unsafe {

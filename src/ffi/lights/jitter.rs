@@ -4,7 +4,10 @@ use crate::ffi::light::LightConfig;
 use crate::ffi::light::rows::build_failure;
 use crate::ffi::lights::strata::read_map;
 use crate::ffi::memory::{block_mut, handle};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put, put_size, slice, slice_mut};
+use crate::ffi::{
+    Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put, put_size, require, require_all, slice,
+    slice_mut,
+};
 use crate::lights::jitter::{self, Config, Header, Jitter as Table};
 use crate::sample::Sample;
 use crate::sphere::Frame;
@@ -69,9 +72,7 @@ pub unsafe extern "C" fn wis_jitter_init(
         let config = Config { size: map.size(), lights: light_count };
         let size = config.size().ok_or(Failure::new(Status::Overflow, 1))?;
         let labels: &[u32] = slice(label, config.texels(), 3)?;
-        if distribution > WIS_JITTER_ENERGY {
-            return Err(Failure::new(Status::InvalidArgument, 4));
-        }
+        require(distribution <= WIS_JITTER_ENERGY, Status::InvalidArgument, 4)?;
         let block = block_mut(memory, bytes, size.bytes, 5)?;
         block_mut(scratch, scratch_bytes, size.scratch, 7)?;
         let target = out(jitter, 9)?;
@@ -147,16 +148,10 @@ pub unsafe extern "C" fn wis_strata_order(
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
-        if count >= u32::MAX as usize {
-            return Err(Failure::new(Status::Overflow, 1));
-        }
+        require(count < u32::MAX as usize, Status::Overflow, 1)?;
         let contribution: &[f32] = if count == 0 { &[] } else { slice(contribution, count, 2)? };
-        if let Some(wrong) = contribution.iter().position(|c| !(0.0..=f32::MAX).contains(c)) {
-            return Err(Failure::new(Status::InvalidArgument, 2).in_row(2, wrong));
-        }
-        if !(0.0..=1.0).contains(&threshold) {
-            return Err(Failure::new(Status::InvalidArgument, 3));
-        }
+        require_all(contribution, 2, |c| (0.0..=f32::MAX).contains(c))?;
+        require((0.0..=1.0).contains(&threshold), Status::InvalidArgument, 3)?;
         let index = slice_mut(index, count, 4)?;
         out(traced, 5)?.write(jitter::order(contribution, threshold.into(), index) as u32);
         Ok(())

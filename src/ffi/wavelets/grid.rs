@@ -1,6 +1,6 @@
 //! Grids of directions in C.
 
-use crate::ffi::{Failure, answer, borrow, out, put};
+use crate::ffi::{Failure, answer, borrow, out, put, require};
 use crate::sphere::unit;
 use crate::status::Status;
 use crate::wavelets::grid::{self, WIS_MAX_GRID};
@@ -16,13 +16,8 @@ use core::ptr::null_mut;
 pub unsafe extern "C" fn wis_grid_direction(side: u32, cell: u32, direction: *mut [f32; 3]) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        for (argument, holds) in
-            [(1, (1..=WIS_MAX_GRID).contains(&side)), (2, u64::from(cell) < u64::from(side) * u64::from(side))]
-        {
-            if !holds {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
+        require((1..=WIS_MAX_GRID).contains(&side), Status::InvalidArgument, 1)?;
+        require(cell < side * side, Status::InvalidArgument, 2)?;
         put(direction, 3, Ok(grid::centre(side, cell).to_array()))
     })
 }
@@ -42,9 +37,7 @@ pub unsafe extern "C" fn wis_grid_cells(
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        if !(1..=WIS_MAX_GRID).contains(&side) {
-            return Err(Failure::new(Status::InvalidArgument, 1));
-        }
+        require((1..=WIS_MAX_GRID).contains(&side), Status::InvalidArgument, 1)?;
         let wi = unit(*borrow(wi, 2)?).ok_or(Failure::new(Status::InvalidTransform, 2))?;
         let (to_cell, to_weights) = (out(cell, 3)?, out(weights, 4)?);
         let (cells, values) = grid::about(side, wi);

@@ -1,7 +1,7 @@
 //! The Haar transform in C.
 
 use crate::ffi::wavelets::check_grid;
-use crate::ffi::{Checked, Diagnostic, Failure, answer, slice_mut};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, require, slice_mut};
 use crate::status::Status;
 use crate::wavelets::{haar, morton};
 
@@ -54,9 +54,7 @@ const LARGEST: f64 = 1e290;
 /// `values` is null or points to `count` elements.
 unsafe fn grid<'a>(dimensions: u32, depth: u32, count: usize, values: *mut f64) -> Checked<&'a mut [f64]> {
     check_grid(dimensions, depth)?;
-    if morton::cells(dimensions, depth) != Some(count) {
-        return Err(Failure::new(Status::InvalidArgument, 3));
-    }
+    require(morton::cells(dimensions, depth) == Some(count), Status::InvalidArgument, 3)?;
     // SAFETY: the caller's contract.
     let values = unsafe { slice_mut(values, count, 4)? };
     // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.

@@ -7,7 +7,9 @@ use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::strided::{Strided, StridedMut};
 use crate::ffi::wavelets::environment::{Environment, view};
 use crate::ffi::wavelets::table::{Table, lobes_of};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, frame, out, put, put_size, sized, slice_mut};
+use crate::ffi::{
+    Checked, Diagnostic, Failure, MemorySize, answer, frame, out, put, put_size, require, sized, slice_mut,
+};
 use crate::object::Size;
 use crate::sphere::{Frame, unit};
 use crate::status::{Fault, Status};
@@ -209,13 +211,8 @@ pub unsafe extern "C" fn wis_wavelet_product_estimate_rgb(
         let prepared = prepared(view(environment, 1)?, product, 2)?;
         let target = out(rgb, 4)?;
         let query = &prepared.header.query;
-        for (argument, is_there) in
-            [(1, prepared.environment.header.flags & WIS_WAVELET_LIGHT_RGB != 0), (2, query.size != 0)]
-        {
-            if !is_there {
-                return Err(Failure::new(Status::NotBuilt, argument));
-            }
-        }
+        require(prepared.environment.header.flags & WIS_WAVELET_LIGHT_RGB != 0, Status::NotBuilt, 1)?;
+        require(query.size != 0, Status::NotBuilt, 2)?;
         // A tabulated lobe that is asked for without its table.
         let without = |failure: Failure| if table.is_null() { Failure::new(Status::NotBuilt, 2) } else { failure };
         let (lobes, channels) = lobes_of((query, 2), (table, 3)).map_err(without)?.coloured()?;

@@ -2,7 +2,7 @@
 
 use crate::ffi::strided::StridedMut;
 use crate::ffi::wavelets::tree::{Tree, square_tree};
-use crate::ffi::{Checked, Failure, answer, borrow, out, pointer, sized, slice};
+use crate::ffi::{Checked, Failure, answer, borrow, out, pointer, require, sized, slice};
 use crate::numeric::exp2i;
 use crate::sphere::unit;
 use crate::status::{Fault, Status};
@@ -51,17 +51,11 @@ pub unsafe extern "C" fn wis_wavelet_table_directions(
 ) -> Status {
     // SAFETY: the caller's contract; indices stay below the count.
     answer(null_mut(), || unsafe {
-        for (argument, holds) in
-            [(2, (1..=WIS_MAX_SLICES).contains(&slice_count)), (1, slice < slice_count), (3, depth <= MAX_DEPTH)]
-        {
-            if !holds {
-                return Err(Failure::new(Status::InvalidArgument, argument));
-            }
-        }
+        require((1..=WIS_MAX_SLICES).contains(&slice_count), Status::InvalidArgument, 2)?;
+        require(slice < slice_count, Status::InvalidArgument, 1)?;
+        require(depth <= MAX_DEPTH, Status::InvalidArgument, 3)?;
         let offset = *borrow(offset, 4)?;
-        if !offset.iter().all(|x| (0.0..=1.0).contains(x)) {
-            return Err(Failure::new(Status::InvalidArgument, 4));
-        }
+        require(offset.iter().all(|x| (0.0..=1.0).contains(x)), Status::InvalidArgument, 4)?;
         let target = out(wo, 5)?;
         let count = 1 << (2 * depth);
         let wi = StridedMut::<3>::new(wi, wi_stride, count, 6)?;

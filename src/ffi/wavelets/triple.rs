@@ -2,7 +2,7 @@
 
 use crate::ffi::wavelets::check_axes;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, require, require_all, slice, slice_mut};
 use crate::numeric::exp2i;
 use crate::status::{Result, Status};
 use crate::wavelets::approximate;
@@ -163,9 +163,7 @@ pub(super) unsafe fn sublinear<V: Quadtree>(
     (visible, visible_exponent): (&V, i32),
     integral: *mut f64,
 ) -> Checked<()> {
-    if !brdf_average.is_finite() {
-        return Err(Failure::new(Status::InvalidArgument, 1));
-    }
+    require(brdf_average.is_finite(), Status::InvalidArgument, 1)?;
     // SAFETY: the caller's contract.
     unsafe {
         let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
@@ -212,18 +210,14 @@ pub unsafe extern "C" fn wis_triple_blend(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let count = count as usize;
-        if count > WIS_MAX_BLEND {
-            return Err(Failure::new(Status::InvalidArgument, 1));
-        }
+        require(count <= WIS_MAX_BLEND, Status::InvalidArgument, 1)?;
         let target = out(wavelet_count, 7)?;
         let mut lists = [&[] as &[Wavelets]; WIS_MAX_BLEND];
         let mut weights: &[f64] = &[];
         if count > 0 {
             let (handles, counts) = (slice(list, count, 2)?, slice(list_count, count, 3)?);
             weights = slice(weight, count, 4)?;
-            if let Some(wrong) = weights.iter().position(|weight| !weight.is_finite()) {
-                return Err(Failure::new(Status::InvalidArgument, 4).in_row(4, wrong));
-            }
+            require_all(weights, 4, |weight| weight.is_finite())?;
             for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
                 *slot = self::list(*handle, *count, 2).map_err(|at| at.in_column().in_row(2, k))?;
             }

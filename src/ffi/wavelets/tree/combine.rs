@@ -2,7 +2,7 @@
 
 use super::{Tree, TreeInfo, refused, view};
 use crate::ffi::memory::{Results, block_mut, room_mut};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, slice};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, require, require_all, slice};
 use crate::status::Status;
 use crate::wavelets::combine::{MAX_FACTORS, WIS_MAX_BLEND, add_in, multiply_in, product_size, sum_size};
 use crate::wavelets::stored::{Refused, Stored};
@@ -143,9 +143,7 @@ pub unsafe extern "C" fn wis_tree_blend(
     answer(diagnostic, || unsafe {
         let (trees, count) = terms(tree_count, trees)?;
         let weights = slice(weight, count, 3)?;
-        if let Some(wrong) = weights.iter().position(|weight| !(0.0..=f64::MAX).contains(weight)) {
-            return Err(Failure::new(Status::InvalidArgument, 3).in_row(3, wrong));
-        }
+        require_all(weights, 3, |weight| (0.0..=f64::MAX).contains(weight))?;
         let results = Results::new((tree, 8), (info, 9))?;
         let scratch = block_mut(scratch, scratch_bytes, scratch_bytes, 6)?;
         let block = room_mut(memory, bytes, usize::MAX, 4)?;
@@ -159,9 +157,7 @@ pub unsafe extern "C" fn wis_tree_blend(
 /// # Safety
 /// The pointer is null or points to `count` handles, which are null or point to trees of this version.
 unsafe fn terms<'a>(count: u32, trees: *const *const Tree) -> Checked<([Stored<'a>; WIS_MAX_BLEND], usize)> {
-    if !(1..=WIS_MAX_BLEND as u32).contains(&count) {
-        return Err(Failure::new(Status::InvalidArgument, 1));
-    }
+    require((1..=WIS_MAX_BLEND as u32).contains(&count), Status::InvalidArgument, 1)?;
     // SAFETY: the caller's contract.
     unsafe {
         let handles = slice(trees, count as usize, 2)?;

@@ -4,7 +4,7 @@ use super::{Tree, TreeInfo, refused, view};
 use crate::ffi::memory::{Results, room_mut};
 use crate::ffi::wavelets::triple::list;
 use crate::ffi::wavelets::{check_axes, check_grid};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, require, slice, slice_mut};
 use crate::status::Status;
 use crate::wavelets::approximate;
 use crate::wavelets::sparse::{self, Details, Set, Unfit};
@@ -23,7 +23,7 @@ use core::ptr::null_mut;
 pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: *mut u32) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        check_least(error, 2)?;
+        require(error >= 0.0, Status::InvalidArgument, 2)?;
         put(terms, 3, view(tree, 1).map(|stored| approximate::terms(&stored.tree, error)))
     })
 }
@@ -37,15 +37,10 @@ pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: 
 pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, terms: *mut u32) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        check_least(threshold, 2)?;
+        require(threshold >= 0.0, Status::InvalidArgument, 2)?;
         let count = |stored: Stored| approximate::at_least(&stored.tree, threshold, stored.header.exponent);
         put(terms, 3, view(tree, 1).map(count))
     })
-}
-
-/// Checks a number that is 0 or more, maybe infinite.
-fn check_least(least: f64, argument: u32) -> Checked<()> {
-    if least >= 0.0 { Ok(()) } else { Err(Failure::new(Status::InvalidArgument, argument)) }
 }
 
 /// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
@@ -97,7 +92,8 @@ pub unsafe extern "C" fn wis_triple_multiply(
 ) -> Status {
     // SAFETY: the caller's contract; the product does not overlap its factors.
     answer(diagnostic, || unsafe {
-        check_finite([(1, e_average), (4, f_average)])?;
+        require(e_average.is_finite(), Status::InvalidArgument, 1)?;
+        require(f_average.is_finite(), Status::InvalidArgument, 4)?;
         let e = Set { average: e_average, wavelets: list(e, e_count, 3)? };
         let f = Set { average: f_average, wavelets: list(f, f_count, 6)? };
         let wavelets = slice_mut(wavelets, room as usize, 8)?;
@@ -132,21 +128,14 @@ pub unsafe extern "C" fn wis_sparse_multiply(
     // SAFETY: the caller's contract; the product does not overlap its factors.
     answer(diagnostic, || unsafe {
         check_axes(n, m)?;
-        check_finite([(3, e_average), (6, f_average)])?;
+        require(e_average.is_finite(), Status::InvalidArgument, 3)?;
+        require(f_average.is_finite(), Status::InvalidArgument, 6)?;
         let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
         let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
         let out_list = slice_mut(product, room as usize, 10)?;
         let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
         report::<Details>(sparse::multiply((n, e), (m, f), out_list), to_count, (to_average, 9))
     })
-}
-
-/// Checks averages, each with its argument.
-fn check_finite(averages: [(u32, f64); 2]) -> Checked<()> {
-    match averages.into_iter().find(|(_, average)| !average.is_finite()) {
-        Some((argument, _)) => Err(Failure::new(Status::InvalidArgument, argument)),
-        None => Ok(()),
-    }
 }
 
 /// Writes what a product of sets is; `room` is the argument that is at fault if there are more elements of `W`.
@@ -290,13 +279,9 @@ pub unsafe extern "C" fn wis_tree_of_details(
 }
 
 /// Checks an average and a floor, each with its argument.
-fn check_average(average: (f64, u32), least: (f64, u32)) -> Checked<()> {
-    for ((value, argument), lowest) in [(average, f64::MIN), (least, 0.0)] {
-        if !(lowest..=f64::MAX).contains(&value) {
-            return Err(Failure::new(Status::InvalidArgument, argument));
-        }
-    }
-    Ok(())
+fn check_average((average, at): (f64, u32), (least, least_at): (f64, u32)) -> Checked<()> {
+    require((f64::MIN..=f64::MAX).contains(&average), Status::InvalidArgument, at)?;
+    require((0.0..=f64::MAX).contains(&least), Status::InvalidArgument, least_at)
 }
 
 /// Why there is no tree of a set; of which arguments are its count, its list and the block.

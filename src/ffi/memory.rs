@@ -1,7 +1,7 @@
 //! The client's memory: arrays; objects that say in a header how long they are, to write, to open, and behind a handle; and
 //! blocks in which threads work together. Whatever is written is written through what this file lends.
 
-use super::{Checked, Failure, WIS_ALIGNMENT, borrow, out, pointer, sized};
+use super::{Checked, Failure, WIS_ALIGNMENT, borrow, pointer};
 use crate::object::Part;
 use crate::status::Status;
 use core::ffi::c_void;
@@ -65,37 +65,11 @@ pub(crate) unsafe fn block_mut<'a>(
     unsafe { slice_mut(start.cast(), needed, argument) }
 }
 
-/// A whole block, to write what turns out how long it is: at most so many bytes.
-///
-/// # Safety
-/// As [`block_mut`].
-pub(crate) unsafe fn room_mut<'a>(
-    start: *mut c_void,
-    bytes: usize,
-    most: usize,
-    argument: u32,
-) -> Checked<&'a mut [u8]> {
-    // SAFETY: the caller's contract.
-    unsafe { block_mut(start, bytes, bytes.min(most).min(isize::MAX as usize), argument) }
-}
-
 /// The bytes of an object in a block, which are arguments 1 and 2, from what it begins with: its length is told by its header.
+/// `none`: the status of bytes that hold no such object.
 ///
 /// # Safety
 /// The block is null or as long as stated, and nobody writes it meanwhile.
-pub(crate) unsafe fn stored<'a, H>(
-    start: *const c_void,
-    bytes: usize,
-    length: impl FnOnce(&H) -> Option<usize>,
-) -> Checked<&'a [u8]> {
-    // SAFETY: the caller's contract.
-    unsafe { stored_or(Status::Corrupt, start, bytes, length) }
-}
-
-/// The same, with the status of bytes that hold no such object.
-///
-/// # Safety
-/// As [`stored`].
 pub(crate) unsafe fn stored_or<'a, H>(
     none: Status,
     start: *const c_void,
@@ -135,42 +109,6 @@ pub(crate) unsafe fn handle<'a, H>(
     let length = length(unsafe { header(start, argument)? }).ok_or(Failure::new(Status::Mismatch, argument))?;
     // SAFETY: an object of this version is as long as its header says.
     Ok(unsafe { parts::from_raw_parts(start, length) })
-}
-
-/// Where a build or an opening puts its results: the handle, and, if it is not null, what was built.
-pub(crate) struct Results<H, I> {
-    handle: *mut *const H,
-    info: *mut I,
-}
-
-impl<H, I> Results<H, I> {
-    /// Checks the pointers, each with its argument.
-    ///
-    /// # Safety
-    /// They are null or point to what the header says.
-    pub(crate) unsafe fn new((handle, at): (*mut *const H, u32), (info, info_at): (*mut I, u32)) -> Checked<Self> {
-        out(handle, at)?;
-        if !info.is_null() {
-            // SAFETY: the caller's contract.
-            unsafe { sized(info.cast_const(), info_at)? };
-        }
-        Ok(Results { handle, info })
-    }
-
-    /// Writes the results of an object that begins at `memory`.
-    ///
-    /// # Safety
-    /// The pointers are still valid.
-    pub(crate) unsafe fn publish(self, memory: *const c_void, info: I) -> Checked<()> {
-        // SAFETY: checked before; info may be null.
-        unsafe {
-            self.handle.write(memory.cast());
-            if !self.info.is_null() {
-                self.info.write(info);
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Memory of an object that calls read, maybe many at once: it gives `&` and never `&mut`.

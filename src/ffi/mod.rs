@@ -165,6 +165,7 @@ pub(crate) fn require(holds: bool, status: Status, argument: u32) -> Checked<()>
 }
 
 /// Checks that each element of the array that an argument points to is in its range.
+#[cfg(any(feature = "lights", feature = "wavelets"))]
 pub(crate) fn require_all<T>(elements: &[T], argument: u32, holds: impl Fn(&T) -> bool) -> Checked<()> {
     match elements.iter().position(|element| !holds(element)) {
         Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),

@@ -10,7 +10,8 @@ pub use crate::wavelets::environment::{
 };
 
 use crate::ffi::light::rows::{PixelRows, Source, build_failure};
-use crate::ffi::memory::{Results, block_mut, handle, room_mut, stored};
+use crate::ffi::memory::{block_mut, handle};
+use crate::ffi::wavelets::memory::{Results, room_mut, stored};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, sized};
 use crate::status::Status;
 use crate::wavelets::environment as kernel;

@@ -3,6 +3,7 @@
 pub mod environment;
 pub mod grid;
 pub mod haar;
+mod memory;
 pub mod product;
 pub mod sampling;
 pub mod table;

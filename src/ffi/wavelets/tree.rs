@@ -2,7 +2,8 @@
 
 pub use crate::wavelets::stored::TreeInfo;
 
-use crate::ffi::memory::{Results, block_mut, handle, room_mut, stored};
+use crate::ffi::memory::{block_mut, handle};
+use crate::ffi::wavelets::memory::{Results, room_mut, stored};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, sized, slice, slice_mut};
 use crate::status::Status;
 use crate::wavelets::pruned::Config;

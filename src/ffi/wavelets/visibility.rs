@@ -1,6 +1,7 @@
 //! Visibility in 8 bits, in C.
 
-use crate::ffi::memory::{block_mut, handle, stored};
+use crate::ffi::memory::{block_mut, handle};
+use crate::ffi::wavelets::memory::stored;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::wavelets::triple::sublinear;
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size};

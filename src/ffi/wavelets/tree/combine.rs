@@ -1,7 +1,8 @@
 //! Products and weighted sums of trees in C.
 
 use super::{Tree, TreeInfo, refused, view};
-use crate::ffi::memory::{Results, block_mut, room_mut};
+use crate::ffi::memory::block_mut;
+use crate::ffi::wavelets::memory::{Results, room_mut};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, require, require_all, slice};
 use crate::status::Status;
 use crate::wavelets::combine::{MAX_FACTORS, WIS_MAX_BLEND, add_in, multiply_in, product_size, sum_size};

@@ -1,8 +1,9 @@
 //! Rotated maps in C.
 
 use super::{Tree, TreeInfo, refused};
-use crate::ffi::memory::{Results, block_mut, room_mut};
+use crate::ffi::memory::block_mut;
 use crate::ffi::wavelets::environment::{Environment, view};
+use crate::ffi::wavelets::memory::{Results, room_mut};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, frame, put_size, sized};
 use crate::status::Status;
 use crate::wavelets::rotated::Rotation;

@@ -1,7 +1,7 @@
 //! Trees of sparse sets of wavelets in C, and products of such sets.
 
 use super::{Tree, TreeInfo, refused, view};
-use crate::ffi::memory::{Results, room_mut};
+use crate::ffi::wavelets::memory::{Results, room_mut};
 use crate::ffi::wavelets::triple::list;
 use crate::ffi::wavelets::{check_axes, check_grid};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, require, slice, slice_mut};

@@ -1,0 +1,69 @@
+//! Blocks in which trees and environments are built and opened, and where their handles go.
+
+use crate::ffi::memory::{block_mut, stored_or};
+use crate::ffi::{Checked, out, sized};
+use crate::status::Status;
+use core::ffi::c_void;
+
+/// A whole block, to write what turns out how long it is: at most so many bytes.
+///
+/// # Safety
+/// As [`block_mut`].
+pub(crate) unsafe fn room_mut<'a>(
+    start: *mut c_void,
+    bytes: usize,
+    most: usize,
+    argument: u32,
+) -> Checked<&'a mut [u8]> {
+    // SAFETY: the caller's contract.
+    unsafe { block_mut(start, bytes, bytes.min(most).min(isize::MAX as usize), argument) }
+}
+
+/// The bytes of an object in a block, which are arguments 1 and 2, from what it begins with: its length is told by its header.
+///
+/// # Safety
+/// The block is null or as long as stated, and nobody writes it meanwhile.
+pub(crate) unsafe fn stored<'a, H>(
+    start: *const c_void,
+    bytes: usize,
+    length: impl FnOnce(&H) -> Option<usize>,
+) -> Checked<&'a [u8]> {
+    // SAFETY: the caller's contract.
+    unsafe { stored_or(Status::Corrupt, start, bytes, length) }
+}
+
+/// Where a build or an opening puts its results: the handle, and, if it is not null, what was built.
+pub(crate) struct Results<H, I> {
+    handle: *mut *const H,
+    info: *mut I,
+}
+
+impl<H, I> Results<H, I> {
+    /// Checks the pointers, each with its argument.
+    ///
+    /// # Safety
+    /// They are null or point to what the header says.
+    pub(crate) unsafe fn new((handle, at): (*mut *const H, u32), (info, info_at): (*mut I, u32)) -> Checked<Self> {
+        out(handle, at)?;
+        if !info.is_null() {
+            // SAFETY: the caller's contract.
+            unsafe { sized(info.cast_const(), info_at)? };
+        }
+        Ok(Results { handle, info })
+    }
+
+    /// Writes the results of an object that begins at `memory`.
+    ///
+    /// # Safety
+    /// The pointers are still valid.
+    pub(crate) unsafe fn publish(self, memory: *const c_void, info: I) -> Checked<()> {
+        // SAFETY: checked before; info may be null.
+        unsafe {
+            self.handle.write(memory.cast());
+            if !self.info.is_null() {
+                self.info.write(info);
+            }
+        }
+        Ok(())
+    }
+}

@@ -174,7 +174,8 @@ A renderer touches much memory between two hits, so expect the cold column.
 ## How many rays and candidates
 
 1. **One to four rays at a hit, and more hits.** More rays from one hit save its preparation, but they meet the same shadow. See the table below.
-2. **Candidates: leave \`candidates_per_ray\` at 0.** The library then takes $(quoted include/wis.h '4 to 32 for each at about 50 ns'). More of them pay where a ray costs
+2. **Candidates: leave \`candidates_per_ray\` at 0** where a ray costs half a microsecond and more; set 4 where rays are cheaper and pixels
+   have many, as [gallery.md](gallery.md) does. At 0 the library takes $(quoted include/wis.h '4 to 32 for each at about 50 ns'). More of them pay where a ray costs
    several microseconds.
 3. **Wide lobes** (0.25 and more) and four rays or more: $(quoted include/wis.h 'samples of a product instead'), which needs no setting.
 4. **Rendering in passes, with hard shadows:** give the point a visibility cache. [gallery.md](gallery.md) measures it beside the others.

@@ -9,6 +9,9 @@
 /* Of the visibility cache: about as many as cells that the surfaces of a set meet. 4.7 MB. */
 #define PLACES 4096u
 
+/* Rays are cheap here, and a pixel has many: more camera rays gain more than a better choice at each hit. */
+#define CANDIDATES_PER_RAY 4u
+
 typedef struct Pass {
     Film *film;
     const Lighting *lighting;
@@ -106,7 +109,7 @@ static wis_status expose_row(void *shared, unsigned worker, size_t row) {
 static wis_status run(Pass *pass, unsigned threads) {
     wis_status status = WIS_OK;
     for (unsigned i = 0; i < threads && status == WIS_OK; i++) {
-        status = workspace_init(&pass->workspaces[i], pass->film->samples);
+        status = workspace_init(&pass->workspaces[i], pass->film->samples, CANDIDATES_PER_RAY);
         pass->workspaces[i].visibility = pass->film->visibility;
     }
     if (status == WIS_OK) {

@@ -28,7 +28,7 @@ void lighting_free(Lighting *lighting) {
     environment_free(&lighting->compensated);
 }
 
-wis_status workspace_init(Workspace *w, uint32_t capacity) {
+wis_status workspace_init(Workspace *w, uint32_t capacity, uint32_t candidates) {
     wis_sampler_config config = {0};
     wis_memory_size size;
     wis_status status;
@@ -36,6 +36,7 @@ wis_status workspace_init(Workspace *w, uint32_t capacity) {
     w->visibility = NULL;
     config.size = sizeof config;
     config.rays = capacity;
+    config.candidates_per_ray = candidates;
     status = wis_sampler_size(&config, &size, NULL);
     if (status != WIS_OK) {
         return status;

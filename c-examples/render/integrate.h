@@ -50,8 +50,9 @@ typedef struct LightSample {
     Vec3 radiance;
 } LightSample;
 
-/* Makes room for `capacity` samples at a point, at most 4096. Free the workspace even on failure. */
-wis_status workspace_init(Workspace *workspace, uint32_t capacity);
+/* Makes room for `capacity` samples at a point, at most 4096. wis_direct chooses each ray among `candidates`; 0: the library's number.
+ * Free the workspace even on failure. */
+wis_status workspace_init(Workspace *workspace, uint32_t capacity, uint32_t candidates);
 
 void workspace_free(Workspace *workspace);
 

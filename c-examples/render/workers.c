@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 static wis_status worker_init(Worker *worker, uint32_t spp, size_t samples) {
-    wis_status status = workspace_init(&worker->workspace, spp);
+    wis_status status = workspace_init(&worker->workspace, spp, 0);
     worker->samples = malloc(samples * sizeof *worker->samples);
     if (status == WIS_OK && worker->samples == NULL) {
         status = WIS_MEMORY_TOO_SMALL;

@@ -229,8 +229,8 @@ $(of_report '64 hits per pixel, well-spread numbers | `wis_direct` with `u`' 'ha
 $(of_report 'a room with one window, 4 rays | `wis_direct`' 'shows a room with one window, 4 rays')
 $(of_report 'measured BRDFs that no lobe describes, 4 rays | `wis_direct`' 'has measured BRDFs that no lobe describes, 4 rays')$(target_of_report)
 
-With cheap rays, gains are smaller or turn to losses. In [six pictures](docs/gallery.md) wis has the lower absolute error in
-$(cell gallery 'MIS | absolute MSE' 'pictures that wis_direct wins'), and the lower relative error in $(cell gallery 'MIS | relative MSE' 'pictures that wis_direct wins').
+With cheap rays, set \`candidates_per_ray\` to 4: the default takes too long for them. In [six pictures](docs/gallery.md) wis then has the lower
+absolute error in $(cell gallery 'MIS | absolute MSE' 'pictures that wis_direct wins'), and the lower relative error in $(cell gallery 'MIS | relative MSE' 'pictures that wis_direct wins').
 END
 
 # of_crop PICTURE: errors of MIS over those of wis_direct.

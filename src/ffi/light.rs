@@ -287,7 +287,8 @@ pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
     let &LightConfig { layout, width, height, channels, format, filter, flags, error_budget, .. } = c;
-    let numbers = Numbers { layout, width, height, channels, format, filter, flags, error_budget };
+    let map = MapNumbers { layout, width, height, channels, format };
+    let numbers = Numbers { map, filter, flags, error_budget };
     let mut request = Request::new(&numbers).map_err(|fault| Failure::fault(fault, 1))?;
     let source = rows::Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
     let rows = PixelRows::new(source, request.pixels.format, request.row_bytes(), height)?;

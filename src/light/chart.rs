@@ -14,10 +14,21 @@ use core::f32::consts::PI;
 pub enum Layout {
     /// Columns are the azimuth, rows the polar angle from +z.
     LatLong,
-    /// Six square faces: +x, -x, +y, -y, +z, -z, each as OpenGL orients it.
+    /// Six square faces below one another: +x, -x, +y, -y, +z, -z, each as OpenGL orients it.
     Cube,
-    /// The equal-area octahedral square (Clarberg 2008).
+    /// The equal-area octahedral square (Clarberg 2008): columns along axis 1, rows along axis 2.
     Octahedral,
+}
+
+impl Layout {
+    /// Whether a map may have these sides.
+    pub fn fits(self, width: u32, height: u32) -> bool {
+        match self {
+            Layout::LatLong => true,
+            Layout::Cube => width.checked_mul(6) == Some(height),
+            Layout::Octahedral => width == height,
+        }
+    }
 }
 
 /// One axis of a face.

@@ -1,19 +1,9 @@
 //! The caller's pixels: their layout and format, and what becomes of texels that are NaN, infinite or negative.
 
+pub use super::chart::Layout;
 use crate::numeric::LUMINANCE;
 use crate::status::{Fault, Status};
 use bytemuck::{Pod, Zeroable};
-
-/// How directions are laid out over the texels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
-    /// Columns are the azimuth, rows the polar angle from +z.
-    LatLong,
-    /// Six square faces below one another: +x, -x, +y, -y, +z, -z.
-    Cube,
-    /// The equal-area octahedral square: columns along axis 1, rows along axis 2.
-    Octahedral,
-}
 
 /// The number format of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,26 +169,25 @@ pub(crate) fn half(bits: u16) -> f32 {
     f32::from_bits(sign | magnitude)
 }
 
+/// Checks sides and channels of a map.
+///
+/// # Errors
+/// [`Fault`] names the field.
+pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> core::result::Result<(), Fault> {
+    Fault::first([
+        (width > 0, c"width"),
+        (height > 0 && layout.fits(width, height), c"height"),
+        (matches!(channels, 1 | 3 | 4), c"channels"),
+    ])
+}
+
 /// Checks what the pixels claim to be.
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
 /// number of texels or bytes of a row overflows; with the field of wis_wavelet_light_config at fault.
 pub fn check(pixels: &Pixels) -> core::result::Result<(), Fault> {
-    let fits = match pixels.layout {
-        Layout::LatLong => true,
-        Layout::Cube => pixels.width.checked_mul(6) == Some(pixels.height),
-        Layout::Octahedral => pixels.width == pixels.height,
-    };
-    for (holds, field) in [
-        (pixels.width > 0, c"width"),
-        (pixels.height > 0 && fits, c"height"),
-        (matches!(pixels.channels, 1 | 3 | 4), c"channels"),
-    ] {
-        if !holds {
-            return Err(Fault::range(field));
-        }
-    }
+    check_map(pixels.layout, [pixels.width, pixels.height], pixels.channels)?;
     let overflow = |field| Fault { status: Status::Overflow, field };
     pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(overflow(c"width"))?;
     (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(overflow(c"height"))?;

@@ -2,7 +2,7 @@
 
 use super::chart::Layout;
 use super::decode::Pixels;
-use super::pixels::Format;
+use super::pixels::{Format, check_map};
 use super::plan::{Description, Filter, MAX_SIDE, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
@@ -48,9 +48,9 @@ const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
     | WIS_ENVIRONMENT_SANITISE
     | WIS_ENVIRONMENT_LIGHT_ONLY;
 
-/// What a configuration says of a map.
+/// What any configuration says of a map.
 #[derive(Clone, Copy, Debug)]
-pub struct Numbers {
+pub struct MapNumbers {
     /// WIS_LAYOUT_*.
     pub layout: u32,
     /// Texels in a row.
@@ -61,6 +61,29 @@ pub struct Numbers {
     pub channels: u32,
     /// WIS_FORMAT_*.
     pub format: u32,
+}
+
+impl MapNumbers {
+    /// Layout and format.
+    ///
+    /// # Errors
+    /// [`Fault`] names the field.
+    pub fn kinds(&self) -> core::result::Result<(Layout, Format), Fault> {
+        let layout = match self.layout {
+            WIS_LAYOUT_LATLONG => Layout::LatLong,
+            WIS_LAYOUT_CUBE => Layout::Cube,
+            WIS_LAYOUT_OCTAHEDRAL => Layout::Octahedral,
+            _ => return Err(Fault::range(c"layout")),
+        };
+        Ok((layout, format_of(self.format).ok_or(Fault::range(c"format"))?))
+    }
+}
+
+/// What a configuration asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers {
+    /// The map.
+    pub map: MapNumbers,
     /// WIS_FILTER_*.
     pub filter: u32,
     /// WIS_ENVIRONMENT_*.
@@ -96,33 +119,22 @@ impl Request {
     /// # Errors
     /// [`Fault`] names the field.
     pub fn new(numbers: &Numbers) -> core::result::Result<Request, Fault> {
-        let &Numbers { width, height, channels, flags, error_budget, .. } = numbers;
-        let (layout, faces) = match numbers.layout {
-            WIS_LAYOUT_LATLONG => (Layout::LatLong, 1),
-            WIS_LAYOUT_CUBE => (Layout::Cube, 6),
-            WIS_LAYOUT_OCTAHEDRAL => (Layout::Octahedral, 1),
-            _ => return Err(Fault::range(c"layout")),
-        };
-        let format = format_of(numbers.format).ok_or(Fault::range(c"format"))?;
+        let &Numbers { map, flags, error_budget, .. } = numbers;
+        let MapNumbers { width, height, channels, .. } = map;
+        let (layout, format) = map.kinds()?;
         let filter = match numbers.filter {
             WIS_FILTER_BILINEAR => Filter::Bilinear,
             WIS_FILTER_NEAREST => Filter::Nearest,
             _ => return Err(Fault::range(c"filter")),
         };
         let has = |flag: u32| flags & flag != 0;
-        let fits = match layout {
-            Layout::LatLong => true,
-            Layout::Cube => width.checked_mul(6) == Some(height),
-            Layout::Octahedral => width == height,
-        };
+        check_map(layout, [width, height], channels)?;
         Fault::first([
-            (width > 0, c"width"),
-            (height > 0 && fits, c"height"),
-            (matches!(channels, 1 | 3 | 4), c"channels"),
             (flags & !ALL_FLAGS == 0, c"flags"),
             (!has(WIS_ENVIRONMENT_ROWS_AT_POLES) || layout == Layout::LatLong, c"flags"),
             ((0.0..=1.0).contains(&error_budget), c"error_budget"),
         ])?;
+        let faces = if layout == Layout::Cube { 6 } else { 1 };
         for (side, field) in [(width, c"width"), (height / faces, c"height")] {
             if side > MAX_SIDE {
                 return Err(Fault { status: Status::Overflow, field });

@@ -59,7 +59,7 @@ const LITTLE_WASTED: f32 = 0.05;
 /// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
 const MOST_WASTED: f32 = 8.0;
 
-/// A part is resolved where its largest corner is less than so many times its least: the light is where F is known.
+/// A part is resolved where its largest corner is less than so many times its least: the light is where F is known. Among 1.5, 2, 3 and 5.
 const RESOLVED: f32 = 3.0;
 /// Lobes take so many times what other parts bring, up to the share for an even light: a lamp that a narrow lobe mirrors needs the grid alone.
 /// Among 1, 1.5 and 2 the one with less absolute error at 16 samples and no more relative error, on the maps for tuning.

@@ -21,8 +21,8 @@ References are integrals by quadrature, of the client's own BRDFs and look-ups i
 
 - *integral*: how far the integral that a product states is from the reference, and the limit. It is an approximation, so
   the limit is the figure when the row was written, and a quarter of it at least.
-- *largest*: the largest f L cos / (p I), over 262144 samples and 18000 other directions: of the light, at all distances of
-  the lobe's peak, and all over the sphere. The limit is 50 (rule 33 of [design.md](design.md)), but where the conclusion names a row.
+- *largest*: the largest f L cos / (p I), over 262144 samples and 18000 other directions. Those are directions of the light, at all
+  distances of the lobe's peak, and all over the sphere. The limit is 50 (rule 33 of [design.md](design.md)), but where the conclusion names a row.
 - *mean*: how far the mean of the samples is from the reference. The limit is 4.5 standard errors and 0.001, and a fault of 2 % is seen.
 - *empty*: samples that bring nothing, as a share.
 - *1 ray*, *4 rays*: the same means for calls of `wis_direct`. *Idle*: their rays that bring nothing. The limit is 6 %, because floors of 5 %

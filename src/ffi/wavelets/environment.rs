@@ -13,6 +13,7 @@ use crate::ffi::light::rows::{PixelRows, Source, build_failure};
 use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::wavelets::memory::{Results, room_mut, stored};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, sized};
+use crate::light::request::MapNumbers;
 use crate::status::Status;
 use crate::wavelets::environment as kernel;
 use crate::wavelets::environment::request::Numbers;
@@ -142,7 +143,8 @@ unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, Pixe
     let c = unsafe { sized(config, 1)? };
     let &EnvironmentConfig { layout, width, height, channels, format, flags, storage, resolution, .. } = c;
     let error_budget = c.error_budget;
-    let numbers = Numbers { layout, width, height, channels, format, flags, storage, resolution, error_budget };
+    let map = MapNumbers { layout, width, height, channels, format };
+    let numbers = Numbers { map, flags, storage, resolution, error_budget };
     let config = Config::new(&numbers).map_err(|fault| Failure::fault(fault, 1))?;
     let row_bytes = config.pixels.row_bytes().ok_or(Failure::new(Status::Overflow, 1).of(c"width"))?;
     let source = Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };

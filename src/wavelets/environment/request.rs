@@ -1,26 +1,18 @@
 //! An environment in the numbers of the C interface: what a client asks for, checked.
 
 use super::{
-    ALL_FLAGS, Config, Layout, Pixels, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_EXACT_ZERO,
+    ALL_FLAGS, Config, Pixels, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_EXACT_ZERO,
     WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE, check,
 };
-use crate::light::request::{WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL, format_of};
+use crate::light::request::MapNumbers;
 use crate::status::Fault;
 use crate::wavelets::tree::MAX_DEPTH;
 
-/// What a configuration says of a map.
+/// What a configuration asks for.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers {
-    /// WIS_LAYOUT_*.
-    pub layout: u32,
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// 1, 3 or 4.
-    pub channels: u32,
-    /// WIS_FORMAT_*.
-    pub format: u32,
+    /// The map.
+    pub map: MapNumbers,
     /// WIS_WAVELET_LIGHT_*.
     pub flags: u32,
     /// WIS_STORAGE_*.
@@ -37,14 +29,9 @@ impl Config {
     /// # Errors
     /// [`Fault`] names the field.
     pub fn new(numbers: &Numbers) -> core::result::Result<Config, Fault> {
-        let &Numbers { width, height, channels, flags, resolution, error_budget, .. } = numbers;
-        let layout = match numbers.layout {
-            WIS_LAYOUT_LATLONG => Layout::LatLong,
-            WIS_LAYOUT_CUBE => Layout::Cube,
-            WIS_LAYOUT_OCTAHEDRAL => Layout::Octahedral,
-            _ => return Err(Fault::range(c"layout")),
-        };
-        let format = format_of(numbers.format).ok_or(Fault::range(c"format"))?;
+        let &Numbers { map, flags, resolution, error_budget, .. } = numbers;
+        let MapNumbers { width, height, channels, .. } = map;
+        let (layout, format) = map.kinds()?;
         let storage = match numbers.storage {
             WIS_STORAGE_PYRAMID => Storage::Pyramid,
             WIS_STORAGE_SPARSE => Storage::Sparse,

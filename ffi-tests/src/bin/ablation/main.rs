@@ -14,11 +14,8 @@ use wis::product::prepare::{Config, DIVIDED, prepare};
 use wis::product::stored::{MAX_DIVIDED, Product, most_bytes};
 use wis::{Block, Environment, Kind, Level, Map, Material, Point, Shape};
 use wis_ffi_tests::light::Light;
-use wis_ffi_tests::products::{Case, DEVELOPER, geometric, lights, materials, points};
+use wis_ffi_tests::products::{Case, DEVELOPER, POINTS, geometric, lights, materials, points};
 use wis_ffi_tests::{material, scene};
-
-/// Random shading points of an error.
-const POINTS: usize = 120;
 
 fn main() -> Result<()> {
     let file = std::env::args().nth(1).context("usage: ablation <file>")?;

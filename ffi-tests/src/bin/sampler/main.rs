@@ -12,11 +12,8 @@ use own::Own;
 use wis_ffi_tests::client::{Density, Preparation, Product};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
-use wis_ffi_tests::products::{Case, DEVELOPER, OTHERS, lights, materials, points};
+use wis_ffi_tests::products::{Case, DEVELOPER, OTHERS, POINTS, lights, materials, points};
 use wis_ffi_tests::scene::ShadingPoint;
-
-/// Random shading points of an error.
-const POINTS: usize = 120;
 
 /// All that stands on the page.
 pub struct Results {

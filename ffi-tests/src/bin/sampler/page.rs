@@ -4,7 +4,7 @@ use crate::cost::NAMES;
 use crate::{Errors, Results};
 use anyhow::Result;
 use std::fmt::Write;
-use wis_ffi_tests::products::geometric;
+use wis_ffi_tests::products::{POINTS, geometric};
 
 /// Goals of preparations with warm caches, nanoseconds, by material.
 const PREPARE: [(&str, f64); 4] = [("Lambert", 200.0), ("GGX 0.5", 600.0), ("GGX 0.2", 1000.0), ("GGX 0.05", 1500.0)];
@@ -20,7 +20,7 @@ const METHOD: &str = "\
 Random shading points without occlusion, so that errors are those of the product. **Now** is `wis_product_prepare` with `wis_sample`
 and `wis_pdf`; **0.1** is the product of wavelets, `wis_wavelet_product_*`, in the same run. The client looks maps up bilinearly.
 
-Error: the root of the mean squared error of estimates of 16 samples, over the mean of all points; 120 points, four estimates each.
+Error: the root of the mean squared error of estimates of 16 samples, over the mean of all points; POINTS points, four estimates each.
 Lines of several maps are geometric means. Times are nanoseconds. *Warm*: the fastest of 15 rounds, medians over points. *Cold*: 32 MB
 of other memory are touched before each call; medians of 25 calls. The machine has other tenants: compare within a row.
 ";
@@ -30,7 +30,7 @@ pub fn write(results: &Results, ablation: &str) -> Result<String> {
         "# Products by themselves\n\nWritten by `make sampler`. Every number and verdict is of the run that wrote this page.\n\n",
     );
     conclusions(&mut out, results)?;
-    writeln!(out, "\n{METHOD}")?;
+    writeln!(out, "\n{}", METHOD.replace("POINTS", &POINTS.to_string()))?;
     costs(&mut out, results)?;
     errors(&mut out, results)?;
     out.push('\n');

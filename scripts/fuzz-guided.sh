@@ -15,7 +15,7 @@ pass="-Cpasses=sancov-module -Ccodegen-units=1"
 for argument in level=4 inline-8bit-counters pc-table trace-compares; do
     pass="$pass -Cllvm-args=-sanitizer-coverage-$argument"
 done
-RUSTFLAGS="$pass" cargo build --quiet --profile instruments --package wis-capi --target "$platform" --target-dir "$target"
+RUSTFLAGS="$pass" cargo build --quiet --profile instruments --config 'profile.instruments.panic="abort"' --package wis-capi --target "$platform" --target-dir "$target"
 (cd fuzz/guided && cargo build --quiet --release --target-dir "$target")
 export WIS_LIBRARY="$target/$platform/instruments/libwis.so"
 cd "$out"

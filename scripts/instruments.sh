@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs cargo on ffi-tests against an installed library: instruments.sh LIBRARY_FOLDER run|test [ARGUMENTS...]
+# Runs cargo on ffi-tests against an installed library: instruments.sh LIBRARY_FOLDER run|test|clippy [ARGUMENTS...]
 # The peers are compiled for this very machine, so that none is held back; the library is the one that ships.
 set -eu
 cd "$(dirname "$0")/.."

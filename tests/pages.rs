@@ -45,8 +45,7 @@ fn cited(text: &str) -> Vec<u32> {
 fn cited_rules_stand_in_the_design() {
     let design = read("docs/design.md");
     let mut sources = Vec::new();
-    for folder in ["src", "tests", "ffi-tests/src", "ffi-tests/tests", "benches", "xtask/src", "c-examples", "include"]
-    {
+    for folder in ["src", "tests", "ffi-tests/src", "benches", "xtask/src", "c-examples", "include"] {
         files(&root().join(folder), &["rs", "c", "h", "hpp", "cpp"], &mut sources);
     }
     let mut missing = Vec::new();

@@ -17,6 +17,8 @@ pub mod grid;
 pub mod hardcases;
 pub mod images;
 pub mod lanes;
+#[cfg(test)]
+mod laws;
 pub mod layout;
 pub mod library;
 pub mod light;

@@ -430,6 +430,12 @@ mod tests {
     }
 
     #[test]
+    fn headers_are_those_of_the_sources() {
+        let root = std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it");
+        check(&Path::new(&root).join("..")).unwrap();
+    }
+
+    #[test]
     fn rust_syntax_is_rejected() {
         assert!(reject_rust_syntax("/// See [`Status`].").is_err());
         assert!(reject_rust_syntax("/// See wis_status.").is_ok());

@@ -2,15 +2,15 @@
 //! occluder, Holm-corrected to a significance of 0.001 for all of them together. Each single test finds a shift of 2 %
 //! with power .99, which is asserted, and a density that is 2 % too large is shown to be found.
 
+use crate::before::Before;
+use crate::estimator::{Estimator, Lit, Setting};
+use crate::library::Mode;
+use crate::light::Light;
+use crate::material::{Bsdf, Material};
+use crate::method::Method;
+use crate::scene::ShadingPoint;
+use crate::statistics::{holm, smallest_fault, z_test};
 use glam::{Quat, Vec3};
-use wis_ffi_tests::before::Before;
-use wis_ffi_tests::estimator::{Estimator, Lit, Setting};
-use wis_ffi_tests::library::Mode;
-use wis_ffi_tests::light::Light;
-use wis_ffi_tests::material::{Bsdf, Material};
-use wis_ffi_tests::method::Method;
-use wis_ffi_tests::scene::ShadingPoint;
-use wis_ffi_tests::statistics::{holm, smallest_fault, z_test};
 
 const SIGNIFICANCE: f64 = 1e-3;
 /// The strictest level that Holm's method applies: 21 methods of 2 counts, and one more, 2 materials, with and without

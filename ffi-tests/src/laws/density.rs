@@ -5,15 +5,15 @@
 //! .99. Inversion: 40 000 directions find a shift of the distribution of u by .014, half of which a density that is
 //! tilted by 2 % over the square makes at its middle. Integral: to 0.2 %.
 
+use crate::before::prepare;
+use crate::client::{self, Block, Density};
+use crate::estimator::{Lit, Setting};
+use crate::light::{Light, octahedral_direction};
+use crate::material::Material;
+use crate::scene::ShadingPoint;
+use crate::statistics::{chi_square, holm, kolmogorov_smirnov};
 use glam::Vec3;
 use std::f32::consts::PI;
-use wis_ffi_tests::before::prepare;
-use wis_ffi_tests::client::{self, Block, Density};
-use wis_ffi_tests::estimator::{Lit, Setting};
-use wis_ffi_tests::light::{Light, octahedral_direction};
-use wis_ffi_tests::material::Material;
-use wis_ffi_tests::scene::ShadingPoint;
-use wis_ffi_tests::statistics::{chi_square, holm, kolmogorov_smirnov};
 
 const SIGNIFICANCE: f64 = 1e-3;
 /// Bins along an axis of the octahedral square.

@@ -138,6 +138,6 @@ pub fn mean_of(significance: f64, mut call: impl FnMut(u32) -> f64) -> Mean {
         mean
     };
     // The variance is known from the pilot only roughly.
-    let needed = 2.5 * run(0..PILOT).samples_needed(significance);
+    let needed = 1.8 * run(0..PILOT).samples_needed(significance);
     run(PILOT..PILOT + (needed as u32).clamp(PILOT, MOST))
 }

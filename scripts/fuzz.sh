@@ -6,9 +6,8 @@ set -eu
 cd "$(dirname "$0")/.."
 library=$(cd "$1" && pwd)/libwis.so
 minutes=$2
-fuzz=${CARGO_TARGET_DIR:-target}/debug/wis-fuzz
-# As `cargo test` has built most of it.
-cargo build --quiet --profile test --package wis-fuzz
+fuzz=${CARGO_TARGET_DIR:-target}/instruments/wis-fuzz
+cargo build --quiet --profile instruments --package wis-fuzz
 
 run() { "$fuzz" "$library" --minutes "$minutes" --seed "$1"; }
 

@@ -394,10 +394,10 @@ extern "C" fn colours(user: *mut c_void, count: usize, wi: *const f32, out: *mut
 }
 
 fn answer(user: *mut c_void, count: usize, wi: *const f32, out: *mut f32, width: usize) -> c_int {
-    // SAFETY: the library hands on `user`, directions and room for so many results.
+    // SAFETY: the library hands on `user`, which a hostile case does not align, directions and room for so many results.
     let (manner, wi, out) = unsafe {
         (
-            *user.cast::<u32>(),
+            user.cast::<u32>().read_unaligned(),
             std::slice::from_raw_parts(wi, 3 * count),
             std::slice::from_raw_parts_mut(out, width * count),
         )

@@ -30,7 +30,7 @@ impl Parts {
     #[inline(always)]
     fn new((squares, refined, depth): (u32, u32, u32), sparse: bool, flags: u32) -> Parts {
         let when = |condition: bool, count: u64| if condition { count } else { 0 };
-        let cells = 1u64 << ((2 * depth) & 31);
+        let cells = 1u64 << (2 * (depth & 15));
         let mut whole = Layout::behind::<Header>();
         let linked = if sparse { squares } else { refined };
         let has_rgb = flags & WIS_WAVELET_LIGHT_RGB != 0;

@@ -121,8 +121,8 @@ struct Rows {
 }
 
 extern "C" fn row(user: *mut c_void, y: u32) -> *const c_void {
-    // SAFETY: the configuration hands its rows on.
-    let rows = unsafe { &*user.cast::<Rows>() };
+    // SAFETY: the configuration hands its rows on, which a hostile case does not align.
+    let rows = unsafe { user.cast::<Rows>().read_unaligned() };
     if y >= rows.rows || y == rows.missing {
         return std::ptr::null();
     }

@@ -50,6 +50,38 @@ fn luminance([r, g, b]: [f32; 3]) -> f32 {
     min((x * f64::from(r) + y * f64::from(g) + z * f64::from(b)) as f32, f32::MAX)
 }
 
+/// Luminance that does not depend on the angle to the half vector, and what Schlick's (1 - cos)^5 is multiplied by.
+fn schlick(kind: Kind, weight: [f32; 3], f0: [f32; 3]) -> [f32; 2] {
+    let all = luminance(weight);
+    let at_normal = luminance([weight[0] * f0[0], weight[1] * f0[1], weight[2] * f0[2]]);
+    match kind {
+        Kind::Ggx => [at_normal, all - at_normal],
+        Kind::GgxTransmission => [all - at_normal, at_normal - all],
+        _ => [all, 0.0],
+    }
+}
+
+/// About what a lobe scatters, for its values in [`schlick`], seen at a cosine.
+fn reflectance(fresnel: [f32; 2], cosine: f32) -> f32 {
+    (fresnel[0] + fresnel[1] * fifth_power(1.0 - cosine.clamp(0.0, 1.0))).max(0.0)
+}
+
+/// The share of one of some lobes in what they scatter together: equal shares if that is nothing or too much.
+fn share(own: f32, total: f32, lobes: usize) -> f32 {
+    if total > 0.0 && total < f32::MAX { own / total } else { 1.0 / lobes as f32 }
+}
+
+/// About the share of each lobe in what a point scatters, seen at a cosine above 0: those of [`Surface::shares`], without the rest.
+pub fn shares(point: &Point<'_>, cosine: f32) -> [f32; MAX_LOBES] {
+    let mut all = [0.0; MAX_LOBES];
+    let lobes = point.material.lobes();
+    for (own, (shape, (weight, f0))) in all.iter_mut().zip(lobes.iter().zip(point.weight.iter().zip(&point.f0))) {
+        *own = reflectance(schlick(shape.kind, *weight, *f0), cosine);
+    }
+    let total = all.iter().sum();
+    all.map(|own| share(own, total, lobes.len()))
+}
+
 impl Surface {
     /// Checks a point and prepares it in map space.
     ///
@@ -82,19 +114,11 @@ impl Surface {
             if !weight.iter().all(|w| (0.0..=f32::MAX).contains(w)) {
                 return Err(Fault::Weight(index));
             }
-            let schlick = shape.kind.is_ggx();
-            if schlick && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
+            if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
                 return Err(Fault::F0(index));
             }
-            let all = luminance(*weight);
-            let at_normal = luminance([weight[0] * f0[0], weight[1] * f0[1], weight[2] * f0[2]]);
-            let fresnel = match shape.kind {
-                Kind::Ggx => [at_normal, all - at_normal],
-                Kind::GgxTransmission => [all - at_normal, at_normal - all],
-                _ => [all, 0.0],
-            };
-            let grazing = fifth_power(1.0 - wo[2].clamp(0.0, 1.0));
-            let share = if visible { (fresnel[0] + fresnel[1] * grazing).max(0.0) } else { 0.0 };
+            let fresnel = schlick(shape.kind, *weight, *f0);
+            let share = if visible { reflectance(fresnel, wo[2]) } else { 0.0 };
             let seen = if visible { wo } else { [0.0, 0.0, 1.0] };
             let prepared = match shape.kind {
                 Kind::Lambert => LobeShape::Lambert,
@@ -107,15 +131,9 @@ impl Surface {
             *slot = Lobe { shape: prepared, fresnel, share };
             total += share;
         }
-        if total > 0.0 && total < f32::MAX {
-            for lobe in &mut surface.lobes {
-                lobe.share /= total;
-            }
-        } else if surface.count > 0 {
-            let equal = 1.0 / surface.count as f32;
-            for lobe in surface.lobes.iter_mut().take(surface.count) {
-                lobe.share = equal;
-            }
+        let count = surface.count;
+        for lobe in surface.lobes.iter_mut().take(count) {
+            lobe.share = share(lobe.share, total, count);
         }
         Ok(surface)
     }

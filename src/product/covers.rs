@@ -4,6 +4,7 @@ use super::peak::width;
 use super::stored::{COSINE_INCLUDED, Header, WHOLE_SPHERE};
 use crate::brdf::material::Shape;
 use crate::brdf::point::Point;
+use crate::brdf::surface::shares;
 use crate::numeric::{max, min, sqrt};
 use crate::sphere::unit;
 
@@ -13,10 +14,12 @@ const WIDTHS: f32 = 1.5;
 const VIEWS: f32 = 0.5;
 /// Lobes of at least this width hardly depend on the view.
 const DIFFUSE: f32 = 0.7;
+/// A lobe's share of what a hit scatters may be this many times its share at the product. Weights grow by as much.
+const SHARES: f32 = 1.5;
 
 impl Header {
-    /// Whether a hit's normal lies within the cone, its lobes are of the same kinds and about as wide, each that reflects did so
-    /// at the product, and it is seen from about the same side.
+    /// Whether a hit's normal lies within the cone, its lobes are of the same kinds and about as wide, none has a much larger share of
+    /// what is scattered than at the product, and it is seen from about the same side.
     pub fn covers(&self, point: &Point<'_>) -> bool {
         let flags = (if point.whole_sphere || point.material.transmits() { WHOLE_SPHERE } else { 0 })
             | if point.cosine_included { COSINE_INCLUDED } else { 0 };
@@ -31,15 +34,19 @@ impl Header {
         if normal.dot(own_normal) < self.cone - ROUNDING {
             return false;
         }
+        let cosine = wo.dot(normal);
+        let cosine = if self.flags & WHOLE_SPHERE == 0 { cosine } else { cosine.abs() };
         let mut narrowest = f32::MAX;
-        for ((shape, weight), own) in lobes.iter().zip(&point.weight).zip(&self.lobe) {
+        let parameters = point.weight.iter().zip(shares(point, cosine));
+        for ((shape, (weight, share)), own) in lobes.iter().zip(parameters).zip(&self.lobe) {
             if shape.kind.code() != own.kind || shape.eta != own.eta {
                 return false;
             }
             if !weight.iter().any(|&w| w > 0.0) {
                 continue;
             }
-            if own.lit == 0 || !alike(shape, &Shape { kind: shape.kind, a: own.a, b: own.b, eta: own.eta }) {
+            let served = own.scattered > 0.0 && (share <= SHARES * own.scattered || !(cosine > 0.0));
+            if !served || !alike(shape, &Shape { kind: shape.kind, a: own.a, b: own.b, eta: own.eta }) {
                 return false;
             }
             narrowest = min(narrowest, width(shape, 1.0));

@@ -109,7 +109,7 @@ pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([St
         let Shape { kind, a, b, eta } = *shape;
         let angle = width(shape, cosine);
         let drawn = if cosine > 0.0 && angle < mixture.narrow { share } else { 0.0 };
-        *lobe = StoredLobe { kind: kind.code(), lit: u32::from(share > 0.0), a, b, eta, share: drawn };
+        *lobe = StoredLobe { kind: kind.code(), scattered: share, a, b, eta, share: drawn };
         narrow += drawn;
         mixed += drawn * (1.0 - angle / mixture.narrow.max(f32::MIN_POSITIVE));
     }

@@ -21,8 +21,8 @@ pub type Leaves = [[u16; LANES]; 4];
 pub struct StoredLobe {
     /// Its kind's number.
     pub kind: u32,
-    /// 1: its weight was above 0.
-    pub lit: u32,
+    /// Its share of what the point scatters.
+    pub scattered: f32,
     /// The shape.
     pub a: f32,
     /// The shape.

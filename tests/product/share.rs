@@ -32,7 +32,8 @@ fn weights_and_reflectances_may_differ_but_not_lobes() {
     };
     assert!(covers(&|_| ()));
     assert!(covers(&|p| p.weight = [[0.1, 0.9, 0.3]; 4]));
-    assert!(covers(&|p| p.f0 = [[0.5; 3]; 4]));
+    assert!(covers(&|p| p.f0 = [[0.07; 3]; 4]));
+    assert!(!covers(&|p| p.f0 = [[0.5; 3]; 4]));
     assert!(covers(&|p| p.weight[1] = [0.0; 3]));
     assert!(!covers(&|p| p.whole_sphere = true));
     assert!(!covers(&|p| p.cosine_included = true));
@@ -47,6 +48,22 @@ fn weights_and_reflectances_may_differ_but_not_lobes() {
         let mut point = view(&other, [0.0, 0.0, 1.0], 30.0, 0.5);
         point.weight = [[1.0; 3]; 4];
         assert_eq!(product.product().header.covers(&point), serves, "{shapes:?}");
+    }
+}
+
+/// Weights f cos / pdf grow as the share of a lobe does.
+#[test]
+fn a_lobe_that_scatters_a_much_larger_share_is_not_served() {
+    let built = built();
+    let mix = material(&[Shape::LAMBERT, Shape::ggx(0.3, 0.3)]);
+    let mut point = view(&mix, [0.0, 0.0, 1.0], 30.0, 0.5);
+    point.weight[0] = [0.1; 3];
+    point.f0 = [[0.1; 3]; 4];
+    // Both lobes scatter a half.
+    let product = Prepared::new(&built, &point);
+    for (diffuse, serves) in [(0.01, false), (0.03, false), (0.06, true), (0.2, true), (0.4, false), (0.9, false)] {
+        point.weight[0] = [diffuse; 3];
+        assert_eq!(product.product().header.covers(&point), serves, "{diffuse}");
     }
 }
 

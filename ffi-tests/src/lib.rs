@@ -40,6 +40,7 @@ pub mod products;
 pub mod reference;
 pub mod rgl;
 pub mod scene;
+pub mod standin;
 pub mod statistics;
 pub mod structured;
 pub mod table;

@@ -9,6 +9,7 @@ use crate::cost::Cost;
 use crate::lanes::{F8, LANES, V8, sin_cos_turn};
 use crate::measured::{self, Reflectance};
 use crate::scene::ShadingPoint;
+use crate::standin::{self, StandIn};
 use crate::table::Table;
 use anyhow::Result;
 use glam::Vec3;
@@ -27,6 +28,8 @@ pub struct Material {
     pub textured: bool,
     /// In place of the lobes.
     pub measured: Option<&'static dyn Reflectance>,
+    /// The lobes of a measured material, as the library is told of them for the choice of rays.
+    stand_in: &'static [StandIn],
     /// What the library is told of a measured material; without it, it calls back.
     pub table: Option<&'static Table>,
 }
@@ -48,6 +51,7 @@ impl Material {
         alpha: 1.0,
         textured: false,
         measured: None,
+        stand_in: &[],
         table: None,
     };
 
@@ -90,7 +94,8 @@ impl Material {
 
     /// A measured material that the library asks for in a callback.
     pub fn called_back(measured: &'static dyn Reflectance) -> Material {
-        Material { name: measured.name().into(), measured: Some(measured), ..Material::lambert() }
+        let stand_in = Box::leak(standin::fit(measured, f64::from(F0)).into_boxed_slice());
+        Material { name: measured.name().into(), measured: Some(measured), stand_in, ..Material::lambert() }
     }
 
     /// The half-angle of its narrowest lobe, radians; of a measured one it is not known.
@@ -164,23 +169,25 @@ impl Material {
         Product::prepare_callback(environment, &shape, &mut eval, preparation, memory)
     }
 
-    /// The shapes of the lobes that stand in for the BRDF in wis_direct; a measured one is taken for a diffuse and a glossy
-    /// lobe.
+    /// The lobes that stand in for the BRDF in wis_direct, each with its weight: roughness 0 is diffuse.
+    fn weighted_lobes(&self, diffuse: f32) -> Vec<(f32, f32)> {
+        if self.measured.is_some() {
+            return self.stand_in.iter().map(|lobe| (lobe.alpha.unwrap_or(0.0) as f32, lobe.weight as f32)).collect();
+        }
+        [(0.0, diffuse), (self.alpha, self.specular)].into_iter().filter(|lobe| lobe.1 > 0.0).collect()
+    }
+
+    /// The shapes of the lobes that stand in for the BRDF in wis_direct.
     pub fn lobes(&self) -> Vec<raw::wis_lobe> {
-        let lobe = |kind, a| raw::wis_lobe { kind, a, b: a, eta: 0.0 };
-        let (alpha, diffuse, specular) = match self.measured {
-            Some(measured) => (measured.roughness() as f32, 0.5, 0.5),
-            None => (self.alpha, self.diffuse, self.specular),
+        let lobe = |alpha| match alpha {
+            0.0 => raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, a: 0.0, b: 0.0, eta: 0.0 },
+            _ => raw::wis_lobe { kind: raw::WIS_LOBE_GGX, a: alpha, b: alpha, eta: 0.0 },
         };
-        let all = [(raw::WIS_LOBE_LAMBERT, diffuse, 0.0), (raw::WIS_LOBE_GGX, specular, alpha)];
-        all.into_iter().filter(|lobe| lobe.1 > 0.0).map(|(kind, _, a)| lobe(kind, a)).collect()
+        self.weighted_lobes(self.diffuse).into_iter().map(|(alpha, _)| lobe(alpha)).collect()
     }
 
     /// A shading point for wis_direct, with the material of `lobes`.
     pub fn point(&self, point: &ShadingPoint, material: &raw::wis_material) -> raw::wis_point {
-        let (diffuse, specular) =
-            if self.measured.is_some() { (0.5, 0.5) } else { (self.diffuse_at(point), self.specular) };
-        let mut weights = [diffuse, specular].into_iter().filter(|weight| *weight > 0.0);
         let mut at = raw::wis_point {
             size: size_of::<raw::wis_point>() as u32,
             material,
@@ -188,8 +195,9 @@ impl Material {
             wo: point.wo.to_array(),
             ..Default::default()
         };
-        for (weight, f0) in at.weight.iter_mut().zip(&mut at.f0) {
-            (*weight, *f0) = ([weights.next().unwrap_or(0.0); 3], [F0; 3]);
+        let lobes = self.weighted_lobes(self.diffuse_at(point));
+        for ((weight, f0), (_, own)) in at.weight.iter_mut().zip(&mut at.f0).zip(lobes) {
+            (*weight, *f0) = ([own; 3], [F0; 3]);
         }
         at
     }

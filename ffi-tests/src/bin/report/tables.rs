@@ -562,6 +562,7 @@ fn method(run: &Run) -> Vec<Part> {
         "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
         format!("Peers: {}. The list of version 0.1 is the first {}.", EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join(", "), FIRST.each.len()),
         "The best peer of a cell is chosen on the even repeats and scored on the odd ones.".into(),
+        "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Peers draw from the measurement itself.".into(),
         "Maps st_fagans and rooitou_park were used for tuning, the others were not.".into(),
         "`wavelet product` is the product of wis_wavelets.h.".into(),
     ];

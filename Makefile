@@ -25,7 +25,7 @@ DEMO     := $(wildcard c-examples/render/*.c)
 RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,image.c light.c parallel.c progress.c sky.c stb.c)
 GALLERY  := $(wildcard c-examples/gallery/*.c) $(addprefix c-examples/relight/,mesh.c tracer.c) \
 	$(addprefix c-examples/render/,environment.c image.c integrate.c light.c material.c parallel.c progress.c sky.c stb.c)
-PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,image.c light.c sky.c stb.c)
+PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,image.c light.c material.c sky.c stb.c)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 

@@ -36,7 +36,7 @@ for map in "$maps"/*.hdr; do
     done
 done
 
-awk -v lines="$(cat c-examples/pathtracer/scene.h c-examples/pathtracer/bsdf.h c-examples/pathtracer/path.h | wc -l)" '
+awk -v lines="$(cat c-examples/pathtracer/scene.h c-examples/pathtracer/path.h | wc -l)" '
 function better(a, b) { return a < b ? a : b }
 function many(    i, k, m, part, last) {
     print "## Candidates or shared products\n"
@@ -128,7 +128,7 @@ END {
         print ""
     }
     print "\n## How it was measured\n"
-    printf "`make pathtracer-page MAPS=folder` wrote this page. The tracer has %d lines (`scene.h`, `bsdf.h`, `path.h` in\n", lines
+    printf "`make pathtracer-page MAPS=folder` wrote this page. The tracer has %d lines (`scene.h`, `path.h` in\n", lines
     print "`c-examples/pathtracer`): spheres, a mesh of 115,200 triangles, Lambert, GGX of 0.15 and 0.3, patterned albedo, four bounces. One"
     print "ray for light at each hit. 24 x 14 pixels; processor time of one thread; methods take turns. Errors are unbiased by the noise of two"
     print "references of 250 to 400 samples, of four rays at each hit. Relative error: squared error / (reference^2 + 1e-4 mean^2)."

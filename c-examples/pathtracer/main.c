@@ -1,4 +1,5 @@
 /* Renders one scene by several methods and prints how far each is from a reference, in which time. */
+#include <string.h>
 #include <time.h>
 
 #include "../render/image.h"

@@ -2,10 +2,8 @@
 #ifndef PATHTRACER_PATH_H
 #define PATHTRACER_PATH_H
 
-#include <string.h>
-
 #include "../render/light.h"
-#include "bsdf.h"
+#include "scene.h"
 
 #define DEPTH 4
 #define MAX_RAYS 4
@@ -16,8 +14,7 @@ typedef struct Method {
     /* What BSDF rays bring that leave the scene: their share by the balance heuristic, or light up to the mean of the map. */
     enum { NOTHING, BALANCE, BASE } escape;
     bool keeps;     /* products serve later hits of the pixel on the same material; wis_direct gets the client's numbers */
-    uint32_t hits;  /* of a pixel, as wis_direct is told; 0: samples per pixel */
-    uint32_t flags; /* of the environment */
+    uint32_t hits, flags; /* of a pixel, as wis_direct is told (0: samples per pixel); of the environment */
 } Method;
 
 typedef struct Tracer {
@@ -61,34 +58,10 @@ static Vec3 reflected(const Tracer *t, const Hit *hit, const Bsdf *b, const floa
     return is_black ? vec3_make(0, 0, 0) : vec3_mul(f, radiance(t, direction, false));
 }
 
-/* What wis knows of a hit: its frame, and how strongly each lobe reflects there. */
-static wis_point describe(const Tracer *t, const Hit *hit, const Bsdf *b, uint32_t bounce) {
-    wis_point point = {.size = sizeof point, .material = &hit->material->lobes, .seed = t->pixel, .stream = bounce};
-    vec3_store(b->normal, point.normal);
-    vec3_store(b->wo, point.wo);
-    vec3_store(b->albedo, point.weight[0]);
-    vec3_store(vec3_make(1, 1, 1), point.weight[1]);
-    vec3_store(b->f0, point.f0[1]);
-    return point;
-}
-
-/* The light at a hit, by the rays that wis asks for. */
-static Vec3 direct(Tracer *t, const Hit *hit, const Bsdf *b, wis_point point, const float *u) {
-    Vec3 sum = {0, 0, 0};
-    wis_ray ray[MAX_RAYS];
-    uint32_t count;
-    float pdf;
-    point.turn = t->hits[point.stream]++;
-    check(wis_direct(t->sampler, t->environment, &point, t->rays, u, ray, &count));
-    for (uint32_t i = 0; i < count; i++) {
-        sum = vec3_axpy(sum, ray[i].weight, reflected(t, hit, b, ray[i].wi, &pdf));
-    }
-    return sum;
-}
-
 /* The product at a hit: a new one, or one that an earlier hit of this pixel on the same material left. */
 static const wis_product *product_at(Tracer *t, const Hit *hit, const wis_point *point) {
-    size_t slot = (size_t)(hit->material - materials), offset, used;
+    int slot = hit->material;
+    size_t offset, used;
     wis_product_config config = {.size = sizeof config, .cone = t->method.keeps ? 0.1f : 0};
     uint32_t covers = 0;
     wis_memory_size size;
@@ -104,16 +77,20 @@ static const wis_product *product_at(Tracer *t, const Hit *hit, const wis_point 
     return t->products[slot];
 }
 
-/* The light at a hit, by samples of the map (no product) or of a product. */
-static Vec3 sample_light(Tracer *t, const Hit *hit, const Bsdf *b, const wis_product *product, const float *u) {
+/* The light at a hit: by the rays that wis_direct asks for, or by samples of the map (no product) or of a product. */
+static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *point, const wis_product *product, const float *u) {
     Vec3 sum = {0, 0, 0};
+    bool direct = t->method.kind == BY_DIRECT;
+    wis_ray rays[MAX_RAYS];
     wis_drawn drawn[MAX_RAYS];
-    check(wis_sample(t->sampler, t->environment, product, t->rays, u, 0, drawn, 0));
-    for (uint32_t i = 0; i < t->rays; i++) {
-        float pdf, density;
-        Vec3 light = reflected(t, hit, b, drawn[i].wi, &pdf);
-        density = (float)t->rays * drawn[i].pdf + (t->method.escape == BALANCE ? pdf : 0);
-        sum = density > 0 ? vec3_axpy(sum, 1 / density, light) : sum;
+    uint32_t count = t->rays;
+    check(direct ? wis_direct(t->sampler, t->environment, point, t->rays, t->method.keeps ? u : NULL, rays, &count)
+                 : wis_sample(t->sampler, t->environment, product, t->rays, u, 0, drawn, 0));
+    for (uint32_t i = 0; i < count; i++) {
+        float pdf, density = direct ? 0 : (float)t->rays * drawn[i].pdf;
+        Vec3 light = reflected(t, hit, b, direct ? rays[i].wi : drawn[i].wi, &pdf);
+        density += t->method.escape == BALANCE ? pdf : 0;
+        sum = direct || density > 0 ? vec3_axpy(sum, direct ? rays[i].weight : 1 / density, light) : sum;
     }
     return sum;
 }
@@ -129,30 +106,29 @@ static float share_of_bsdf(Tracer *t, const wis_product *product, Vec3 direction
 static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
     Vec3 color = {0, 0, 0}, beta = {1, 1, 1};
     float pdf = 0, share = 1; /* of the last BSDF sample: all that MIS needs to know of it when its ray leaves the scene */
-    for (uint32_t bounce = 0;; bounce++) {
-        const Method *m = &t->method;
-        const wis_product *product = NULL;
+    uint32_t bounce = 0;
+    const Method *m = &t->method;
+    Hit hit;
+    for (; scene_trace(origin, direction, &hit); bounce++) {
+        const wis_product *product;
         float u[2 * MAX_RAYS];
         wis_point point;
-        Hit hit;
+        Material material;
         Bsdf b;
-        if (!scene_trace(origin, direction, &hit)) {
-            share = bounce > 0 && m->kind == BY_LIGHT && m->escape == BALANCE ? share_of_bsdf(t, NULL, direction, pdf) : share;
-            return share > 0 ? vec3_axpy(color, share, vec3_mul(beta, bounce == 0 ? light_radiance(&t->light, direction) : radiance(t, direction, true))) : color;
-        }
         if (bounce == DEPTH) {
             return color;
         }
-        b = bsdf_begin(&hit, vec3_scale(direction, -1));
-        point = describe(t, &hit, &b, bounce);
+        material = material_at(&hit);
+        b = bsdf_begin(&material, hit.normal, vec3_scale(direction, -1));
+        point = bsdf_point(&b, &shapes[hit.material]);
+        point.seed = t->pixel;
+        point.turn = t->hits[bounce]++;
+        point.stream = bounce;
         if (m->kind != BY_DIRECT || m->keeps) {
             numbers(t, 1 + 2 * bounce, t->rays, u);
         }
-        if (m->kind == BY_PRODUCT) {
-            product = product_at(t, &hit, &point);
-        }
-        color = vec3_add(color, vec3_mul(beta, m->kind == BY_DIRECT ? direct(t, &hit, &b, point, m->keeps ? u : NULL)
-                                                                    : sample_light(t, &hit, &b, product, u)));
+        product = m->kind == BY_PRODUCT ? product_at(t, &hit, &point) : NULL;
+        color = vec3_add(color, vec3_mul(beta, gather(t, &hit, &b, &point, product, u)));
         if (bounce == DEPTH - 1 && m->escape == NOTHING) {
             return color;
         }
@@ -166,6 +142,9 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         share = m->escape == BALANCE && product != NULL ? share_of_bsdf(t, product, direction, pdf) : m->escape == BASE;
         origin = hit.position;
     }
+    share = bounce > 0 && m->kind == BY_LIGHT && m->escape == BALANCE ? share_of_bsdf(t, NULL, direction, pdf) : share;
+    beta = vec3_mul(beta, bounce == 0 ? light_radiance(&t->light, direction) : radiance(t, direction, true));
+    return share > 0 ? vec3_axpy(color, share, beta) : color;
 }
 
 #endif

@@ -7,31 +7,24 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "../render/vec3.h"
-#include "wis.h"
+#include "../render/material.h"
 
-#define ALONG 1200
-#define AROUND 48
-#define TRIANGLES (2 * ALONG * AROUND)
-#define MATERIALS 5
-
-typedef struct Material { /* a diffuse base under a GGX layer (alpha 0: none), and the same shapes as wis knows them */
-    Vec3 albedo, f0;
-    float alpha, frequency; /* of a pattern in the albedo; 0: none */
-    wis_material lobes;
-} Material;
+enum { ALONG = 1200, AROUND = 48, TRIANGLES = 2 * ALONG * AROUND, MATERIALS = 5 };
 
 typedef struct Hit {
     float distance;
     Vec3 position, normal; /* the normal on the side where the ray comes from */
-    Material *material;
+    int material;
 } Hit;
 
-static Material materials[MATERIALS] = {
-    {{0.5f, 0.5f, 0.45f}, {0, 0, 0}, 0, 9, {0}},                  /* the disc */
-    {{0.25f, 0.4f, 0.2f}, {0.05f, 0.05f, 0.05f}, 0.3f, 20, {0}},   /* the knot */
-    {{0.6f, 0.25f, 0.15f}, {0.04f, 0.04f, 0.04f}, 0.15f, 15, {0}}, /* the spheres: varnish, metal, clay */
-    {{0, 0, 0}, {0.95f, 0.75f, 0.45f}, 0.3f, 0, {0}}, {{0.2f, 0.4f, 0.6f}, {0, 0, 0}, 0, 0, {0}}};
+static const Material materials[MATERIALS] = {
+    {"the disc", 1, {{WIS_LOBE_LAMBERT, {0.5f, 0.5f, 0.45f}, {0}, 0}}},
+    {"the knot", 2, {{WIS_LOBE_LAMBERT, {0.25f, 0.4f, 0.2f}, {0}, 0}, {WIS_LOBE_GGX, {1, 1, 1}, {0.05f, 0.05f, 0.05f}, 0.3f}}},
+    {"varnish", 2, {{WIS_LOBE_LAMBERT, {0.6f, 0.25f, 0.15f}, {0}, 0}, {WIS_LOBE_GGX, {1, 1, 1}, {0.04f, 0.04f, 0.04f}, 0.15f}}},
+    {"metal", 1, {{WIS_LOBE_GGX, {1, 1, 1}, {0.95f, 0.75f, 0.45f}, 0.3f}}},
+    {"clay", 1, {{WIS_LOBE_LAMBERT, {0.14f, 0.28f, 0.42f}, {0}, 0}}}};
+static const float patterns[MATERIALS] = {9, 20, 15, 0, 0}; /* their frequencies in the diffuse albedo; 0: none */
+static wis_material shapes[MATERIALS];                       /* the lobes as wis knows them */
 static const struct { Vec3 centre; float radius; } spheres[3] = {
     {{-1.25f, 0.6f, 0.2f}, 0.6f}, {{1.25f, 0.6f, 0.1f}, 0.6f}, {{0.5f, 0.3f, 1.2f}, 0.3f}};
 
@@ -46,14 +39,6 @@ static void check(wis_status status) {
  * 2n + 1 and 2n + 2. */
 static struct Vertex { Vec3 position, normal; } triangles[TRIANGLES][3];
 static Vec3 boxes[TRIANGLES][2];
-
-static Vec3 vec3_min(Vec3 a, Vec3 b) {
-    return vec3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
-}
-
-static Vec3 vec3_max(Vec3 a, Vec3 b) {
-    return vec3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
-}
 
 /* A tube along a trefoil. */
 static Vec3 knot(float s, float t) {
@@ -90,11 +75,8 @@ static void scene_build(int node, int first, int count) {
 }
 
 static void scene_init(void) {
-    for (size_t i = 0; i < MATERIALS; i++) {
-        float a = materials[i].alpha;
-        materials[i].lobes = (wis_material){sizeof(wis_material), 1, {{WIS_LOBE_LAMBERT, 0, 0, 0}, {WIS_LOBE_GGX, a, a, 0}}, 0};
-        materials[i].lobes.lobe_count += a > 0;
-        check(wis_material_init(&materials[i].lobes, NULL));
+    for (int i = 0; i < MATERIALS; i++) {
+        check(material_shape(&materials[i], &shapes[i]));
     }
     scene_build(0, 0, TRIANGLES);
 }
@@ -104,7 +86,7 @@ static void offer(Hit *hit, float distance, Vec3 normal, int material) {
     if (distance > 1e-3f && distance < hit->distance) {
         hit->distance = distance;
         hit->normal = normal;
-        hit->material = &materials[material];
+        hit->material = material;
     }
 }
 
@@ -153,6 +135,16 @@ static bool scene_trace(Vec3 o, Vec3 d, Hit *hit) {
     hit->normal = vec3_normalise(hit->normal);
     hit->normal = vec3_dot(hit->normal, d) > 0 ? vec3_scale(hit->normal, -1) : hit->normal;
     return hit->distance < FLT_MAX;
+}
+
+/* The material of a hit with its pattern. */
+static Material material_at(const Hit *hit) {
+    Material material = materials[hit->material];
+    Vec3 p = vec3_scale(hit->position, patterns[hit->material]);
+    for (int i = 0; patterns[hit->material] > 0 && i < 3; i++) {
+        material.lobes[0].weight[i] *= 0.7f + 0.3f * sinf(p.x) * sinf(p.y + 1) * sinf(p.z);
+    }
+    return material;
 }
 
 #endif

@@ -58,6 +58,14 @@ static inline Vec3 vec3_normalise(Vec3 v) {
     return vec3_scale(v, 1.0f / sqrtf(vec3_dot(v, v)));
 }
 
+static inline Vec3 vec3_min(Vec3 a, Vec3 b) {
+    return vec3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline Vec3 vec3_max(Vec3 a, Vec3 b) {
+    return vec3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
 /* Rec. 709 luminance of linear RGB. */
 static inline float luminance(Vec3 rgb) {
     return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;

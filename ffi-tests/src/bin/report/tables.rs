@@ -213,8 +213,8 @@ fn losses(cells: &[Cell]) -> Vec<Part> {
         })
         .sum();
     let text = format!(
-        "Against the best of {} peers, chosen for each cell, wis is behind in {count} of {groups} groups (a study, a lobe, a number of rays, a \
-         metric and a cost model; mean over lights). The {} largest losses:",
+        "Against the best of {} peers, chosen for each cell, wis is behind in {count} of {groups} groups. A group is the mean over \
+         lights for a study, a lobe, a number of rays, a metric and a cost model. The {} largest losses:",
         EXTENDED.each.len(),
         table.rows.len()
     );
@@ -512,7 +512,7 @@ fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
     }
     let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light; the bound is 50. \
                 Anisotropic lobes and grazing views stand in [sampler.md](sampler.md). Variance / limit: 16 samples, absolute, lower is better. The limit \
-                samples the product of light and BRDF x cosine cell by cell (512 x 512, finer where the light varies), at about a millisecond for a point: what is left of its \
+                samples the product of light and BRDF x cosine cell by cell (512 x 512, finer where the light varies). That takes about a millisecond for a point, and what is left of its \
                 variance comes from visibility.";
     vec![Part::Heading("Weights and distance to the limit".into()), Part::Text(text.into()), Part::Table(table)]
 }

@@ -164,8 +164,8 @@ pub fn speed(page: &mut Paper, lights: &[&Light]) -> Result<()> {
 }
 
 const ALLOCATION: &str =
-    "A map made for it: a bright disc with 35 % of the light that spans 0.26 of the limiting solid angle, so that the metric
-counts it 25 / 35 as much as light alone does; a middle ring and a dark rest.
+    "A map made for it: a bright disc, a middle ring and a dark rest. The disc has 35 % of the light and spans 0.26 of the limiting solid
+angle. So the metric counts it 25 / 35 as much as light alone does.
 ";
 
 const REAL: &str = "300 lights. Bright is what exceeds the paper's highest threshold, 5 standard deviations of the map. The columns of the

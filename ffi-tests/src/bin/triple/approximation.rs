@@ -318,7 +318,7 @@ fn curve(out: &mut String, scene: &Scene, light: &Lit, material: &Material) -> R
     writeln!(
         out,
         "#### {}\n\nA sum over pixels takes {scalar:.0} us one by one ({scalar_turns:.0} in turns), {pixels:.0} us eight at a time \
-         ({turns:.0} in turns), and {decompressed:.0} us if BRDF and visibility are wavelets that it must decompress. The linear \
+         ({turns:.0} in turns). It takes {decompressed:.0} us if BRDF and visibility are wavelets that it must decompress. The linear \
          algorithm takes {linear:.0} us and is off by {:.1e}. Visibility keeps {:.0} of {} squares without loss.\n",
         material.name,
         off(&exact),

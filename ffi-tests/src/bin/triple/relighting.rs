@@ -182,8 +182,8 @@ const TEXT: &str = "The light turns from frame to frame, luminance only. All ver
 vertices, of the sum over pixels with the BRDF of the vertex's own direction. Lambert depends on the normal, Phong on the reflected
 view.
 
-- *terms*: the paper's way. A frame makes the light's trees and its largest wavelets, then a sublinear integral for every vertex,
-  with the wavelets of the BRDF of the nearest of 64 x 64 directions.
+- *terms*: the paper's way. A frame makes the light's trees and its largest wavelets. Every vertex then takes a sublinear integral with the wavelets of the
+  BRDF, for the nearest of 64 x 64 directions.
 - *pixels*: visibility as bits, and the sum over all pixels, eight at a time. Timed on the checked vertices.
 - *products*: a frame multiplies the light by the BRDF of each cell of directions once, exactly, and
   `wis_visibility_product_integral` sums up what a vertex sees of it. What is off is the direction: the nearest of a grid, or four
@@ -522,8 +522,8 @@ fn visibility_sizes(page: &mut Paper) -> Result<()> {
 }
 
 const SIZES: &str = "Means over 400 vertices of each mesh on a ground plane; visibility without loss but for the averages in 8 bits. The paper's
-sparsity: 5.4 % and 3.1 % of a chair at 6 x 64 x 64 and 128 x 128 (816 MB and 1.4 GB for 143 thousand vertices), 3.4 % and 0.8 %
-of Buddha at 6 x 64 x 64 and 256 x 256 (250 MB and 1 GB for 93 thousand).
+sparsity: 5.4 % and 3.1 % of a chair at 6 x 64 x 64 and 128 x 128; that is 816 MB and 1.4 GB for 143 thousand vertices. Of Buddha it is 3.4 % and
+0.8 % at 6 x 64 x 64 and 256 x 256; 250 MB and 1 GB for 93 thousand.
 ";
 /// Vertices that stand for all.
 const SAMPLED: usize = 400;

@@ -50,8 +50,8 @@ pub fn write(page: &mut Paper) -> Result<()> {
     Ok(())
 }
 
-const TEXT: &str = "Relative L2 error of a light of 128 x 128 pixels by its largest pixels, by spherical harmonics (all up to a degree, and
-the largest of 1600), and by its largest wavelets. The paper: harmonics cannot follow all frequencies, pixels need nearly all
+const TEXT: &str = "Relative L2 error of a light of 128 x 128 pixels by its largest pixels, by spherical harmonics, and by its largest
+wavelets. Harmonics are all up to a degree, or the largest of 1600. The paper: harmonics cannot follow all frequencies, pixels need nearly all
 of them for wide lights, wavelets do both.
 ";
 

@@ -68,8 +68,8 @@ pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
 const TEXT: &str = "Samples of the product by tables of 16 elevations x 64 x 64 to 256 x 256 directions, finer for glossier ones. The estimate
 evaluates the measured BRDF itself, in luminance. Noise: the root mean square of the difference of two runs over sqrt 2 and the
 mean. Unoccluded, only the product's own noise is left. Microseconds of processor time with rays and this program's evaluation of the BRDF.
-The paper shows eight materials with 30 samples at 400 x 800 in about a minute, and twelve on two cars with 10 samples at 4000 x
-1600 in 804 s; here two meshes in six materials stand in for the cars. From top left, materials go from diffuse to glossy.
+The paper shows eight materials with 30 samples at 400 x 800 in about a minute. Twelve on two cars with 10 samples at 4000 x
+1600 take it 804 s; here two meshes in six materials stand in for the cars. From top left, materials go from diffuse to glossy.
 ";
 
 /// Pictures of a mesh in all materials in two rows of a sheet, and the noise of each without occlusion.

@@ -108,9 +108,9 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
     const SIDE: usize = 512;
     writeln!(
         out,
-        "\nOne point, variance of one sample relative to the square of the integral: the product of a rotated tree and a BRDF slice \
-         in its frame (`wis_tree_multiply`), with the nearest of 64 x 64 directions, with four of them and four of 16 x 16 views \
-         blended (`wis_tree_blend`: one product is all sixteen, exactly), and with the point's own, and the product on the map \
+        "\nOne point, variance of one sample relative to the square of the integral. First the product of a rotated tree and a BRDF slice \
+         in its frame (`wis_tree_multiply`), with the nearest of 64 x 64 directions. Then four directions and four of 16 x 16 views \
+         blended (`wis_tree_blend`: one product is all sixteen, exactly), and the point's own direction. Last the product on the map \
          itself by a table (`wis_wavelet_product_prepare`). Times: blends and product.\n"
     )?;
     writeln!(
@@ -225,8 +225,8 @@ impl Turning<'_> {
 }
 
 const LESSON: &str = "The product by a table is the one to use: it needs no rotated maps, follows the map down to its texels, and is faster to
-prepare. Rotated trees win nowhere here: their pixels are as coarse as the grid, so that a lamp is as wide as a pixel, and
-the nearest direction of the grid is off by up to half a cell, which is more than such a lamp.";
+prepare. Rotated trees win nowhere here. Their pixels are as coarse as the grid, so that a lamp is as wide as a pixel. The nearest
+direction of the grid is off by up to half a cell, which is more than such a lamp.";
 
 /// The point of the octahedral square for a direction in the frame of the trees.
 pub fn place(d: Vec3) -> [f32; 2] {

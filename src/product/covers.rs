@@ -34,8 +34,8 @@ impl Header {
         if normal.dot(own_normal) < self.cone - ROUNDING {
             return false;
         }
-        let cosine = wo.dot(normal);
-        let cosine = if self.flags & WHOLE_SPHERE == 0 { cosine } else { cosine.abs() };
+        // As the product was seen: the normal and the view are compared by themselves.
+        let [.., cosine] = self.local_wo;
         let mut narrowest = f32::MAX;
         let parameters = point.weight.iter().zip(shares(point, cosine));
         for ((shape, (weight, share)), own) in lobes.iter().zip(parameters).zip(&self.lobe) {

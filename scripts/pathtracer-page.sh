@@ -94,7 +94,7 @@ END {
         }
     }
     print "# Light in a path tracer, at equal time\n"
-    print "**Build the light compensated, let BSDF rays bring the map up to its mean, and let `wis_direct` bring the rest.**"
+    print "**Build the light compensated, let BSDF rays bring the map up to its mean, and let `wis_direct` bring the rest.**\n"
     printf "Against the better of MIS and compensated MIS, this wins %d of %d cells with random numbers, and %d of %d with a\n", won[0], total[0], won[1], total[1]
     print "(0,2)-sequence. A cell is a map, a number of samples per pixel and a metric. Efficiency is 1 / (error x time)."
     print "Maps of this run: " names ".\n"

@@ -19,10 +19,14 @@ fn material(shapes: &[Shape]) -> Material {
     Material::new(shapes).unwrap()
 }
 
+fn mix() -> Material {
+    material(&[Shape::LAMBERT, Shape::ggx(0.3, 0.3)])
+}
+
 #[test]
 fn weights_and_reflectances_may_differ_but_not_lobes() {
     let built = built();
-    let mix = material(&[Shape::LAMBERT, Shape::ggx(0.3, 0.3)]);
+    let mix = mix();
     let point = view(&mix, [0.0, 0.0, 1.0], 30.0, 0.5);
     let product = Prepared::new(&built, &point);
     let covers = |edit: &dyn Fn(&mut wis::brdf::point::Point<'_>)| {
@@ -55,7 +59,7 @@ fn weights_and_reflectances_may_differ_but_not_lobes() {
 #[test]
 fn a_lobe_that_scatters_a_much_larger_share_is_not_served() {
     let built = built();
-    let mix = material(&[Shape::LAMBERT, Shape::ggx(0.3, 0.3)]);
+    let mix = mix();
     let mut point = view(&mix, [0.0, 0.0, 1.0], 30.0, 0.5);
     point.weight[0] = [0.1; 3];
     point.f0 = [[0.1; 3]; 4];
@@ -70,7 +74,7 @@ fn a_lobe_that_scatters_a_much_larger_share_is_not_served() {
 #[test]
 fn a_lobe_that_was_black_is_not_served() {
     let built = built();
-    let mix = material(&[Shape::LAMBERT, Shape::ggx(0.3, 0.3)]);
+    let mix = mix();
     let mut point = view(&mix, [0.0, 0.0, 1.0], 30.0, 0.5);
     point.weight[1] = [0.0; 3];
     let product = Prepared::new(&built, &point);

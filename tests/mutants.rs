@@ -92,17 +92,28 @@ fn the_named_tests_are_there() {
     }
 }
 
-/// A patch whose lines changed breaks nothing: it has to be made anew.
+/// A hunk of a patch: what must stand in the source, but for the lines at both ends that `patch --fuzz=2` does without.
+fn kept_by_fuzz<'a>(hunk: &[&'a str]) -> Vec<&'a str> {
+    let old: Vec<&str> = hunk.iter().copied().filter(|line| !line.starts_with('+')).collect();
+    let context =
+        |lines: &mut dyn Iterator<Item = &&str>| lines.take(2).take_while(|line| line.starts_with(' ')).count();
+    let (first, last) = (context(&mut old.iter()), context(&mut old.iter().rev()));
+    old[first..old.len() - last].iter().map(|line| &line[1..]).collect()
+}
+
+/// A patch whose lines or whose surroundings changed breaks nothing: it has to be made anew.
 #[test]
 fn what_they_break_is_there() {
     for mutant in mutants() {
+        let lines: Vec<&str> = mutant.patch.lines().collect();
         let mut source = String::new();
-        for line in mutant.patch.lines() {
-            if let Some(file) = line.strip_prefix("--- a/") {
+        for part in lines.chunk_by(|_, line| !line.starts_with("--- ") && !line.starts_with("@@")) {
+            if let Some(file) = part[0].strip_prefix("--- a/") {
                 source = read(file);
-            } else if let Some(removed) = line.strip_prefix('-') {
-                let found = source.lines().any(|line| line == removed);
-                assert!(found, "{} is stale, make it anew: no line {removed:?}", mutant.name);
+            } else if part[0].starts_with("@@") {
+                let (there, wanted) = (source.lines().collect::<Vec<_>>(), kept_by_fuzz(&part[1..]));
+                let found = there.windows(wanted.len()).any(|lines| lines == wanted);
+                assert!(found, "{} is stale, make it anew: {wanted:#?} are not there", mutant.name);
             }
         }
         assert!(!source.is_empty(), "{} breaks nothing", mutant.name);

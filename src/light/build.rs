@@ -15,6 +15,9 @@ use core::f64::consts::PI;
 
 /// No cell is darker than this share of the mean, unless black is to stay black.
 const FLOOR: f64 = 1.0 / 65536.0;
+/// Nor darker than this where there is light at all: compensation leaves a 64th, the mean of two texels at a pole adds halves, and none of
+/// these may round to 0.
+const LEAST: f32 = f32::from_bits(2 * 64);
 
 /// What is known when all rows are decoded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,7 +51,8 @@ impl Totals {
 
     /// The luminances as light.
     pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32], rows: &'a [[f64; 2]]) -> Texels<'a> {
-        let least = if plan.of.exact_zero { 0.0 } else { (self.mean * FLOOR) as f32 };
+        let lifts = !plan.of.exact_zero && self.mean > 0.0;
+        let least = if lifts { ((self.mean * FLOOR) as f32).max(LEAST) } else { 0.0 };
         Texels { plan, luminance, rows, largest: self.largest as f32, least, mean: self.mean as f32 }
     }
 }

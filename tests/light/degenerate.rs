@@ -3,6 +3,7 @@
 use super::built::{Built, Random};
 use super::lookup::{Map, single};
 use super::maps::{layouts, rough, suns};
+use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::environment::BuildError;
 use wis::light::plan::{Description, Filter};
@@ -61,6 +62,29 @@ fn tiny_and_huge_luminances_make_a_light() {
             // And the largest one everywhere.
             let map = Map::new(layout, width, height, |_, _| f32::MAX);
             use_light(&Built::new(&map, &map.description(filter)), true);
+        }
+    }
+}
+
+/// What is left of a denormal texel, at a pole or under compensation, may round to 0, and with it the density where light is.
+#[test]
+fn denormals_keep_their_density() {
+    let edges = [0.0, 0.5 * f32::EPSILON, 0.25, 0.5, 0.75, 1.0 - 0.5 * f32::EPSILON];
+    for texels in [[1.1754944e-38f32, 9.8e-45], [9.8e-45, 1.4e-45], [1.4e-45, 0.0], [1e-40, 0.0]] {
+        for (layout, width, height) in
+            [(Layout::LatLong, 1, 2), (Layout::LatLong, 3, 2), (Layout::Cube, 2, 12), (Layout::Octahedral, 2, 2)]
+        {
+            let map = Map::new(layout, width, height, |_, y| texels[y as usize % 2]);
+            for (filter, compensated) in FILTERS.into_iter().flat_map(|filter| [(filter, false), (filter, true)]) {
+                let built = Built::new(&map, &Description { compensated, ..map.description(filter) });
+                use_light(&built, true);
+                for u in edges.into_iter().flat_map(|u| edges.map(|v| [u, v])) {
+                    assert!(
+                        built.sample(&Frame::IDENTITY, u).1 > 0.0,
+                        "{texels:?} {width} x {height} {filter:?} {compensated} {u:?}"
+                    );
+                }
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 stale=0
 for page in docs/*.md; do
-    line=$(sed -n 's/^<!-- made from \([0-9a-f]*\) by \([a-z]*\) -->$/\1 \2/p' "$page")
+    line=$(sed -n 's/^<!-- made from \([0-9a-f]*\) by \([a-z-]*\) -->$/\1 \2/p' "$page")
     [ -n "$line" ] || continue
     made=${line% *}
     name=${line#* }

@@ -10,8 +10,7 @@ if [ -z "$page" ]; then
     "$build/gallery-program" --out "$build/gallery" --data "$data"
 else
     "$build/gallery-program" --out "$build/gallery" --data "$data" --page docs/gallery.md
-    printf -- '- Commit %s.\n' "$(git rev-parse --short HEAD 2> /dev/null || echo unknown)" >> docs/gallery.md
-    printf '\n<!-- made from %s by gallery -->\n' "$(scripts/page-hash.sh gallery)" >> docs/gallery.md
+    { echo && scripts/provenance.sh gallery; } >> docs/gallery.md
     mkdir -p docs/gallery
     # The pictures that the page shows.
     sed -n 's|.*(gallery/\([a-z]*\)\.png)$|\1|p' docs/gallery.md | while read -r name; do

@@ -132,4 +132,6 @@ END {
     print "`c-examples/pathtracer`): spheres, a mesh of 115,200 triangles, Lambert, GGX of 0.15 and 0.3, patterned albedo, four bounces. One"
     print "ray for light at each hit. 24 x 14 pixels; processor time of one thread; methods take turns. Errors are unbiased by the noise of two"
     print "references of 250 to 400 samples, of four rays at each hit. Relative error: squared error / (reference^2 + 1e-4 mean^2)."
+    print ""
 }' "$runs" > "$page"
+scripts/provenance.sh pathtracer-page >> "$page"

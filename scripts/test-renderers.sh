@@ -26,4 +26,5 @@ fi
 DRJIT_LIBLLVM_PATH=$(find /usr/lib -name 'libLLVM.so.19*' | sort | tail -n 1)
 [ -n "$DRJIT_LIBLLVM_PATH" ] || { echo "renderers: libLLVM 19 is missing: scripts/setup.sh renderers" >&2; exit 1; }
 export DRJIT_LIBLLVM_PATH
-exec "$venv/bin/python" "$folder/main.py" "$@"
+"$venv/bin/python" "$folder/main.py" "$@"
+{ echo && scripts/provenance.sh renderers; } >> "$1"

@@ -68,6 +68,15 @@ pub fn made_from(instrument: &str) -> Result<String> {
     Ok(format!("made from {} by {instrument}", String::from_utf8_lossy(&output.stdout).trim()))
 }
 
+/// The last lines of a page: its commit, and what [`made_from`] says.
+///
+/// # Errors
+/// The script that prints them cannot be run.
+pub fn provenance(instrument: &str) -> Result<String> {
+    let output = Command::new("scripts/provenance.sh").arg(instrument).output().context("scripts/provenance.sh")?;
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
 /// Parts in the order in which they are read.
 pub struct Page {
     pub title: String,

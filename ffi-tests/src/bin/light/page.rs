@@ -7,6 +7,7 @@ use anyhow::Result;
 use std::fmt::Write;
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::lightonly::{Source, Technique};
+use wis_ffi_tests::page;
 
 /// The goals: the relative standard deviation of L / pdf and its maximum.
 const DEVIATION: f64 = 0.01;
@@ -34,7 +35,7 @@ pub fn write(results: &Results) -> Result<String> {
     budgets(&mut out, results)?;
     fits(&mut out, results)?;
     cells(&mut out, results)?;
-    Ok(out)
+    Ok(out + "\n" + &page::provenance("light")?)
 }
 
 const INTRODUCTION: &str = "# The light, measured

@@ -4,6 +4,7 @@ use crate::cost::NAMES;
 use crate::{Errors, Results};
 use anyhow::Result;
 use std::fmt::Write;
+use wis_ffi_tests::page;
 use wis_ffi_tests::products::{POINTS, geometric};
 
 /// Goals of preparations with warm caches, nanoseconds, by material.
@@ -35,7 +36,7 @@ pub fn write(results: &Results, ablation: &str) -> Result<String> {
     errors(&mut out, results)?;
     out.push('\n');
     out.push_str(ablation);
-    Ok(out)
+    Ok(out + "\n" + &page::provenance("sampler")?)
 }
 
 /// What a goal asks for, what was measured, and whether it holds.

@@ -278,10 +278,29 @@ impl Light<'_> {
         let range = self.cell_range(cell as usize);
         let outer =
             |numbers: [f32; 2]| [0, 1].map(|k: usize| (range[k].0 + numbers[k] * range[k].1).min(ONE_MINUS_EPSILON));
-        // Where the patch is narrow, the exact number may round into the next one; its middle does not, or nothing leads there.
-        let candidates = [located.numbers(self), located.middle()].map(outer);
         let leads = |u: &[f32; 2]| located.is_in_patch_of(&self.draw_alone::<f32>(*u));
-        candidates.into_iter().find(leads).map_or(Inverted::Unreachable, Inverted::To)
+        inward(located.numbers(self), located.middle(), outer, leads)
+    }
+}
+
+/// Of numbers in a cell, from the exact ones to those of the patch's middle in steps that double, the first whose `u` leads into the patch:
+/// at its border and where it is narrow, the exact ones may round into the next one.
+pub(crate) fn inward(
+    exact: [f32; 2],
+    middle: [f32; 2],
+    outer: impl Fn([f32; 2]) -> [f32; 2],
+    leads: impl Fn(&[f32; 2]) -> bool,
+) -> Inverted {
+    let mut step = 0.0;
+    loop {
+        let u = outer([0, 1].map(|k: usize| exact[k] * (1.0 - step) + middle[k] * step));
+        if leads(&u) {
+            return Inverted::To(u);
+        }
+        if step >= 1.0 {
+            return Inverted::Unreachable;
+        }
+        step = (2.0 * step).max(FIRST_STEP);
     }
 }
 

@@ -1,12 +1,13 @@
 //! The radiance of the light in a direction, over its power: what candidates are weighed by.
 //!
 //! The density of a direction follows from the tables that it is drawn from, and has their rounding; the radiance follows from the
-//! corners alone, which are fewer reads. A light for nearest clients has no corners: there both are the same numbers.
+//! corners alone, which are fewer reads. A light for nearest clients has no corners: there it is the density.
 
 use super::chart::Place;
 use super::search::{UNITS, cell16};
 use super::tables::{Light, decoded};
 use super::walk::{Floats, Ints, NUMBER, WHOLE, floats, ints, put};
+use super::warp::PatchDensity;
 use crate::simd::Num;
 
 /// What lanes look up: column and row of patches first, then of the part of a block's grid.
@@ -174,14 +175,18 @@ impl<const N: usize> Look<N> {
         let (top, bottom) = (axes[1].edge(from[1]), axes[1].edge(behind[1]));
         let scale = floats::<F, N>(&self.scale, first);
         let candidates = floats::<F, N>(&self.candidates, first);
+        let s = ((place[0] - left) / (right - left)).max(zero).min(one);
+        let t = ((place[1] - top) / (bottom - top)).max(zero).min(one);
         if !light.bilinear {
-            let area = (right - left) * (bottom - top);
-            return Looked { radiance: scale / (area * place[2]), candidates };
+            // Exactly the density: the weights of candidates from both sources add up to 1 only then.
+            let (low, size) = ([left, top], [right - left, bottom - top]);
+            let shape = PatchDensity::new([one; 4], light.chart.profiles(low, size));
+            let area = size[0] * size[1] * place[2];
+            let scale = scale / (shape.total() * area).max(F::splat(f32::MIN_POSITIVE));
+            return Looked { radiance: scale * shape.unscaled([s, t]), candidates };
         }
         let [a, b] = decoded::<F>(ints::<F, N>(&self.corner[0], first));
         let [c, d] = decoded::<F>(ints::<F, N>(&self.corner[1], first));
-        let s = ((place[0] - left) / (right - left)).max(zero).min(one);
-        let t = ((place[1] - top) / (bottom - top)).max(zero).min(one);
         // Sums of products of what is not negative: above 0 where a corner has a part in it.
         let (upper, lower) = (a * (one - s) + b * s, c * (one - s) + d * s);
         Looked { radiance: (upper * (one - t) + lower * t) * scale, candidates }

@@ -6,7 +6,7 @@
 use super::peak::Peak;
 use super::stored::{PART_ENDS, Product};
 use crate::light::batch::{Density, Drawn};
-use crate::light::density::{Inverted, clamp_u, settle_lanes, to_world};
+use crate::light::density::{Inverted, clamp_u, inward, settle_lanes, to_world};
 use crate::light::guide::{MIDDLES, PARTS};
 use crate::light::search::find;
 use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
@@ -352,10 +352,10 @@ impl<'a> Shaded<'a> {
         }
         let peak = self.product.peak.map_or(0.0, |peak| peak.share);
         let [cell] = located.patch.cell;
-        let candidates = [located.numbers(&self.light), located.middle()].map(|numbers| {
+        let outer = |numbers: [f32; 2]| {
             let [w, v] = self.outer(cell, numbers);
             [min(peak + (1.0 - peak) * w, ONE_MINUS_EPSILON), v]
-        });
+        };
         let leads = |u: &[f32; 2]| {
             let grid = (u[0] - peak) / (1.0 - peak);
             if !(grid >= 0.0) {
@@ -364,7 +364,7 @@ impl<'a> Shaded<'a> {
             let (cells, numbers) = self.cells::<f32>([min(grid, ONE_MINUS_EPSILON), u[1]]);
             located.is_in_patch_of(&self.light.sample_in::<f32>(cells, numbers))
         };
-        candidates.into_iter().find(leads).map_or(Inverted::Unreachable, Inverted::To)
+        inward(located.numbers(&self.light), located.middle(), outer, leads)
     }
 
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].

@@ -53,6 +53,30 @@ fn it_leads_back() {
     }
 }
 
+/// Directions on the borders of patches, as a client meets them that loops over rows and columns.
+#[test]
+fn borders_lead_back() {
+    for (layout, width, height) in layouts(16) {
+        let map = Map::of_directions(layout, width, height, rough);
+        for of in descriptions(&map) {
+            let built = Built::new(&map, &of);
+            let light = built.environment();
+            let light = light.light();
+            for i in 0..64 * 64 {
+                let (polar, azimuth) = (f64::from(1 + i / 64) / 66.0, f64::from(i % 64) / 64.0);
+                let ((sine, cosine), (y, x)) =
+                    ((polar * std::f64::consts::PI).sin_cos(), (azimuth * std::f64::consts::TAU).sin_cos());
+                let wi = single([sine * x, sine * y, cosine]);
+                let Inverted::To(u) = light.invert(&Frame::IDENTITY, wis::sphere::unit(wi).unwrap()) else {
+                    panic!("{of:?}: {wi:?} cannot be reached");
+                };
+                let back = built.sample(&Frame::IDENTITY, u).0;
+                assert!(distance(back, wi) <= 1e-3, "{of:?}: {wi:?} {u:?} {back:?}");
+            }
+        }
+    }
+}
+
 /// Beside an unclipped sun dark patches have small shares of u; what is led back to is the same patch.
 #[test]
 fn under_suns_it_leads_back_to_the_patch_or_not_at_all() {

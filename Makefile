@@ -206,7 +206,7 @@ test: ## run everything that continuous integration runs
 fuzz: lib ## call every function with valid and hostile arguments: MINUTES=10 SEED=1
 	scripts/fuzz.sh $(LIB) $(or $(MINUTES),10) $(SEED)
 
-fuzz-guided: ## fuzz the kernel with its coverage as the guide: MINUTES=15, or INPUT=file of a failure
+fuzz-guided: ## fuzz the kernel with its coverage as the guide: MINUTES=15, or INPUT=file of a failure, or INPUT=keep for fuzz/corpus.tar.gz
 	scripts/setup.sh guided
 	scripts/fuzz-guided.sh $(BUILD)/guided $(or $(MINUTES),15) $(INPUT)
 

@@ -46,4 +46,4 @@ if ! "$fuzz" corpus -max_total_time=$((minutes * 60)) -max_len=$longest -len_con
 fi
 # Edges of the kernel; reached at the beginning and at the end, with the number of inputs.
 grep -E '^INFO: Loaded 1 PC tables' log.txt
-grep -E '^#.*cov:' log.txt | sed -n '1p;$p'
+grep -E '^#.*(INITED|DONE) +cov:' log.txt

@@ -66,8 +66,11 @@ pub fn set() {
         for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT] {
             assert_eq!(libc::sigaction(signal, &action, null_mut()), 0);
         }
+        // On its own stack, too: on that of a call it would count as the call's.
+        action.sa_sigaction = stop as *const () as usize;
+        action.sa_flags = libc::SA_ONSTACK | libc::SA_RESTART;
         for signal in [libc::SIGTERM, libc::SIGINT] {
-            libc::signal(signal, stop as *const () as usize);
+            assert_eq!(libc::sigaction(signal, &action, null_mut()), 0);
         }
         let mut clock = 0;
         assert_eq!(libc::pthread_getcpuclockid(libc::pthread_self(), &mut clock), 0);

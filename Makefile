@@ -176,9 +176,12 @@ cycles: lib ## hold a light against the look-up of Cycles, from Blender's Python
 
 test-renderers: renderers
 
-test-slow: ## what takes longer than a push may: mutants and real renderers
+test-slow: ## what takes longer than a push may: mutants, real renderers, bits on other platforms, the report in a browser
 	$(MAKE) mutants
 	$(MAKE) test-renderers QUICK=1
+	$(MAKE) check-bits ALL=1
+	[ -f report/index.html ] || $(MAKE) report QUICK=1
+	$(MAKE) test-report
 
 dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz: no Rust is needed to use it
 	scripts/dist.sh $(BUILD)
@@ -206,7 +209,7 @@ test: ## run everything that continuous integration runs
 fuzz: lib ## call every function with valid and hostile arguments: MINUTES=10 SEED=1
 	scripts/fuzz.sh $(LIB) $(or $(MINUTES),10) $(SEED)
 
-fuzz-guided: ## fuzz the kernel with its coverage as the guide: MINUTES=15, or INPUT=file of a failure
+fuzz-guided: ## fuzz the kernel with its coverage as the guide: MINUTES=15, or INPUT=file of a failure, or INPUT=keep for fuzz/corpus.tar.gz
 	scripts/setup.sh guided
 	scripts/fuzz-guided.sh $(BUILD)/guided $(or $(MINUTES),15) $(INPUT)
 
@@ -214,8 +217,9 @@ growth: lib ## hold the work of every function to what its comment states
 	scripts/setup.sh test
 	scripts/check-growth.sh $(LIB) $(BUILD)/growth
 
-check-bits: ## compare digests of the renderer's calls between optimisations, 32-bit x86 and AArch64
-	scripts/check-bits.sh $(BUILD)/bits
+check-bits: ## compare digests of the renderer's calls between optimisations, 32-bit x86 and AArch64: ALL=1 fails without one of them
+	$(if $(ALL),scripts/setup.sh bits)
+	scripts/check-bits.sh $(BUILD)/bits $(if $(ALL),--all)
 
 coverage: ## count the lines of the kernel that its tests run: half an hour
 	scripts/setup.sh coverage

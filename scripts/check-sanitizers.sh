@@ -4,30 +4,47 @@
 # They see what C code does with the library's memory and headers; the Rust side is watched by guard pages and valgrind.
 set -eu
 cd "$(dirname "$0")/.."
-library=$(cd "$1" && pwd)/libwis.a
+library=$(cd "$1" && pwd)/libwis.a shared=$(cd "$1" && pwd)/libwis.so
 mkdir -p "$2"
 out=$(cd "$2" && pwd)
 export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
-# clang's where its run-time library is there (Debian: libclang-rt-14-dev), else gcc's.
+# clang's where its run-time library is there, else gcc's.
 c=cc cpp=c++
 echo 'int main(void) { return 0; }' > "$out/probe.c"
 if clang -fsanitize=address,undefined "$out/probe.c" -o "$out/probe" 2> /dev/null; then c=clang cpp=clang++; fi
-flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -Iinclude"
+flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -D_POSIX_C_SOURCE=200809L -Iinclude"
+programs=0
+
+# compile NAME STANDARD SOURCES AND LIBRARIES...
+compile() {
+    name=$1 standard=$2
+    shift 2
+    compiler=$c
+    case $1 in *.cpp) compiler=$cpp ;; esac
+    # The flags are split into words on purpose.
+    # shellcheck disable=SC2086
+    $compiler -std="$standard" $flags "$@" -o "$out/$name-san"
+}
+
+# execute NAME ARGUMENTS...: in the folder of outputs.
+execute() {
+    name=$1
+    shift
+    (cd "$out" && "./$name-san" "$@") > "$out/$name-san.txt" 2>&1 || { cat "$out/$name-san.txt" >&2; exit 1; }
+    programs=$((programs + 1))
+}
 
 # run NAME SOURCE STANDARD [LIBRARIES...]
 run() {
     name=$1 source=$2 standard=$3
     shift 3
-    compiler=$c
-    case $source in *.cpp) compiler=$cpp ;; esac
-    # The flags are split into words on purpose.
-    # shellcheck disable=SC2086
-    $compiler -std="$standard" $flags "$source" "$library" "$@" -o "$out/$name-san"
-    "$out/$name-san" > "$out/$name-san.txt" 2>&1 || { cat "$out/$name-san.txt" >&2; exit 1; }
+    compile "$name" "$standard" "$source" "$library" "$@"
+    execute "$name"
 }
 
 run minimal c-examples/minimal.c c99
 run minimal-cpp c-examples/minimal.cpp c++11
+run first c-examples/first.c c99 -lm
 run wavelets c-examples/wavelets.c c99
 run wavelets-cpp c-examples/wavelets.cpp c++11
 run measured c-examples/measured.c c99 -lm
@@ -38,4 +55,22 @@ run control c-examples/hosts/control.c gnu99 -lm
 run soak c-examples/hosts/soak.c gnu99 -lpthread -lm
 run consumer c-examples/consumers/check.c c99
 run consumer-cpp c-examples/consumers/check.cpp c++11
-echo "12 programs, compiled by $c: nothing found"
+
+parts=c-examples/render
+compile pathtracer c99 c-examples/pathtracer/main.c "$parts/image.c" "$parts/light.c" "$parts/material.c" "$parts/sky.c" "$parts/stb.c" \
+    "$library" -lm
+execute pathtracer --width 8 --height 4 --most 4 --repeats 1 --reference 4
+compile render c99 "$parts"/*.c "$library" -lm -lpthread
+execute render --size 32x16 --spp 2 --reference-spp 2 --threads 2 --out render.png
+
+# Hosts that load copies of the shared library, and one beside another Rust library.
+cp -L "$shared" "$out/first.so"
+cp -L "$shared" "$out/second.so"
+compile copies gnu99 c-examples/hosts/copies.c "$library" -lm -ldl
+execute copies ./first.so ./second.so
+compile threads gnu99 c-examples/hosts/threads.c "$library" -lm -lpthread -ldl
+execute threads ./first.so
+rustc --edition 2024 --crate-type staticlib -o "$out/libother.a" c-examples/hosts/other.rs
+run beside c-examples/hosts/beside.c gnu99 "$out/libother.a" -lm -lpthread -ldl
+run fibers c-examples/hosts/fibers.c gnu99 -lm
+echo "$programs programs, compiled by $($c --version | head -n 1): nothing found"

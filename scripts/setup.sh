@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | relight | test | browser | renderers | docs | coverage | guided
+# setup.sh demo | relight | test | browser | renderers | docs | coverage | guided | bits
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -19,6 +19,7 @@ clang         clang
 cmake         cmake
 g++           g++
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
+libclang-rt-dev /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.asan-x86_64.a
 patch         patch
 pkg-config    pkg-config
 valgrind      valgrind
@@ -40,6 +41,13 @@ llvm-19       llvm-cov-19
 guided_needs="
 g++           g++
 "
+bits_needs="
+gcc-aarch64-linux-gnu aarch64-linux-gnu-gcc
+gcc-i686-linux-gnu    i686-linux-gnu-gcc
+libc6-dev-arm64-cross /usr/aarch64-linux-gnu/lib/libc.a
+libc6-dev-i386-cross  /usr/i686-linux-gnu/lib/libc.a
+qemu-user             qemu-aarch64
+"
 
 case "${1:-}" in
     demo) needs=$demo_needs ;;
@@ -50,7 +58,8 @@ case "${1:-}" in
     docs) needs=$docs_needs ;;
     coverage) needs=$coverage_needs ;;
     guided) needs=$guided_needs ;;
-    *) echo "usage: $0 demo | relight | test | browser | renderers | docs | coverage | guided" >&2; exit 2 ;;
+    bits) needs=$bits_needs ;;
+    *) echo "usage: $0 demo | relight | test | browser | renderers | docs | coverage | guided | bits" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

@@ -67,7 +67,8 @@ static Options parse(int argc, char **argv) {
     return o;
 }
 
-static const wis_environment *build_environment(const Light *light, uint32_t flags) {
+/* The environment stands in the memory, which the caller frees. */
+static const wis_environment *build_environment(const Light *light, uint32_t flags, void **memory) {
     wis_environment_config config = {0};
     const wis_environment *environment;
     wis_memory_size size;
@@ -84,7 +85,8 @@ static const wis_environment *build_environment(const Light *light, uint32_t fla
     config.world_from_map = light_world_from_map;
     check(wis_environment_size(&config, &size, NULL));
     scratch = malloc(size.scratch_bytes);
-    check(wis_environment_init(&config, malloc(size.bytes), size.bytes, scratch, size.scratch_bytes, &environment, NULL));
+    *memory = malloc(size.bytes);
+    check(wis_environment_init(&config, *memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
     free(scratch);
     return environment;
 }
@@ -138,7 +140,9 @@ static bool write_picture(const Options *o, const Vec3 *image, double mean) {
     for (uint32_t i = 0; written && i < o->width * o->height; i++) {
         image_set(&picture, i % o->width, i / o->width, image[i], (float)(0.5 / mean));
     }
-    return written && image_write_png(&picture, o->out);
+    written = written && image_write_png(&picture, o->out);
+    image_free(&picture);
+    return written;
 }
 
 int main(int argc, char **argv) {
@@ -148,6 +152,9 @@ int main(int argc, char **argv) {
     Vec3 *image = malloc(pixels * sizeof *image), *reference[2];
     const char *fault = o.map != NULL ? light_read(&t.light, o.map) : light_make_sky(&t.light);
     const wis_environment *lights[2];
+    void *memory[2];
+    char *names;
+    bool written;
     wis_environment_info info = {.size = sizeof info};
     Method methods[COUNT];
     double mean = 0;
@@ -156,17 +163,19 @@ int main(int argc, char **argv) {
         return EXIT_FAILURE;
     }
     scene_init();
-    lights[0] = build_environment(&t.light, 0);
-    lights[1] = build_environment(&t.light, WIS_ENVIRONMENT_COMPENSATED);
+    lights[0] = build_environment(&t.light, 0, &memory[0]);
+    lights[1] = build_environment(&t.light, WIS_ENVIRONMENT_COMPENSATED, &memory[1]);
     check(wis_environment_describe(lights[1], &info));
     t.mean = (float)info.mean;
-    for (char *name = strtok(strcpy(malloc(strlen(o.methods) + 1), o.methods), ","); name != NULL; name = strtok(NULL, ",")) {
+    names = strcpy(malloc(strlen(o.methods) + 1), o.methods);
+    for (char *name = strtok(names, ","); name != NULL; name = strtok(NULL, ",")) {
         for (size_t k = 0; k < COUNT && count < COUNT; k++) {
             if (strcmp(name, METHODS[k].name) == 0) {
                 methods[count++] = METHODS[k];
             }
         }
     }
+    free(names);
     for (int k = 0; k < 2; k++) {
         reference[k] = malloc(pixels * sizeof *image);
         t.rays = MAX_RAYS;
@@ -201,5 +210,11 @@ int main(int argc, char **argv) {
         }
         fflush(stdout);
     }
-    return o.out == NULL || write_picture(&o, image, mean) ? EXIT_SUCCESS : EXIT_FAILURE;
+    written = o.out == NULL || write_picture(&o, image, mean);
+    for (int k = 0; k < 2; k++) {
+        free(memory[k]);
+        free(reference[k]);
+    }
+    free(image);
+    return written ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -3,11 +3,14 @@
 use crate::world::CALLS;
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 /// The case that is under way: seed, epoch and number, and the row.
 pub static CASE: [AtomicU64; 4] = [const { AtomicU64::new(0) }; 4];
+/// The input of the guided fuzzer that is under way: its file. Empty: there is none.
+pub static INPUT: Mutex<String> = Mutex::new(String::new());
 /// Processor time that a call may take. The slowest valid one, a build of 25000 texels with a budget, takes 0.1 s.
 const MOST_SECONDS: f64 = 10.0;
 
@@ -17,7 +20,11 @@ static IS_SET: AtomicBool = AtomicBool::new(false);
 /// The words that reproduce the case that is under way.
 pub fn reproduce() -> String {
     let [seed, epoch, number, row] = CASE.each_ref().map(|word| word.load(Ordering::Relaxed));
-    format!("{} --replay {seed}:{epoch}:{number}", crate::rows::ROWS[row as usize].name)
+    let name = crate::rows::ROWS[row as usize].name;
+    match INPUT.try_lock() {
+        Ok(input) if !input.is_empty() => format!("{name} --corpus {input}"),
+        _ => format!("{name} --replay {seed}:{epoch}:{number}"),
+    }
 }
 
 pub fn die(fault: &str) -> ! {
@@ -59,8 +66,11 @@ pub fn set() {
         for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, libc::SIGABRT] {
             assert_eq!(libc::sigaction(signal, &action, null_mut()), 0);
         }
+        // On its own stack, too: on that of a call it would count as the call's.
+        action.sa_sigaction = stop as *const () as usize;
+        action.sa_flags = libc::SA_ONSTACK | libc::SA_RESTART;
         for signal in [libc::SIGTERM, libc::SIGINT] {
-            libc::signal(signal, stop as *const () as usize);
+            assert_eq!(libc::sigaction(signal, &action, null_mut()), 0);
         }
         let mut clock = 0;
         assert_eq!(libc::pthread_getcpuclockid(libc::pthread_self(), &mut clock), 0);

@@ -3,11 +3,13 @@
 //! The functions are called in a built shared library by the calling convention of x86-64 Linux. Everything follows from the
 //! seed: a failure names the words that reproduce it.
 
+mod again;
 mod alarm;
 mod building;
 mod call;
 mod case;
 mod header;
+mod inputs;
 mod laws;
 mod maps;
 mod memory;
@@ -21,11 +23,13 @@ mod tally;
 mod values;
 mod world;
 
+use crate::again::Words;
 use crate::play::play;
 use crate::tally::Tally;
 use crate::world::World;
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Parser;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -45,6 +49,12 @@ struct Options {
     /// The words of a failure: seed:epoch:number.
     #[arg(long)]
     replay: Option<String>,
+    /// A list of such words, which must hold now.
+    #[arg(long)]
+    replays: Option<PathBuf>,
+    /// Inputs of the guided fuzzer: a file, or a folder.
+    #[arg(long)]
+    corpus: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -58,12 +68,16 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options) -> Result<()> {
-    let mut world = World::new(&options.library)?;
     alarm::set();
-    let mut tally = Tally::default();
+    if let Some(list) = &options.replays {
+        return again::replays(&options.library, list);
+    }
+    if let Some(path) = &options.corpus {
+        return again::corpus(&options.library, path);
+    }
+    let (mut world, mut tally) = (World::new(&options.library)?, Tally::default());
     if let Some(words) = &options.replay {
-        let numbers: Vec<u64> = words.split(':').map(str::parse).collect::<std::result::Result<_, _>>()?;
-        let [seed, epoch, number] = numbers[..] else { bail!("--replay seed:epoch:number") };
+        let Words { seed, epoch, number } = Words::read(words)?;
         return play(&mut world, seed, epoch, number + 1, &mut tally, true);
     }
     let (begin, length) = (Instant::now(), Duration::from_secs_f64(60.0 * options.minutes));

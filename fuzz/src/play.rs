@@ -25,13 +25,13 @@ pub fn play(world: &mut World, seed: u64, epoch: u64, count: u64, tally: &mut Ta
     for number in 0..count {
         let first = number as usize / ROUNDS < ROWS.len();
         let row = if first { &ROWS[number as usize % ROWS.len()] } else { random.pick(&shares) };
-        let index = ROWS.iter().position(|other| other.name == row.name).unwrap_or(0);
-        for (slot, word) in alarm::CASE.iter().zip([seed, epoch, number, index as u64]) {
-            slot.store(word, Ordering::Relaxed);
-        }
         let case_random = Random(random.bits());
         if !rows::needs(row.name).iter().all(|kind| !world.pool.of(kind).is_empty()) {
             continue;
+        }
+        let index = ROWS.iter().position(|other| other.name == row.name).unwrap_or(0);
+        for (slot, word) in alarm::CASE.iter().zip([seed, epoch, number, index as u64]) {
+            slot.store(word, Ordering::Relaxed);
         }
         let last = verbose && number + 1 == count;
         if let Err(fault) = one(world, row, case_random, first, tally, last) {

@@ -39,6 +39,10 @@ impl Tally {
         of.statuses.values().sum()
     }
 
+    pub fn total(&self) -> u64 {
+        self.rows.values().map(Tally::calls).sum()
+    }
+
     /// A line for each row.
     pub fn table(&self) -> String {
         let mut text = String::new();
@@ -49,7 +53,7 @@ impl Tally {
             let _ =
                 writeln!(text, "{:36} {calls:>10} calls {stack:>6} B {ms:>8.2} ms  {}", row.name, statuses.join(" "));
         }
-        let total: u64 = self.rows.values().map(Tally::calls).sum();
+        let total = self.total();
         let _ = writeln!(text, "{total} calls of {} functions", self.rows.len());
         text
     }

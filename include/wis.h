@@ -83,7 +83,8 @@ typedef enum wis_status {
   WIS_INVALID_TRANSFORM = 8,
   /// The product was prepared with another environment, or the memory does not hold such an object.
   WIS_MISMATCH = 9,
-  /// The bytes are not an object that this version wrote, or they were changed.
+  /// The bytes are not an object that this version wrote, or they were changed. The diagnostic's `field` tells which: `magic`
+  /// for another kind, another version or another byte order, null for bytes that were changed.
   WIS_CORRUPT = 10,
   /// The density of that direction is 0: no u leads there.
   WIS_ZERO_DENSITY = 11,
@@ -123,8 +124,9 @@ typedef struct wis_diagnostic {
   uint32_t reserved;
   /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
   uint64_t bytes_needed;
-  /// The field at fault of the struct that the argument points to, as `normal` or `lobe[1].b`: a static string. Null if
-  /// the argument is no struct, or no field in particular is at fault.
+  /// The field at fault of the struct that the argument points to, as `normal` or `lobe[1].b`: a static string. `magic` if
+  /// stored bytes begin as no object of this kind and version does: build it anew. Null if the argument is no struct, or no
+  /// field in particular is at fault.
   const char *field;
 } wis_diagnostic;
 
@@ -305,8 +307,8 @@ enum wis_status wis_environment_finish(const struct wis_environment_config *conf
                                        struct wis_diagnostic *diagnostic);
 
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. `bytes`: as many as wis_environment_info says, or more.
-/// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed. Reads all bytes once:
-/// 1 ms for a map of 1024 x 512. Work: bytes.
+/// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed; with the field `magic` in
+/// the diagnostic if another version of wis wrote them. Reads all bytes once: 1 ms for a map of 1024 x 512. Work: bytes.
 enum wis_status wis_environment_open(const void *memory,
                                      size_t bytes,
                                      const struct wis_environment **environment,

@@ -130,8 +130,8 @@ enum wis_status wis_wavelet_light_init(const struct wis_wavelet_light_config *co
                                        struct wis_wavelet_light_info *info,
                                        struct wis_diagnostic *diagnostic);
 
-/// Opens bytes that an earlier build wrote: copied, or mapped from a file. WIS_CORRUPT if a byte was changed. `info` may be
-/// null. Reads all bytes once. Work: bytes.
+/// Opens bytes that an earlier build wrote: copied, or mapped from a file. WIS_CORRUPT if a byte was changed; with the field
+/// `magic` in the diagnostic if another version of wis wrote them. `info` may be null. Reads all bytes once. Work: bytes.
 enum wis_status wis_wavelet_light_open(const void *memory,
                                        size_t bytes,
                                        const struct wis_wavelet_light **environment,
@@ -400,7 +400,8 @@ enum wis_status wis_tree_init(const struct wis_tree_config *config,
                               struct wis_diagnostic *diagnostic);
 
 /// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. WIS_CORRUPT if a byte
-/// was changed. Reads all of them once. `info` may be null. Work: bytes.
+/// was changed; with the field `magic` in the diagnostic if another version of wis wrote them. Reads all of them once. `info`
+/// may be null. Work: bytes.
 enum wis_status wis_tree_open(const void *memory,
                               size_t bytes,
                               const struct wis_tree **tree,
@@ -815,7 +816,8 @@ enum wis_status wis_visibility_init(const struct wis_tree *tree,
                                     struct wis_diagnostic *diagnostic);
 
 /// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility.
-/// WIS_CORRUPT if they are none. Reads all of them once. Work: bytes.
+/// WIS_CORRUPT if a byte was changed; with the field `magic` in the diagnostic if another version of wis wrote them. Reads
+/// all of them once. Work: bytes.
 enum wis_status wis_visibility_open(const void *memory,
                                     size_t bytes,
                                     const struct wis_visibility **visibility,

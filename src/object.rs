@@ -5,6 +5,12 @@ use bytemuck::{Pod, try_cast_slice, try_cast_slice_mut, try_from_bytes};
 /// Every array of an object begins at a multiple of this.
 pub const ALIGNMENT: usize = 16;
 
+/// The header of an object that may come from a file.
+pub trait Magic {
+    /// The first eight bytes, as a number: kind and version of the format, and the byte order.
+    const MAGIC: u64;
+}
+
 /// The memory of a build, at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {

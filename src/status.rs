@@ -30,7 +30,8 @@ pub enum Status {
     InvalidTransform = 8,
     /// The product was prepared with another environment, or the memory does not hold such an object.
     Mismatch = 9,
-    /// The bytes are not an object that this version wrote, or they were changed.
+    /// The bytes are not an object that this version wrote, or they were changed. The diagnostic's `field` tells which: `magic`
+    /// for another kind, another version or another byte order, null for bytes that were changed.
     Corrupt = 10,
     /// The density of that direction is 0: no u leads there.
     ZeroDensity = 11,

@@ -203,7 +203,7 @@ fn for_each_config(mut test: impl FnMut(&str, LightConfig)) {
 fn threads_write_the_bytes_of_one_call() {
     for_each_config(|name, config| {
         let expected = build(&config);
-        for threads in [1, 2, 5] {
+        for threads in [1, 2, 5, 8, 16] {
             assert!(build_shared(&config, threads) == expected, "{name}: {threads} threads");
         }
     });

@@ -134,8 +134,10 @@ fn long(bytes: &[u8], at: usize) -> u64 {
     word(bytes, at) | word(bytes, at + 4) << 32
 }
 
-/// Every kind of signed object keeps its content id here.
+/// Every kind of signed object keeps its content id or checksum here.
 const CONTENT_ID: usize = 16;
+/// Where the nodes of visibility begin.
+const VISIBILITY_NODES: usize = 24;
 
 /// Writes the hashes that the bytes would have if they had been built so.
 fn sign(kind: &str, bytes: &mut [u8]) {
@@ -143,7 +145,8 @@ fn sign(kind: &str, bytes: &mut [u8]) {
         "wis_environment" if bytes.len() > ENVIRONMENT.header => sign_environment(bytes),
         "wis_wavelet_light" => wavelet_light_id(bytes),
         "wis_tree" if bytes.len() >= 64 => tree_id(bytes),
-        // Visibility has none, and the others are not opened.
+        "wis_visibility" if bytes.len() >= VISIBILITY_NODES => visibility_checksum(bytes),
+        // The others are not opened.
         _ => return,
     };
     put(bytes, CONTENT_ID, &id.to_le_bytes());
@@ -202,5 +205,13 @@ fn tree_id(bytes: &[u8]) -> u64 {
             .step_by(8)
             .for_each(|at| hash.add(word(bytes, at) << 32 | word(bytes, at + 4)));
     }
+    hash.finish()
+}
+
+fn visibility_checksum(bytes: &[u8]) -> u64 {
+    let mut hash = ContentHash::new();
+    hash.add(word(bytes, 8) << 32 | word(bytes, 12));
+    let nodes = bytes[VISIBILITY_NODES..].chunks_exact(8).take(word(bytes, 8) as usize);
+    nodes.for_each(|node| hash.add(word(node, 0) << 32 | word(node, 4)));
     hash.finish()
 }

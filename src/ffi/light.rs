@@ -214,8 +214,8 @@ pub unsafe extern "C" fn wis_environment_finish(
 }
 
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. `bytes`: as many as wis_environment_info says, or more.
-/// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed. Reads all bytes once:
-/// 1 ms for a map of 1024 x 512. Work: bytes.
+/// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed; with the field `magic` in
+/// the diagnostic if another version of wis wrote them. Reads all bytes once: 1 ms for a map of 1024 x 512. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the environment is in use.

@@ -2,7 +2,7 @@
 //! blocks in which threads work together. Whatever is written is written through what this file lends.
 
 use super::{Checked, Failure, WIS_ALIGNMENT, borrow, pointer};
-use crate::object::Part;
+use crate::object::{Magic, Part};
 use crate::status::Status;
 use core::ffi::c_void;
 use core::slice as parts;
@@ -66,16 +66,21 @@ pub(crate) unsafe fn block_mut<'a>(
 }
 
 /// The bytes of an object in a block, which are arguments 1 and 2, from what it begins with: its length is told by its header.
-/// `none`: the status of bytes that hold no such object.
+/// `none`: the status of bytes that hold no such object. The magic number comes first, because another version may be shorter.
 ///
 /// # Safety
 /// The block is null or as long as stated, and nobody writes it meanwhile.
-pub(crate) unsafe fn stored_or<'a, H>(
+pub(crate) unsafe fn stored_or<'a, H: Magic>(
     none: Status,
     start: *const c_void,
     bytes: usize,
     length: impl FnOnce(&H) -> Option<usize>,
 ) -> Checked<&'a [u8]> {
+    check_block(start.cast(), bytes, 0, 1)?;
+    // SAFETY: not null, aligned and long enough, by the checks and this function's contract.
+    if bytes >= size_of::<u64>() && unsafe { start.cast::<u64>().read() } != H::MAGIC {
+        return Err(Failure::new(none, 1).of(c"magic"));
+    }
     check_block(start.cast(), bytes, size_of::<H>(), 1)?;
     // SAFETY: not null, aligned and long enough, by the check and this function's contract.
     let length = length(unsafe { &*start.cast::<H>() }).ok_or(Failure::new(none, 1))?;

@@ -11,14 +11,12 @@ use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::light::pixels::RowError;
 use crate::numeric::ContentHash;
+use crate::object::Magic;
 pub use crate::object::Size;
 use crate::simd::{Blob, Table, WINDOW};
 use crate::sphere::Frame;
 use crate::status::{Result, Status};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
-
-/// The first bytes of every environment, and the version of its format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wisenv\x02\x00");
 
 /// What stands at the beginning of an environment.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -61,11 +59,15 @@ pub struct Header {
     reserved: u32,
 }
 
+impl Magic for Header {
+    const MAGIC: u64 = u64::from_le_bytes(*b"wisenv\x02\x00");
+}
+
 impl Header {
     /// The bytes of the environment that begins with this; `None` if it is no environment of this version.
     #[inline(always)]
     pub fn length(&self) -> Option<usize> {
-        if self.magic == MAGIC { usize::try_from(self.bytes).ok() } else { None }
+        if self.magic == Header::MAGIC { usize::try_from(self.bytes).ok() } else { None }
     }
 }
 
@@ -355,7 +357,7 @@ impl<'a> Environment<'a> {
     pub(super) fn header_is_sound(&self) -> bool {
         let h = self.header;
         let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED | LIGHT_ONLY;
-        if h.magic != MAGIC || h.flags & !known != 0 || h.layout > 2 || h.reserved != 0 {
+        if h.magic != Header::MAGIC || h.flags & !known != 0 || h.layout > 2 || h.reserved != 0 {
             return false;
         }
         let Ok(plan) = Plan::new(&self.description()) else { return false };
@@ -605,7 +607,7 @@ impl<'a> Writer<'a> {
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();
         let axis = plan.chart.axes;
         let mut header = Header {
-            magic: MAGIC,
+            magic: Header::MAGIC,
             bytes: sections.end,
             content_id: 0,
             tables_hash: 0,

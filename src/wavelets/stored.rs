@@ -1,7 +1,7 @@
 //! A tree of one to four axes as one block of bytes without pointers: what it says of itself, then squares, then links.
 
 use crate::numeric::{ContentHash, times_power};
-use crate::object::{Part, header, write_header};
+use crate::object::{Magic, Part, header, write_header};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{Link, MAX_DEPTH, Tree};
 use crate::wavelets::{inner, warp};
@@ -245,17 +245,18 @@ pub struct Header {
     reserved: u32,
 }
 
-/// "wis-tre" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
-
 /// The exponents that a tree may have: its mean is a double, which is in [1, 2) times the power of two.
 const EXPONENTS: RangeInclusive<i32> = -1022..=1023;
+
+impl Magic for Header {
+    const MAGIC: u64 = u64::from_le_bytes(*b"wis-tre\x02");
+}
 
 impl Header {
     /// The bytes of the tree that begins with this; `None` if none does.
     #[inline(always)]
     pub fn length(&self) -> Option<usize> {
-        if self.magic != MAGIC || !(1..=4).contains(&self.dimensions) || self.depth > MAX_DEPTH {
+        if self.magic != Header::MAGIC || !(1..=4).contains(&self.dimensions) || self.depth > MAX_DEPTH {
             return None;
         }
         Parts::new(self.dimensions, self.squares as usize).map(|parts| parts.bytes)
@@ -415,7 +416,7 @@ pub fn store(
     let (averages, links) = parts.divide(memory).ok_or(Refused::Memory(parts.bytes))?;
     let Facts { depth, mean, error, exponent, average } = fill(averages, links)?;
     let mut header = Header {
-        magic: MAGIC,
+        magic: Header::MAGIC,
         bytes: parts.bytes as u64,
         content_id: 0,
         mean,

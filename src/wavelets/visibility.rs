@@ -3,8 +3,8 @@
 //! A square keeps the averages of its four children as bytes, and where its kept children stand: an indexed look-up
 //! without a hash. Where visibility is 0 or 1 nothing is lost; averages of larger squares are off by 1/510 at most.
 
-use crate::numeric::inverse_power;
-use crate::object::{Part, Size, header, write_header};
+use crate::numeric::{ContentHash, inverse_power};
+use crate::object::{Magic, Part, Size, header, write_header};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{MAX_DEPTH, Tree};
 use crate::wavelets::triple::Quadtree;
@@ -17,16 +17,28 @@ pub struct Header {
     magic: u64,
     nodes: u32,
     average: f32,
+    checksum: u64,
 }
 
-/// "wis-vis" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x02");
+impl Magic for Header {
+    const MAGIC: u64 = u64::from_le_bytes(*b"wis-vis\x03");
+}
 
 impl Header {
     /// The bytes of the map that begins with this; `None` if none does.
     pub fn length(&self) -> Option<usize> {
-        bytes(self.nodes as usize).filter(|_| self.magic == MAGIC)
+        bytes(self.nodes as usize).filter(|_| self.magic == Header::MAGIC)
     }
+}
+
+/// The hash of everything but itself. Any share is a valid one, so that nothing else tells a changed byte.
+fn checksum(average: f32, nodes: &[Node]) -> u64 {
+    let mut hash = ContentHash::new();
+    hash.add((nodes.len() as u64) << 32 | u64::from(average.to_bits()));
+    for node in nodes {
+        hash.add(u64::from(u32::from_le_bytes(node.average)) << 32 | u64::from(node.below));
+    }
+    hash.finish()
 }
 
 fn bytes(nodes: usize) -> Option<usize> {
@@ -48,9 +60,11 @@ pub fn compress_in(tree: &Tree<4>, scale: f64, memory: &mut [u8]) -> Result<()> 
         return Err(Status::InvalidArgument);
     }
     let nodes = memory.get_mut(size_of::<Header>()..).and_then(|nodes| try_cast_slice_mut(nodes).ok());
-    compress(tree, scale, nodes.unwrap_or(&mut []))?;
+    let nodes = nodes.unwrap_or(&mut []);
+    compress(tree, scale, nodes)?;
     let average = if average < 1.0 { average as f32 } else { 1.0 };
-    write_header(memory, &Header { magic: MAGIC, nodes: tree.squares().len() as u32, average });
+    let (count, checksum) = (nodes.len() as u32, checksum(average, nodes));
+    write_header(memory, &Header { magic: Header::MAGIC, nodes: count, average, checksum });
     Ok(())
 }
 
@@ -120,7 +134,8 @@ impl<'a> Visibility<'a> {
     /// [`Status::Corrupt`].
     pub fn open(bytes: &'a [u8]) -> Result<Visibility<'a>> {
         let Visibility { average, nodes } = Visibility::view(bytes).ok_or(Status::Corrupt)?;
-        Visibility::new(average, nodes)
+        let stated = header(bytes).map(|header: &Header| header.checksum);
+        if stated == Some(checksum(average, nodes)) { Visibility::new(average, nodes) } else { Err(Status::Corrupt) }
     }
 
     /// Nodes that somebody stored.

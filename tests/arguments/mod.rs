@@ -11,6 +11,7 @@ mod extremes;
 mod fields;
 mod header;
 mod objects;
+mod order;
 mod passes;
 mod pointers;
 mod renderer;

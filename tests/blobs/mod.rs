@@ -3,6 +3,8 @@
 
 mod environment;
 mod tree;
+mod versions;
+mod visibility;
 
 use crate::arguments::block::Block;
 use crate::support::Random;
@@ -24,8 +26,8 @@ struct Kind {
     header: usize,
 }
 
-const KINDS: [Kind; 2] = [environment::KIND, tree::KIND];
-/// Every kind of object stores its length and its content id here.
+const KINDS: [Kind; 3] = [environment::KIND, tree::KIND, visibility::KIND];
+/// Every kind of object stores its content id here, and environments and trees their length.
 const BYTES: usize = 8;
 const CONTENT_ID: usize = 16;
 

@@ -30,7 +30,7 @@ fn objects() -> Vec<Vec<u8>> {
     objects
 }
 
-fn object(dimensions: u32, depth: u32, error_budget: f32, pixel: impl Fn(usize) -> f32) -> Vec<u8> {
+pub fn object(dimensions: u32, depth: u32, error_budget: f32, pixel: impl Fn(usize) -> f32) -> Vec<u8> {
     let pixels: Vec<f32> = (0..1 << (dimensions * depth)).map(pixel).collect();
     let config = plain(|config: &mut TreeConfig| {
         config.size = size_of::<TreeConfig>() as u32;

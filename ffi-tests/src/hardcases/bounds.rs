@@ -100,10 +100,12 @@ impl<'a> Task<'a> {
 /// What was measured.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Figures {
-    /// The stored integral over the reference, less 1, and its limit; none if there is none.
+    /// How far apart the stated integral and the reference are ([`apart`]), and the limit; none if there is none.
     pub integral: Option<[f64; 2]>,
     /// The largest weight of a sample over the reference.
     pub largest: f64,
+    /// Where no limit holds for that: the share of the integral that comes with weights above [`LARGEST`], and its limit.
+    pub heavy: Option<[f64; 2]>,
     /// The mean of samples over the reference, less 1.
     pub mean: f64,
     /// The share of samples that bring nothing.
@@ -115,16 +117,30 @@ pub struct Figures {
 /// Limits of a row, besides those that hold for all.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// How far the stored integral may be from the reference.
+    /// How far apart the stored integral and the reference may be.
     pub integral: f64,
     /// The largest share of samples that bring nothing.
     pub empty: f64,
     /// The largest share of rays that do.
     pub idle: f64,
-    /// The largest weight.
-    pub largest: f64,
+    /// What weights may be.
+    pub weights: Weights,
     /// The largest fault of a mean that may be missed.
     pub missed: f64,
+}
+
+/// What limits weights.
+#[derive(Clone, Copy, Debug)]
+pub enum Weights {
+    /// The largest weight.
+    Largest(f64),
+    /// No rule bounds the largest one: the share of the integral that comes with weights above [`LARGEST`].
+    Heavy(f64),
+}
+
+/// The larger of two integrals over the smaller, less 1: an estimate of 0 is beyond any limit.
+fn apart(stored: f64, reference: f64) -> f64 {
+    (stored / reference).max(reference / stored) - 1.0
 }
 
 pub fn wide(wi: [f32; 3]) -> V3 {
@@ -143,7 +159,7 @@ pub fn density(
     let Task { value, fault, .. } = *task;
     let mut figures = Figures::default();
     let stored = if fault == Fault::Integral { value * (1.0 + 2.0 * limits.integral) } else { stored };
-    let off = (stored / value - 1.0).abs();
+    let off = apart(stored, value);
     figures.integral = Some([off, limits.integral]);
     ensure(off <= limits.integral, || format!("the stated integral is {stored:.5}, the reference {value:.5}"))?;
     let factor = if fault == Fault::Density { 1.025 } else { 1.0 };
@@ -166,12 +182,28 @@ pub fn density(
     figures.empty = weights.iter().filter(|weight| **weight == 0.0).count() as f64 / weights.len() as f64;
     ensure(figures.empty <= limits.empty, || format!("{:.3} of the samples bring nothing", figures.empty))?;
     figures.largest = weights.iter().copied().fold(0.0, f64::max).max(look(product, light, task)?);
-    ensure(figures.largest <= limits.largest, || format!("a weight of {:.1} integrals", figures.largest))?;
+    figures.heavy = judge_weights(figures.largest, &weights, fault, limits.weights)?;
     if fault == Fault::Frequency {
         wi.iter_mut().step_by(20).for_each(|wi| *wi = single(task.peaks[0].at));
     }
     frequencies(product, &task.peaks, &wi)?;
     Ok(figures)
+}
+
+/// The share of the integral that comes with large weights, and its limit, if that is what is limited.
+fn judge_weights(largest: f64, weights: &[f64], fault: Fault, limit: Weights) -> Result<Option<[f64; 2]>, String> {
+    let limit = match limit {
+        Weights::Largest(limit) => {
+            ensure(largest <= limit, || format!("a weight of {largest:.1} integrals"))?;
+            return Ok(None);
+        }
+        Weights::Heavy(limit) => limit,
+    };
+    // Where a density has a hole, samples are as much rarer as their weights are larger.
+    let hole = |weight: f64| if fault == Fault::Hole && weight > 0.5 { 100.0 * weight } else { weight };
+    let share = weights.iter().filter(|weight| hole(**weight) > LARGEST).sum::<f64>() / weights.len() as f64;
+    ensure(share <= limit, || format!("weights above {LARGEST} bring {share:.4} of the integral"))?;
+    Ok(Some([share, limit]))
 }
 
 /// Looks for large weights where the light is, at every distance of the peaks, and all over the sphere.
@@ -275,4 +307,15 @@ pub fn rays(
     }
     figures[2] = most;
     Ok(figures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_estimate_of_nothing_is_beyond_any_limit() {
+        assert!((apart(3.0, 2.0) - 0.5).abs() < 1e-12 && (apart(2.0, 3.0) - 0.5).abs() < 1e-12);
+        assert_eq!(apart(0.0, 1.0), f64::INFINITY);
+    }
 }

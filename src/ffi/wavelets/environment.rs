@@ -113,8 +113,8 @@ pub unsafe extern "C" fn wis_wavelet_light_init(
     })
 }
 
-/// Opens bytes that an earlier build wrote: copied, or mapped from a file. WIS_CORRUPT if a byte was changed. `info` may be
-/// null. Reads all bytes once. Work: bytes.
+/// Opens bytes that an earlier build wrote: copied, or mapped from a file. WIS_CORRUPT if a byte was changed; with the field
+/// `magic` in the diagnostic if another version of wis wrote them. `info` may be null. Reads all bytes once. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the environment is in use.

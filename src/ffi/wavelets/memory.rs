@@ -2,6 +2,7 @@
 
 use crate::ffi::memory::{block_mut, stored_or};
 use crate::ffi::{Checked, out, sized};
+use crate::object::Magic;
 use crate::status::Status;
 use core::ffi::c_void;
 
@@ -23,7 +24,7 @@ pub(crate) unsafe fn room_mut<'a>(
 ///
 /// # Safety
 /// The block is null or as long as stated, and nobody writes it meanwhile.
-pub(crate) unsafe fn stored<'a, H>(
+pub(crate) unsafe fn stored<'a, H: Magic>(
     start: *const c_void,
     bytes: usize,
     length: impl FnOnce(&H) -> Option<usize>,

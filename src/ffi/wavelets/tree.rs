@@ -89,7 +89,8 @@ pub unsafe extern "C" fn wis_tree_init(
 }
 
 /// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. WIS_CORRUPT if a byte
-/// was changed. Reads all of them once. `info` may be null. Work: bytes.
+/// was changed; with the field `magic` in the diagnostic if another version of wis wrote them. Reads all of them once. `info`
+/// may be null. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the tree is in use.

@@ -65,7 +65,8 @@ pub unsafe extern "C" fn wis_visibility_init(
 }
 
 /// Checks bytes that wis_visibility_init wrote (copied, or mapped from a file) and gives them as a map of visibility.
-/// WIS_CORRUPT if they are none. Reads all of them once. Work: bytes.
+/// WIS_CORRUPT if a byte was changed; with the field `magic` in the diagnostic if another version of wis wrote them. Reads
+/// all of them once. Work: bytes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; the bytes do not change while the map is in use.

@@ -23,6 +23,7 @@ pub use refine::{Refinement, refine};
 pub use spread::{Refined, Spread};
 
 use crate::numeric::ContentHash;
+use crate::object::Magic;
 use crate::simd::{LANES, Lanes};
 use crate::wavelets::descent::Density;
 use crate::wavelets::tree::{Link, Mark, Tree};
@@ -74,8 +75,9 @@ pub struct Header {
     pub reserved: [u32; 2],
 }
 
-/// "wis-env" and the version of the format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x04");
+impl Magic for Header {
+    const MAGIC: u64 = u64::from_le_bytes(*b"wis-env\x04");
+}
 
 /// An environment in the caller's memory.
 #[derive(Clone, Copy)]

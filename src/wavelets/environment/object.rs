@@ -6,11 +6,11 @@ use super::build::{
 };
 use super::refine::{Refinement, refine};
 use super::spread::{Refined, Spread};
-use super::{ALL_FLAGS, Environment, Header, MAGIC, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
+use super::{ALL_FLAGS, Environment, Header, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use crate::light::environment::{BuildError, Size};
 use crate::light::pixels::{RowSummary, Rows};
 use crate::numeric::times_power;
-use crate::object::{Layout, Part, header, take, taken, write_header};
+use crate::object::{Layout, Magic, Part, header, take, taken, write_header};
 use crate::status::{Result, Status};
 use crate::wavelets::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree, complete_len};
 use core::f64::consts::PI;
@@ -189,7 +189,7 @@ impl Config {
     /// A header with what does not depend on the trees.
     fn header(&self, rows: &[RowSummary]) -> Header {
         Header {
-            magic: MAGIC,
+            magic: Header::MAGIC,
             bytes: 0,
             content_id: 0,
             sanitised: rows.iter().map(|row| row.sanitised).sum(),
@@ -279,7 +279,7 @@ impl<'a> Environment<'a> {
     #[inline(always)]
     pub fn view(bytes: &'a [u8]) -> Option<Environment<'a>> {
         let header: &Header = header(bytes)?;
-        (header.magic == MAGIC).then(|| Parts::of(header).view(header, bytes))
+        (header.magic == Header::MAGIC).then(|| Parts::of(header).view(header, bytes))
     }
 
     /// The environment that bytes hold, checked: whatever it is asked leads to no access outside, no endless loop and no
@@ -319,13 +319,13 @@ impl Header {
     /// The bytes of the environment that begins with this, as it says; `None` if none does.
     #[inline(always)]
     pub fn length(&self) -> Option<usize> {
-        if self.magic == MAGIC { usize::try_from(self.bytes).ok() } else { None }
+        if self.magic == Header::MAGIC { usize::try_from(self.bytes).ok() } else { None }
     }
 
     /// The same, if everything that it says can be.
     pub fn checked_length(&self) -> Option<usize> {
         let known = matches!(self.storage, WIS_STORAGE_PYRAMID | WIS_STORAGE_SPARSE);
-        if self.magic != MAGIC || !known || self.depth > MAX_DEPTH || self.flags & !ALL_FLAGS != 0 {
+        if self.magic != Header::MAGIC || !known || self.depth > MAX_DEPTH || self.flags & !ALL_FLAGS != 0 {
             return None;
         }
         if self.reserved != [0; 2]

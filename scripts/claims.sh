@@ -91,6 +91,6 @@ at most ten peers. Today the client is bilinear, caches are cold, and there are 
 | 2005: glossy and diffuse alike with 10 samples | mostly | $(today wis-2005 'glossy materials are handled equally well as diffuse ones with 10 samples (Fig. 12)')
 | 2005: 4D products render 2.1 times as fast | 3.5 to 3.9 times | $(today wis-2005 '4D products as a pre-process render 2.1 times as fast (Fig. 11)')
 | 2005: and look the same | no: error 0.52 in place of 0.09 | $(today wis-2005 'and look the same (Fig. 11)')
-| 2005: rotated maps take hours at most | no: 1.3 and 16.5 s, read as "take hours" | $(today wis-2005 'rotated maps of 64^4 and 128^4 take a couple of hours at most (5.1)')
+| 2005: rotated maps take hours at most | no: 1.3 and 16.5 s, read as "take hours" | $(today wis-2005 'rotated maps of 64^4 and 128^4 take a couple of hours at most (7)')
 END
 }

@@ -6,6 +6,7 @@ mod compression;
 mod figures;
 mod four;
 mod gallery;
+mod reparameterisation;
 mod rotated;
 
 use anyhow::Result;

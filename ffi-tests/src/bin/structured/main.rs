@@ -136,8 +136,9 @@ pub fn compare(
     let white = 100.0 * WHITE;
     writeln!(
         page.text,
-        "\nBelow each picture its error over the mean: black is 0, light yellow {white:.0} % and more. The numbers are over all pixels of \
-         the picture, those of the table over every few columns and rows. The reference takes its hue from MIS of {HUE} samples."
+        "\nBelow each picture its error over the mean: black is 0, light yellow {white:.0} % and more. The numbers are over\n\
+         all pixels of the picture, those of the table over every few columns and rows. The reference\n\
+         takes its hue from MIS of {HUE} samples."
     )?;
     Ok(all)
 }

@@ -122,9 +122,9 @@ fn eight_at_a_time(curves: &[Curve]) -> String {
     let ahead = |curve: &Curve| curve.rows.iter().rfind(|row| row.us[0] < curve.pixels).map_or(0.0, |row| row.share);
     let share = curves.iter().map(ahead).fold(1.0, f64::min);
     format!(
-        "The paper's factor is one over a loop that adds pixel by pixel. Eight at a time are {least:.1} to {most:.1} times as fast. Wavelets \
-         are ahead of those up to {:.2} % of the terms, whatever the lobe. They save memory at any speed: a vertex takes kilobytes in place of \
-         megabytes.",
+        "The paper's factor is one over a loop that adds pixel by pixel. Eight at a time are {least:.1} to {most:.1} times as fast. Wavelets\n\
+         are ahead of those up to {:.2} % of the terms, whatever the lobe. They save memory at any speed: a vertex takes kilobytes in\n\
+         place of megabytes.",
         100.0 * share
     )
 }
@@ -144,8 +144,8 @@ fn step(curves: &[Curve]) -> String {
         );
     }
     format!(
-        "The time of a term has a step: {low:.0} ns at {:.1} %, {high:.0} ns at {:.1} %. A point's list of the BRDF takes {:.0} kB there (20 \
-         bytes a square) in place of {:.0}.",
+        "The time of a term has a step: {low:.0} ns at {:.1} %, {high:.0} ns at {:.1} %. A point's list of the BRDF takes \
+         {:.0} kB there in place of {:.0}.",
         100.0 * below.share,
         100.0 * above.share,
         above.kilobytes(),
@@ -422,8 +422,8 @@ fn curve(out: &mut String, scene: &Scene, light: &Lit, material: &Material) -> R
 fn sums(out: &mut String, curves: &[Curve], domain: Domain) -> Result<()> {
     writeln!(
         out,
-        "Microseconds of sums over all pixels and of the linear algorithm. Decompressed: BRDF and visibility are wavelets that the sum, eight \
-         at a time, must decompress first. Visibility is without loss, of {} squares.\n",
+        "Microseconds of sums over all pixels and of the linear algorithm. Decompressed: BRDF and visibility are wavelets that the sum,\n\
+         eight at a time, must decompress first. Visibility is without loss, of {} squares.\n",
         domain.wavelets() / 3
     )?;
     writeln!(

@@ -463,10 +463,10 @@ fn head(out: &mut String, light: &Light, count: usize, bytes: f64) -> Result<()>
     let kilobytes = bytes / 1e3;
     writeln!(
         out,
-        "\n### Relit pictures from material fields\n\nEvery third pixel along each axis is a vertex, {count} in all, with colours interpolated between them. {SIDE} x \
-         {SIDE} octahedral directions of visibility in 8 bits take {kilobytes:.2} kB a vertex. The light is {}; 512 of its wavelets are \
-         kept. Materials keep what an L2 error of {:.0} % in each cell needs. They are interpolated between 4 cells, the measured one \
-         between 16. Errors are relative L2, over {CHECKED} points, of the sum over pixels with the BRDF itself.\n",
+        "\n### Relit pictures from material fields\n\nEvery third pixel along each axis is a vertex, {count} in all, with colours interpolated between\n\
+         them. {SIDE} x {SIDE} octahedral directions of visibility in 8 bits take {kilobytes:.2} kB a vertex. The light is {}; 512\n\
+         of its wavelets are kept. Materials keep what an L2 error of {:.0} % in each cell needs. They are interpolated between 4 cells, the\n\
+         measured one between 16. Errors are relative L2, over {CHECKED} points, of the sum over pixels with the BRDF itself.\n",
         light.name,
         100.0 * ERROR
     )?;

@@ -115,8 +115,8 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
     let count = vertices.len();
     writeln!(
         page.text,
-        "Buddha on a ground plane, {} vertices of which every {EVERY}rd is lit, {}. Times are scaled to all. Visibility: {seconds:.0} s on \
-         {THREADS} threads, {:.1} kB a vertex in 8 bits, {:.0} MB. Light: {}.",
+        "Buddha on a ground plane, {} vertices of which every {EVERY}rd is lit, {}. Times are scaled to all.\n\
+         Visibility: {seconds:.0} s on {THREADS} threads, {:.1} kB a vertex in 8 bits, {:.0} MB. Light: {}.",
         EVERY * count,
         domain.name(),
         bytes as f64 / count as f64 / 1e3,

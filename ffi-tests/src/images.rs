@@ -70,7 +70,7 @@ pub fn picture(
     Ok(pixels)
 }
 
-/// Panels of one size side by side, with names inside them: pictures of all pixels of a scene, or maps.
+/// Panels of one size side by side, with names above them: pictures of all pixels of a scene, or maps.
 pub struct Sheet {
     image: RgbImage,
     /// Pixels of a panel.
@@ -80,6 +80,8 @@ pub struct Sheet {
 
 /// Letters are twice as large as those of the font.
 const LETTER: u32 = 16;
+/// Pixels above a panel for its name, which would hide what is drawn if it stood inside.
+const NAME: u32 = LETTER + 8;
 
 impl Sheet {
     /// A sheet of so many columns and rows of pictures of scenes, for a mean luminance.
@@ -89,12 +91,19 @@ impl Sheet {
 
     /// A sheet of so many columns and rows of panels of a size.
     pub fn of_panels([columns, rows]: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
-        let size = [columns * (panel[0] + GAP) - GAP, rows * (panel[1] + GAP) - GAP];
+        let size = [columns * (panel[0] + GAP) - GAP, rows * (NAME + panel[1] + GAP) - GAP];
         Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, mean }
     }
 
+    /// Where the picture of a panel begins, below its name.
     fn corner(&self, at: [u32; 2]) -> [u32; 2] {
-        [at[0] * (self.panel[0] + GAP), at[1] * (self.panel[1] + GAP)]
+        [at[0] * (self.panel[0] + GAP), at[1] * (NAME + self.panel[1] + GAP) + NAME]
+    }
+
+    /// Writes the name of a panel above it.
+    fn name(&mut self, at: [u32; 2], name: &str) {
+        let [x, y] = self.corner(at);
+        self.text([x + 4, y + 2 - NAME], name);
     }
 
     /// Fills a panel by the place of its pixels in [0, 1), with colours from 0 to 1.
@@ -105,7 +114,7 @@ impl Sheet {
             let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
             self.image.put_pixel(corner[0] + x, corner[1] + y, Rgb(colour(place).map(byte)));
         }
-        self.text([corner[0] + 8, corner[1] + 8], name);
+        self.name(at, name);
     }
 
     /// Draws a dot of a colour at a place in [0, 1) of a panel.
@@ -142,7 +151,7 @@ impl Sheet {
             let byte = |c: f64| ((c * 31.0).round() * 255.0 / 31.0) as u8;
             self.image.put_pixel(origin[0] + point.pixel[0], origin[1] + point.pixel[1], Rgb(colour.map(byte)));
         }
-        self.text([origin[0] + 8, origin[1] + 8], name);
+        self.name(at, name);
     }
 
     /// Draws the colours of errors from 0 to 1, with the names of both ends and a line of text above.
@@ -159,7 +168,7 @@ impl Sheet {
         self.text([origin[0] + width - LETTER * high.len() as u32, origin[1] + 56], high);
     }
 
-    /// White letters on black.
+    /// Black letters on white.
     fn text(&mut self, at: [u32; 2], text: &str) {
         for (i, letter) in (0..).zip(text.chars()) {
             let rows = BASIC_FONTS.get(letter).unwrap_or_default();
@@ -169,7 +178,7 @@ impl Sheet {
                 let is_set = rows.get(row).is_some_and(|row| row >> (x / 2) & 1 == 1);
                 let place = [at[0] + i * LETTER + x, at[1] + y];
                 if place[0] < self.image.width() && place[1] < self.image.height() {
-                    self.image.put_pixel(place[0], place[1], Rgb([if is_set { 255 } else { 0 }; 3]));
+                    self.image.put_pixel(place[0], place[1], Rgb([if is_set { 0 } else { 255 }; 3]));
                 }
             }
         }
@@ -200,6 +209,25 @@ pub fn scale(value: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A name changes no pixel of a panel, and is written in the strip above it.
+    #[test]
+    fn names_hide_nothing() {
+        let drawn = |name: &str| {
+            let mut sheet = Sheet::of_panels([1, 2], [64, 48], 1.0);
+            sheet.map([0, 1], |_| [0.5; 3], name);
+            sheet
+        };
+        let (named, bare) = (drawn("abc"), drawn(""));
+        let [x, y] = named.corner([0, 1]);
+        let inside = |(at, _): &((u32, u32), _)| at.0 >= x && at.1 >= y;
+        let of = |sheet: &Sheet| {
+            let pixels = sheet.image.enumerate_pixels().map(|(x, y, colour)| ((x, y), *colour));
+            pixels.partition::<Vec<_>, _>(inside)
+        };
+        let ((panel, strip), (same, white)) = (of(&named), of(&bare));
+        assert!(panel.len() == 64 * 48 && panel == same && strip != white);
+    }
 
     #[test]
     fn the_scale_of_errors_becomes_lighter() {

@@ -127,35 +127,65 @@ struct Claim {
     claim: String,
     paper: String,
     here: String,
-    holds: bool,
+    verdict: Verdict,
     /// Why it does not hold, if it does not, and where the page shows that.
     cause: String,
 }
 
+/// What a run says of a claim.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    Holds,
+    Fails,
+    /// Nothing that was measured gets to where the claim could be judged.
+    NotReached,
+}
+
+impl Verdict {
+    fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Fails => "**does not hold**",
+            Verdict::NotReached => "**not reached**",
+        }
+    }
+}
+
+impl From<bool> for Verdict {
+    fn from(holds: bool) -> Verdict {
+        if holds { Verdict::Holds } else { Verdict::Fails }
+    }
+}
+
+/// The cause where the run has none: pages print no cause that its numbers do not show.
+const UNKNOWN: &str = "not examined";
+
 impl Claims {
     /// Adds a claim: its words, what the paper says, what was measured, whether it holds, and why if it does not.
-    pub fn add(&mut self, claim: &str, paper: &str, here: String, holds: bool, cause: &str) {
+    pub fn add(&mut self, claim: &str, paper: &str, here: String, verdict: impl Into<Verdict>, cause: &str) {
+        let cause = if cause.is_empty() { UNKNOWN } else { cause };
         let [claim, paper, cause] = [claim, paper, cause].map(String::from);
-        self.0.push(Claim { claim, paper, here, holds, cause });
+        self.0.push(Claim { claim, paper, here, verdict: verdict.into(), cause });
     }
 
-    /// How many hold, those that do not with their causes, then the others.
+    /// How many hold, those that do not or were not reached with their causes, then the others.
     ///
     /// # Errors
     /// None: writing to a string does not fail.
     pub fn write(&self, out: &mut String) -> Result<()> {
-        let fails = || self.0.iter().filter(|claim| !claim.holds);
-        writeln!(out, "{} of the paper's {} claims hold.", self.0.len() - fails().count(), self.0.len())?;
-        if fails().count() > 0 {
-            writeln!(out, "\nWhat does not hold, and why:\n")?;
+        let holds = |claim: &&Claim| claim.verdict == Verdict::Holds;
+        let others = || self.0.iter().filter(|claim| !holds(claim));
+        writeln!(out, "{} of the paper's {} claims hold.", self.0.iter().filter(holds).count(), self.0.len())?;
+        if others().count() > 0 {
+            writeln!(out, "\nWhat does not hold or was not reached, and why:\n")?;
             writeln!(out, "| claim | paper | measured | verdict | cause |\n|---|---|---|---|---|")?;
-            for Claim { claim, paper, here, cause, .. } in fails() {
-                writeln!(out, "| {claim} | {paper} | {here} | **does not hold** | {cause} |")?;
+            for Claim { claim, paper, here, verdict, cause } in others() {
+                writeln!(out, "| {claim} | {paper} | {here} | {} | {cause} |", verdict.name())?;
             }
         }
         writeln!(out, "\nWhat holds:\n\n| claim | paper | measured | verdict |\n|---|---|---|---|")?;
-        for Claim { claim, paper, here, .. } in self.0.iter().filter(|claim| claim.holds) {
-            writeln!(out, "| {claim} | {paper} | {here} | holds |")?;
+        for Claim { claim, paper, here, verdict, .. } in self.0.iter().filter(holds) {
+            writeln!(out, "| {claim} | {paper} | {here} | {} |", verdict.name())?;
         }
         Ok(())
     }
@@ -170,8 +200,10 @@ mod tests {
         let (mut claims, mut out) = (Claims::default(), String::new());
         claims.add("a", "1", "2".into(), true, "c");
         claims.add("b", "3", "4".into(), false, "d");
+        claims.add("e", "5", "6".into(), Verdict::NotReached, "");
         claims.write(&mut out).unwrap();
-        assert!(out.starts_with("1 of the paper's 2 claims hold."));
+        assert!(out.starts_with("1 of the paper's 3 claims hold."));
         assert!(out.contains("| b | 3 | 4 | **does not hold** | d |") && out.contains("| a | 1 | 2 | holds |"));
+        assert!(out.contains("| e | 5 | 6 | **not reached** | not examined |"));
     }
 }

@@ -165,8 +165,13 @@ impl Stage {
     }
 
     /// A mesh on a ground plane.
-    fn outdoors(mesh: Mesh) -> Stage {
+    pub fn outdoors(mesh: Mesh) -> Stage {
         Stage::of(vec![Mesh::ground(4.0), mesh])
+    }
+
+    /// The same seen from a share of the distance, with a target of its own.
+    pub fn close_up(self, target: Vec3, share: f32) -> Stage {
+        Stage { eye: target + (self.eye - self.target) * share, target, ..self }
     }
 
     /// A mesh in a room of 4 x 4 x 2.4 with a window of 1.6 x 1.1 to the right of the camera.

@@ -322,6 +322,8 @@ pub fn truth(scene: &Scene, light: &Light, material: &Material) -> Result<Vec<f6
 pub enum How<'a> {
     /// All lights.
     Lights(&'a Lights),
+    /// All lights, whose BRDFs are evaluated one by one, as those of samples are.
+    OneByOne(&'a Lights),
     /// The lights in the order of what they may add, until the rest is below a share of the whole; of the rest so many
     /// random ones tell which share of it is seen.
     Sorted(&'a Lights, f32, usize),
@@ -366,7 +368,7 @@ pub struct Shader<'a> {
     pub rays: u64,
     sum: f64,
     /// The last estimate in colour.
-    rgb: [f64; 3],
+    pub rgb: [f64; 3],
 }
 
 /// Lights all points of a scene; `frame` seeds the random numbers. Times are of the processor.
@@ -399,7 +401,7 @@ pub fn coloured(
     colours: &[Light; 3],
 ) -> client::Result<(Vec<f64>, Vec<[f32; 3]>)> {
     let shade = |points: &[ShadingPoint]| {
-        let mut shader = Shader { colours: Some(colours), ..Default::default() };
+        let mut shader = Shader::coloured(colours);
         let each = |point: &ShadingPoint| {
             let value = shader.estimate(scene, point, &Bsdf::new(material, point), how, 0)?;
             Ok((value, shader.rgb.map(|c| c as f32)))
@@ -413,6 +415,13 @@ pub fn coloured(
     })?;
     all.extend(rest);
     Ok(all.into_iter().unzip())
+}
+
+impl<'a> Shader<'a> {
+    /// A shader that also answers colours: those of the light.
+    pub fn coloured(colours: &'a [Light; 3]) -> Shader<'a> {
+        Shader { colours: Some(colours), ..Default::default() }
+    }
 }
 
 impl Shader<'_> {
@@ -433,6 +442,12 @@ impl Shader<'_> {
         match *how {
             How::Lights(lights) => {
                 lights.contributions(bsdf, &mut self.contributions);
+                self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
+            }
+            How::OneByOne(lights) => {
+                self.contributions.clear();
+                let energy = |i: usize| lights.energy[i / LANES].to_array()[i % LANES];
+                self.contributions.extend((0..lights.count).map(|i| bsdf.eval_one(lights.each[i]).0 * energy(i)));
                 self.traced(scene, point, lights, |i| Ok(lights.each[i]))?;
             }
             How::Sorted(lights, threshold, few) => self.sorted(scene, point, bsdf, (lights, threshold, few), seed)?,

@@ -53,9 +53,9 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
     Ok(())
 }
 
-const TEXT: &str = "The teapot turns by 0.02 radians a frame. Flicker is the root mean squared second difference in time over the ground's
-pixels, divided by sqrt 6 and by the mean: the noise of a frame if noise is all there is. Random numbers change from frame to
-frame.
+const TEXT: &str = "The teapot turns by 0.02 radians a frame. Flicker is the second difference in time over the ground's pixels: its root
+mean square, divided by sqrt 6 and by the mean. If noise is all there is, that is the noise of a frame. Random numbers change
+from frame to frame.
 ";
 
 /// The pixels of a picture that show the ground.

@@ -20,7 +20,7 @@ use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::paper::Paper;
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
-use wis_ffi_tests::structured::{How, Lights, Picture, Source, coloured, picture};
+use wis_ffi_tests::structured::{How, Lights, Picture, Raster, Source, coloured, picture};
 
 /// Rows of the maps that are not lat-long to begin with: twice as many texels as Galileo's 1024 x 1024 probe.
 const ROWS: usize = 1024;
@@ -107,7 +107,7 @@ pub fn table(
     Ok(all)
 }
 
-/// A sheet of coloured pictures with their errors below, three in a row.
+/// A sheet of the reference and of coloured pictures with their errors below, four in a row; returns the values of each.
 pub fn compare(
     page: &mut Paper,
     file: &str,
@@ -115,26 +115,46 @@ pub fn compare(
     truth: &[f64],
     map: &Map,
     rows: &[(&str, How)],
-) -> Result<()> {
-    const COLUMNS: u32 = 3;
+) -> Result<Vec<Vec<f64>>> {
+    const COLUMNS: u32 = 4;
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-    let lines = (rows.len() as u32).div_ceil(COLUMNS);
+    let lines = (1 + rows.len() as u32).div_ceil(COLUMNS);
     let mut sheet = Sheet::new(COLUMNS, 2 * lines, mean);
-    for (i, (name, how)) in (0..).zip(rows) {
+    sheet.picture([0, 0], scene, &reference(scene, material, truth, map)?, "reference");
+    sheet.legend([0, 1], "error / mean", ["0", &format!("{:.0} %", 100.0 * WHITE)]);
+    let mut all = Vec::with_capacity(rows.len());
+    for (i, (name, how)) in (1..).zip(rows) {
         let (values, rgb) = coloured(scene, material, how, &map.colours)?;
         let errors: Vec<f64> = values.iter().zip(truth).map(|(v, t)| (v - t).abs() / mean / WHITE).collect();
         let squares = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
         let [column, line] = [i % COLUMNS, i / COLUMNS];
         sheet.picture([column, 2 * line], scene, &rgb, name);
         sheet.errors([column, 2 * line + 1], scene, &errors, &format!("error {:.3}", WHITE * squares.sqrt()));
+        all.push(values);
     }
     page.save(file, &sheet)?;
     let white = 100.0 * WHITE;
     writeln!(
         page.text,
-        "\nBelow each picture its error over the mean: black is 0, light yellow {white:.0} % and more."
+        "\nBelow each picture its error over the mean: black is 0, light yellow {white:.0} % and more. The numbers are over\n\
+         all pixels of the picture, those of the table over every few columns and rows. The reference\n\
+         takes its hue from MIS of {HUE} samples."
     )?;
-    Ok(())
+    Ok(all)
+}
+
+/// Samples that the hue of a reference is taken from.
+const HUE: usize = 300;
+
+/// The truth in the hue of a noisy picture.
+fn reference(scene: &Scene, material: &Material, truth: &[f64], map: &Map) -> Result<Vec<[f32; 3]>> {
+    let raster = Raster::new(&map.light);
+    let (values, rgb) = coloured(scene, material, &How::Mis(&raster, HUE), &map.colours)?;
+    let scaled = |((value, truth), rgb): ((f64, &f64), [f32; 3])| match value > 0.0 {
+        true => rgb.map(|c| c * (truth / value) as f32),
+        false => [*truth as f32; 3],
+    };
+    Ok(values.into_iter().zip(truth).zip(rgb).map(scaled).collect())
 }
 
 /// The points of a scene that show every `step`-th column and row, and their values.

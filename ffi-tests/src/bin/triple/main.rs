@@ -41,9 +41,11 @@ fn main() -> Result<()> {
     page.write("Triple product wavelet integrals", INTRODUCTION)
 }
 
-const INTRODUCTION: &str = "Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\", claim by claim: the integrals, their
-coefficients and the sublinear algorithm (`wis_triple_*`, `wis_tripling_coefficient`), and the product as something to sample
-(`wis_tree_multiply`). Written by `make triple` at {commit}. `make relight` relights the vertices of a mesh:
+const INTRODUCTION: &str =
+    "Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\", claim by claim. The calls:
+`wis_triple_*` and `wis_tripling_coefficient` for integrals, their coefficients and the sublinear algorithm, and
+`wis_tree_multiply` for the product as something to sample. Written by `make triple` at
+{commit}. `make relight` relights the vertices of a mesh:
 
 ![A frame of make relight](relight.png)
 ";

@@ -70,16 +70,20 @@ pub fn picture(
     Ok(pixels)
 }
 
-/// Panels of one size side by side, with names inside them: pictures of all pixels of a scene, or maps.
+/// Panels of one size side by side, with names: pictures of all pixels of a scene, or maps.
 pub struct Sheet {
     image: RgbImage,
     /// Pixels of a panel.
     panel: [u32; 2],
+    /// Pixels above a panel that its name takes; 0: the name stands inside.
+    strip: u32,
     mean: f64,
 }
 
 /// Letters are twice as large as those of the font.
 const LETTER: u32 = 16;
+/// From a line of letters to the next.
+const LINE: u32 = 20;
 
 impl Sheet {
     /// A sheet of so many columns and rows of pictures of scenes, for a mean luminance.
@@ -87,14 +91,32 @@ impl Sheet {
         Sheet::of_panels([columns, rows], [WIDTH, HEIGHT], mean)
     }
 
+    /// The same with two lines of letters above each panel, so that they cover nothing.
+    pub fn labelled(columns: u32, rows: u32, mean: f64) -> Sheet {
+        Sheet::of([columns, rows], [WIDTH, HEIGHT], 2 * LINE + 4, mean)
+    }
+
     /// A sheet of so many columns and rows of panels of a size.
-    pub fn of_panels([columns, rows]: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
-        let size = [columns * (panel[0] + GAP) - GAP, rows * (panel[1] + GAP) - GAP];
-        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, mean }
+    pub fn of_panels(count: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
+        Sheet::of(count, panel, 0, mean)
+    }
+
+    fn of([columns, rows]: [u32; 2], panel: [u32; 2], strip: u32, mean: f64) -> Sheet {
+        let size = [columns * (panel[0] + GAP) - GAP, rows * (panel[1] + strip + GAP) - GAP];
+        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, strip, mean }
     }
 
     fn corner(&self, at: [u32; 2]) -> [u32; 2] {
-        [at[0] * (self.panel[0] + GAP), at[1] * (self.panel[1] + GAP)]
+        [at[0] * (self.panel[0] + GAP), at[1] * (self.panel[1] + self.strip + GAP) + self.strip]
+    }
+
+    /// Writes the name of a panel, which may have two lines.
+    fn label(&mut self, at: [u32; 2], name: &str) {
+        let [x, y] = self.corner(at);
+        let top = if self.strip > 0 { y - self.strip + 2 } else { y + 8 };
+        for (line, text) in (0..).zip(name.lines()) {
+            self.text([x + 8, top + line * LINE], text);
+        }
     }
 
     /// Fills a panel by the place of its pixels in [0, 1), with colours from 0 to 1.
@@ -105,7 +127,7 @@ impl Sheet {
             let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
             self.image.put_pixel(corner[0] + x, corner[1] + y, Rgb(colour(place).map(byte)));
         }
-        self.text([corner[0] + 8, corner[1] + 8], name);
+        self.label(at, name);
     }
 
     /// Draws a dot of a colour at a place in [0, 1) of a panel.
@@ -142,7 +164,7 @@ impl Sheet {
             let byte = |c: f64| ((c * 31.0).round() * 255.0 / 31.0) as u8;
             self.image.put_pixel(origin[0] + point.pixel[0], origin[1] + point.pixel[1], Rgb(colour.map(byte)));
         }
-        self.text([origin[0] + 8, origin[1] + 8], name);
+        self.label(at, name);
     }
 
     /// Draws the colours of errors from 0 to 1, with the names of both ends and a line of text above.
@@ -163,7 +185,7 @@ impl Sheet {
     fn text(&mut self, at: [u32; 2], text: &str) {
         for (i, letter) in (0..).zip(text.chars()) {
             let rows = BASIC_FONTS.get(letter).unwrap_or_default();
-            let places = (0..LETTER + 4).flat_map(|y| (0..LETTER).map(move |x| [x, y]));
+            let places = (0..LINE).flat_map(|y| (0..LETTER).map(move |x| [x, y]));
             for [x, y] in places {
                 let row = (y.wrapping_sub(2) / 2) as usize;
                 let is_set = rows.get(row).is_some_and(|row| row >> (x / 2) & 1 == 1);

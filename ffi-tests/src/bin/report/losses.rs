@@ -55,7 +55,7 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
                  rays are picked from one pool with 4 such candidates for each. comp.: the candidates come from the compensated \
                  light, which is what the light has above its mean.";
     let note = "Variances in reasons are those for equal numbers of rays. Without shadows: the error of the choice of directions \
-                alone. Visible: the light that reaches the points over what would without blockers. Candidates of wis are counted.";
+                alone. Visible: the light that reaches the points over what would without blockers. Candidates of wis are counted. Gains in brackets are those of the call over the same peers.";
     parts.extend([Part::Table(table), Part::Text(names.into()), Part::Text(note.into())]);
     parts
 }
@@ -158,7 +158,7 @@ impl Loss {
             Some(target) if target >= TELLS => Cause::Values(target),
             Some(target) => Cause::Places(target),
             None if self.candidates == 0.0 => Cause::Product,
-            None if candidates(self.peers[0]) as f64 > self.candidates => Cause::Candidates,
+            None if candidates(self.peers[0]) as f64 > TELLS * self.candidates => Cause::Candidates,
             None => Cause::Variance,
         }
     }
@@ -215,8 +215,8 @@ impl Loss {
             },
         };
         match self.other {
-            Some((gain, call)) if gain >= 1.0 => format!("{call}: {}", times(gain)),
-            Some((gain, call)) if gain >= TELLS * self.gain => format!("{call}: {}; {own}", times(gain)),
+            Some((gain, call)) if gain >= 1.0 => format!("{call} ({})", times(gain)),
+            Some((gain, call)) if gain >= TELLS * self.gain => format!("{call} ({}); {own}", times(gain)),
             _ => own,
         }
     }

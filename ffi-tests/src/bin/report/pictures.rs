@@ -145,3 +145,24 @@ fn picture(scene: &Scene, map: &str, bench: &Bench) -> Result<Vec<Part>> {
     let file = file_name(&format!("{}-{}.png", scene.name, light.name));
     Ok(vec![Part::Picture(file, sheet.png()?, caption), Part::Text(verdict)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two of four pixels are dark: the library's errors there are all that makes it worse.
+    #[test]
+    fn a_larger_error_is_told_with_and_without_dark_pixels() {
+        let panel = |name: &str, dark: f64, lit: f64| {
+            let errors = vec![dark, lit, lit, dark];
+            Panel { name: name.into(), errors: [vec![0.0; 4], errors] }
+        };
+        let (own, peer) = (panel("direct", 0.9, 0.1), panel("MIS balance", 0.2, 0.2));
+        let text = verdict(&own, &[peer], &[0.0, 1.0, 1.0, 0.04]);
+        assert!(text.contains("larger relative error than MIS balance: 0.500 against 0.200"), "{text}");
+        assert!(text.contains("50.0 % of all and hold 90 % of its error"), "{text}");
+        assert!(text.contains("Without them it is 0.100 against 0.200"), "{text}");
+        let better = panel("direct", 0.1, 0.1);
+        assert!(verdict(&better, &[panel("MIS balance", 0.2, 0.2)], &[1.0; 4]).contains("least error"));
+    }
+}

@@ -247,3 +247,20 @@ fn short(x: f64) -> String {
     let text = format!("{x:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_border_has_what_nothing_faster_beats() {
+        let points = vec![(3.0, 2.0), (1.0, 4.0), (2.0, 5.0), (4.0, 1.0), (5.0, 1.5)];
+        assert_eq!(border(points), [(1.0, 4.0), (3.0, 2.0), (4.0, 1.0)]);
+    }
+
+    #[test]
+    fn ticks_are_few() {
+        assert_eq!(ticks(0.9, 6.0), [1.0, 2.0, 5.0]);
+        assert_eq!(ticks(0.9, 600.0), [1.0, 10.0, 100.0]);
+    }
+}

@@ -11,6 +11,8 @@ use wis_ffi_tests::peers::Peer;
 const ROWS: usize = 12;
 /// A change that counts: the intervals of smaller ones often hold 1.
 const TELLS: f64 = 1.2;
+/// A call with a smaller gain is no advice.
+const POOR: f64 = 0.25;
 /// Other ways to use the library, and how they are called.
 const CALLS: [(&str, &str); 4] = [
     ("direct", "`wis_direct` without `u`"),
@@ -54,8 +56,10 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
     let names = "Names of peers. RIS32: each ray is resampled from 32 candidates, half of the light and half of the BRDF. P(4): all \
                  rays are picked from one pool with 4 such candidates for each. comp.: the candidates come from the compensated \
                  light, which is what the light has above its mean.";
-    let note = "Variances in reasons are those for equal numbers of rays. Without shadows: the error of the choice of directions \
-                alone. Visible: the light that reaches the points over what would without blockers. Candidates of wis are counted. Gains in brackets are those of the call over the same peers.";
+    let note = "Variances in reasons are those for equal numbers of rays. Without shadows: the absolute error of the choice of \
+                directions alone. Visible light: that which reaches the points over what would without blockers. \
+                Candidates of wis are counted. \
+                Gains in brackets are those of the call over the same peers.";
     parts.extend([Part::Table(table), Part::Text(names.into()), Part::Text(note.into())]);
     parts
 }
@@ -95,6 +99,8 @@ struct Loss {
 
 /// What explains most of a loss.
 enum Cause {
+    /// It is small.
+    Level,
     /// Its variance is lower.
     Time,
     /// Only with shadows its variance is higher.
@@ -130,20 +136,22 @@ impl Loss {
             let gains = best.iter().filter_map(|(cell, peer, _)| over(cell, method, peer, count, scale));
             (method != ours).then(|| (geometric_mean(gains.map(|gain| gain[0])), call))
         };
+        let gain = geometric_mean(best.iter().map(|b| b.2));
+        let us = [
+            geometric_mean(best.iter().filter_map(|(cell, ..)| ns(cell, ours))) / 1e3,
+            geometric_mean(best.iter().filter_map(|(cell, peer, _)| ns(cell, peer))) / 1e3,
+        ];
         let target = ratio(&|cell, _| variance(cell, ours), &|cell| variance(cell, "direct, target"));
         let mean = |of: &dyn Fn(&Cell) -> f64| cells.iter().map(|cell| of(cell)).sum::<f64>() / cells.len() as f64;
         let drawn = |cell: &Cell| cell.candidates.iter().find(|of| of.0 == count).map_or(0.0, |of| of.1);
         Loss {
             count,
             scale,
-            gain: geometric_mean(best.iter().map(|b| b.2)),
+            gain,
             peers: most_often(best.iter().map(|b| b.1.as_str())),
-            variance: ratio(&variance, &|cell| variance(cell, ours)),
+            variance: gain * us[0] / us[1],
             unshadowed: ratio(&unshadowed, &|cell| unshadowed(cell, ours)),
-            us: [
-                geometric_mean(best.iter().filter_map(|(cell, ..)| ns(cell, ours))) / 1e3,
-                geometric_mean(best.iter().filter_map(|(cell, peer, _)| ns(cell, peer))) / 1e3,
-            ],
+            us,
             other: CALLS.iter().filter_map(with).filter(|o| o.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0)),
             target: target.is_finite().then_some(target),
             visible: mean(&|cell| cell.visible),
@@ -153,6 +161,7 @@ impl Loss {
 
     fn cause(&self) -> Cause {
         match self.target {
+            _ if self.gain >= 1.0 / TELLS => Cause::Level,
             _ if self.variance >= 1.0 => Cause::Time,
             _ if self.unshadowed >= 1.0 => Cause::Blocked,
             Some(target) if target >= TELLS => Cause::Values(target),
@@ -170,25 +179,27 @@ impl Loss {
         let peers = candidates(self.peers[0]);
         let time = format!("wis takes {own:.1} us, the peer {theirs:.1} us");
         let reason = match self.cause() {
+            Cause::Level => return format!("Nearly level: {time}."),
             Cause::Time => return format!("Time: {time}. Variance is {} lower.", times(self.variance)),
             Cause::Blocked => format!(
-                "Blocked light: {:.0} % is visible. Variance is {higher} higher, but {} lower without shadows.",
-                100.0 * self.visible,
-                times(self.unshadowed)
+                "Blocked light: variance is {higher} higher, but {} lower without shadows. {:.0} % of the light is visible.",
+                times(self.unshadowed),
+                100.0 * self.visible
             ),
             Cause::Values(target) => format!(
                 "Values of the fitted lobes: variance is {higher} higher. `target`, the BRDF itself, makes it {} lower.",
                 times(target)
             ),
             Cause::Places(target) => format!(
-                "Candidates of the fitted lobes: wis weighs {:.0} a ray, the peer {peers} of the BRDF itself. Variance is {higher} higher; `target` \
-                 changes it by {} only.",
+                "Candidates of the fitted lobes: wis weighs {:.0} a ray, the peer {peers} of the BRDF itself. Variance is {higher} higher; \
+                 `target` changes it by {} only.",
                 self.candidates,
                 times(target)
             ),
             Cause::Product => {
                 format!(
-                    "Samples of a product: variance is {higher} higher, {without} without shadows. The peer weighs {peers} candidates a ray."
+                    "Samples of a product: variance is {higher} higher, {without} without shadows. The peer weighs {peers} candidates \
+                     a ray."
                 )
             }
             Cause::Candidates => format!(
@@ -204,19 +215,20 @@ impl Loss {
     fn advice(&self) -> String {
         let peer = self.peers[0];
         let own = match self.cause() {
+            Cause::Level => "no change".into(),
             Cause::Time if self.scale.model == 0 && self.candidates > 4.0 => {
                 "`candidates_per_ray` = 4, as [gallery.md](gallery.md) does".into()
             }
             Cause::Time => format!("{}, which takes {:.1} us", peer.name(), self.us[1]),
             Cause::Blocked => format!("a visibility cache (`visibility` of the point); without one {}", peer.name()),
             _ => match candidates(peer) {
-                1 => format!("{}, which draws from the BRDF itself", peer.name()),
+                1 => format!("{}, which takes {:.1} us", peer.name(), self.us[1]),
                 n => format!("resample {n} candidates of your own a ray with `wis_pool_pick`"),
             },
         };
         match self.other {
             Some((gain, call)) if gain >= 1.0 => format!("{call} ({})", times(gain)),
-            Some((gain, call)) if gain >= TELLS * self.gain => format!("{call} ({}); {own}", times(gain)),
+            Some((gain, call)) if gain >= POOR.max(TELLS * self.gain) => format!("{call} ({}); {own}", times(gain)),
             _ => own,
         }
     }

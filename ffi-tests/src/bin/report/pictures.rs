@@ -69,22 +69,27 @@ fn verdict(own: &Panel, peers: &[Panel], visible: &[f64]) -> String {
     let (all, dark) = (|_: usize| true, |i: usize| visible[i] < DARK);
     let share = visible.iter().filter(|v| **v < DARK).count() as f64 / visible.len() as f64;
     let mut sentences = Vec::new();
-    for (metric, peer) in (0..2).flat_map(|metric| peers.iter().map(move |peer| (metric, peer))) {
-        let [ours, theirs] = [own, peer].map(|panel| panel.mean(metric, &all));
-        if ours <= theirs {
+    for (metric, (word, _)) in METRICS.iter().enumerate() {
+        let ours = own.mean(metric, &all);
+        let better: Vec<&Panel> = peers.iter().filter(|peer| peer.mean(metric, &all) < ours).collect();
+        if better.is_empty() {
             continue;
         }
-        let held = share * own.mean(metric, &dark) / ours;
-        let [lit, lit_theirs] = [own, peer].map(|panel| panel.mean(metric, &|i| !dark(i)));
+        let list = |kept: &dyn Fn(usize) -> bool| {
+            let each = better.iter().map(|peer| format!("{:.3} ({})", peer.mean(metric, kept), peer.name));
+            each.collect::<Vec<_>>().join(" and ")
+        };
+        let (held, lit) = (share * own.mean(metric, &dark) / ours, |i: usize| !dark(i));
         sentences.push(format!(
-            "**{} has the larger {} error than {}: {ours:.3} against {theirs:.3}.** Pixels with less than {:.0} % visible light are {:.1} % of \
-             all and hold {:.0} % of its error. Without them it is {lit:.3} against {lit_theirs:.3}.",
+            "**{} has the larger {word} error: {ours:.3} against {}.** Pixels with less than {:.0} % visible light are {:.1} % of all and \
+             hold {:.0} % of its error. Without them it is {:.3} against {}.",
             own.name,
-            METRICS[metric].0,
-            peer.name,
+            list(&all),
             100.0 * DARK,
             100.0 * share,
-            100.0 * held
+            if share > 0.0 { 100.0 * held } else { 0.0 },
+            own.mean(metric, &lit),
+            list(&lit)
         ));
     }
     if sentences.is_empty() {
@@ -159,7 +164,7 @@ mod tests {
         };
         let (own, peer) = (panel("direct", 0.9, 0.1), panel("MIS balance", 0.2, 0.2));
         let text = verdict(&own, &[peer], &[0.0, 1.0, 1.0, 0.04]);
-        assert!(text.contains("larger relative error than MIS balance: 0.500 against 0.200"), "{text}");
+        assert!(text.contains("larger relative error: 0.500 against 0.200 (MIS balance)"), "{text}");
         assert!(text.contains("50.0 % of all and hold 90 % of its error"), "{text}");
         assert!(text.contains("Without them it is 0.100 against 0.200"), "{text}");
         let better = panel("direct", 0.1, 0.1);

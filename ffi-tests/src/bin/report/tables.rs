@@ -164,8 +164,8 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
         format!("{} of {}", gains.iter().filter(|gain| **gain > 1.0).count(), gains.len())
     };
     let verdict = format!(
-        "**At equal time wis has less variance than MIS in {} numbers of this table, than compensated MIS in {}, and than the best \
-         of {} peers in {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
+        "**At equal time wis has less variance than MIS in {} numbers of this table. Against compensated MIS that holds for {}, and \
+         against the best of {} peers for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
         ahead(3..5),
         ahead(5..7),
         EXTENDED.each.len(),

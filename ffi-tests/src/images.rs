@@ -75,13 +75,15 @@ pub struct Sheet {
     image: RgbImage,
     /// Pixels of a panel.
     panel: [u32; 2],
+    /// Pixels above a panel that its name takes.
+    strip: u32,
     mean: f64,
 }
 
 /// Letters are twice as large as those of the font.
 const LETTER: u32 = 16;
-/// Pixels above a panel for its name, which would hide what is drawn if it stood inside.
-const NAME: u32 = LETTER + 8;
+/// From a line of letters to the next: names stand above panels, since they would hide what is drawn inside.
+const LINE: u32 = LETTER + 4;
 
 impl Sheet {
     /// A sheet of so many columns and rows of pictures of scenes, for a mean luminance.
@@ -89,21 +91,33 @@ impl Sheet {
         Sheet::of_panels([columns, rows], [WIDTH, HEIGHT], mean)
     }
 
+    /// The same with two lines of letters above each panel.
+    pub fn labelled(columns: u32, rows: u32, mean: f64) -> Sheet {
+        Sheet::of([columns, rows], [WIDTH, HEIGHT], 2 * LINE + 4, mean)
+    }
+
     /// A sheet of so many columns and rows of panels of a size.
-    pub fn of_panels([columns, rows]: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
-        let size = [columns * (panel[0] + GAP) - GAP, rows * (NAME + panel[1] + GAP) - GAP];
-        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, mean }
+    pub fn of_panels(count: [u32; 2], panel: [u32; 2], mean: f64) -> Sheet {
+        Sheet::of(count, panel, LINE + 4, mean)
+    }
+
+    fn of([columns, rows]: [u32; 2], panel: [u32; 2], strip: u32, mean: f64) -> Sheet {
+        let size = [columns * (panel[0] + GAP) - GAP, rows * (panel[1] + strip + GAP) - GAP];
+        Sheet { image: RgbImage::from_pixel(size[0], size[1], Rgb([255; 3])), panel, strip, mean }
     }
 
     /// Where the picture of a panel begins, below its name.
     fn corner(&self, at: [u32; 2]) -> [u32; 2] {
-        [at[0] * (self.panel[0] + GAP), at[1] * (NAME + self.panel[1] + GAP) + NAME]
+        [at[0] * (self.panel[0] + GAP), at[1] * (self.panel[1] + self.strip + GAP) + self.strip]
     }
 
-    /// Writes the name of a panel above it.
-    fn name(&mut self, at: [u32; 2], name: &str) {
+    /// Writes the name of a panel, which may have two lines.
+    fn label(&mut self, at: [u32; 2], name: &str) {
         let [x, y] = self.corner(at);
-        self.text([x + 4, y + 2 - NAME], name);
+        let top = y - self.strip + 2;
+        for (line, text) in (0..).zip(name.lines()) {
+            self.text([x + 4, top + line * LINE], text);
+        }
     }
 
     /// Fills a panel by the place of its pixels in [0, 1), with colours from 0 to 1.
@@ -114,7 +128,7 @@ impl Sheet {
             let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
             self.image.put_pixel(corner[0] + x, corner[1] + y, Rgb(colour(place).map(byte)));
         }
-        self.name(at, name);
+        self.label(at, name);
     }
 
     /// Draws a dot of a colour at a place in [0, 1) of a panel.
@@ -151,7 +165,7 @@ impl Sheet {
             let byte = |c: f64| ((c * 31.0).round() * 255.0 / 31.0) as u8;
             self.image.put_pixel(origin[0] + point.pixel[0], origin[1] + point.pixel[1], Rgb(colour.map(byte)));
         }
-        self.name(at, name);
+        self.label(at, name);
     }
 
     /// Draws the colours of errors from 0 to 1, with the names of both ends and a line of text above.
@@ -172,7 +186,7 @@ impl Sheet {
     fn text(&mut self, at: [u32; 2], text: &str) {
         for (i, letter) in (0..).zip(text.chars()) {
             let rows = BASIC_FONTS.get(letter).unwrap_or_default();
-            let places = (0..LETTER + 4).flat_map(|y| (0..LETTER).map(move |x| [x, y]));
+            let places = (0..LINE).flat_map(|y| (0..LETTER).map(move |x| [x, y]));
             for [x, y] in places {
                 let row = (y.wrapping_sub(2) / 2) as usize;
                 let is_set = rows.get(row).is_some_and(|row| row >> (x / 2) & 1 == 1);

@@ -108,7 +108,7 @@ impl Library {
                 let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
                     setting.cost.evaluate(wi.len());
                     for (wi, f_cos) in wi.iter().zip(f_cos) {
-                        *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
+                        *f_cos = bsdf.value_one(Vec3::from_array(*wi));
                     }
                     true
                 };

@@ -162,7 +162,7 @@ impl Material {
         let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
             cost.evaluate(wi.len());
             for (wi, f_cos) in wi.iter().zip(f_cos) {
-                *f_cos = bsdf.eval_one(Vec3::from_array(*wi)).0;
+                *f_cos = bsdf.value_one(Vec3::from_array(*wi));
             }
             true
         };
@@ -268,12 +268,22 @@ impl Bsdf {
     /// BRDF x cosine, and the pdf of `sample`, for one direction.
     pub fn eval_one(&self, wi: Vec3) -> (f32, f32) {
         if let Some(measured) = self.measured {
-            let axis = |v: V8| Vec3::new(v.x.as_array_ref()[0], v.y.as_array_ref()[0], v.z.as_array_ref()[0]).dot(wi);
-            let local = Vec3::new(axis(self.tangent), axis(self.bitangent), axis(self.normal));
-            return self.eval_measured(measured, local);
+            return self.eval_measured(measured, self.local(wi));
         }
         let (value, pdf) = self.eval(V8::splat(wi), 1);
         (value.as_array_ref()[0], pdf.as_array_ref()[0])
+    }
+
+    /// BRDF x cosine for one direction, without the pdf: a measured BRDF takes as long for either.
+    pub fn value_one(&self, wi: Vec3) -> f32 {
+        let Some(measured) = self.measured else { return self.eval_one(wi).0 };
+        measured.eval(self.wo.as_dvec3().normalize(), self.local(wi).as_dvec3().normalize()) as f32
+    }
+
+    /// A direction in the frame of the surface.
+    fn local(&self, wi: Vec3) -> Vec3 {
+        let axis = |v: V8| Vec3::new(v.x.as_array_ref()[0], v.y.as_array_ref()[0], v.z.as_array_ref()[0]).dot(wi);
+        Vec3::new(axis(self.tangent), axis(self.bitangent), axis(self.normal))
     }
 
     /// A direction by its pdf, for one point.
@@ -332,7 +342,8 @@ impl Bsdf {
 
     fn eval_measured(&self, measured: &dyn Reflectance, wi: Vec3) -> (f32, f32) {
         let (wo, wi) = (self.wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
-        (measured.eval(wo, wi) as f32, measured.pdf(wo, wi) as f32)
+        let (value, pdf) = measured.eval_pdf(wo, wi);
+        (value as f32, pdf as f32)
     }
 
     /// GGX x Smith x Schlick x cosine, and the pdf by visible normals, for directions above the horizon.

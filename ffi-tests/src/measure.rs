@@ -1,6 +1,6 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
-use crate::client::{self, Block, Density};
+use crate::client::{self, Block, Density, raw};
 use crate::cost::Cost;
 use crate::environment::{self, Light};
 use crate::estimator::{Estimator, Pick, Setting};
@@ -21,6 +21,9 @@ use std::ops::Range;
 pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
 /// Regions with fewer pixels are marked.
 pub const FEW: usize = 50;
+/// From so many rays on, and from this half-angle of all lobes on, wis_direct draws from a product, as wis.h says.
+const SEVERAL: usize = 4;
+const WIDE: f32 = 0.25;
 /// Batches whose cost for a sample is measured.
 pub const BATCHES: [usize; 4] = [1, 4, 16, 64];
 
@@ -49,6 +52,10 @@ pub struct Cell {
     pub reference: (usize, f64),
     /// The largest f L cos / (p I) of the product on a grid of directions, over some points (rule 33).
     pub max_weight: f64,
+    /// The share of the light that visibility leaves, over the image.
+    pub visible: f64,
+    /// Candidates that wis_direct weighs for a ray, by the number of rays.
+    pub candidates: Vec<(usize, f64)>,
     pub rows: Vec<Row>,
 }
 
@@ -96,6 +103,7 @@ pub fn measure(study: &str, scene: &Scene, setting: &Setting, reference: &Refere
     let truth = Truth::new(reference, scene.hits);
     let methods = Method::all().filter(|m| effort.methods.contains(&m.name()));
     let rows = rows(scene, setting, &truth, methods, effort)?;
+    let weighed = |&rays: &usize| Ok((rays, candidates(scene, setting, rays)?));
     Ok(Cell {
         study: study.into(),
         scene: scene.name.clone(),
@@ -104,6 +112,8 @@ pub fn measure(study: &str, scene: &Scene, setting: &Setting, reference: &Refere
         pixels: [0, 1, 2, 3].map(|region| truth.members(region).count()),
         reference: (reference.samples, reference.disagreement()),
         max_weight: max_weight(scene, setting)?,
+        visible: truth.means[0] / truth.means[1],
+        candidates: effort.counts.iter().map(weighed).collect::<client::Result<_>>()?,
         rows,
     })
 }
@@ -259,7 +269,7 @@ fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
         let at = setting.material.point(point, &material);
         let product = Light::product(setting.tables, &sampler, &at, &mut memory)?;
         let bsdf = Bsdf::new(setting.material, point);
-        let lit = |wi: &Vec3| (wi.to_array(), f64::from(bsdf.eval_one(*wi).0 * setting.light.radiance(*wi)));
+        let lit = |wi: &Vec3| (wi.to_array(), f64::from(bsdf.value_one(*wi) * setting.light.radiance(*wi)));
         let (wi, reflected): (Vec<_>, Vec<_>) = grid.iter().map(lit).filter(|v| v.1 > 0.0).unzip();
         let integral = reflected.iter().sum::<f64>() * 4.0 * std::f64::consts::PI / grid.len() as f64;
         let mut pdf = vec![0.0; wi.len()];
@@ -268,4 +278,30 @@ fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
         largest = weights.fold(largest, f64::max);
     }
     Ok(largest)
+}
+
+/// How many candidates wis_direct weighs for a ray, over up to 64 points; 0 where rays are samples of a product. A target counts them.
+fn candidates(scene: &Scene, setting: &Setting, rays: usize) -> client::Result<f64> {
+    const POINTS: usize = 64;
+    let lobes = setting.material.lobes();
+    let is_wide = |lobe: &raw::wis_lobe| lobe.kind == raw::WIS_LOBE_LAMBERT || lobe.a >= WIDE;
+    if rays >= SEVERAL && lobes.iter().all(is_wide) {
+        return Ok(0.0);
+    }
+    let (mut sampler, material) =
+        (environment::Sampler::new(rays, setting.candidates, 1)?, environment::material(&lobes)?);
+    let (mut weighed, mut points, mut ray) = (0, 0, vec![raw::wis_ray::default(); rays]);
+    for point in scene.points.iter().step_by(scene.points.len().div_ceil(POINTS)) {
+        let (bsdf, mut at) = (Bsdf::new(setting.material, point), setting.material.point(point, &material));
+        at.seed = client::pixel_seed(point.pixel, 0);
+        let mut target = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+            weighed += wi.len();
+            let each = wi.iter().zip(f_cos);
+            each.for_each(|(wi, f_cos)| *f_cos = bsdf.value_one(Vec3::from_array(*wi)));
+            true
+        };
+        sampler.direct_by(setting.tables, &at, &mut target, &mut ray)?;
+        points += 1;
+    }
+    Ok(weighed as f64 / (points * rays) as f64)
 }

@@ -19,6 +19,10 @@ pub trait Reflectance: Debug + Sync {
     fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3;
     /// The pdf of [`Reflectance::sample`].
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64;
+    /// [`Reflectance::eval`] and [`Reflectance::pdf`].
+    fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (f64, f64) {
+        (self.eval(wo, wi), self.pdf(wo, wi))
+    }
 }
 
 impl Reflectance for Measured {
@@ -40,6 +44,10 @@ impl Reflectance for Measured {
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         Measured::pdf(self, wo, wi)
+    }
+
+    fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (f64, f64) {
+        Measured::eval_pdf(self, wo, wi)
     }
 }
 

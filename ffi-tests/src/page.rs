@@ -146,7 +146,7 @@ impl Page {
 impl Part {
     fn html(&self, out: &mut String) -> std::fmt::Result {
         match self {
-            Part::Heading(text) => writeln!(out, "<h2>{}</h2>", inline(text)),
+            Part::Heading(text) => writeln!(out, "<h2 id=\"{}\">{}</h2>", anchor(text), inline(text)),
             Part::Text(text) => writeln!(out, "<p>{}</p>", inline(text)),
             Part::List(items) => {
                 writeln!(out, "<ul>")?;
@@ -198,6 +198,12 @@ fn tint(cell: &str) -> String {
     let strength = (gain.log2().abs() * 0.16).min(0.5);
     let colour = if gain >= 1.0 { "30,110,200" } else { "210,50,30" };
     format!(" style=\"background:rgba({colour},{strength:.2})\"")
+}
+
+/// The name of a heading in links: that which Markdown gives it.
+fn anchor(heading: &str) -> String {
+    let kept = |c: char| c.is_alphanumeric() || " -_".contains(c);
+    heading.to_lowercase().chars().filter(|&c| kept(c)).map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
 fn escaped(text: &str) -> String {
@@ -260,6 +266,7 @@ mod tests {
     #[test]
     fn marks_become_tags_and_gains_a_colour() {
         assert_eq!(inline("a < `b` **c** [d](e.md)"), "a &lt; <code>b</code> <b>c</b> <a href=\"e.md\">d</a>");
+        assert_eq!(anchor("Ahead, undecided, behind"), "ahead-undecided-behind");
         assert!(tint("2.0x").contains("30,110,200") && tint("0.50x [0.4, 0.6]").contains("210,50,30"));
         assert!(tint("2.0").is_empty() && tint("venice").is_empty());
         assert_eq!([times(0.256), times(12.34), times(f64::NAN)], ["0.26x", "12.3x", "-"]);

@@ -128,6 +128,19 @@ impl Measured {
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
         let Some((theta, at, _)) = half(wi, wo) else { return 0.0 };
         let (sample, _) = self.vndf.invert(theta, at);
+        self.reflected(wi, theta, at, sample)
+    }
+
+    /// [`Measured::eval`] and [`Measured::pdf`], whose half vector and place in the square are the same.
+    pub fn eval_pdf(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
+        let Some((theta, at, m)) = half(wi, wo) else { return (0.0, 0.0) };
+        let (sample, visible) = self.vndf.invert(theta, at);
+        let pdf = self.luminance.density(theta, sample) * visible / stretch(at, elevation(m), m.dot(wi));
+        (self.reflected(wi, theta, at, sample), pdf)
+    }
+
+    /// The value for a half vector at a place of the square, and at `sample` of that of visible normals.
+    fn reflected(&self, wi: DVec3, theta: f64, at: [f64; 2], sample: [f64; 2]) -> f64 {
         let value = self.value.eval(theta, sample).max(0.0);
         if !self.jacobian {
             return value;
@@ -234,6 +247,7 @@ mod tests {
                     let flat = dvec3(radius * (TAU * u[1]).cos(), radius * (TAU * u[1]).sin(), u[0]);
                     uniform += material.eval(wi, flat) * TAU;
                     density += material.pdf(wi, flat) * TAU;
+                    assert_eq!(material.eval_pdf(wi, flat), (material.eval(wi, flat), material.pdf(wi, flat)));
                 }
                 let count = u.len() as f64;
                 let [albedo, uniform, above, density] = [albedo, uniform, above, density].map(|sum| sum / count);

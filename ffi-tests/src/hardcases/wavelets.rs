@@ -7,10 +7,13 @@ use super::quadrature::Peak;
 use super::scenes::{IDLE, NORMAL, sun};
 use crate::client::{self, Preparation, Product, raw};
 
+/// Limits of a row under one light.
+type Bounds = (f64, Weights, f64);
+
 /// Alphas, view, and the limits under a smooth sky and under a sun: of the stated integral, of weights, and of the fault of the
 /// mean that may be missed. Rule 33 of docs/design.md bounds weights for half-angles from 0.1 on here. For narrower lobes the share
 /// of the integral that comes with large weights is bounded: the figures when the row was written, and a quarter of them at least.
-const ROWS: [([f64; 2], f64, [(f64, Weights, f64); 2]); 7] = [
+const ROWS: [([f64; 2], f64, [Bounds; 2]); 7] = [
     ([1.0, 1.0], 45.0, [(0.05, MOST, 0.02), (0.01, MOST, 0.02)]),
     ([0.1, 0.1], 45.0, [(0.02, MOST, 0.02), (0.25, MOST, 0.02)]),
     ([0.1, 0.1], 85.0, [(0.04, MOST, 0.02), (0.25, MOST, 0.02)]),

@@ -78,11 +78,16 @@ pub fn over(cell: &Cell, ours: &str, theirs: &str, count: usize, scale: Scale) -
     comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs(ours, None, scale)))
 }
 
-/// The peer of a list with the smallest variance x time on the even repeats, and the gain over it on the odd ones.
-pub fn over_best(cell: &Cell, ours: &str, list: &Peers, count: usize, scale: Scale) -> Option<(String, [f64; 3])> {
+/// The peer of a list with the smallest variance x time on the even repeats.
+pub fn best(cell: &Cell, list: &Peers, count: usize, scale: Scale) -> Option<String> {
     let cost = |name: &String| Some(costs(row(cell, name, count)?, Some(0), scale).iter().sum::<f64>());
     let measured = list.each.iter().map(|peer| peer.name()).filter_map(|name| Some((cost(&name)?, name)));
-    let (_, best) = measured.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    measured.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
+}
+
+/// That peer, and the gain over it on the odd repeats.
+pub fn over_best(cell: &Cell, ours: &str, list: &Peers, count: usize, scale: Scale) -> Option<(String, [f64; 3])> {
+    let best = best(cell, list, count, scale)?;
     let [theirs, own] = [row(cell, &best, count)?, row(cell, ours, count)?];
     Some((best, comparable(bootstrap_ratio(&costs(theirs, Some(1), scale), &costs(own, Some(1), scale)))?))
 }

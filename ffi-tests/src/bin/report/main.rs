@@ -3,12 +3,14 @@
 
 mod gains;
 mod goals;
+mod losses;
 mod pictures;
 mod plots;
 #[path = "../light/speed.rs"]
 mod speed;
 mod studies;
 mod tables;
+mod tuned;
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;

@@ -42,7 +42,7 @@ pub const MEASURED: &str = "measured BRDFs";
 /// The unclipped sun of the project's own.
 pub const SUN: &str = "unclipped sun";
 
-/// Maps of the studies, if they are there: the first two were used for tuning, the others were not.
+/// Maps of the studies, if they are there. Which of them were used for tuning: `products::DEVELOPER`.
 const MAPS: [&str; 7] = [
     "st_fagans_interior_1k.hdr",
     "rooitou_park_1k.hdr",

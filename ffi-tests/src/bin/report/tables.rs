@@ -3,7 +3,7 @@
 use crate::gains::{self, Against, METRICS, Scale, geometric_mean, over, over_best};
 use crate::goals::{self, Measured};
 use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED};
-use crate::{Run, plots};
+use crate::{Run, losses, plots, tuned};
 use anyhow::Result;
 use std::collections::HashMap;
 use wis_ffi_tests::cost::MODELS;
@@ -66,20 +66,20 @@ const RIVALS: [Against; 3] =
 ///
 /// # Errors
 /// Those of drawing and writing.
-pub fn page(run: &Run, cells: &[Cell], measured: &Measured, mut pictures: Vec<Part>) -> Result<Page> {
-    // One picture is enough for the short form: each takes a megabyte.
-    let more = pictures.split_off(pictures.len().min(1));
+pub fn page(run: &Run, cells: &[Cell], measured: &Measured, pictures: Vec<Part>) -> Result<Page> {
     let main: Vec<&Cell> = of_study(cells, MAIN);
     let lobes = materials(&main);
     let mut short = first_screen(cells);
-    short.extend(losses(cells));
+    short.extend(losses::parts(cells));
+    short.extend(drawn(&main, &lobes, pictures)?);
+    short.extend(situations(cells));
+    short.extend(certain(cells));
     short.extend(verdicts(cells, measured));
     short.extend(sun(&main));
     short.extend(weights_and_limit(&main));
-    short.extend(drawn(&main, &lobes, pictures)?);
+    short.extend(tuned::parts(&main, &lights(&main)));
     short.extend(method(run));
-    let mut long = vec![("More pictures".to_string(), more)];
-    long.retain(|(_, parts)| !parts.is_empty());
+    let mut long = Vec::new();
     for name in studies(cells) {
         let cells = of_study(cells, &name);
         let mut parts = by_method(&cells);
@@ -114,7 +114,7 @@ pub fn page(run: &Run, cells: &[Cell], measured: &Measured, mut pictures: Vec<Pa
     })
 }
 
-fn of_study<'a>(cells: &'a [Cell], study: &str) -> Vec<&'a Cell> {
+pub fn of_study<'a>(cells: &'a [Cell], study: &str) -> Vec<&'a Cell> {
     cells.iter().filter(|cell| cell.study == study).collect()
 }
 
@@ -129,11 +129,11 @@ fn distinct<'a>(names: impl Iterator<Item = &'a String>) -> Vec<String> {
     all
 }
 
-fn studies(cells: &[Cell]) -> Vec<String> {
+pub fn studies(cells: &[Cell]) -> Vec<String> {
     distinct(cells.iter().map(|cell| &cell.study))
 }
 
-fn materials(cells: &[&Cell]) -> Vec<String> {
+pub fn materials(cells: &[&Cell]) -> Vec<String> {
     distinct(cells.iter().map(|cell| &cell.material))
 }
 
@@ -142,25 +142,67 @@ fn lights(cells: &[&Cell]) -> Vec<String> {
 }
 
 /// The study's recommended method.
-fn ours(study: &str) -> &'static str {
+pub fn ours(study: &str) -> &'static str {
     if study == HITS || study == TEXTURED { "direct, shared" } else { "direct" }
 }
 
+/// The situations of the first screen: those that differ most, for better and for worse.
+const FIRST_SCREEN: [&str; 5] = [
+    "one shadow ray per hit",
+    "16 rays per hit",
+    "64 hits per pixel, well-spread numbers",
+    "needs densities for its own MIS, 16 samples",
+    "a room with one window, 4 rays",
+];
+
+/// What to call and what it gives, in ten rows.
 fn first_screen(cells: &[Cell]) -> Vec<Part> {
+    let table = of_situations(cells, &|situation| FIRST_SCREEN.contains(&situation.renderer), false);
+    let ahead = |columns: std::ops::Range<usize>| {
+        let gains = table.rows.iter().flat_map(|row| &row[columns.clone()]);
+        let gains: Vec<f64> = gains.filter_map(|cell| cell.strip_suffix('x')?.parse().ok()).collect();
+        format!("{} of {}", gains.iter().filter(|gain| **gain > 1.0).count(), gains.len())
+    };
+    let verdict = format!(
+        "**At equal time wis has less variance than MIS in {} numbers of this table. Against compensated MIS that holds for {}, and \
+         against the best of {} peers for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
+        ahead(3..5),
+        ahead(5..7),
+        EXTENDED.each.len(),
+        ahead(7..9)
+    );
+    let words = "Absolute error weighs bright pixels, relative error weighs all pixels alike. Cheap: a ray takes about 50 ns, and the \
+                 BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
+                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. MIS \
+                 compensated: the same, but the light is sampled by what it has above its mean. The best peer is chosen for each cell. \
+                 Caches are cold. More situations stand [below](#all-situations).";
+    vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]
+}
+
+/// Every situation, with warm caches, too.
+fn situations(cells: &[Cell]) -> Vec<Part> {
+    let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are cold, but in \
+                the last two columns.";
+    let table = of_situations(cells, &|_| true, true);
+    vec![Part::Heading("All situations".into()), Part::Text(text.into()), Part::Table(table)]
+}
+
+fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, warm: bool) -> Table {
     let metrics = METRICS.map(|metric| metric.0);
     let best = RIVALS[2];
     let heads = RIVALS.iter().flat_map(|rival| metrics.map(|metric| format!("{}, {metric}", rival.name())));
-    let warm = metrics.map(|metric| format!("{}, {metric}, warm", best.name()));
+    let warm_heads = metrics.map(|metric| format!("{}, {metric}, warm", best.name()));
     let words = ["your renderer", "call", "costs"].map(String::from);
-    let head: Vec<String> = words.into_iter().chain(heads).chain(warm).collect();
+    let warm_heads = warm_heads.into_iter().filter(|_| warm);
+    let head: Vec<String> = words.into_iter().chain(heads).chain(warm_heads).collect();
     let mut table = Table::new(3, &head);
-    for situation in &SITUATIONS {
-        let kept = |cell: &&Cell| {
+    for situation in SITUATIONS.iter().filter(|situation| kept(situation)) {
+        let measured = |cell: &&Cell| {
             cell.study == situation.study
                 && (situation.light.is_empty() || cell.light == situation.light)
                 && gains::row(cell, situation.method, situation.count).is_some()
         };
-        let cells: Vec<&Cell> = cells.iter().filter(kept).collect();
+        let cells: Vec<&Cell> = cells.iter().filter(measured).collect();
         if cells.is_empty() {
             continue;
         }
@@ -170,148 +212,12 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
                 times(rival.mean(cells.iter().copied(), situation.method, situation.count, scale))
             };
             let numbers = RIVALS.iter().flat_map(|rival| Scale::of_model(model).map(|scale| gain(rival, scale)));
-            let warm = Scale::of_model(model).map(|scale| gain(&best, Scale { warm: true, ..scale }));
-            table.row(words.into_iter().chain(numbers).chain(warm));
+            let warm_caches = Scale::of_model(model).into_iter().filter(|_| warm);
+            let warm_caches = warm_caches.map(|scale| gain(&best, Scale { warm: true, ..scale }));
+            table.row(words.into_iter().chain(numbers).chain(warm_caches));
         }
     }
-    let text = "How many times lower the variance is at equal time: **above 1 wis is ahead**. Each number is the geometric mean \
-                over the lights and lobes of its row. Absolute error weighs bright pixels, relative error weighs all pixels alike. \
-                Cheap: a ray takes about 50 ns and the BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more \
-                and each ray 500 ns more, as in scalar renderers. The best peer is chosen for each cell. Caches are cold, \
-                but in the last two columns.";
-    vec![Part::Text(text.into()), Part::Table(table)]
-}
-
-/// Where a mean over lights is behind the best peer, and why.
-fn losses(cells: &[Cell]) -> Vec<Part> {
-    let mut table = Table::new(
-        6,
-        &["study", "lobe", "metric, costs", "best peers", "reason", "what helps", "rays", "gain", "variance", "time"],
-    );
-    let mut rows = Vec::new();
-    for study in studies(cells) {
-        let own = ours(&study);
-        let cells = of_study(cells, &study);
-        for material in materials(&cells) {
-            let of: Vec<&Cell> = cells.iter().copied().filter(|cell| cell.material == material).collect();
-            for (count, scale) in gains::counts(of[0]).into_iter().flat_map(|n| Scale::all().map(move |s| (n, s))) {
-                if let Some(loss) = Loss::find(&of, own, count, scale) {
-                    rows.push((loss.gain, loss.row(&study, &material, count, scale)));
-                }
-            }
-        }
-    }
-    let count = rows.len();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    rows.truncate(12);
-    rows.into_iter().for_each(|(_, row)| table.row(row));
-    let groups: usize = studies(cells)
-        .iter()
-        .map(|study| {
-            let cells = of_study(cells, study);
-            materials(&cells).len() * gains::counts(cells[0]).len() * 4
-        })
-        .sum();
-    let text = format!(
-        "Against the best of {} peers, chosen for each cell, wis is behind in {count} of {groups} groups. A group is the mean over \
-         lights for a study, a lobe, a number of rays, a metric and a cost model. The {} largest losses:",
-        EXTENDED.each.len(),
-        table.rows.len()
-    );
-    let note = "Variance: that of the peer over that of wis, with the same number of rays; above 1 wis has less. Time: that of wis \
-                over that of the peer; above 1 wis takes longer. Gain = variance / time.";
-    let mut parts = vec![Part::Heading("Where wis loses".into()), Part::Text(text)];
-    if count > 0 {
-        parts.extend([Part::Table(table), Part::Text(note.into())]);
-    }
-    parts.extend(certain(cells));
-    parts
-}
-
-/// A group of cells in which peers are ahead.
-struct Loss {
-    gain: f64,
-    peers: String,
-    /// The time of wis over that of the peer.
-    time: f64,
-    /// The best of wis's other ways over the same peers.
-    other: (f64, &'static str),
-    /// The gain where light is seen, and where it is mostly blocked.
-    lit: f64,
-    dark: f64,
-}
-
-impl Loss {
-    fn find(cells: &[&Cell], ours: &str, count: usize, scale: Scale) -> Option<Loss> {
-        let best: Vec<(&Cell, String, f64)> = cells
-            .iter()
-            .filter_map(|cell| {
-                over_best(cell, ours, &EXTENDED, count, scale).map(|(peer, gain)| (*cell, peer, gain[0]))
-            })
-            .collect();
-        let gain = geometric_mean(best.iter().map(|b| b.2));
-        if gain.is_nan() || gain >= 1.0 {
-            return None;
-        }
-        let ns = |cell: &Cell, method: &str| Some(gains::row(cell, method, count)?.times[0][scale.model].ns());
-        let time = geometric_mean(best.iter().filter_map(|(cell, peer, _)| Some(ns(cell, ours)? / ns(cell, peer)?)));
-        let with = |method: &&'static str| {
-            geometric_mean(
-                best.iter().filter_map(|(cell, peer, _)| over(cell, method, peer, count, scale)).map(|g| g[0]),
-            )
-        };
-        let others = ["product", "product + MIS", "direct, target"].map(|method| (with(&method), method));
-        let other =
-            others.into_iter().fold((f64::NAN, ""), |best, of| if best.0 >= of.0 || of.0.is_nan() { best } else { of });
-        let region = |wanted: &[usize]| {
-            let regions = wanted.iter().flat_map(|&region| best.iter().map(move |b| (region, b)));
-            let large = regions.filter(|(region, (cell, ..))| cell.pixels[*region] >= FEW);
-            geometric_mean(large.filter_map(|(region, (cell, peer, _))| {
-                over(cell, ours, peer, count, Scale { region, ..scale }).map(|gain| gain[0])
-            }))
-        };
-        let mut peers: Vec<(usize, String)> = Vec::new();
-        for (_, peer, _) in &best {
-            match peers.iter_mut().find(|(_, name)| name == peer) {
-                Some((n, _)) => *n += 1,
-                None => peers.push((1, peer.clone())),
-            }
-        }
-        peers.sort_by_key(|(n, _)| std::cmp::Reverse(*n));
-        let peers = peers.into_iter().take(2).map(|(_, name)| name).collect::<Vec<_>>().join(", ");
-        Some(Loss { gain, peers, time, other, lit: region(&[1]), dark: region(&[2, 3]) })
-    }
-
-    /// Variance of the peer over that of wis, for the same number of rays.
-    fn variance(&self) -> f64 {
-        self.gain * self.time
-    }
-
-    /// Why, from the numbers alone.
-    fn reason(&self) -> &'static str {
-        match self {
-            loss if loss.variance() >= 1.0 => "variance is lower, but it takes longer",
-            Loss { lit, dark, .. } if *lit >= 1.0 && *dark < 1.0 => {
-                "light that is blocked: variance is higher in shadow"
-            }
-            Loss { time, .. } if *time > 1.2 => "variance is higher, and it takes longer",
-            _ => "variance is higher",
-        }
-    }
-
-    /// What is better there.
-    fn advice(&self) -> String {
-        let (gain, name) = self.other;
-        if gain > 1.0 { format!("`{name}`: {}", times(gain)) } else { "the peer".into() }
-    }
-
-    fn row(&self, study: &str, material: &str, count: usize, scale: Scale) -> Vec<String> {
-        let advice = self.advice();
-        let words = [study, material, &scale.name(), &self.peers, self.reason(), &advice].map(String::from);
-        let numbers =
-            [count.to_string(), times(self.gain), format!("{:.2}", self.variance()), format!("{:.2}", self.time)];
-        words.into_iter().chain(numbers).collect()
-    }
+    table
 }
 
 /// In how many cells the intervals exclude 1.
@@ -335,9 +241,9 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
         let number = gains(scales[0]).len().to_string();
         table.row([study.clone(), number].into_iter().chain(scales.iter().map(count)));
     }
-    let text = "Cells (a light, a lobe and a number of rays) in which wis is ahead / undecided / behind, against the best peer of \
-                the cell: whether the bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
-    vec![Part::Text(text.into()), Part::Table(table)]
+    let text = "Cells in which wis is ahead / undecided / behind, against the best peer of the cell. A cell is a light, a lobe and a \
+                number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
+    vec![Part::Heading("Ahead, undecided, behind".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
 /// A goal, what was measured, and whether it is reached.
@@ -488,9 +394,9 @@ fn sun(main: &[&Cell]) -> Vec<Part> {
         reached.push(format!("{method}: {kept} of {all} rows"));
     }
     let text = format!(
-        "The product against compensated MIS, bilinear client, at equal time and 4 and 16 samples. Goal: at least 1 in the absolute \
-         metric and 0.9 in the relative one, in every column. Reached by {}. The sun of the project's own has 2 x 2 texels, 10^5 times \
-         as bright as its sky.",
+        "The product against compensated MIS at equal time, with 4 and 16 samples and a bilinear client. Goal: at least 1 in the \
+         absolute metric and 0.9 in the relative one, in every column. Reached by {}. The sun of the project's own has 2 x 2 texels, \
+         10^5 times as bright as its sky.",
         reached.join("; ")
     );
     vec![Part::Heading("Under an unclipped sun".into()), Part::Text(text), Part::Table(table)]
@@ -510,10 +416,11 @@ fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
         };
         table.row([material.clone(), format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
     }
-    let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light; the bound is 50. \
-                Anisotropic lobes and grazing views stand in [sampler.md](sampler.md). Variance / limit: 16 samples, absolute, lower is better. The limit \
-                samples the product of light and BRDF x cosine cell by cell (512 x 512, finer where the light varies). That takes about a millisecond for a point, and what is left of its \
-                variance comes from visibility.";
+    let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light. \
+                The bound is 50. Anisotropic lobes and grazing views stand in [sampler.md](sampler.md). Variance / limit: 16 samples, \
+                absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
+                512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
+                left comes from visibility.";
     vec![Part::Heading("Weights and distance to the limit".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
@@ -531,7 +438,9 @@ fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Pa
         let metric = METRICS[scale.metric].0;
         let svg = plots::error_against_time(main, scale, &names, &shown)?;
         let caption = format!(
-            "Root mean squared {metric} error against time per hit, expensive costs, cold caches, 1 to 64 rays. Lower left is better."
+            "Root mean squared {metric} error against time per hit, expensive costs, cold caches, 1 to 64 rays. Lower left is better. \
+             Green and violet: the other peers that are best most often here. Black: no peer of the {} lies to the lower left.",
+            EXTENDED.each.len()
         );
         parts.push(Part::Plot(format!("error-{metric}.svg"), svg, caption));
     }
@@ -552,6 +461,7 @@ fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Pa
 }
 
 fn method(run: &Run) -> Vec<Part> {
+    let peers = EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join("; ");
     let items = [
         format!("Machine: {}, one thread. Commit {}. `report {}`.", run.machine, run.commit, run.command),
         format!("{} shading points in a scene, {} independent repeats, medians over repeats.", run.points, run.repeats),
@@ -560,10 +470,9 @@ fn method(run: &Run) -> Vec<Part> {
         "Times include drawing, preparing, evaluating and tracing. 32 MB of other memory are touched before each timed pixel. The costs of the expensive model are really spent.".into(),
         "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
         "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
-        format!("Peers: {}. The list of version 0.1 is the first {}.", EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join(", "), FIRST.each.len()),
+        format!("The {} peers: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses). The list of version 0.1 is the first {}.", EXTENDED.each.len(), FIRST.each.len()),
         "The best peer of a cell is chosen on the even repeats and scored on the odd ones.".into(),
         "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Peers draw from the measurement itself.".into(),
-        "Maps st_fagans and rooitou_park were used for tuning, the others were not.".into(),
         "`wavelet product` is the product of wis_wavelets.h.".into(),
     ];
     vec![Part::Heading("How it was measured".into()), Part::List(items.into())]

@@ -124,7 +124,7 @@ typedef struct wis_diagnostic {
   uint32_t reserved;
   /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
   uint64_t bytes_needed;
-  /// The field at fault of the struct that the argument points to, as `normal` or `lobe[1].b`: a static string. `magic` if
+  /// The field at fault of the struct that the argument points to, as `normal` or `b`: a static string. `magic` if
   /// stored bytes begin as no object of this kind and version does: build it anew. Null if the argument is no struct, or no
   /// field in particular is at fault.
   const char *field;
@@ -192,9 +192,9 @@ typedef struct wis_environment_config {
   uint32_t size;
   /// WIS_LAYOUT_*.
   uint32_t layout;
-  /// Texels in a row, 1 to 32768; any number, also odd.
+  /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
   uint32_t width;
-  /// Rows, 1 to 32768; of a cube map all six faces.
+  /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
   uint32_t height;
   /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
   uint32_t channels;
@@ -440,7 +440,8 @@ typedef struct wis_point {
   const struct wis_material *material;
   /// The shading normal, unit length.
   float normal[3];
-  /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+  /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
+  /// anisotropic.
   float tangent[3];
   /// The direction to the viewer, unit length.
   float wo[3];
@@ -529,7 +530,8 @@ typedef struct wis_ray {
 /// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
 /// fall with the spread of your numbers. Otherwise rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
-/// as many where narrow lobes meet bright light (2048 in all). Four rays and more of lobes that are all at least 0.25 wide are samples
+/// as many where narrow lobes meet bright light (2048 in all); of four rays and more an eighth goes to candidates that bring little, for hits
+/// in the shadow of the brightest light. Four rays and more of lobes that are all at least 0.25 wide are samples
 /// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
 /// `candidates_per_ray` of your own.
 ///
@@ -537,7 +539,7 @@ typedef struct wis_ray {
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
 /// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
 /// the last hit, too. Rays then have 4 candidates each, at least 16 in all, and `u` is not read.
-/// Work: rays x candidates x lobes.
+/// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,
@@ -744,10 +746,10 @@ enum wis_status wis_pdf(struct wis_sampler *sampler,
                         float *pdf,
                         size_t pdf_stride);
 
-/// The `u` that leads to each of `count` directions. `status`: WIS_OK, WIS_ZERO_DENSITY where no u leads there,
-/// WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a product: or narrow lobes alone do), or
-/// WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3, each as a byte; where it is not WIS_OK, u is not
-/// written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
+/// The `u` that leads to each of `count` directions: into its part of the tables, and there as near as 24 bits of u come. `status`:
+/// WIS_OK; WIS_ZERO_DENSITY where no u leads there; WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a
+/// product: or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. Each is a byte; where
+/// it is not WIS_OK, u is not written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
 enum wis_status wis_invert(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_product *product,

@@ -1,5 +1,5 @@
 //! Systematic picks: of all candidates as many as there are rays, each as often as its share of the weights says. But of several rays an
-//! eighth, at least one, goes to the candidates below the mean weight.
+//! eighth, at least one, goes to the candidates that bring something and less than the mean.
 //!
 //! Where the brightest light is blocked, only those bring anything. Each of the two sets is picked from by itself, so that the sum is exact
 //! where nothing is blocked, however the rays are shared out: stratified sampling with a least allocation.
@@ -13,7 +13,7 @@ const SEVERAL: usize = 4;
 /// One of so many rays.
 const KEPT: usize = 8;
 
-/// Picks from candidates whose weights lie on one side of the mean.
+/// Picks from the candidates of a set.
 #[derive(Clone, Copy, Default)]
 struct Picks {
     /// The sum of the weights of one ray.
@@ -51,9 +51,10 @@ pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl 
     let (scale, least) = if sum > 0.0 && sum < LARGEST { (1.0, FLOOR * sum / weight.len() as f32) } else { (0.0, 1.0) };
     let (mut totals, mut last) = ([0.0; 2], [None; 2]);
     let mean = sum * scale / weight.len() as f32;
+    let is_faint = |weight: f32| least < weight && weight <= mean;
     for (i, (weight, density)) in weight.iter_mut().zip(density.iter()).enumerate() {
         *weight = if *density < f32::INFINITY { *weight * scale + least } else { 0.0 };
-        let set = usize::from(*weight <= mean);
+        let set = usize::from(is_faint(*weight));
         totals[set] += *weight;
         if *weight > 0.0 {
             last[set] = Some(i);
@@ -76,7 +77,7 @@ pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl 
         if !(w > 0.0) {
             continue;
         }
-        let set = &mut sets[usize::from(splits && w <= mean)];
+        let set = &mut sets[usize::from(splits && is_faint(w))];
         let times = set.take(i, w, u);
         if times > 0 {
             put(written, [*x, *y, *z], (times as f32 * set.step / (w * density)).min(f32::MAX));

@@ -33,9 +33,9 @@ pub struct LightConfig {
     pub size: u32,
     /// WIS_LAYOUT_*.
     pub layout: u32,
-    /// Texels in a row, 1 to 32768; any number, also odd.
+    /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
     pub width: u32,
-    /// Rows, 1 to 32768; of a cube map all six faces.
+    /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
     pub height: u32,
     /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
     pub channels: u32,

@@ -73,7 +73,8 @@ pub struct PointData {
     pub material: *const MaterialData,
     /// The shading normal, unit length.
     pub normal: [f32; 3],
-    /// The direction of alpha `a`; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
+    /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
+    /// anisotropic.
     pub tangent: [f32; 3],
     /// The direction to the viewer, unit length.
     pub wo: [f32; 3],

@@ -54,10 +54,11 @@ fn rule(given: &Columns, rays: usize) -> (Vec<f64>, Vec<f64>) {
     };
     let weights: Vec<f64> = (0..count).map(weight).collect();
     let sum_of = |set: &dyn Fn(f64) -> bool| weights.iter().filter(|w| set(**w)).sum::<f64>();
-    let (all, faint) = (sum_of(&|_| true), sum_of(&|w| w <= mean));
+    let is_faint = |w: f64| C * mean * 1.000001 < w && w <= mean;
+    let (all, faint) = (sum_of(&|_| true), sum_of(&is_faint));
     let kept = (rays / 8).max(1) as f64;
     let is_split = rays >= 4 && faint > 0.0 && faint * (rays as f64) < kept * all;
-    let picks = |w: f64| match (is_split, w <= mean) {
+    let picks = |w: f64| match (is_split, is_faint(w)) {
         (false, _) => rays as f64 * w / all,
         (true, true) => kept * w / faint,
         (true, false) => (rays as f64 - kept) * w / (all - faint),

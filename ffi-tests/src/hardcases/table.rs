@@ -194,14 +194,14 @@ tables with holes:
 - weights of products of `wis.h` are at most {largest} integrals, but more than {LARGEST} in {beyond} scenes beyond the critical angle.
   Rule 33 of [design.md](design.md) is not met there. In the wavelet header, tables and lobes narrower than 0.1, of which the
   rule does not speak, have larger weights in {wavelets} scenes;
-- the integral that a product states is an approximation. For lobes that the library knows, it is off by up to {}:
+- the integral that a product states is an approximation. For lobes that the library knows, it is off by a factor of up to {}:
   {worst}.
 
 Radiance over density varies by less than {deviation} on every lit map.
 
 ",
             found.len(),
-            below(off),
+            below(1.0 + off),
         )
     }
 

@@ -530,8 +530,7 @@ typedef struct wis_ray {
 /// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
 /// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
 /// fall with the spread of your numbers. Otherwise rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
-/// as many where narrow lobes meet bright light (2048 in all); of four rays and more an eighth goes to candidates that bring little, for hits
-/// in the shadow of the brightest light. Four rays and more of lobes that are all at least 0.25 wide are samples
+/// as many where narrow lobes meet bright light (2048 in all). Four rays and more of lobes that are all at least 0.25 wide are samples
 /// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
 /// `candidates_per_ray` of your own.
 ///

@@ -23,8 +23,11 @@ const VERSION_0_1: [(&str, &[u8]); 5] = [
 /// Opens bytes in memory.
 type Open = fn(*const c_void, usize, *mut Diagnostic) -> Status;
 
+/// A call that opens, by its name, and an object that it accepts.
+type Opening = (&'static str, Open, fn() -> Vec<u8>);
+
 // SAFETY, of all: the memory is as long as stated, and the pointers are valid.
-const OPENINGS: [(&str, Open, fn() -> Vec<u8>); 4] = [
+const OPENINGS: [Opening; 4] = [
     ("wis_environment_open", |m, n, d| unsafe { wis_environment_open(m, n, &mut null(), d) }, light),
     (
         "wis_wavelet_light_open",

@@ -701,7 +701,7 @@ enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *co
                                              struct wis_diagnostic *diagnostic);
 
 /// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
-/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 5.1, make all of them beforehand). With a BRDF that
+/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 6.1, make all of them beforehand). With a BRDF that
 /// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
 /// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`. Costs (places 2^depth)^2
 /// look-ups in the map. Work: places^2 x 4^depth.

@@ -1,6 +1,6 @@
 //! A rotated map: the light about a direction as pixels of the octahedral square of that frame.
 //!
-//! Clarberg et al. 2005, Section 5.1, turn the map about every direction of a grid so that light and BRDF meet in one
+//! Clarberg et al. 2005, Section 6.1, turn the map about every direction of a grid so that light and BRDF meet in one
 //! frame. Here a pixel is the mean of a few places in it, each the stored average of the cell of the map that it lies in:
 //! of cells as large as what the place stands for, so that no lamp is missed that the map's tree knows.
 

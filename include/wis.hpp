@@ -349,6 +349,14 @@ private:
     moving<std::size_t> size_, bytes_;
 };
 
+/// One product in bytes that were stored, valid as long as they are: prepared with WIS_PRODUCT_CHECKSUM in this light.
+inline result<const wis_product *> open_product(const wis_environment *light, const void *bytes, std::size_t count,
+                                                wis_diagnostic *diagnostic = nullptr) {
+    const wis_product *product = nullptr;
+    const status done = wis_product_open(light, bytes, count, &product, diagnostic);
+    if (done != WIS_OK) return done;
+    return product;
+}
 /// What was prepared.
 inline result<wis_product_info> describe(const wis_environment *light, const wis_product *product) {
     wis_product_info info = sized<wis_product_info>();

@@ -107,6 +107,14 @@ enum wis_status wis_jitter_init(const struct wis_environment_config *map,
                                 const struct wis_jitter **jitter,
                                 struct wis_diagnostic *diagnostic);
 
+/// Opens bytes that wis_jitter_init wrote: copied, or mapped from a file. `jitter` receives the handle, which is the address of `memory`.
+/// WIS_CORRUPT if a byte was changed; with the field `magic` in the diagnostic if another version of wis wrote them. Reads all bytes once.
+/// Work: bytes.
+enum wis_status wis_jitter_open(const void *memory,
+                                size_t bytes,
+                                const struct wis_jitter **jitter,
+                                struct wis_diagnostic *diagnostic);
+
 /// Draws a direction inside stratum `light` (WIS_INVALID_ARGUMENT if there is none). The pdf is per solid angle within the
 /// stratum. With WIS_JITTER_ENERGY add the light's whole energy x BRDF x cosine x visibility, without dividing by the
 /// pdf; for radiance looked up at the sample divide by it. Work: log texels.

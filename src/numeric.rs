@@ -136,6 +136,20 @@ impl ContentHash {
         }
     }
 
+    /// Adds bytes, eight by eight as little-endian words.
+    pub fn add_bytes(&mut self, bytes: &[u8]) {
+        // A word waits for the one before it in its stream only.
+        let mut streams = [*self; STREAMS];
+        for words in bytes.chunks(8 * STREAMS) {
+            for (stream, word) in streams.iter_mut().zip(words.chunks(8)) {
+                stream.add(little_endian(word));
+            }
+        }
+        for stream in streams {
+            self.add(stream.finish());
+        }
+    }
+
     /// The id; never 0, which stands for "no object".
     pub fn finish(self) -> u64 {
         self.0 | 1
@@ -147,6 +161,21 @@ impl Default for ContentHash {
         Self::new()
     }
 }
+
+/// Hashes that go on side by side.
+const STREAMS: usize = 4;
+
+/// The number that up to eight bytes hold, the lowest first.
+#[inline(always)]
+fn little_endian(word: &[u8]) -> u64 {
+    let mut eight = [0; 8];
+    match <&[u8; 8]>::try_from(word) {
+        Ok(whole) => eight = *whole,
+        Err(_) => eight.iter_mut().zip(word).for_each(|(out, &byte)| *out = byte),
+    }
+    u64::from_le_bytes(eight)
+}
+
 /// `u` moved into [0, 1 - 2^-24]; NaN counts as 1/2.
 #[inline]
 pub fn clamp_u(u: f32) -> f32 {

@@ -1,6 +1,8 @@
 //! Objects as bytes: a header, then arrays one behind the other, each aligned to [`ALIGNMENT`].
 
+use crate::numeric::ContentHash;
 use bytemuck::{Pod, try_cast_slice, try_cast_slice_mut, try_from_bytes};
+use core::ops::Range;
 
 /// Every array of an object begins at a multiple of this.
 pub const ALIGNMENT: usize = 16;
@@ -9,6 +11,28 @@ pub const ALIGNMENT: usize = 16;
 pub trait Magic {
     /// The first eight bytes, as a number: kind and version of the format, and the byte order.
     const MAGIC: u64;
+}
+
+/// Where objects with a [`checksum`] keep it, in the byte order of the machine.
+pub const CHECKSUM: Range<usize> = 16..24;
+
+/// A hash of all bytes of an object but for the checksum itself.
+pub fn checksum(bytes: &[u8]) -> u64 {
+    let mut hash = ContentHash::new();
+    hash.add_bytes(bytes.get(..CHECKSUM.start).unwrap_or(&[]));
+    hash.add_bytes(bytes.get(CHECKSUM.end..).unwrap_or(&[]));
+    hash.finish()
+}
+
+/// Writes the checksum of an object.
+pub fn write_checksum(bytes: &mut [u8]) {
+    let checksum = checksum(bytes).to_ne_bytes();
+    bytes.iter_mut().skip(CHECKSUM.start).zip(checksum).for_each(|(slot, byte)| *slot = byte);
+}
+
+/// Whether an object has the checksum of its bytes.
+pub fn has_checksum(bytes: &[u8]) -> bool {
+    bytes.get(CHECKSUM) == Some(&checksum(bytes).to_ne_bytes())
 }
 
 /// The memory of a build, at most.
@@ -38,7 +62,7 @@ impl Part {
     }
 
     /// The bytes between the array's end and the next multiple of the alignment.
-    pub fn padding<T>(self) -> core::ops::Range<usize> {
+    pub fn padding<T>(self) -> Range<usize> {
         let end = self.offset.saturating_add(self.count.saturating_mul(size_of::<T>()));
         end..end.saturating_add(ALIGNMENT - 1) & !(ALIGNMENT - 1)
     }

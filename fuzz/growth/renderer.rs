@@ -383,6 +383,12 @@ fn products(w: &mut World) {
         Products::new(w, 2048, 4, 4, n).count(w)
     });
     w.curve("wis_product_prepare", "texels", &TEXELS, constant, |w, n| Products::new(w, n, 4, 4, 0).count(w));
+    w.at_most("wis_product_open", "divided cells", &[6, 24], linear, |w, n| {
+        let (mut made, mut handle) = (Products::new(w, 2048, 1, 4, n), null());
+        made.config.flags = WIS_PRODUCT_CHECKSUM;
+        let made = made.prepare(w);
+        counted!(w, wis_product_open(made.light.of(), made.memory.of(), made.memory.bytes, &mut handle, null_mut()));
+    });
     w.at_most("wis_product_describe", "divided cells", &[6, 24], linear, |w, n| {
         let (made, mut info) = (Products::new(w, 2048, 1, 4, n).prepare(w), sized());
         counted!(w, wis_product_describe(made.light.of(), made.memory.of(), &mut info));

@@ -115,6 +115,10 @@ fn jitters(w: &mut World) {
     w.curve("wis_jitter_init", "texels and lights", &TEXELS, linear, |w, n| {
         Jittered::new(w, n, n).init(w, true);
     });
+    w.curve("wis_jitter_open", "texels", &TEXELS, linear, |w, n| {
+        let (made, mut handle) = (Jittered::new(w, n, 64).init(w, false), null());
+        counted!(w, wis_jitter_open(made.memory.of(), made.memory.bytes, &mut handle, null_mut()));
+    });
     w.curve("wis_jitter_sample", "texels", &TEXELS, f64::log2, |w, n| {
         let (made, mut sample) = (Jittered::new(w, n, 1).init(w, false), Sample::default());
         counted!(w, wis_jitter_sample(made.memory.of(), 0, &[0.3, 0.7], &mut sample));

@@ -2,7 +2,7 @@
 
 use crate::alarm;
 use crate::inputs::Inputs;
-use crate::play::play;
+use crate::play::{Words, play};
 use crate::rows::ROWS;
 use crate::tally::Tally;
 use crate::world::World;
@@ -11,18 +11,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// A case, by the words `seed:epoch:number`.
-pub struct Words {
-    pub seed: u64,
-    pub epoch: u64,
-    pub number: u64,
-}
-
 impl Words {
+    /// The words `seed:epoch:number`, or `seed:epoch:number:rows` of a case that is older than some rows.
     pub fn read(words: &str) -> Result<Words> {
         let numbers: Vec<u64> = words.split(':').map(str::parse).collect::<std::result::Result<_, _>>()?;
-        let [seed, epoch, number] = numbers[..] else { bail!("{words}: not seed:epoch:number") };
-        Ok(Words { seed, epoch, number })
+        let (seed, epoch, number, rows) = match numbers[..] {
+            [seed, epoch, number] => (seed, epoch, number, ROWS.len()),
+            [seed, epoch, number, rows] => (seed, epoch, number, rows as usize),
+            _ => bail!("{words}: not seed:epoch:number"),
+        };
+        Ok(Words { seed, epoch, number, rows })
     }
 }
 
@@ -32,11 +30,14 @@ pub fn replays(library: &str, list: &Path) -> Result<()> {
     for line in fs::read_to_string(list)?.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let mut columns = line.split_whitespace();
         let (Some(words), Some(name)) = (columns.next(), columns.next()) else { bail!("{line}: no function") };
-        let Words { seed, epoch, number } = Words::read(words)?;
-        play(&mut world, seed, epoch, number + 1, &mut tally, false)?;
+        let case = Words::read(words)?;
+        play(&mut world, &case, &mut tally, false)?;
         let [.., last, row] = alarm::CASE.each_ref().map(|word| word.load(Ordering::Relaxed));
         let called = ROWS[row as usize].name;
-        ensure!(last == number && called == name, "FAILED {words} calls {called}, not {name}: the generator changed");
+        ensure!(
+            last == case.number && called == name,
+            "FAILED {words} calls {called}, not {name}: the generator changed"
+        );
         count += 1;
     }
     println!("{count} cases that once broke a law: none does");

@@ -33,8 +33,9 @@ impl Inputs {
     /// Builds objects of every kind.
     pub fn new(library: &str) -> Result<Inputs> {
         let (mut world, mut tally) = (World::new(library)?, Tally::default());
-        let count = (play::ROUNDS * ROWS.len()) as u64;
-        play::play(&mut world, SEED, 0, count, &mut tally, false)?;
+        let rows = ROWS.len();
+        let words = play::Words { seed: SEED, epoch: 0, number: (play::ROUNDS * rows) as u64 - 1, rows };
+        play::play(&mut world, &words, &mut tally, false)?;
         let (objects, builds) = (world.pool.snapshot(&world.memory), world.builds.clone());
         Ok(Inputs { world, tally, objects, builds })
     }

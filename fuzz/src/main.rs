@@ -23,8 +23,8 @@ mod tally;
 mod values;
 mod world;
 
-use crate::again::Words;
-use crate::play::play;
+use crate::play::{Words, play};
+use crate::rows::ROWS;
 use crate::tally::Tally;
 use crate::world::World;
 use anyhow::Result;
@@ -77,13 +77,13 @@ fn run(options: &Options) -> Result<()> {
     }
     let (mut world, mut tally) = (World::new(&options.library)?, Tally::default());
     if let Some(words) = &options.replay {
-        let Words { seed, epoch, number } = Words::read(words)?;
-        return play(&mut world, seed, epoch, number + 1, &mut tally, true);
+        return play(&mut world, &Words::read(words)?, &mut tally, true);
     }
     let (begin, length) = (Instant::now(), Duration::from_secs_f64(60.0 * options.minutes));
     let mut epoch = 0;
     while begin.elapsed() < length && !alarm::STOP.load(Ordering::Relaxed) {
-        play(&mut world, options.seed, epoch, EPOCH, &mut tally, false)?;
+        let words = Words { seed: options.seed, epoch, number: EPOCH - 1, rows: ROWS.len() };
+        play(&mut world, &words, &mut tally, false)?;
         epoch += 1;
     }
     print!("{}", tally.table());
@@ -95,7 +95,6 @@ fn run(options: &Options) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rows::ROWS;
 
     /// The headers drive the fuzzer: what they declare has a row.
     #[test]

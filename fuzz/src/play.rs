@@ -17,14 +17,26 @@ const CONTROLS: [u32; 7] = [0x2000, 0x4000, 0x6000, 0x8040, 0xa040, 0xc000, 0x60
 /// Valid calls of every row at the beginning of an epoch, so that there are objects of every kind.
 pub const ROUNDS: usize = 3;
 
-/// Plays an epoch, or its beginning.
-pub fn play(world: &mut World, seed: u64, epoch: u64, count: u64, tally: &mut Tally, verbose: bool) -> Result<()> {
+/// A case: the last of an epoch that is played up to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Words {
+    pub seed: u64,
+    pub epoch: u64,
+    pub number: u64,
+    /// Rows of the table that calls are drawn from: later ones did not exist when the case was found.
+    pub rows: usize,
+}
+
+/// Plays an epoch up to a case.
+pub fn play(world: &mut World, words: &Words, tally: &mut Tally, verbose: bool) -> Result<()> {
+    let &Words { seed, epoch, number: last_number, rows } = words;
+    let known = ROWS.get(..rows).unwrap_or(ROWS);
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ epoch << 20);
     world.begin(&mut random);
-    let shares: Vec<&Row> = ROWS.iter().flat_map(|row| std::iter::repeat_n(row, row.share)).collect();
-    for number in 0..count {
-        let first = number as usize / ROUNDS < ROWS.len();
-        let row = if first { &ROWS[number as usize % ROWS.len()] } else { random.pick(&shares) };
+    let shares: Vec<&Row> = known.iter().flat_map(|row| std::iter::repeat_n(row, row.share)).collect();
+    for number in 0..=last_number {
+        let first = number as usize / ROUNDS < known.len();
+        let row = if first { &known[number as usize % known.len()] } else { random.pick(&shares) };
         let case_random = Random(random.bits());
         if !rows::needs(row.name).iter().all(|kind| !world.pool.of(kind).is_empty()) {
             continue;
@@ -33,7 +45,7 @@ pub fn play(world: &mut World, seed: u64, epoch: u64, count: u64, tally: &mut Ta
         for (slot, word) in alarm::CASE.iter().zip([seed, epoch, number, index as u64]) {
             slot.store(word, Ordering::Relaxed);
         }
-        let last = verbose && number + 1 == count;
+        let last = verbose && number == last_number;
         if let Err(fault) = one(world, row, case_random, first, tally, last) {
             bail!("FAILED {fault}: {}", alarm::reproduce());
         }

@@ -3,6 +3,7 @@
 use crate::memory::{CAPACITY, Memory, Place};
 use crate::random::Random;
 use wis::numeric::ContentHash;
+use wis::object::{CHECKSUM, checksum};
 
 /// An object for the arguments of later calls.
 #[derive(Clone, Copy, Debug)]
@@ -99,9 +100,12 @@ impl Pool {
 
 /// Changes some bytes or words of an object, and signs it anew as an attacker would, nearly always.
 pub fn corrupt(kind: &str, bytes: &mut [u8], random: &mut Random) {
-    let before = bytes.to_vec();
-    sign(kind, bytes);
-    assert!(before == bytes, "the signature of {kind} is not the library's");
+    // A product may be without.
+    if kind != "wis_product" || long(bytes, CHECKSUM.start) != 0 {
+        let before = bytes.to_vec();
+        sign(kind, bytes);
+        assert!(before == bytes, "the signature of {kind} is not the library's");
+    }
     // Headers and small tables as often as what stands behind them.
     for _ in 0..1 + random.below(3) {
         let end = random.pick(&[64, 320, 4096, usize::MAX]).min(bytes.len());
@@ -134,22 +138,21 @@ fn long(bytes: &[u8], at: usize) -> u64 {
     word(bytes, at) | word(bytes, at + 4) << 32
 }
 
-/// Every kind of signed object keeps its content id or checksum here.
-const CONTENT_ID: usize = 16;
 /// Where the nodes of visibility begin.
 const VISIBILITY_NODES: usize = 24;
 
-/// Writes the hashes that the bytes would have if they had been built so.
+/// Writes the hashes that the bytes would have if they had been built so: all kinds keep theirs in the same place.
 fn sign(kind: &str, bytes: &mut [u8]) {
     let id = match kind {
         "wis_environment" if bytes.len() > ENVIRONMENT.header => sign_environment(bytes),
         "wis_wavelet_light" => wavelet_light_id(bytes),
         "wis_tree" if bytes.len() >= 64 => tree_id(bytes),
         "wis_visibility" if bytes.len() >= VISIBILITY_NODES => visibility_checksum(bytes),
+        "wis_product" | "wis_jitter" if bytes.len() >= CHECKSUM.end => checksum(bytes),
         // The others are not opened.
         _ => return,
     };
-    put(bytes, CONTENT_ID, &id.to_le_bytes());
+    put(bytes, CHECKSUM.start, &id.to_le_bytes());
 }
 
 /// Where the parts of an environment's header stand that its hashes cover.

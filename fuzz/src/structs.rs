@@ -243,7 +243,7 @@ fn wave(case: &mut Case, fields: &mut Fields) {
 }
 
 fn product(case: &mut Case, fields: &mut Fields) {
-    fields.word("flags", case.random.below(2) as u64);
+    fields.word("flags", case.random.below(4) as u64);
     fields.word("divided_cells", case.random.pick(&[0, 0, 1, 8, 24]));
     fields.float("cone", case.random.pick(&[0.0, 0.05, 0.3, 1.5]));
 }

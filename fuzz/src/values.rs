@@ -215,7 +215,8 @@ fn candidates(case: &Case, kind: &str) -> Vec<Object> {
     let all = pool.of(kind);
     let related = |object: &Object| case.objects.iter().any(|chosen| object.owner == chosen.id);
     let axes = |object: &Object| object.number;
-    let takes_product = case.function.parameters.iter().any(|parameter| parameter.pointee.ends_with("_product"));
+    let takes_product = case.function.name == "wis_product_open"
+        || case.function.parameters.iter().any(|parameter| parameter.pointee.ends_with("_product"));
     let fitting: Vec<Object> = match kind {
         "wis_product" | "wis_wavelet_product" => all.iter().copied().filter(related).collect(),
         // One that a product was prepared with, if there is a product to choose.
@@ -264,7 +265,7 @@ fn object(case: &mut Case, parameter: &Parameter) -> u64 {
 /// Bytes for a call that opens them: as they were built, cut, or changed.
 fn stored(case: &mut Case) -> u64 {
     let kind = case.function.name.trim_end_matches("_open").to_string();
-    let chosen = case.choose(&case.world.pool.of(&kind));
+    let chosen = case.choose(&candidates(case, &kind));
     let mut bytes = case.world.memory.bytes(chosen.place).to_vec();
     match case.random.below(8) {
         0..=1 => {}

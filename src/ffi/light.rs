@@ -229,7 +229,7 @@ pub unsafe extern "C" fn wis_environment_open(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let handle = out(environment, 3)?;
-        let opened = Environment::open(stored_or(Status::Corrupt, memory, bytes, Header::length)?);
+        let opened = Environment::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::length)?);
         opened.map_err(|status| Failure::new(status, 1))?;
         handle.write(memory.cast());
         Ok(())
@@ -272,7 +272,7 @@ pub unsafe extern "C" fn wis_environment_turn(
     answer(diagnostic, || unsafe {
         let handle = out(environment, 4)?;
         let frame = frame(world_from_map, 3)?;
-        let length = stored_or(Status::Mismatch, memory, bytes, Header::length)?.len();
+        let length = stored_or(Status::Mismatch, memory, bytes, 1, Header::length)?.len();
         turn(super::slice_mut(memory.cast::<u8>(), length, 1)?, &frame);
         handle.write(memory.cast_const().cast());
         Ok(())

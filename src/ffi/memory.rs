@@ -65,7 +65,7 @@ pub(crate) unsafe fn block_mut<'a>(
     unsafe { slice_mut(start.cast(), needed, argument) }
 }
 
-/// The bytes of an object in a block, which are arguments 1 and 2, from what it begins with: its length is told by its header.
+/// The bytes of an object in a block, which is this argument and the next, from what it begins with: its length is told by its header.
 /// `none`: the status of bytes that hold no such object. The magic number comes first, because another version may be shorter.
 ///
 /// # Safety
@@ -74,17 +74,18 @@ pub(crate) unsafe fn stored_or<'a, H: Magic>(
     none: Status,
     start: *const c_void,
     bytes: usize,
+    argument: u32,
     length: impl FnOnce(&H) -> Option<usize>,
 ) -> Checked<&'a [u8]> {
-    check_block(start.cast(), bytes, 0, 1)?;
+    check_block(start.cast(), bytes, 0, argument)?;
     // SAFETY: not null, aligned and long enough, by the checks and this function's contract.
     if bytes >= size_of::<u64>() && unsafe { start.cast::<u64>().read() } != H::MAGIC {
-        return Err(Failure::new(none, 1).of(c"magic"));
+        return Err(Failure::new(none, argument).of(c"magic"));
     }
-    check_block(start.cast(), bytes, size_of::<H>(), 1)?;
+    check_block(start.cast(), bytes, size_of::<H>(), argument)?;
     // SAFETY: not null, aligned and long enough, by the check and this function's contract.
-    let length = length(unsafe { &*start.cast::<H>() }).ok_or(Failure::new(none, 1))?;
-    check_block(start.cast(), bytes, length, 1)?;
+    let length = length(unsafe { &*start.cast::<H>() }).ok_or(Failure::new(none, argument))?;
+    check_block(start.cast(), bytes, length, argument)?;
     // SAFETY: as above.
     Ok(unsafe { parts::from_raw_parts(start.cast(), length) })
 }

@@ -373,7 +373,7 @@ impl<'a> Environment<'a> {
             && h.tables_hash == hash
             && h.content_id == content_id(hash, &h.frame)
             && [h.power, h.mean, h.largest_share, h.error].iter().all(|x| (0.0..f64::INFINITY).contains(x))
-            && Frame::new(&transposed(&h.frame)).is_some()
+            && Frame::new(&h.frame).is_some()
     }
 
     fn lengths(&self) -> Lengths {
@@ -440,44 +440,15 @@ fn layout_of(code: u32) -> Layout {
     }
 }
 
-fn transposed(m: &[f32; 9]) -> [f32; 9] {
-    let [a, b, c, d, e, f, g, h, i] = *m;
-    [a, d, g, b, e, h, c, f, i]
-}
-
 /// A hash of what stands behind the content id and the hash itself, but for the frame.
 fn hash(bytes: &[u8]) -> u64 {
     let mut hash = ContentHash::new();
     let frame = core::mem::offset_of!(Header, frame);
     let first = bytes.get(core::mem::offset_of!(Header, power)..frame).unwrap_or(&[]);
     let rest = bytes.get(size_of::<Header>()..).unwrap_or(&[]);
-    for part in [first, rest] {
-        // A word waits for the one before it in its stream only.
-        let mut streams = [hash; STREAMS];
-        for words in part.chunks(8 * STREAMS) {
-            for (stream, word) in streams.iter_mut().zip(words.chunks(8)) {
-                stream.add(little_endian(word));
-            }
-        }
-        for stream in streams {
-            hash.add(stream.finish());
-        }
-    }
+    hash.add_bytes(first);
+    hash.add_bytes(rest);
     hash.finish()
-}
-
-/// Hashes that go on side by side.
-const STREAMS: usize = 4;
-
-/// The number that up to eight bytes hold, the lowest first.
-#[inline(always)]
-fn little_endian(word: &[u8]) -> u64 {
-    let mut eight = [0; 8];
-    match <&[u8; 8]>::try_from(word) {
-        Ok(whole) => eight = *whole,
-        Err(_) => eight.iter_mut().zip(word).for_each(|(out, &byte)| *out = byte),
-    }
-    u64::from_le_bytes(eight)
 }
 
 fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {

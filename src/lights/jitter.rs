@@ -7,7 +7,7 @@
 
 use crate::light::plan::MAX_SIDE;
 use crate::numeric::{clamp_u, max, min};
-use crate::object::{Layout, Part, Size, header, take, taken, write_header};
+use crate::object::{Layout, Magic, Part, Size, has_checksum, header, take, taken, write_checksum, write_header};
 use crate::sample::Sample;
 use crate::sphere::{Frame, latlong, latlong_solid_angle, unit};
 use crate::status::{Result, Status};
@@ -21,18 +21,20 @@ use glam::Vec3;
 pub struct Header {
     magic: u64,
     bytes: u64,
+    checksum: u64,
     size: [u32; 2],
     lights: u32,
     frame: [f32; 9],
 }
 
-/// "wis-jit" and the version of the format.
-const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x02");
+impl Magic for Header {
+    const MAGIC: u64 = u64::from_le_bytes(*b"wis-jit\x03");
+}
 
 impl Header {
     /// The bytes of the table that begins with this; `None` if none does.
     pub fn length(&self) -> Option<usize> {
-        if self.magic != MAGIC || self.size.iter().any(|side| *side > MAX_SIDE) {
+        if self.magic != Header::MAGIC || self.size.iter().any(|side| *side > MAX_SIDE) {
             return None;
         }
         let bytes = Config { size: self.size, lights: self.lights }.size()?.bytes;
@@ -95,7 +97,9 @@ impl Config {
         build(labels, weight, solid_angle, &mut parts)?;
         let bytes = whole.bytes().ok_or(small)? as u64;
         let Config { size, lights } = *self;
-        write_header(memory, &Header { magic: MAGIC, bytes, size, lights, frame: frame.to_array() });
+        let (magic, frame) = (Header::MAGIC, frame.to_array());
+        write_header(memory, &Header { magic, bytes, checksum: 0, size, lights, frame });
+        write_checksum(memory);
         Ok(())
     }
 }
@@ -193,6 +197,37 @@ impl<'a> Jitter<'a> {
         let ([start, order, rank, cumulative], _) = Config { size: header.size, lights: header.lights }.parts();
         let (start, order, rank, cumulative) = (start.of(bytes), order.of(bytes), rank.of(bytes), cumulative.of(bytes));
         Some((Jitter { size: header.size, start, order, rank, cumulative }, Frame::from_array(&header.frame)))
+    }
+
+    /// The table in bytes that may come from anywhere, and the frame of its map.
+    ///
+    /// # Errors
+    /// [`Status::Corrupt`] if they are not those of a table.
+    pub fn open(bytes: &'a [u8]) -> Result<(Jitter<'a>, Frame)> {
+        let viewed = Jitter::view(bytes).filter(|_| has_checksum(bytes)).ok_or(Status::Corrupt)?;
+        let (jitter, frame) = &viewed;
+        let is_rotation = Frame::new(&frame.to_array()).is_some();
+        if is_rotation && jitter.is_sound() { Ok(viewed) } else { Err(Status::Corrupt) }
+    }
+
+    /// Whether each texel stands once in one stratum, in ascending order, and sums end at 1.
+    fn is_sound(&self) -> bool {
+        let texels = self.order.len();
+        let ascend = self.start.windows(2).all(|pair| matches!(pair, [a, b] if a <= b));
+        let ends = [self.start.first().copied(), self.start.last().copied()];
+        let placed = |(place, &texel): (u32, &u32)| self.rank.get(texel as usize) == Some(&place);
+        ascend
+            && ends == [Some(0), Some(texels as u32)]
+            && (0..).zip(self.order).all(placed)
+            && (0..self.strata()).all(|stratum| {
+                let Some((first, end)) = self.range(stratum) else { return false };
+                let members = self.order.get(first..end).unwrap_or(&[]);
+                let sums = self.cumulative.get(first..end).unwrap_or(&[]);
+                members.windows(2).all(|pair| matches!(pair, [a, b] if a < b))
+                    && sums.windows(2).all(|pair| matches!(pair, [a, b] if a <= b))
+                    && sums.first().is_none_or(|sum| *sum >= 0.0)
+                    && sums.last().is_none_or(|sum| *sum == 1.0)
+            })
     }
 
     /// How many strata there are.

@@ -103,3 +103,9 @@ pub fn store<F: Lanes>(corners: &Corners<F>, out: &mut Leaves) -> F {
     }
     sum * <F as Num>::splat(0.25)
 }
+
+/// The mean of a leaf in 16 bits, with the bits that [`store`] answers.
+pub fn mean(words: [u16; 4]) -> f32 {
+    let value = |word: u16| if word == 0 { 0.0 } else { decode_wide(word.into()) };
+    words.into_iter().fold(0.0, |sum, word| sum + value(word)) * 0.25
+}

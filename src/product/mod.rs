@@ -6,6 +6,7 @@
 //!
 //! Narrow lobes vary inside a cell. Their products are mixtures of this grid with the lobes' own density.
 
+pub mod check;
 mod choose;
 mod corners;
 mod covers;

@@ -5,13 +5,14 @@ use super::corners::{Cone, respond};
 use super::divide::{middles, part};
 use super::leaves::{FLOOR, corner_values, group_of, largest, lowest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
-use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAGIC, PART_ENDS, WHOLE_SPHERE};
+use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, PART_ENDS, WHOLE_SPHERE};
 use super::tops;
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS, MIDDLES, PARTS};
 use crate::numeric::{exponent, max, min};
+use crate::object::Magic;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use crate::status::Status;
 use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
@@ -150,6 +151,7 @@ pub fn prepare_in(
         ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
     };
     let total = run(level, write);
+    let scale = scale(total);
     let rest = REST * (1.0 - stage.resolved / total.max(f32::MIN_POSITIVE));
     peak *= max(min(rest, 1.0), LEAST_REST);
     if stage.adds_lobes {
@@ -158,22 +160,20 @@ pub fn prepare_in(
     let power = environment.header().power;
     let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
     flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
-    // So that its inverse is a number, too.
-    let lit = total >= f32::MIN_POSITIVE;
-    let unit = stage.unit() / STORED_ONE;
+    let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
     let header = Header {
-        magic: MAGIC,
+        magic: Header::MAGIC,
         environment: environment.header().content_id,
         material: point.material.hash(),
-        integral: if stage.any { (f64::from(total) * unit * power).min(f64::MAX) } else { 0.0 },
-        unit: if stage.any { unit } else { 0.0 },
-        scale: if lit { 1.0 / total } else { 0.0 },
+        integral: integral(total, unit, power),
+        unit,
+        scale,
         bytes: lengths.bytes() as u32,
         grid,
         divided: divided as u32,
         flags,
         lobes: point.material.lobes().len() as u32,
-        peak: if lit { peak } else { 0.0 },
+        peak: if scale > 0.0 { peak } else { 0.0 },
         cone: cone.cosine,
         normal: point.normal,
         wo: point.wo,
@@ -186,6 +186,16 @@ pub fn prepare_in(
         *out = byte;
     }
     Ok(lengths.bytes())
+}
+
+/// One over the integral of F in units; 0 where that is so small that its inverse is no number.
+pub fn scale(total: f32) -> f32 {
+    if total >= f32::MIN_POSITIVE { 1.0 / total } else { 0.0 }
+}
+
+/// The integral of a product, for that of F in units.
+pub fn integral(total: f32, unit: f64, power: f64) -> f64 {
+    (f64::from(total) * unit * power).min(f64::MAX)
 }
 
 /// Replaces a surface by one whose lobes are all as wide as the grid resolves. Apart, so that its stack is free again.

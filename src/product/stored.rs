@@ -3,11 +3,9 @@
 use super::peak::Peak;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, MIDDLES};
+use crate::object::Magic;
 use crate::simd::{LANES, Table, WINDOW};
 use bytemuck::{Pod, Zeroable, try_cast_slice, try_from_bytes};
-
-/// The first bytes of every product, and the version of its format.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x02\x00");
 
 /// The most cells that can be divided.
 pub const MAX_DIVIDED: usize = 24;
@@ -37,10 +35,12 @@ pub struct StoredLobe {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Header {
-    /// [`MAGIC`].
+    /// [`Magic::MAGIC`].
     pub magic: u64,
     /// The content id of the environment.
     pub environment: u64,
+    /// [`checksum`](crate::object::checksum) of the product; 0: it is not to be stored.
+    pub checksum: u64,
     /// The hash of the material.
     pub material: u64,
     /// An approximation of the integral of luminance x BRDF x cosine.
@@ -73,14 +73,18 @@ pub struct Header {
     pub local_wo: [f32; 3],
     /// The lobes.
     pub lobe: [StoredLobe; MAX_LOBES],
-    /// Always 0: with these it fills cache lines.
-    pub reserved: [u32; 3],
+    /// Always 0: with it the header fills cache lines.
+    pub reserved: u32,
+}
+
+impl Magic for Header {
+    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x03\x00");
 }
 
 impl Header {
     /// The bytes of the product that begins with this; `None` if it is no product of this version.
     pub fn length(&self) -> Option<usize> {
-        if self.magic == MAGIC { Some(self.bytes as usize) } else { None }
+        if self.magic == Header::MAGIC { Some(self.bytes as usize) } else { None }
     }
 }
 
@@ -160,7 +164,7 @@ impl<'a> Product<'a> {
     pub fn view(bytes: &'a [u8]) -> Option<Product<'a>> {
         let (first, rest) = bytes.split_at_checked(size_of::<Header>())?;
         let header: &Header = try_from_bytes(first).ok()?;
-        if header.magic != MAGIC || header.divided as usize > MAX_DIVIDED {
+        if header.magic != Header::MAGIC || header.divided as usize > MAX_DIVIDED {
             return None;
         }
         let lengths = Lengths::new(header.grid, header.divided as usize);

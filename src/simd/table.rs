@@ -29,6 +29,11 @@ impl<'a, T> Table<'a, T> {
         unsafe { &*self.numbers.as_ptr().add(first).cast() }
     }
 
+    /// All numbers.
+    pub fn numbers(&self) -> &'a [T] {
+        self.numbers
+    }
+
     /// The numbers at which a window can begin: all but the last window of them.
     pub fn beginnings(&self) -> &'a [T] {
         self.numbers.get(..self.last).unwrap_or(&[])

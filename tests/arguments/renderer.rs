@@ -49,7 +49,7 @@ fn levels() {
 fn products() {
     let faults: &[Fault<GridConfig>] = &[
         ("size", |c| c.size = 0, Status::InvalidStructSize),
-        ("flags", |c| c.flags = 2, INVALID),
+        ("flags", |c| c.flags = 4, INVALID),
         ("divided_cells", |c| c.divided_cells = 25, INVALID),
         ("cone", |c| c.cone = -0.1, INVALID),
         ("cone", |c| c.cone = 1.6, INVALID),

@@ -542,6 +542,8 @@ impl Scene {
             name if name.starts_with("wis_tree") => &self.tree,
             name if name.starts_with("wis_visibility") => &self.visibility,
             name if name.starts_with("wis_environment") => &self.light_memory[1],
+            name if name.starts_with("wis_product") => &self.grid,
+            name if name.starts_with("wis_jitter") => &self.jitter,
             _ => &self.environment,
         }
     }
@@ -630,7 +632,9 @@ fn rotated_config() -> Vec<u8> {
 }
 
 fn grid_config() -> Vec<u8> {
-    plain(|config: &mut GridConfig| config.size = size_of::<GridConfig>() as u32)
+    plain(|config: &mut GridConfig| {
+        (config.size, config.flags) = (size_of::<GridConfig>() as u32, WIS_PRODUCT_CHECKSUM);
+    })
 }
 
 fn product_config() -> Vec<u8> {

@@ -76,6 +76,7 @@ pub const TABLE: &[Entry] = table! {
     wis_direct_wave(sampler, environment, count, wave);
     wis_product_size(config, size, diagnostic);
     wis_product_prepare(sampler, environment, config, count, point, memory, bytes, offset, bytes_used);
+    wis_product_open(environment, memory, bytes, product, diagnostic);
     wis_product_describe(environment, product, info);
     wis_product_covers(product, point, covers);
     wis_sample(sampler, environment, product, count, u, u_stride, drawn, drawn_stride);
@@ -103,6 +104,7 @@ pub const TABLE: &[Entry] = table! {
     wis_jitter_init(
         map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
     );
+    wis_jitter_open(memory, bytes, jitter, diagnostic);
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);
     wis_strata_order(count, contribution, threshold, index, traced, diagnostic);

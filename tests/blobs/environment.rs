@@ -12,7 +12,7 @@ use wis::numeric::ContentHash;
 use wis::status::Status;
 use wis::wavelets::environment::Header;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_of::<Header>() };
+pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: size_of::<Header>(), memory: 1 };
 
 const SQUARES: usize = size_of::<Header>();
 

@@ -8,7 +8,7 @@ use wis::ffi::{Diagnostic, MemorySize};
 use wis::numeric::ContentHash;
 use wis::status::Status;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: SQUARES };
+pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: SQUARES, memory: 1 };
 
 const MEAN: usize = 24;
 const ERROR: usize = 32;

@@ -2,11 +2,13 @@
 //!
 //! The files of `version_0_1` are the smallest objects of each kind that version 0.1 could save, written by its library (4bfe238).
 
-use super::{environment, tree, visibility};
+use super::{environment, jitter, light, product, tree, visibility};
 use std::ffi::{CStr, c_void};
 use std::ptr::{null, null_mut};
 use wis::ffi::Diagnostic;
-use wis::ffi::light::*;
+use wis::ffi::light::wis_environment_open;
+use wis::ffi::lights::jitter::wis_jitter_open;
+use wis::ffi::product::wis_product_open;
 use wis::ffi::wavelets::environment::wis_wavelet_light_open;
 use wis::ffi::wavelets::tree::wis_tree_open;
 use wis::ffi::wavelets::visibility::wis_visibility_open;
@@ -27,8 +29,22 @@ type Open = fn(*const c_void, usize, *mut Diagnostic) -> Status;
 type Opening = (&'static str, Open, fn() -> Vec<u8>);
 
 // SAFETY, of all: the memory is as long as stated, and the pointers are valid.
-const OPENINGS: [Opening; 4] = [
-    ("wis_environment_open", |m, n, d| unsafe { wis_environment_open(m, n, &mut null(), d) }, light),
+const OPENINGS: [Opening; 6] = [
+    (
+        "wis_environment_open",
+        |m, n, d| unsafe { wis_environment_open(m, n, &mut null(), d) },
+        || light::built(&[1.0, 2.0, 3.0, 4.0], [2, 2]),
+    ),
+    (
+        "wis_product_open",
+        |m, n, d| light::with(|light| unsafe { wis_product_open(light, m, n, &mut null(), d) }),
+        || (product::KIND.objects)().remove(0),
+    ),
+    (
+        "wis_jitter_open",
+        |m, n, d| unsafe { wis_jitter_open(m, n, &mut null(), d) },
+        || (jitter::KIND.objects)().remove(0),
+    ),
     (
         "wis_wavelet_light_open",
         |m, n, d| unsafe { wis_wavelet_light_open(m, n, &mut null(), null_mut(), d) },
@@ -45,37 +61,6 @@ const OPENINGS: [Opening; 4] = [
         || (visibility::KIND.objects)().remove(0),
     ),
 ];
-
-/// The bytes of an environment of four texels.
-fn light() -> Vec<u8> {
-    let pixels = [1.0f32, 2.0, 3.0, 4.0];
-    let config = LightConfig {
-        size: size_of::<LightConfig>() as u32,
-        layout: WIS_LAYOUT_LATLONG,
-        width: 2,
-        height: 2,
-        channels: 1,
-        format: WIS_FORMAT_F32,
-        filter: WIS_FILTER_BILINEAR,
-        flags: 0,
-        error_budget: 0.0,
-        pixels: pixels.as_ptr().cast(),
-        row_stride: 0,
-        row: None,
-        row_user: null_mut(),
-        world_from_map: null(),
-    };
-    let mut size = wis::ffi::MemorySize::default();
-    // SAFETY: the configuration describes the pixels, and the blocks are as long as stated.
-    unsafe {
-        assert_eq!(wis_environment_size(&config, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Lines::new(&[], size.bytes), Lines::new(&[], size.scratch_bytes));
-        let (block, work, work_bytes) = (memory.pointer(), scratch.pointer(), size.scratch_bytes);
-        let status = wis_environment_init(&config, block, size.bytes, work, work_bytes, &mut null(), null_mut());
-        assert_eq!(status, Status::Ok);
-        std::slice::from_raw_parts(block.cast_const().cast(), size.bytes).to_vec()
-    }
-}
 
 #[repr(align(64))]
 #[derive(Clone, Copy)]
@@ -103,7 +88,7 @@ fn opened(open: Open, bytes: &[u8], length: usize) -> (Status, Diagnostic) {
     (open(Lines::new(bytes, length).pointer(), length, &mut diagnostic), diagnostic)
 }
 
-/// WIS_CORRUPT, the first argument and the field `magic`: in as many bytes as there are, and in more.
+/// WIS_CORRUPT, the argument that is the memory, and the field `magic`: in as many bytes as there are, and in more.
 fn assert_told(name: &str, open: Open, bytes: &[u8], context: &str) {
     for length in [bytes.len(), bytes.len().next_multiple_of(64), 4096, 1 << 20] {
         let (status, diagnostic) = opened(open, bytes, length);
@@ -111,7 +96,8 @@ fn assert_told(name: &str, open: Open, bytes: &[u8], context: &str) {
         assert!(!diagnostic.field.is_null(), "{name}: {context}, {length} bytes: no field");
         // SAFETY: the library gives a static string.
         let field = unsafe { CStr::from_ptr(diagnostic.field) };
-        assert_eq!((diagnostic.argument, diagnostic.bytes_needed, field), (1, 0, c"magic"), "{name}: {context}");
+        let memory = if name == "wis_product_open" { 2 } else { 1 };
+        assert_eq!((diagnostic.argument, diagnostic.bytes_needed, field), (memory, 0, c"magic"), "{name}: {context}");
     }
 }
 

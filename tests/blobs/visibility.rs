@@ -10,7 +10,7 @@ use wis::numeric::ContentHash;
 use wis::status::Status;
 use wis::wavelets::triple::Wavelets;
 
-pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: NODES };
+pub const KIND: Kind = Kind { objects, open, content_id, exercise, header: NODES, memory: 1 };
 
 const COUNT: usize = 8;
 const AVERAGE: usize = 12;

@@ -3,7 +3,7 @@
 use crate::ffi::light::LightConfig;
 use crate::ffi::light::rows::build_failure;
 use crate::ffi::lights::strata::read_map;
-use crate::ffi::memory::{block_mut, handle};
+use crate::ffi::memory::{block_mut, handle, stored_or};
 use crate::ffi::{
     Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put, put_size, require, require_all, slice,
     slice_mut,
@@ -83,6 +83,29 @@ pub unsafe extern "C" fn wis_jitter_init(
         let built = config.build_in(&map.frame, labels, luminance, block);
         built.map_err(|status| Failure::new(status, 3).in_row(3, wrong()))?;
         target.write(memory.cast_const().cast());
+        Ok(())
+    })
+}
+
+/// Opens bytes that wis_jitter_init wrote: copied, or mapped from a file. `jitter` receives the handle, which is the address of `memory`.
+/// WIS_CORRUPT if a byte was changed; with the field `magic` in the diagnostic if another version of wis wrote them. Reads all bytes once.
+/// Work: bytes.
+///
+/// # Safety
+/// Pointers are null or point to what the header says; the bytes do not change while the table is in use.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_jitter_open(
+    memory: *const c_void,
+    bytes: usize,
+    jitter: *mut *const Jitter,
+    diagnostic: *mut Diagnostic,
+) -> Status {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
+        let target = out(jitter, 3)?;
+        let opened = Table::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::length)?);
+        opened.map_err(|status| Failure::new(status, 1))?;
+        target.write(memory.cast());
         Ok(())
     })
 }

@@ -30,7 +30,7 @@ pub(crate) unsafe fn stored<'a, H: Magic>(
     length: impl FnOnce(&H) -> Option<usize>,
 ) -> Checked<&'a [u8]> {
     // SAFETY: the caller's contract.
-    unsafe { stored_or(Status::Corrupt, start, bytes, length) }
+    unsafe { stored_or(Status::Corrupt, start, bytes, 1, length) }
 }
 
 /// Where a build or an opening puts its results: the handle, and, if it is not null, what was built.

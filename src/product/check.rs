@@ -1,0 +1,157 @@
+//! Whether bytes hold a product that every call can use: what is opened need not be what was written.
+//!
+//! Tables, scale and integral follow from the leaves and the light: they are computed anew and must have the same bits.
+
+use super::leaves::mean;
+use super::prepare::{integral, scale};
+use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAX_DIVIDED, PART_ENDS, Product, WHOLE_SPHERE, tops};
+use super::tops::{write, write_parts};
+use crate::brdf::material::{Kind, MAX_LOBES, Shape};
+use crate::light::environment::Environment;
+use crate::light::guide::{Column, Guide, MAX_CELLS, MIDDLES};
+use crate::numeric::{exp2i, exponent};
+use crate::object::{Magic, has_checksum, write_checksum};
+use crate::simd::{LANES, Native, Num};
+use crate::sphere::{Frame, unit};
+use crate::status::{Result, Status};
+
+/// Numbers of the tables of rows and of cells, at most: those of 128 rows of one cell.
+const MOST_TOPS: usize = 3 * MAX_CELLS + 1;
+/// How far directions that are computed in two ways may be apart along an axis: unit vectors are such within a thousandth.
+const APART: f32 = 2e-3;
+
+impl Header {
+    /// The bytes of the product that begins with this, which may come from anywhere; `None` if none does.
+    pub fn stored_length(&self) -> Option<usize> {
+        let [columns, rows] = self.grid;
+        let fits = u64::from(columns) * u64::from(rows) <= MAX_CELLS as u64 && self.divided as usize <= MAX_DIVIDED;
+        let length = if fits { Lengths::new(self.grid, self.divided as usize).bytes() } else { 0 };
+        Some(length).filter(|length| self.magic == Header::MAGIC && fits && *length == self.bytes as usize)
+    }
+}
+
+/// Gives each of some products, one behind the other, the checksum that [`open`] asks for.
+pub fn sign(mut products: &mut [u8]) {
+    while let Some(length) = Product::view(products).map(|product| product.header.bytes as usize) {
+        let Some((product, rest)) = products.split_at_mut_checked(length.max(1)) else { break };
+        write_checksum(product);
+        products = rest;
+    }
+}
+
+/// The product in bytes that may come from anywhere.
+///
+/// # Errors
+/// [`Status::Corrupt`] if they are not those of a product with a checksum, [`Status::Mismatch`] for a product of another light.
+pub fn open<'a>(bytes: &'a [u8], environment: &Environment<'_>) -> Result<Product<'a>> {
+    let product = Product::view(bytes).filter(|_| has_checksum(bytes)).ok_or(Status::Corrupt)?;
+    let header = product.header;
+    // Without a guide no product was ever prepared.
+    let own = header.environment == environment.header().content_id;
+    let guide = environment.guide().filter(|_| own).ok_or(Status::Mismatch)?;
+    let cells = environment.light().grid;
+    let whole = header.stored_length() == Some(bytes.len()) && header.grid == cells;
+    let total = if whole { total(&product, &guide) } else { None };
+    let fits = |total| {
+        header.scale == scale(total)
+            && header.integral == integral(total, header.unit, environment.header().power)
+            && directions_are_sound(header, &environment.frame())
+            && lobes_are_sound(header)
+    };
+    if total.is_some_and(fits) { Ok(product) } else { Err(Status::Corrupt) }
+}
+
+/// The integral of F in units; `None` if the tables are not those of the leaves.
+fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
+    let header = product.header;
+    let (whole, parts) = product.leaves.split_at_checked(guide.cells() / LANES)?;
+    let means = divided_means(product, parts)?;
+    let (mut weights, mut used) = ([0.0; MAX_CELLS], 0u32);
+    for (cell, weight) in weights.iter_mut().enumerate().take(guide.cells()) {
+        let words = words(whole.get(cell / LANES)?, cell % LANES);
+        let mean = match words {
+            [0, number, ..] if number > 0 => {
+                let number = number - 1;
+                let is_new = u32::from(number) < header.divided && used & 1 << number == 0;
+                used |= 1 << if is_new { number } else { return None };
+                *means.get(usize::from(number))?
+            }
+            [0, ..] if words != [0; 4] => return None,
+            _ => mean(words),
+        };
+        *weight = guide.number(Column::Mass, cell) * mean;
+    }
+    if used != (1 << header.divided) - 1 {
+        return None;
+    }
+    let mut table = [0.0; MOST_TOPS];
+    let table = table.get_mut(..tops(header.grid))?;
+    let total = write(weights.get(..guide.cells())?, header.grid, table);
+    let (own, padding) = product.tops.numbers().split_at_checked(table.len())?;
+    (own == table && padding.iter().all(|x| x.to_bits() == 0)).then_some(total)
+}
+
+/// The means of the divided cells; `None` if the ends of their parts are not those of their leaves.
+fn divided_means(product: &Product<'_>, parts: &[Leaves]) -> Option<[f32; MAX_DIVIDED]> {
+    let mut all = [0.0; MAX_DIVIDED];
+    let groups = parts.chunks_exact(MIDDLES).zip(product.ends.chunks_exact(PART_ENDS));
+    for ((leaves, own), out) in groups.zip(all.chunks_exact_mut(LANES)) {
+        let mut means = [Native::splat(0.0); MIDDLES];
+        for (out, leaves) in means.iter_mut().zip(leaves) {
+            let mut lanes = [0.0; LANES];
+            lanes.iter_mut().enumerate().for_each(|(lane, out)| *out = mean(words(leaves, lane)));
+            *out = Native::load(lanes);
+        }
+        let mut ends = [[0.0; LANES]; PART_ENDS];
+        let mean = write_parts(&means, &mut ends);
+        if own != ends {
+            return None;
+        }
+        out.copy_from_slice(&Num::store(mean));
+    }
+    Some(all)
+}
+
+/// The corners of a leaf.
+fn words([a, b, c, d]: &Leaves, lane: usize) -> [u16; 4] {
+    [a, b, c, d].map(|corner| corner.get(lane).copied().unwrap_or(0))
+}
+
+/// Whether normal, view and axes are those of a point.
+fn directions_are_sound(header: &Header, frame: &Frame) -> bool {
+    let (Some(normal), Some(wo)) = (unit(header.normal), unit(header.wo)) else { return false };
+    let [t, b, n] = header.axes.map(glam::Vec3::from_array);
+    let [tx, ty, tz] = t.to_array();
+    let [bx, by, bz] = b.to_array();
+    let [nx, ny, nz] = n.to_array();
+    let view = frame.to_map(wo);
+    let along = [view.dot(t), view.dot(b), view.dot(n)];
+    let near = |a: f32, b: f32| (a - b).abs() < APART;
+    Frame::new(&[tx, ty, tz, bx, by, bz, nx, ny, nz]).is_some()
+        && near(frame.to_map(normal).dot(n).abs(), 1.0)
+        && along.iter().zip(header.local_wo).all(|(&a, b)| near(a, b))
+        && (0.0..=1.0).contains(&header.cone)
+}
+
+/// Whether lobes are those of a material, and flags and numbers are such as [`prepare`](super::prepare::prepare) writes.
+fn lobes_are_sound(header: &Header) -> bool {
+    let count = header.lobes as usize;
+    let mut drawn = 0.0;
+    for lobe in header.lobe.iter().take(count) {
+        let sound = |kind| Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta }.invalid().is_none();
+        let shares = [lobe.scattered, lobe.share];
+        if !Kind::from_code(lobe.kind).is_some_and(sound) || !shares.iter().all(|s| (0.0..=1.0).contains(s)) {
+            return false;
+        }
+        drawn += lobe.share;
+    }
+    let [.., cosine] = header.local_wo;
+    let draws = header.scale > 0.0 && cosine > 0.0 && (drawn - 1.0).abs() < APART;
+    let unit = header.unit;
+    count <= MAX_LOBES
+        && header.lobe.iter().skip(count).all(|lobe| bytemuck::bytes_of(lobe).iter().all(|&byte| byte == 0))
+        && header.flags & !(WHOLE_SPHERE | COSINE_INCLUDED) == 0
+        && header.reserved == 0
+        && (header.peak == 0.0 || (0.0..1.0).contains(&header.peak) && draws)
+        && (unit == 0.0 || (0.0..f64::MAX).contains(&unit) && unit == exp2i(exponent(unit)))
+}

@@ -98,18 +98,25 @@ fn divided_means(product: &Product<'_>, parts: &[Leaves]) -> Option<[f32; MAX_DI
     for ((leaves, own), out) in groups.zip(all.chunks_exact_mut(LANES)) {
         let mut means = [Native::splat(0.0); MIDDLES];
         for (out, leaves) in means.iter_mut().zip(leaves) {
-            let mut lanes = [0.0; LANES];
-            lanes.iter_mut().enumerate().for_each(|(lane, out)| *out = mean(words(leaves, lane)));
-            *out = Native::load(lanes);
+            *out = Native::load(lane_means(leaves));
         }
         let mut ends = [[0.0; LANES]; PART_ENDS];
         let mean = write_parts(&means, &mut ends);
-        if own != ends {
+        // As numbers in a row, which are compared in a loop and not one by one.
+        if own.as_flattened() != ends.as_flattened() {
             return None;
         }
         out.copy_from_slice(&Num::store(mean));
     }
     Some(all)
+}
+
+/// The means of eight leaves. Apart, since its caller would be unrolled around it.
+#[inline(never)]
+fn lane_means(leaves: &Leaves) -> [f32; LANES] {
+    let mut means = [0.0; LANES];
+    means.iter_mut().enumerate().for_each(|(lane, out)| *out = mean(words(leaves, lane)));
+    means
 }
 
 /// The corners of a leaf.

@@ -4,6 +4,7 @@
 use crate::cornell::Scattered;
 use crate::light::Light;
 use crate::material::Material;
+use crate::measured::Reflectance;
 use crate::merl::Merl;
 use crate::mesh::Mesh;
 use crate::rgl::Measured;

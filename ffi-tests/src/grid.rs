@@ -1,172 +1,194 @@
-//! Bilinear functions on the unit square, one for each of some parameters, and densities in proportion to them.
+//! Pairs of bilinear functions on the unit square, one pair for each of some parameters, looked up for eight points at once.
 
-/// Grids over the unit square, one for each of some parameters, bilinear inside and linear between the parameters.
+use crate::lanes::{F8, LANES};
+
+/// The two slices about a parameter.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Slices {
+    pub index: [usize; 2],
+    /// Of the second.
+    weight: f32,
+}
+
+impl Slices {
+    /// Those about a parameter, of slices at ascending ones.
+    pub fn about(parameters: &[f32], parameter: f32) -> Slices {
+        let last = parameters.len() - 1;
+        let above = parameters.partition_point(|&p| p <= parameter).clamp(1, last.max(1)).min(last);
+        let below = above.saturating_sub(1);
+        let [low, high] = [parameters[below], parameters[above]];
+        let weight = if high > low { ((parameter - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
+        Slices { index: [below, above], weight }
+    }
+
+    /// The weight of each.
+    #[inline]
+    pub fn weights(self) -> [f32; 2] {
+        [1.0 - self.weight, self.weight]
+    }
+}
+
+/// Pairs of numbers, slice by slice.
+pub struct Pairs {
+    /// Pairs in a slice.
+    stride: usize,
+    pairs: Vec<[f32; 2]>,
+}
+
+impl Pairs {
+    pub fn new(stride: usize, pairs: Vec<[f32; 2]>) -> Pairs {
+        assert!(pairs.len() % stride == 0 && !pairs.is_empty());
+        Pairs { stride, pairs }
+    }
+
+    pub fn all(&self) -> &[[f32; 2]] {
+        &self.pairs
+    }
+
+    /// A pair and the next one, and the same from another pair on; linear between slices.
+    #[inline]
+    fn fours(&self, slices: Slices, first: usize, second: usize) -> F8 {
+        let load = |slice: usize| {
+            let four = |at: usize| &self.pairs[slice * self.stride + at..][..2];
+            let (&[[a, b], [c, d]], &[[e, f], [g, h]]) = (four(first), four(second)) else { unreachable!() };
+            F8::new([a, b, c, d, e, f, g, h])
+        };
+        let ([below, above], [of_below, of_above]) = (slices.index, slices.weights());
+        load(above).mul_add(F8::splat(of_above), load(below) * F8::splat(of_below))
+    }
+
+    /// Of each lane in use: a pair and the next one, and the same from another pair on.
+    #[inline]
+    fn columns(&self, slices: Slices, first: [usize; LANES], second: [usize; LANES], used: usize) -> [[F8; 2]; 4] {
+        let mut rows = [F8::ZERO; LANES];
+        for (lane, row) in rows.iter_mut().enumerate().take(used) {
+            *row = self.fours(slices, first[lane], second[lane]);
+        }
+        let [a, b, c, d, e, f, g, h] = F8::transpose(rows);
+        [[a, b], [c, d], [e, f], [g, h]]
+    }
+
+    /// Of each lane in use: a pair and the next one.
+    #[inline]
+    pub fn next(&self, slices: Slices, first: [usize; LANES], used: usize) -> [[F8; 2]; 2] {
+        let [a, b, ..] = self.columns(slices, first, first, used);
+        [a, b]
+    }
+}
+
+/// The patches of a grid that contain eight points.
+#[derive(Clone, Copy)]
+pub struct Cells {
+    pub column: F8,
+    pub row: F8,
+    /// Where the points lie in them.
+    pub within: [F8; 2],
+}
+
+/// A pair of functions: bilinear between the nodes of a slice, linear between slices.
 pub struct Grid {
     /// Columns (first coordinate) and rows.
     size: [usize; 2],
-    parameters: Vec<f64>,
-    /// Slice by slice, row by row.
-    values: Vec<f64>,
-    /// For each row: the integral up to each column, in units of columns; for each slice: that of rows.
-    along: Vec<f64>,
-    rows: Vec<f64>,
+    /// Row by row.
+    nodes: Pairs,
 }
 
 impl Grid {
-    /// Normalised grids are densities: their integral over the square is 1.
-    pub fn new(size: [usize; 2], parameters: Vec<f64>, mut values: Vec<f64>, normalised: bool) -> Grid {
-        let [columns, count] = size;
-        let (mut along, mut rows) = (vec![0.0; values.len()], vec![0.0; values.len() / columns]);
-        for slice in 0..parameters.len() {
-            let first = slice * columns * count;
-            for row in 0..count {
-                let start = first + row * columns;
-                for x in 1..columns {
-                    along[start + x] = along[start + x - 1] + 0.5 * (values[start + x - 1] + values[start + x]);
-                }
-            }
-            let end = |row: usize| along[first + (row + 1) * columns - 1];
-            for row in 1..count {
-                rows[slice * count + row] = rows[slice * count + row - 1] + 0.5 * (end(row - 1) + end(row));
-            }
-            let total = rows[(slice + 1) * count - 1];
-            if normalised && total > 0.0 {
-                // In units of columns and rows: a patch has the area 1.
-                values[first..first + columns * count].iter_mut().for_each(|v| *v /= total);
-                along[first..first + columns * count].iter_mut().for_each(|v| *v /= total);
-                rows[slice * count..(slice + 1) * count].iter_mut().for_each(|v| *v /= total);
-            }
-        }
-        Grid { size, parameters, values, along, rows }
+    /// The values at the nodes: slice by slice, row by row.
+    pub fn new(size: [usize; 2], nodes: Vec<[f32; 2]>) -> Grid {
+        assert!(size[0] > 1 && size[1] > 1, "no patch");
+        Grid { size, nodes: Pairs::new(size[0] * size[1], nodes) }
     }
 
-    /// Patches in the square.
-    fn patches(&self) -> f64 {
-        ((self.size[0] - 1) * (self.size[1] - 1)) as f64
+    /// Patches along each axis.
+    #[inline]
+    pub fn patches(&self) -> [f32; 2] {
+        let [columns, rows] = self.size;
+        [(columns - 1) as f32, (rows - 1) as f32]
     }
 
-    /// The two slices about a parameter, and the weight of the second.
-    fn slices(&self, parameter: f64) -> ([usize; 2], f64) {
-        let last = self.parameters.len() - 1;
-        let above = self.parameters.partition_point(|&p| p <= parameter).clamp(1, last.max(1)).min(last);
-        let below = above.saturating_sub(1);
-        let [low, high] = [self.parameters[below], self.parameters[above]];
-        let weight = if high > low { ((parameter - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
-        ([below, above], weight)
-    }
-
-    fn blend(&self, table: &[f64], slices: ([usize; 2], f64), stride: usize, offset: usize) -> f64 {
-        let ([a, b], weight) = slices;
-        (1.0 - weight) * table[a * stride + offset] + weight * table[b * stride + offset]
-    }
-
-    /// The corners (x0 y0), (x1 y0), (x0 y1), (x1 y1) of the patch that contains a point, and where it lies in it.
-    fn patch(&self, slices: ([usize; 2], f64), at: [f64; 2]) -> ([f64; 4], [usize; 2], [f64; 2]) {
-        let scaled = [0, 1].map(|k| at[k].clamp(0.0, 1.0) * (self.size[k] - 1) as f64);
-        let cell = [0, 1].map(|k| (scaled[k] as usize).min(self.size[k] - 2));
-        let stride = self.size[0] * self.size[1];
-        let corner = |dx: usize, dy: usize| {
-            self.blend(&self.values, slices, stride, (cell[1] + dy) * self.size[0] + cell[0] + dx)
+    /// The patches that contain points.
+    #[inline]
+    pub fn cells(&self, at: [F8; 2]) -> Cells {
+        let along = |k: usize| {
+            let patches = self.patches()[k];
+            let scaled = at[k].fast_max(F8::ZERO).fast_min(F8::ONE) * F8::splat(patches);
+            let cell = scaled.floor().fast_min(F8::splat(patches - 1.0));
+            (cell, scaled - cell)
         };
-        let corners = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
-        (corners, cell, [0, 1].map(|k| scaled[k] - cell[k] as f64))
+        let ((column, x), (row, y)) = (along(0), along(1));
+        Cells { column, row, within: [x, y] }
     }
 
-    /// The value at a point; of a normalised grid the density.
-    pub fn eval(&self, parameter: f64, at: [f64; 2]) -> f64 {
-        let ([v00, v10, v01, v11], _, [x, y]) = self.patch(self.slices(parameter), at);
-        (1.0 - y) * ((1.0 - x) * v00 + x * v10) + y * ((1.0 - x) * v01 + x * v11)
+    /// The first corners of patches, as indices into a slice.
+    #[inline]
+    fn node(&self, column: F8, row: F8) -> [usize; LANES] {
+        indices(row.mul_add(F8::splat(self.size[0] as f32), column))
     }
 
-    /// The density at a point.
-    pub fn density(&self, parameter: f64, at: [f64; 2]) -> f64 {
-        self.eval(parameter, at) * self.patches()
+    pub fn nodes(&self) -> &Pairs {
+        &self.nodes
     }
 
-    /// The point that the density puts at `u`, and the density there: rows first.
-    pub fn sample(&self, parameter: f64, u: [f64; 2]) -> ([f64; 2], f64) {
-        let slices = self.slices(parameter);
-        let [columns, count] = self.size;
-        let row_sum = |row: usize| self.blend(&self.rows, slices, count, row);
-        let total = row_sum(count - 1);
-        let target = u[1] * total;
-        let row = last_below(count - 1, |row| row_sum(row) <= target);
-        let sum = |row: usize, x: usize| self.blend(&self.along, slices, columns * count, row * columns + x);
-        let ends = [sum(row, columns - 1), sum(row + 1, columns - 1)];
-        let y = inverse_linear(ends, target - row_sum(row));
-        let between = |x: usize| (1.0 - y) * sum(row, x) + y * sum(row + 1, x);
-        let target = u[0] * between(columns - 1);
-        let column = last_below(columns - 1, |x| between(x) <= target);
-        let value = |x: usize| {
-            let at = |row: usize| self.blend(&self.values, slices, columns * count, row * columns + x);
-            (1.0 - y) * at(row) + y * at(row + 1)
-        };
-        let (left, right) = (value(column), value(column + 1));
-        let x = inverse_linear([left, right], target - between(column));
-        let density = ((1.0 - x) * left + x * right) * self.patches();
-        ([(column as f64 + x) / (columns - 1) as f64, (row as f64 + y) / (count - 1) as f64], density)
+    /// Both functions at the corners (x0 y0), (x1 y0), (x0 y1), (x1 y1) of patches.
+    #[inline]
+    pub fn corners(&self, slices: Slices, cells: &Cells, used: usize) -> [[F8; 2]; 4] {
+        let first = self.node(cells.column, cells.row);
+        let second = std::array::from_fn(|lane| first[lane] + self.size[0]);
+        self.nodes.columns(slices, first, second, used)
     }
 
-    /// The `u` of [`Grid::sample`] for a point, and the density there.
-    pub fn invert(&self, parameter: f64, at: [f64; 2]) -> ([f64; 2], f64) {
-        let slices = self.slices(parameter);
-        let [columns, count] = self.size;
-        let ([v00, v10, v01, v11], [column, row], [x, y]) = self.patch(slices, at);
-        let (left, right) = ((1.0 - y) * v00 + y * v01, (1.0 - y) * v10 + y * v11);
-        let density = ((1.0 - x) * left + x * right) * self.patches();
-        let sum = |row: usize, x: usize| self.blend(&self.along, slices, columns * count, row * columns + x);
-        let between = |x: usize| (1.0 - y) * sum(row, x) + y * sum(row + 1, x);
-        let along = between(column) + x * (left + 0.5 * x * (right - left));
-        let ends = [sum(row, columns - 1), sum(row + 1, columns - 1)];
-        let row_sum = |row: usize| self.blend(&self.rows, slices, count, row);
-        let down = row_sum(row) + y * (ends[0] + 0.5 * y * (ends[1] - ends[0]));
-        let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-        ([ratio(along, between(columns - 1)), ratio(down, row_sum(count - 1))], density)
+    /// Both functions at points.
+    #[inline]
+    pub fn eval(&self, slices: Slices, at: [F8; 2], used: usize) -> [F8; 2] {
+        let cells = self.cells(at);
+        let [x, y] = cells.within;
+        let [v00, v10, v01, v11] = self.corners(slices, &cells, used);
+        let value = |k: usize| between(between(v00[k], v10[k], x), between(v01[k], v11[k], x), y);
+        [value(0), value(1)]
     }
 }
 
-/// The last index below `count` for which a monotone condition holds; 0 if none does.
-fn last_below(count: usize, holds: impl Fn(usize) -> bool) -> usize {
-    let (mut low, mut high) = (0, count);
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        if holds(middle) { low = middle } else { high = middle }
-    }
-    low
+/// Linear from `a` to `b`.
+#[inline]
+pub fn between(a: F8, b: F8, at: F8) -> F8 {
+    (b - a).mul_add(at, a)
 }
 
-/// Where the integral of the linear function from `a` to `b` over [0, x] reaches a target.
-fn inverse_linear([a, b]: [f64; 2], target: f64) -> f64 {
-    let root = (a * a + 2.0 * target * (b - a)).max(0.0).sqrt();
-    let x = if a + root > 0.0 { 2.0 * target / (a + root) } else { 0.0 };
-    x.clamp(0.0, 1.0)
+/// Whole numbers as indices.
+#[inline]
+pub fn indices(numbers: F8) -> [usize; LANES] {
+    let numbers = numbers.fast_trunc_int().to_array();
+    std::array::from_fn(|i| numbers[i] as usize)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A grid that is made here: sample and invert are inverse to each other, and the density integrates to 1.
     #[test]
-    fn grids_are_densities() {
-        let values: Vec<f64> = (0..2 * 5 * 4).map(|i| 0.1 + f64::from(i * i % 13)).collect();
-        let grid = Grid::new([5, 4], vec![0.0, 1.0], values, true);
-        for parameter in [0.0, 0.3, 1.0, 2.0] {
-            let mut sum = 0.0;
-            for i in 0..400 * 400 {
-                let at = [(f64::from(i % 400) + 0.5) / 400.0, (f64::from(i / 400) + 0.5) / 400.0];
-                sum += grid.density(parameter, at) / 160_000.0;
-            }
-            assert!((sum - 1.0).abs() < 1e-3, "{sum}");
-            for i in 0..100 {
-                let u = [(f64::from(i) + 0.5) / 100.0, (f64::from(i * 37 % 100) + 0.5) / 100.0];
-                let (at, density) = grid.sample(parameter, u);
-                let (back, same) = grid.invert(parameter, at);
-                assert!((back[0] - u[0]).abs() + (back[1] - u[1]).abs() < 1e-9, "{u:?} {back:?}");
-                assert!(
-                    (density / same - 1.0).abs() < 1e-9 && (density / grid.density(parameter, at) - 1.0).abs() < 1e-9
-                );
+    fn grids_are_bilinear_and_linear_between_slices() {
+        let function = |slice: usize, x: f32, y: f32| (1.0 + slice as f32) * (1.0 + x) * (2.0 - y);
+        let node = |i: usize| function(i / 12, (i % 4) as f32 / 3.0, (i / 4 % 3) as f32 / 2.0);
+        let grid = Grid::new([4, 3], (0..24).map(|i| [node(i), 1.0 - node(i)]).collect());
+        let slices = Slices::about(&[1.0, 3.0], 1.5);
+        for used in 1..=LANES {
+            let at = [0, 1].map(|k| F8::new(std::array::from_fn(|i| [i as f32 / 7.0, (7 - i) as f32 / 7.0][k])));
+            let found = grid.eval(slices, at, used).map(F8::to_array);
+            for (i, (first, second)) in found[0].into_iter().zip(found[1]).enumerate().take(used) {
+                let [x, y] = at.map(|c| c.to_array()[i]);
+                let expected = 0.75 * function(0, x, y) + 0.25 * function(1, x, y);
+                assert!((first - expected).abs() < 1e-5 && (second - 1.0 + expected).abs() < 1e-5);
             }
         }
+    }
+
+    #[test]
+    fn parameters_outside_of_all_slices_belong_to_the_outermost() {
+        for (parameter, index, weight) in [(0.0, [0, 1], 0.0), (2.5, [1, 2], 0.25), (9.0, [1, 2], 1.0)] {
+            let slices = Slices::about(&[1.0, 2.0, 4.0], parameter);
+            assert_eq!((slices.index, slices.weight), (index, weight));
+        }
+        assert_eq!(Slices::about(&[0.5], 0.7).index, [0, 0]);
     }
 }

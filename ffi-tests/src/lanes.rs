@@ -29,6 +29,18 @@ impl V8 {
         V8::new(F8::splat(v.x), F8::splat(v.y), F8::splat(v.z))
     }
 
+    /// From one direction for each lane.
+    #[inline]
+    pub fn each(v: [Vec3; LANES]) -> V8 {
+        V8::new(F8::new(v.map(|v| v.x)), F8::new(v.map(|v| v.y)), F8::new(v.map(|v| v.z)))
+    }
+
+    /// The direction of a lane.
+    #[inline]
+    pub fn get(self, i: usize) -> Vec3 {
+        Vec3::new(self.x.as_array_ref()[i], self.y.as_array_ref()[i], self.z.as_array_ref()[i])
+    }
+
     #[inline]
     pub fn dot(self, v: V8) -> F8 {
         self.x * v.x + self.y * v.y + self.z * v.z
@@ -42,6 +54,11 @@ impl V8 {
     #[inline]
     pub fn plus(self, v: V8) -> V8 {
         V8::new(self.x + v.x, self.y + v.y, self.z + v.z)
+    }
+
+    #[inline]
+    pub fn minus(self, v: V8) -> V8 {
+        V8::new(self.x - v.x, self.y - v.y, self.z - v.z)
     }
 
     #[inline]

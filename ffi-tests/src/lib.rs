@@ -1,5 +1,6 @@
 //! Instruments that use the release library as a client does: through its C header only.
 
+pub mod ascending;
 pub mod batch;
 pub mod before;
 pub mod bilinear;
@@ -48,3 +49,4 @@ pub mod tabulated;
 pub mod texels;
 pub mod timing;
 pub mod visibility;
+pub mod warp;

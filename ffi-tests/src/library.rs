@@ -9,7 +9,6 @@ use crate::estimator::{Sampler, Setting};
 use crate::lanes::F8;
 use crate::material::Bsdf;
 use crate::scene::ShadingPoint;
-use glam::Vec3;
 use std::cell::RefCell;
 
 /// A way to use the library.
@@ -107,9 +106,7 @@ impl Library {
                 let u = (mode == Mode::Shared).then(|| sampler.batch.points(Stream::Light, n));
                 let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
                     setting.cost.evaluate(wi.len());
-                    for (wi, f_cos) in wi.iter().zip(f_cos) {
-                        *f_cos = bsdf.value_one(Vec3::from_array(*wi));
-                    }
+                    bsdf.values(wi, f_cos);
                     true
                 };
                 let count = match mode {

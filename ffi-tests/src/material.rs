@@ -7,7 +7,7 @@
 use crate::client::{self, Block, CallbackShape, Environment, Preparation, Product, raw};
 use crate::cost::Cost;
 use crate::lanes::{F8, LANES, V8, sin_cos_turn};
-use crate::measured::{self, Reflectance};
+use crate::measured::{self, Reflectance, View};
 use crate::scene::ShadingPoint;
 use crate::standin::{self, StandIn};
 use crate::table::Table;
@@ -161,9 +161,7 @@ impl Material {
         };
         let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
             cost.evaluate(wi.len());
-            for (wi, f_cos) in wi.iter().zip(f_cos) {
-                *f_cos = bsdf.value_one(Vec3::from_array(*wi));
-            }
+            bsdf.values(wi, f_cos);
             true
         };
         Product::prepare_callback(environment, &shape, &mut eval, preparation, memory)
@@ -241,7 +239,7 @@ pub struct Bsdf {
     specular_share: f32,
     /// The length of wo stretched by alpha.
     wo_length: f32,
-    measured: Option<&'static dyn Reflectance>,
+    measured: Option<(&'static dyn Reflectance, View)>,
 }
 
 impl Bsdf {
@@ -261,49 +259,36 @@ impl Bsdf {
             specular,
             specular_share: specular / (diffuse + specular),
             wo_length: Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).length(),
-            measured: material.measured,
+            measured: material.measured.map(|measured| (measured, measured.view(wo.as_dvec3().normalize()))),
         }
     }
 
     /// BRDF x cosine, and the pdf of `sample`, for one direction.
     pub fn eval_one(&self, wi: Vec3) -> (f32, f32) {
-        if let Some(measured) = self.measured {
-            return self.eval_measured(measured, self.local(wi));
-        }
         let (value, pdf) = self.eval(V8::splat(wi), 1);
         (value.as_array_ref()[0], pdf.as_array_ref()[0])
     }
 
-    /// BRDF x cosine for one direction, without the pdf: a measured BRDF takes as long for either.
-    pub fn value_one(&self, wi: Vec3) -> f32 {
-        let Some(measured) = self.measured else { return self.eval_one(wi).0 };
-        measured.eval(self.wo.as_dvec3().normalize(), self.local(wi).as_dvec3().normalize()) as f32
-    }
-
-    /// A direction in the frame of the surface.
-    fn local(&self, wi: Vec3) -> Vec3 {
-        let axis = |v: V8| Vec3::new(v.x.as_array_ref()[0], v.y.as_array_ref()[0], v.z.as_array_ref()[0]).dot(wi);
-        Vec3::new(axis(self.tangent), axis(self.bitangent), axis(self.normal))
+    /// BRDF x cosine for any number of directions.
+    pub fn values(&self, wi: &[[f32; 3]], f_cos: &mut [f32]) {
+        for (wi, f_cos) in wi.chunks(LANES).zip(f_cos.chunks_mut(LANES)) {
+            let each = |i: usize| wi.get(i).map_or(Vec3::Z, |&wi| Vec3::from_array(wi));
+            let (value, _) = self.eval(V8::each(std::array::from_fn(each)), wi.len());
+            f_cos.copy_from_slice(&value.as_array_ref()[..f_cos.len()]);
+        }
     }
 
     /// A direction by its pdf, for one point.
     pub fn sample_one(&self, u: [f32; 2]) -> Vec3 {
-        let wi = self.sample(u.map(F8::splat), 1);
-        Vec3::new(wi.x.as_array_ref()[0], wi.y.as_array_ref()[0], wi.z.as_array_ref()[0])
+        self.sample(u.map(F8::splat), 1).get(0)
     }
 
-    /// BRDF x cosine, and the pdf of `sample`, of the first `used` directions; what is evaluated one by one is 0 for the
-    /// others.
+    /// BRDF x cosine, and the pdf of `sample`, of the first `used` directions.
     #[inline]
     pub fn eval(&self, wi: V8, used: usize) -> (F8, F8) {
         let wi = V8::new(wi.dot(self.tangent), wi.dot(self.bitangent), wi.dot(self.normal));
-        if let Some(measured) = self.measured {
-            let [x, y, z] = [wi.x, wi.y, wi.z].map(|c| c.to_array());
-            let (mut value, mut pdf) = ([0.0; LANES], [0.0; LANES]);
-            for i in 0..used.min(LANES) {
-                (value[i], pdf[i]) = self.eval_measured(measured, Vec3::new(x[i], y[i], z[i]));
-            }
-            return (F8::new(value), F8::new(pdf));
+        if let Some((measured, view)) = &self.measured {
+            return measured.eval_lanes(view, wi, used.min(LANES));
         }
         let above = wi.z.cmp_gt(F8::ZERO);
         let cosine_pdf = wi.z * F8::splat(1.0 / PI);
@@ -320,12 +305,8 @@ impl Bsdf {
     #[inline]
     pub fn sample(&self, u: [F8; 2], used: usize) -> V8 {
         let share = F8::splat(self.specular_share);
-        let local = if let Some(measured) = self.measured {
-            let [u, v] = u.map(|u| u.to_array().map(f64::from));
-            let wo = self.wo.as_dvec3().normalize();
-            let drawn = |i: usize| if i < used { measured.sample(wo, [u[i], v[i]]).as_vec3() } else { Vec3::Z };
-            let each: [Vec3; LANES] = std::array::from_fn(drawn);
-            V8::new(F8::new(each.map(|d| d.x)), F8::new(each.map(|d| d.y)), F8::new(each.map(|d| d.z)))
+        let local = if let Some((measured, view)) = &self.measured {
+            measured.sample_lanes(view, u, used)
         } else if self.specular == 0.0 {
             cosine_hemisphere(u)
         } else if self.diffuse == 0.0 {
@@ -338,12 +319,6 @@ impl Bsdf {
         };
         let V8 { x, y, z } = local;
         self.tangent.scale(x).plus(self.bitangent.scale(y)).plus(self.normal.scale(z)).normalize()
-    }
-
-    fn eval_measured(&self, measured: &dyn Reflectance, wi: Vec3) -> (f32, f32) {
-        let (wo, wi) = (self.wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
-        let (value, pdf) = measured.eval_pdf(wo, wi);
-        (value as f32, pdf as f32)
     }
 
     /// GGX x Smith x Schlick x cosine, and the pdf by visible normals, for directions above the horizon.
@@ -398,14 +373,15 @@ mod tests {
     fn the_library_evaluates_the_same_brdf() {
         for material in Material::all() {
             let bsdf = Bsdf::new(&material, &point());
-            let mut u = vec![[0.0; 2]; 512];
+            let mut u = vec![[0.0; 2]; 509];
             client::sobol(1, 0, &mut u).unwrap();
             let wi: Vec<_> = u.iter().map(|&u| bsdf.sample_one(u)).collect();
             let arrays: Vec<_> = wi.iter().map(|w| w.to_array()).collect();
             let mut theirs = vec![[0.0; 3]; wi.len()];
             client::evaluate(&material.query(&point()), &arrays, &mut theirs).unwrap();
-            for (wi, theirs) in wi.iter().zip(theirs) {
-                let ours = bsdf.eval_one(*wi).0;
+            let mut ours = vec![0.0; wi.len()];
+            bsdf.values(&arrays, &mut ours);
+            for (ours, theirs) in ours.into_iter().zip(theirs) {
                 assert!((ours - theirs[0]).abs() <= 2e-3 * ours.max(theirs[0]), "{} {ours} {theirs:?}", material.name);
             }
         }

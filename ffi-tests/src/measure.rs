@@ -269,7 +269,7 @@ fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
         let at = setting.material.point(point, &material);
         let product = Light::product(setting.tables, &sampler, &at, &mut memory)?;
         let bsdf = Bsdf::new(setting.material, point);
-        let lit = |wi: &Vec3| (wi.to_array(), f64::from(bsdf.value_one(*wi) * setting.light.radiance(*wi)));
+        let lit = |wi: &Vec3| (wi.to_array(), f64::from(bsdf.eval_one(*wi).0 * setting.light.radiance(*wi)));
         let (wi, reflected): (Vec<_>, Vec<_>) = grid.iter().map(lit).filter(|v| v.1 > 0.0).unzip();
         let integral = reflected.iter().sum::<f64>() * 4.0 * std::f64::consts::PI / grid.len() as f64;
         let mut pdf = vec![0.0; wi.len()];
@@ -296,8 +296,7 @@ fn candidates(scene: &Scene, setting: &Setting, rays: usize) -> client::Result<f
         at.seed = client::pixel_seed(point.pixel, 0);
         let mut target = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
             weighed += wi.len();
-            let each = wi.iter().zip(f_cos);
-            each.for_each(|(wi, f_cos)| *f_cos = bsdf.value_one(Vec3::from_array(*wi)));
+            bsdf.values(wi, f_cos);
             true
         };
         sampler.direct_by(setting.tables, &at, &mut target, &mut ray)?;

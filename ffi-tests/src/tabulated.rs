@@ -5,16 +5,20 @@
 //! density in proportion to the BRDF becomes one in proportion to BRDF x cosine.
 
 use crate::cornell::Scattered;
-use crate::grid::Grid;
-use crate::measured::Reflectance;
+use crate::grid::{Grid, Slices};
+use crate::lanes::{F8, V8, sin_cos_turn, turn};
+use crate::measured::{self, Reflectance, View};
+use crate::warp::Warp;
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A BRDF on a grid.
 pub struct Tabulated {
     name: String,
-    value: Grid,
-    density: Grid,
+    elevations: Vec<f32>,
+    density: Warp,
+    /// That density, and the BRDF.
+    both: Grid,
     roughness: f64,
 }
 
@@ -43,17 +47,20 @@ impl Tabulated {
             for (row, column) in (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column))) {
                 // The last row is the horizon itself, where there is no BRDF.
                 let y = (row as f64 / (ROWS - 1) as f64).min(0.999);
-                let wi = direction([column as f64 / (COLUMNS - 1) as f64, y], 0.0);
+                let wi = direction([column as f64 / (COLUMNS - 1) as f64, y]);
                 values.push(scattered.eval(wo, wi) / wi.z);
             }
             let slice = &mut values[first..];
             let largest = slice.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
             slice.iter_mut().for_each(|value| *value = value.max(FLOOR * largest));
         }
+        let density = Warp::new([COLUMNS, ROWS], &values);
+        let both = density.densities().zip(values).map(|(density, value)| [density, value as f32]).collect();
         Tabulated {
             name: scattered.name.clone(),
-            density: Grid::new([COLUMNS, ROWS], elevations.clone(), values.clone(), true),
-            value: Grid::new([COLUMNS, ROWS], elevations, values, false),
+            elevations: elevations.into_iter().map(|theta| theta as f32).collect(),
+            density,
+            both: Grid::new([COLUMNS, ROWS], both),
             roughness: roughness(scattered),
         }
     }
@@ -68,17 +75,10 @@ fn roughness(scattered: &Scattered) -> f64 {
     half.map_or(1.0, |angle| 0.5 * angle / 0.64)
 }
 
-/// The direction of wi for a point of the square and the azimuth of wo.
-fn direction([x, y]: [f64; 2], azimuth: f64) -> DVec3 {
-    let (phi, sine) = (TAU * x + azimuth, y.sqrt());
+/// The direction of wi for a point of the square.
+fn direction([x, y]: [f64; 2]) -> DVec3 {
+    let (phi, sine) = (TAU * x, y.sqrt());
     dvec3(sine * phi.cos(), sine * phi.sin(), (1.0 - y).max(0.0).sqrt())
-}
-
-/// The elevation of wo and the point of the square for wi; none unless both are above the surface.
-fn place(wo: DVec3, wi: DVec3) -> Option<(f64, [f64; 2])> {
-    let turns = (wi.y.atan2(wi.x) - wo.y.atan2(wo.x)) / TAU;
-    let above = wo.z > 0.0 && wi.z > 0.0;
-    above.then(|| (wo.z.min(1.0).acos(), [turns - turns.floor(), wi.x * wi.x + wi.y * wi.y]))
 }
 
 impl Reflectance for Tabulated {
@@ -91,15 +91,34 @@ impl Reflectance for Tabulated {
     }
 
     fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
-        place(wo, wi).map_or(0.0, |(theta, at)| self.value.eval(theta, at) * wi.z)
+        measured::eval_one(self, wo, wi)[0]
     }
 
     fn sample(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
-        direction(self.density.sample(wo.z.clamp(0.0, 1.0).acos(), u).0, wo.y.atan2(wo.x))
+        measured::sample_one(self, wo, u)
     }
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        place(wo, wi).map_or(0.0, |(theta, at)| self.density.density(theta, at) * wi.z / PI)
+        measured::eval_one(self, wo, wi)[1]
+    }
+
+    fn view(&self, wo: DVec3) -> View {
+        let mut view = View::new(wo);
+        view.slices = Slices::about(&self.elevations, view.elevation);
+        view
+    }
+
+    fn eval_lanes(&self, view: &View, wi: V8, used: usize) -> (F8, F8) {
+        let V8 { x, y, z } = view.facing(wi);
+        let [density, value] = self.both.eval(view.slices, [turn(x, y), x * x + y * y], used);
+        let cosine = view.above(z) & z;
+        (value * cosine, density * cosine * F8::splat(PI.recip() as f32))
+    }
+
+    fn sample_lanes(&self, view: &View, u: [F8; 2], used: usize) -> V8 {
+        let [x, y] = self.density.sample(view.slices, u, used).0;
+        let ((sin, cos), sine) = (sin_cos_turn(x), y.sqrt());
+        view.back(V8::new(sine * cos, sine * sin, (F8::ONE - y).fast_max(F8::ZERO).sqrt()))
     }
 }
 
@@ -142,7 +161,7 @@ mod tests {
                 density += brdf.pdf(wo, flat) * TAU;
             }
             for u in u.iter().step_by(64) {
-                let wi = direction(u.map(f64::from), 0.0);
+                let wi = direction(u.map(f64::from));
                 measured += scattered.eval(wo, wi) / wi.z * PI * 64.0;
             }
             let [sampled, uniform, density, measured] =

@@ -160,7 +160,7 @@ impl Bench {
         Ok(cell)
     }
 
-    /// Measured materials are evaluated one by one, and slowly.
+    /// Measured materials take longer to evaluate.
     fn most_of(&self, setting: &Setting) -> usize {
         if setting.material.measured.is_some() { self.most / 8 } else { self.most }
     }

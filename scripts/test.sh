@@ -81,18 +81,32 @@ demo() {
         [ -s "$logs/gallery/spot.png" ] && [ -s "$logs/gallery/index.html" ]
 }
 
-# Clippy compiles them, where it is installed, and lints on the way: a pass of its own would check all that they depend on once more.
+# Clippy compiles tests, where it is installed, and lints on the way: a pass of its own would check all that they depend on once more.
 clippy_driver=$(command -v clippy-driver || true)
+
+# linted NAME COMMAND...: fails for a warning, too.
+linted() {
+    report=$logs/$1.txt
+    shift
+    RUSTC_WORKSPACE_WRAPPER=$clippy_driver "$@" > "$report" 2>&1
+    verdict=$?
+    cat "$report"
+    [ $verdict = 0 ] && ! grep -q '^warning' "$report"
+}
+
+# The kernel's, the fuzzer's and those of chores; and the benchmarks as far as they compile.
+test_kernel() {
+    linted kernel cargo test --workspace --exclude wis-ffi-tests --exclude wis-capi --no-fail-fast &&
+        linted benchmarks cargo test --package wis --bench kernel --no-run
+}
+
 instruments() {
     RUSTC_WORKSPACE_WRAPPER=$clippy_driver scripts/instruments.sh "$installed/lib" "$@"
 }
 
 # Their own tests link the shared library.
 test_instruments() {
-    instruments test --lib --bins > "$logs/instruments.txt" 2>&1
-    verdict=$?
-    cat "$logs/instruments.txt"
-    [ $verdict = 0 ] && ! grep -q '^warning' "$logs/instruments.txt"
+    linted instruments scripts/instruments.sh "$installed/lib" test --lib --bins
 }
 
 # In the installed library, as a client has it.
@@ -122,8 +136,7 @@ aarch64() {
 # The kernel, for which cargo builds in one folder,
 kernel() {
     cargo_step format fmt --all --check
-    cargo_step clippy clippy --workspace --all-targets --exclude wis-capi --exclude wis-ffi-tests -- -D warnings
-    step rust-tests cargo test --workspace --exclude wis-ffi-tests --exclude wis-capi --no-fail-fast
+    step rust-tests test_kernel
     step crate scripts/check-crate.sh
     aarch64
 }

@@ -11,9 +11,9 @@
 #define CLIP 6.0f
 /* Places in a pixel along an axis, at which the map behind it is looked up. */
 #define FINE 3u
-#define MAGNIFIED 3u
-#define CROP_WIDTH 160u
-#define CROP_HEIGHT 106u
+#define MAGNIFIED 2
+#define CROP_WIDTH 240
+#define CROP_HEIGHT 160
 
 typedef Vec3 (*Look)(const Easel *easel, const void *what, size_t pixel);
 

@@ -18,6 +18,8 @@ pub struct Constant {
     pub mode: Mode,
     /// Hits of a pixel.
     pub hits: usize,
+    /// Independent repeats: errors under lamps have long tails.
+    pub repeats: u32,
 }
 
 pub const CONSTANTS: [Constant; 6] = [
@@ -29,6 +31,7 @@ pub const CONSTANTS: [Constant; 6] = [
         cells: || [wide(&[1]), narrow(&[1])].concat(),
         mode: Mode::Direct,
         hits: 1,
+        repeats: 512,
     },
     Constant {
         what: "candidates for each of 2 to 31 rays",
@@ -38,6 +41,7 @@ pub const CONSTANTS: [Constant; 6] = [
         cells: || [wide(&[2]), narrow(&[2, 4, 16])].concat(),
         mode: Mode::Direct,
         hits: 1,
+        repeats: 256,
     },
     Constant {
         what: "when hits share a product",
@@ -50,6 +54,7 @@ pub const CONSTANTS: [Constant; 6] = [
         },
         mode: Mode::Shared,
         hits: 64,
+        repeats: 64,
     },
     Constant {
         what: "deviations from which there are more candidates",
@@ -59,6 +64,7 @@ pub const CONSTANTS: [Constant; 6] = [
         cells: || narrow(&[1, 4, 16]),
         mode: Mode::Direct,
         hits: 1,
+        repeats: 256,
     },
     Constant {
         what: "rays that come from a product: 4 or fewer",
@@ -68,6 +74,7 @@ pub const CONSTANTS: [Constant; 6] = [
         cells: || wide(&[2, 3]),
         mode: Mode::Direct,
         hits: 1,
+        repeats: 256,
     },
     Constant {
         what: "rays that come from a product: 4 or more",
@@ -77,6 +84,7 @@ pub const CONSTANTS: [Constant; 6] = [
         cells: || wide(&[4, 6]),
         mode: Mode::Direct,
         hits: 1,
+        repeats: 256,
     },
 ];
 

@@ -1,7 +1,7 @@
 //! Chooses constants of the library anew from measurements on development maps alone, and writes a page: tuning <file>
 //!
-//! A value is built into a library of its own, from the sources of the last commit. Libraries are loaded one after the other, in several
-//! rounds, so that what else the machine does meets all of them. What was measured is kept in `build/tuning`.
+//! A value is built into a library of its own, from the sources of the last commit. Each has a process, and these take turns of less than
+//! a second, so that what else the machine does meets all of them alike. What was measured is kept in `build/tuning`.
 //!
 //! The rule is in `page::RULE`. It was committed before the first run.
 
@@ -13,8 +13,9 @@ use clap::Parser;
 use constants::{CONSTANTS, Constant};
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use wis_ffi_tests::data;
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::light::Light;
@@ -24,6 +25,7 @@ use wis_ffi_tests::method::Method;
 use wis_ffi_tests::products::lights;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, View};
+use wis_ffi_tests::timing::{CACHES, Times, time};
 
 /// The development maps. `forest_slope`, which older constants were tuned on, too, is not among them.
 const MAPS: [&str; 4] =
@@ -32,12 +34,10 @@ const MAPS: [&str; 4] =
 const POINTS: usize = 400;
 /// Pixels of many hits.
 const PIXELS: usize = 48;
-/// Independent repeats of single hits, and of pixels with many.
-const REPEATS: [u32; 2] = [64, 64];
-/// Rounds in which times are taken.
-const ROUNDS: u32 = 3;
-/// Pixels that are timed in a round: single hits, and pixels with many.
-const TIMED: [usize; 2] = [24, 8];
+/// Turns in which a row is timed.
+const ROUNDS: usize = 5;
+/// Pixels that are timed in a turn: single hits, and pixels with many.
+const TIMED: [usize; 2] = [16, 8];
 /// The most samples of each technique in half of a reference.
 const MOST: usize = 16384;
 const FOLDER: &str = "build/tuning";
@@ -53,26 +53,22 @@ struct Options {
     /// Measures a constant with the library that is loaded, and writes its cells to the file
     #[arg(long, hide = true)]
     measure: Option<usize>,
-    /// The round of the measurement: errors are measured in the first alone
-    #[arg(long, hide = true, default_value_t = 0)]
-    round: u32,
 }
 
 /// What was measured on one map and material.
 #[derive(Serialize, Deserialize)]
 pub struct Cell {
     pub light: String,
-    pub material: String,
+    /// Its times are those of one pixel: see `times`.
     pub rows: Vec<Row>,
+    /// Of each row, by round.
+    pub times: Vec<Vec<[Times; CACHES.len()]>>,
 }
-
-/// The rounds of a value.
-pub type Rounds = Vec<Vec<Cell>>;
 
 fn main() -> Result<()> {
     let options = Options::parse();
     if let Some(number) = options.measure {
-        let cells = measure(&CONSTANTS[number], options.round)?;
+        let cells = measure(&CONSTANTS[number])?;
         return Ok(std::fs::write(&options.file, serde_json::to_vec(&cells)?)?);
     }
     let sources = Sources::new()?;
@@ -80,13 +76,7 @@ fn main() -> Result<()> {
     for (number, constant) in CONSTANTS.iter().enumerate().filter(|(_, c)| c.what.contains(&options.only)) {
         let libraries = constant.values.iter().map(|value| sources.library(constant, value));
         let libraries = libraries.collect::<Result<Vec<_>>>()?;
-        let mut values: Vec<Rounds> = libraries.iter().map(|_| Vec::new()).collect();
-        for round in 0..ROUNDS {
-            for (library, rounds) in libraries.iter().zip(&mut values) {
-                rounds.push(cells(number, library, round)?);
-            }
-        }
-        measured.push((constant, values));
+        measured.push((constant, together(number, &libraries)?));
         std::fs::write(&options.file, page::page(&measured, &sources.commit)?)?;
     }
     Ok(())
@@ -96,24 +86,26 @@ fn main() -> Result<()> {
 struct Sources {
     folder: PathBuf,
     commit: String,
+    /// Of what the library is built from.
+    trees: String,
 }
 
 impl Sources {
     fn new() -> Result<Sources> {
         let folder = std::path::absolute(FOLDER)?.join("source");
         std::fs::create_dir_all(&folder)?;
-        let commit = Command::new("git").args(["rev-parse", "--short", "HEAD"]).output().context("git")?;
         let mut archive = Command::new("git").args(["archive", "HEAD"]).stdout(Stdio::piped()).spawn()?;
         let files = archive.stdout.take().context("git archive")?;
         run(Command::new("tar").arg("-x").arg("-C").arg(&folder).stdin(files))?;
         ensure!(archive.wait()?.success(), "git archive fails");
-        Ok(Sources { folder, commit: String::from_utf8_lossy(&commit.stdout).trim().into() })
+        let (commit, trees) = (git(&["--short", "HEAD"])?, git(&["HEAD:src", "HEAD:capi", "HEAD:Cargo.lock"])?);
+        Ok(Sources { folder, commit, trees })
     }
 
     /// The folder of a library with a value of a constant.
     fn library(&self, constant: &Constant, value: &str) -> Result<PathBuf> {
         let changed = (value != constant.values[0]).then(|| constant.with(value));
-        let library = self.folder.with_file_name(format!("{:016x}", hash(&(&self.commit, changed))));
+        let library = self.folder.with_file_name(format!("{:016x}", hash(&(&self.trees, changed))));
         if library.exists() {
             return Ok(library);
         }
@@ -136,29 +128,61 @@ impl Sources {
     }
 }
 
+fn git(names: &[&str]) -> Result<String> {
+    let output = Command::new("git").arg("rev-parse").args(names).output().context("git")?;
+    ensure!(output.status.success(), "git rev-parse {names:?} fails");
+    Ok(String::from_utf8_lossy(&output.stdout).trim().into())
+}
+
 fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("{command:?}"))?;
     ensure!(status.success(), "{command:?} fails");
     Ok(())
 }
 
-/// The cells of a round, from a process that loads the library.
-fn cells(number: usize, library: &Path, round: u32) -> Result<Vec<Cell>> {
-    let file = library.join(format!("constant-{number}-round-{round}.json"));
-    if !file.exists() {
-        let (number, round) = (number.to_string(), round.to_string());
+/// The cells of a constant with each library, from processes that take turns.
+fn together(number: usize, libraries: &[PathBuf]) -> Result<Vec<Vec<Cell>>> {
+    let key = hash(&std::fs::read(std::env::current_exe()?)?);
+    let name = format!("constant-{number}-{key:016x}.json");
+    let files: Vec<PathBuf> = libraries.iter().map(|library| library.join(&name)).collect();
+    if !files.iter().all(|file| file.exists()) {
         let program = std::env::current_exe()?;
-        eprintln!("{}, round {round}", library.display());
-        run(Command::new(program)
-            .args(["--measure", &number, "--round", &round])
-            .arg(&file)
-            .env("LD_LIBRARY_PATH", library))?;
+        let mut processes = Vec::new();
+        for (library, file) in libraries.iter().zip(&files) {
+            let mut command = Command::new(&program);
+            command.args(["--measure", &number.to_string()]).arg(file).env("LD_LIBRARY_PATH", library);
+            processes.push(command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?);
+        }
+        let ends = |process: &mut Child| Some((process.stdin.take()?, BufReader::new(process.stdout.take()?)));
+        let mut ends = processes.iter_mut().map(ends).collect::<Option<Vec<_>>>().context("a pipe")?;
+        let mut line = String::new();
+        let mut going = true;
+        while going {
+            for (turns, answers) in &mut ends {
+                writeln!(turns)?;
+                line.clear();
+                going &= answers.read_line(&mut line)? > 0;
+            }
+        }
+        drop(ends);
+        for mut process in processes {
+            ensure!(process.wait()?.success(), "a measurement of {} fails", CONSTANTS[number].what);
+        }
     }
-    Ok(serde_json::from_slice(&std::fs::read(file)?)?)
+    files.iter().map(|file| Ok(serde_json::from_slice(&std::fs::read(file)?)?)).collect()
+}
+
+/// Ends this process's turn and waits for the next.
+fn turn() -> Result<()> {
+    println!();
+    std::io::stdout().flush()?;
+    std::io::stdin().read_line(&mut String::new())?;
+    Ok(())
 }
 
 /// Measures the cells in which a constant acts.
-fn measure(constant: &Constant, round: u32) -> Result<Vec<Cell>> {
+fn measure(constant: &Constant) -> Result<Vec<Cell>> {
+    std::io::stdin().read_line(&mut String::new())?;
     let mesh = Path::new(data::FOLDER).join("meshes/spot.obj");
     let many = usize::from(constant.hits > 1);
     let view = if many == 1 { View::Hits(PIXELS, constant.hits) } else { View::Points(POINTS) };
@@ -166,7 +190,7 @@ fn measure(constant: &Constant, round: u32) -> Result<Vec<Cell>> {
     if maps.len() != MAPS.len() {
         bail!("development maps are absent");
     }
-    let repeats = if round == 0 { REPEATS[many] } else { 0 };
+    let method = Method::from(constant.mode);
     let mut cells = Vec::new();
     for light in &maps {
         let environment = light.environment()?;
@@ -174,10 +198,19 @@ fn measure(constant: &Constant, round: u32) -> Result<Vec<Cell>> {
         for (material, counts) in (constant.cells)() {
             let setting = Setting::new(&lit, &material);
             let truth = Truth::new(&reference(&scene, light, &setting)?, scene.hits);
-            let method = Method::from(constant.mode);
-            let effort = Effort { methods: vec![method.name()], counts, repeats, timed: TIMED[many] };
+            let effort = Effort { methods: vec![method.name()], counts, repeats: constant.repeats, timed: 1 };
             let rows = rows(&scene, &setting, &truth, std::iter::once(method), &effort)?;
-            cells.push(Cell { light: light.name.clone(), material: material.name.clone(), rows });
+            let mut times = Vec::new();
+            for &count in &effort.counts {
+                let mut rounds = Vec::new();
+                for _ in 0..ROUNDS {
+                    turn()?;
+                    rounds.push(time(&scene, &setting, method, count, TIMED[many])?);
+                }
+                times.push(rounds);
+            }
+            cells.push(Cell { light: light.name.clone(), rows, times });
+            turn()?;
         }
     }
     Ok(cells)

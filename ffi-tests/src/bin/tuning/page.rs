@@ -1,7 +1,7 @@
 //! Values of a constant side by side, and which of them the rule takes.
 
 use crate::constants::Constant;
-use crate::{MAPS, Rounds};
+use crate::{Cell, MAPS};
 use anyhow::Result;
 use std::fmt::Write;
 use wis_ffi_tests::statistics::{median, quantile, splitmix};
@@ -15,7 +15,7 @@ const MARGIN: f64 = 0.03;
 /// Resamples of an interval.
 const RESAMPLES: usize = 300;
 
-/// A row of a cell, over all rounds.
+/// A row of a cell.
 struct Measured {
     light: String,
     /// Absolute and relative, by repeat.
@@ -31,17 +31,16 @@ struct Means {
 }
 
 impl Measured {
-    fn all(rounds: &Rounds) -> Vec<Measured> {
-        let rows = |cells: usize| rounds[cells].iter().flat_map(|cell| cell.rows.iter().map(|row| (&cell.light, row)));
-        let times = |i: usize| (0..rounds.len()).filter_map(move |round| Some(rows(round).nth(i)?.1.times));
-        let first = rows(0).enumerate();
-        first
-            .map(|(i, (light, row))| Measured {
-                light: light.clone(),
-                errors: row.repeats.iter().map(|r| [r.errors[0].absolute, r.errors[0].relative]).collect(),
-                ns: times(i).map(|times| times.map(|caches| caches.map(|time| time.ns()))).collect(),
-            })
-            .collect()
+    fn all(cells: &[Cell]) -> Vec<Measured> {
+        let rows = cells
+            .iter()
+            .flat_map(|cell| cell.rows.iter().zip(&cell.times).map(|(row, times)| (&cell.light, row, times)));
+        rows.map(|(light, row, times)| Measured {
+            light: light.clone(),
+            errors: row.repeats.iter().map(|r| [r.errors[0].absolute, r.errors[0].relative]).collect(),
+            ns: times.iter().map(|times| times.map(|caches| caches.map(|time| time.ns()))).collect(),
+        })
+        .collect()
     }
 
     fn means(&self, mut pick: impl FnMut(usize, usize) -> usize) -> Means {
@@ -87,7 +86,7 @@ impl Scope<'_> {
 }
 
 /// The page of all constants that were measured.
-pub fn page(measured: &[(&Constant, Vec<Rounds>)], commit: &str) -> Result<String> {
+pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<String> {
     let (mut out, mut tables, mut verdicts) = (String::new(), String::new(), Vec::new());
     for (constant, values) in measured {
         verdicts.push(table(&mut tables, constant, values)?);
@@ -116,7 +115,7 @@ fn short(map: &str) -> &str {
 }
 
 /// Writes the values of a constant; the best and its score.
-fn table<'a>(out: &mut String, constant: &Constant, values: &[Rounds]) -> Result<(&'a str, f64)>
+fn table<'a>(out: &mut String, constant: &Constant, values: &[Vec<Cell>]) -> Result<(&'a str, f64)>
 where
     Constant: 'a,
 {
@@ -134,7 +133,7 @@ where
         constant.text
     )?;
     writeln!(out, "|---|{}", "---:|".repeat(9 + MAPS.len()))?;
-    let measured: Vec<Vec<Measured>> = values.iter().map(Measured::all).collect();
+    let measured: Vec<Vec<Measured>> = values.iter().map(|cells| Measured::all(cells)).collect();
     let means = |value: &[Measured]| -> Vec<Means> { value.iter().map(|m| m.means(|i, _| i)).collect() };
     let current = means(&measured[0]);
     let mut best = (constant.values[0], 1.0);

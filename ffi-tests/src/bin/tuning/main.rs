@@ -34,7 +34,7 @@ const MAPS: [&str; 4] =
 const POINTS: usize = 400;
 /// Pixels of many hits.
 const PIXELS: usize = 48;
-/// Turns in which a row is timed.
+/// Turns in which a process times a row.
 const ROUNDS: usize = 5;
 /// Pixels that are timed in a turn: single hits, and pixels with many.
 const TIMED: [usize; 2] = [16, 8];
@@ -53,6 +53,9 @@ struct Options {
     /// Measures a constant with the library that is loaded, and writes its cells to the file
     #[arg(long, hide = true)]
     measure: Option<usize>,
+    /// Times alone, no errors
+    #[arg(long, hide = true)]
+    times: bool,
 }
 
 /// What was measured on one map and material.
@@ -68,7 +71,7 @@ pub struct Cell {
 fn main() -> Result<()> {
     let options = Options::parse();
     if let Some(number) = options.measure {
-        let cells = measure(&CONSTANTS[number])?;
+        let cells = measure(&CONSTANTS[number], options.times)?;
         return Ok(std::fs::write(&options.file, serde_json::to_vec(&cells)?)?);
     }
     let sources = Sources::new()?;
@@ -76,7 +79,7 @@ fn main() -> Result<()> {
     for (number, constant) in CONSTANTS.iter().enumerate().filter(|(_, c)| c.what.contains(&options.only)) {
         let libraries = constant.values.iter().map(|value| sources.library(constant, value));
         let libraries = libraries.collect::<Result<Vec<_>>>()?;
-        measured.push((constant, together(number, &libraries)?));
+        measured.push((constant, measured_with(number, &libraries)?));
         std::fs::write(&options.file, page::page(&measured, &sources.commit)?)?;
     }
     Ok(())
@@ -140,20 +143,36 @@ fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// The cells of a constant with each library, from processes that take turns.
-fn together(number: usize, libraries: &[PathBuf]) -> Result<Vec<Vec<Cell>>> {
+/// The cells of a constant with each library; the times are those of all processes.
+fn measured_with(number: usize, libraries: &[PathBuf]) -> Result<Vec<Vec<Cell>>> {
+    let mut all = together(number, libraries, 0)?;
+    for process in 1..CONSTANTS[number].processes {
+        for (cells, more) in all.iter_mut().zip(together(number, libraries, process)?) {
+            let rows = cells.iter_mut().zip(more).flat_map(|(cell, more)| cell.times.iter_mut().zip(more.times));
+            rows.for_each(|(times, more)| times.extend(more));
+        }
+    }
+    Ok(all)
+}
+
+/// The cells of a constant with each library, from processes that take turns. Only the first measure errors.
+fn together(number: usize, libraries: &[PathBuf], process: usize) -> Result<Vec<Vec<Cell>>> {
     let key = hash(&std::fs::read(std::env::current_exe()?)?);
-    let name = format!("constant-{number}-{key:016x}.json");
+    let name = format!("constant-{number}-{process}-{key:016x}.json");
     let files: Vec<PathBuf> = libraries.iter().map(|library| library.join(&name)).collect();
     if !files.iter().all(|file| file.exists()) {
         let program = std::env::current_exe()?;
         let mut processes = Vec::new();
         for (library, file) in libraries.iter().zip(&files) {
             let mut command = Command::new(&program);
-            command.args(["--measure", &number.to_string()]).arg(file).env("LD_LIBRARY_PATH", library);
+            command
+                .args(["--measure", &number.to_string()])
+                .args((process > 0).then_some("--times"))
+                .arg(file)
+                .env("LD_LIBRARY_PATH", library);
             processes.push(command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?);
         }
-        let ends = |process: &mut Child| Some((process.stdin.take()?, BufReader::new(process.stdout.take()?)));
+        let ends = |child: &mut Child| Some((child.stdin.take()?, BufReader::new(child.stdout.take()?)));
         let mut ends = processes.iter_mut().map(ends).collect::<Option<Vec<_>>>().context("a pipe")?;
         let mut line = String::new();
         let mut going = true;
@@ -165,8 +184,8 @@ fn together(number: usize, libraries: &[PathBuf]) -> Result<Vec<Vec<Cell>>> {
             }
         }
         drop(ends);
-        for mut process in processes {
-            ensure!(process.wait()?.success(), "a measurement of {} fails", CONSTANTS[number].what);
+        for mut child in processes {
+            ensure!(child.wait()?.success(), "a measurement of {} fails", CONSTANTS[number].what);
         }
     }
     files.iter().map(|file| Ok(serde_json::from_slice(&std::fs::read(file)?)?)).collect()
@@ -181,7 +200,7 @@ fn turn() -> Result<()> {
 }
 
 /// Measures the cells in which a constant acts.
-fn measure(constant: &Constant) -> Result<Vec<Cell>> {
+fn measure(constant: &Constant, times_alone: bool) -> Result<Vec<Cell>> {
     std::io::stdin().read_line(&mut String::new())?;
     let mesh = Path::new(data::FOLDER).join("meshes/spot.obj");
     let many = usize::from(constant.hits > 1);
@@ -190,7 +209,7 @@ fn measure(constant: &Constant) -> Result<Vec<Cell>> {
     if maps.len() != MAPS.len() {
         bail!("development maps are absent");
     }
-    let method = Method::from(constant.mode);
+    let (method, repeats) = (Method::from(constant.mode), if times_alone { 0 } else { constant.repeats });
     let mut cells = Vec::new();
     for light in &maps {
         let environment = light.environment()?;
@@ -198,7 +217,7 @@ fn measure(constant: &Constant) -> Result<Vec<Cell>> {
         for (material, counts) in (constant.cells)() {
             let setting = Setting::new(&lit, &material);
             let truth = Truth::new(&reference(&scene, light, &setting)?, scene.hits);
-            let effort = Effort { methods: vec![method.name()], counts, repeats: constant.repeats, timed: 1 };
+            let effort = Effort { methods: vec![method.name()], counts, repeats, timed: 1 };
             let rows = rows(&scene, &setting, &truth, std::iter::once(method), &effort)?;
             let mut times = Vec::new();
             for &count in &effort.counts {

@@ -22,6 +22,8 @@ pub struct Constant {
     pub repeats: u32,
     /// Processes of each library in which times are taken: where their memory lies changes cold times by 5 %.
     pub processes: usize,
+    /// Whether it changes the number of candidates alone: what cold caches add is then about the same for all values.
+    pub candidates: bool,
 }
 
 pub const CONSTANTS: [Constant; 6] = [
@@ -35,6 +37,7 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 512,
         processes: 1,
+        candidates: true,
     },
     Constant {
         what: "candidates for each of 2 to 31 rays",
@@ -46,6 +49,7 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
+        candidates: true,
     },
     Constant {
         what: "when hits share a product",
@@ -60,6 +64,7 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 64,
         repeats: 64,
         processes: 4,
+        candidates: false,
     },
     Constant {
         what: "deviations from which there are more candidates",
@@ -71,6 +76,7 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
+        candidates: true,
     },
     Constant {
         what: "rays that come from a product: 4 or fewer",
@@ -82,6 +88,7 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
+        candidates: false,
     },
     Constant {
         what: "rays that come from a product: 4 or more",
@@ -93,6 +100,7 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
+        candidates: false,
     },
 ];
 

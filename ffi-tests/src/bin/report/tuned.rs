@@ -93,9 +93,9 @@ fn anew(page: &str, name: &str) -> Option<(bool, String)> {
     let found = if best == in_force {
         "the best".into()
     } else {
-        format!("best: {best}, score {score} ({interval}), warm {warm}, quiet {quiet}")
+        format!("the best is {best}, score {score} ({interval}), warm {warm}, quiet {quiet}")
     };
-    Some((stays, format!("{in_force} {}: {found}", if stays { "stays" } else { "does not stay" })))
+    Some((stays, format!("{in_force} {}, {found}", if stays { "stays" } else { "does not stay" })))
 }
 
 /// Rays for a hit that the two groups of maps are compared at.

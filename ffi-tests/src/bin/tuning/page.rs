@@ -12,9 +12,10 @@ const RULE: &str = "**The rule.** The value with the smallest score is the best.
     with cold caches. A value in force whose score is within 3 % of the best stays.";
 /// What was changed since, and what was added.
 const SINCE: &str = "**The order.** The rule was committed in 2c2b48f, before the first run. That run, of one ray, had intervals of 9 %. a13059b gave \
-    libraries shorter turns and more repeats, and left the rule. Its numbers were known when 8f6b191 added three things. Rows of the same rays \
-    were left out. Shared products got three more processes, since the gain of another value was as small as the noise of times. Scores with \
-    warm caches on a quiet machine were added; they decide nothing.";
+    libraries shorter turns and more repeats, and left the rule. Most of its numbers were known when 8f6b191 added three things. Rows of the \
+    same rays were left out. Shared products got three more processes, since the gain of another value was as small as the noise of times. \
+    Scores with warm caches on a quiet machine were added; they decide nothing. The numbers of 2026-11-25 were measured by a13059b, and those \
+    of the three processes by 8f6b191. Later commits changed the page alone.";
 /// A value in force stays if the best is no better than this.
 const MARGIN: f64 = 0.03;
 /// Resamples of an interval.
@@ -115,6 +116,8 @@ struct Best {
     value: &'static str,
     score: f64,
     interval: [f64; 2],
+    /// With the rows whose rays are the same.
+    all: f64,
     warm: f64,
     quiet: f64,
 }
@@ -158,7 +161,7 @@ pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<St
         stay.len(),
         measured.len()
     )?;
-    for ((constant, _), Best { value, score, interval, warm, quiet, .. }) in go {
+    for ((constant, _), Best { value, score, interval, all, warm, quiet }) in go {
         let (what, in_force) = (constant.what, constant.values[0]);
         write!(
             out,
@@ -166,6 +169,9 @@ pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<St
         )?;
         if quiet.is_finite() {
             write!(out, " With cold caches on a quiet machine it is {quiet:.3}.")?;
+        }
+        if all != score {
+            write!(out, " Rows of the same rays, if they counted, would make it {all:.3}.")?;
         }
         if interval[1] >= 1.0 {
             write!(out, " The interval reaches {:.3}, so this is not clear.", interval[1])?;
@@ -187,7 +193,7 @@ pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<St
     out.push_str(&tables);
     writeln!(
         out,
-        "Commit {commit}. `make tuning` builds each value into a library of its own, measures all of them and writes this page."
+        "Written at commit {commit}. `make tuning` builds each value into a library of its own, measures all of them and writes this page."
     )?;
     Ok(out)
 }
@@ -225,9 +231,11 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>], cold: f64)
         "---:|".repeat(11 + MAPS.len())
     )?;
     let measured: Vec<Vec<Measured>> = values.iter().map(|cells| Measured::all(cells, cold)).collect();
-    let mut best = Best { value: constant.values[0], score: 1.0, interval: [f64::NAN; 2], warm: 1.0, quiet: 1.0 };
+    let mut best =
+        Best { value: constant.values[0], score: 1.0, interval: [f64::NAN; 2], all: 1.0, warm: 1.0, quiet: 1.0 };
     for (value, rows) in constant.values.iter().zip(&measured).skip(1) {
         let pairs: Vec<Pair> = rows.iter().zip(&measured[0]).collect();
+        let all = ALL.of(&pairs);
         let (acts, same): (Vec<Pair>, Vec<Pair>) =
             pairs.into_iter().partition(|(own, other)| own.errors != other.errors);
         let score = |scope: Scope| scope.of(&acts);
@@ -248,7 +256,7 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>], cold: f64)
         cells.insert(1, range(interval));
         writeln!(out, "| {value} | {} |", cells.join(" | "))?;
         if total < best.score {
-            best = Best { value, score: total, interval, warm, quiet };
+            best = Best { value, score: total, interval, all, warm, quiet };
         }
     }
     writeln!(out)?;

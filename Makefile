@@ -32,7 +32,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler tuning structured wavelets \
 	triple check test fuzz fuzz-guided growth check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
@@ -153,6 +153,10 @@ sampler: lib ## measure products by themselves beside those of version 0.1, idea
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin ablation -- $(BUILD)/ablation.md
 	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md $(BUILD)/ablation.md
+
+tuning: lib ## choose constants anew on development maps alone, and write docs/tuning.md
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin tuning -- docs/tuning.md
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test

@@ -1,4 +1,5 @@
-//! Which constants of the library were chosen by measurements, on which maps, and in which commit (rule 37).
+//! Which constants of the library were chosen by measurements, on which maps, and in which commit (rule 37); and what the same choice on
+//! development maps alone gives, which `docs/tuning.md` tells.
 
 use crate::gains::{Against, METRICS, Scale};
 use crate::studies::SUN;
@@ -15,9 +16,12 @@ struct Tuned {
     text: &'static str,
     /// The last that changed it.
     commit: &'static str,
+    /// Where it was first chosen.
     maps: &'static str,
     /// Whether maps of this report were among them that are no development maps.
     judged: bool,
+    /// Its names in `docs/tuning.md`, if it was chosen anew there.
+    anew: &'static [&'static str],
 }
 
 const TUNED: [Tuned; 6] = [
@@ -28,6 +32,7 @@ const TUNED: [Tuned; 6] = [
         commit: "0046edf",
         maps: "development maps",
         judged: false,
+        anew: &[],
     },
     Tuned {
         what: "lobes of a product against its grid",
@@ -36,6 +41,7 @@ const TUNED: [Tuned; 6] = [
         commit: "d91074e",
         maps: "development maps",
         judged: false,
+        anew: &[],
     },
     Tuned {
         what: "rays that come from a product",
@@ -44,6 +50,7 @@ const TUNED: [Tuned; 6] = [
         commit: "c50f0f8",
         maps: "st_fagans, rooitou",
         judged: false,
+        anew: &["rays that come from a product: 4 or fewer", "rays that come from a product: 4 or more"],
     },
     Tuned {
         what: "candidates of bright lights",
@@ -52,6 +59,7 @@ const TUNED: [Tuned; 6] = [
         commit: "86e2a52",
         maps: "two lights, not recorded which",
         judged: false,
+        anew: &["deviations from which there are more candidates"],
     },
     Tuned {
         what: "candidates for a ray",
@@ -60,6 +68,7 @@ const TUNED: [Tuned; 6] = [
         commit: "20e3cc8",
         maps: "eight lights of this report, pictures of the gallery",
         judged: true,
+        anew: &["candidates for one ray", "candidates for each of 2 to 31 rays"],
     },
     Tuned {
         what: "when hits share a product",
@@ -68,8 +77,26 @@ const TUNED: [Tuned; 6] = [
         commit: "4f775d1",
         maps: "four lights of the study of textures",
         judged: true,
+        anew: &["when hits share a product"],
     },
 ];
+
+/// The page of constants that were chosen anew on development maps alone.
+const ANEW: &str = "docs/tuning.md";
+
+/// Whether the value in force stays there, and in words what was found.
+fn anew(page: &str, name: &str) -> Option<(bool, String)> {
+    let row = page.lines().find(|line| line.starts_with(&format!("| {name} |")))?;
+    let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+    let &[_, _, _, in_force, best, score, interval, warm, quiet, stays, _] = cells.as_slice() else { return None };
+    let stays = stays == "yes";
+    let found = if best == in_force {
+        "the best".into()
+    } else {
+        format!("the best is {best}, score {score} ({interval}), warm {warm}, quiet {quiet}")
+    };
+    Some((stays, format!("{in_force} {}, {found}", if stays { "stays" } else { "does not stay" })))
+}
 
 /// Rays for a hit that the two groups of maps are compared at.
 const RAYS: [usize; 2] = [4, 16];
@@ -82,9 +109,13 @@ pub fn parts(main: &[&Cell], lights: &[String]) -> Vec<Part> {
         if names.is_empty() { "none".into() } else { names.join(", ") }
     };
     let late: Vec<&str> = TUNED.iter().filter(|tuned| tuned.judged).map(|tuned| tuned.what).collect();
+    let page = std::fs::read_to_string(ANEW).unwrap_or_default();
+    let again = TUNED.iter().flat_map(|tuned| tuned.anew);
+    let (stay, others): (Vec<&str>, Vec<&str>) =
+        again.partition(|name| anew(&page, name).is_some_and(|(stays, _)| stays));
     let text = format!(
         "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. {} of {} tuned constants were not chosen on \
-         judged maps, as far as their files tell. **Chosen on judged maps, too: {}.** Only 0046edf is older than 37c4162, the first \
+         judged maps, as far as their files tell. **First chosen on judged maps, too: {}.** Only 0046edf is older than 37c4162, the first \
          report on judged maps: the others were not frozen before.",
         list(&is_developer),
         list(&|light| !is_developer(light) && light != SUN),
@@ -92,9 +123,23 @@ pub fn parts(main: &[&Cell], lights: &[String]) -> Vec<Part> {
         TUNED.len(),
         late.join("; ")
     );
-    let mut constants = Table::new(5, &["constant", "file", "value", "chosen on", "last changed in"]);
-    for Tuned { what, file, text, commit, maps, .. } in TUNED {
-        constants.row([what.into(), format!("`{file}`"), format!("`{text}`"), maps.into(), commit.into()]);
+    let or_none = |names: Vec<&str>| if names.is_empty() { "none".into() } else { names.join("; ") };
+    let again = format!(
+        "[tuning.md](tuning.md) chose constants anew on 2026-11-25, on four development maps alone. The score is variance x time over that \
+         of the value in force; within 3 % of the best, that value stays. **Stays: {}. Does not stay: {}.** Development maps \
+         alone give a constant that stays, within 3 %.",
+        or_none(stay),
+        or_none(others)
+    );
+    let mut constants = Table::new(
+        6,
+        &["constant", "file", "value", "first chosen on", "last changed in", "on development maps alone"],
+    );
+    for Tuned { what, file, text, commit, maps, anew: names, .. } in TUNED {
+        let found: Vec<String> = names.iter().filter_map(|name| Some(anew(&page, name)?.1)).collect();
+        let found = if found.is_empty() { "not chosen anew".into() } else { found.join("; ") };
+        let value = format!("`{text}`");
+        constants.row([what.into(), format!("`{file}`"), value, maps.into(), commit.into(), found]);
     }
     let rivals = [Against::Method("MIS balance"), Against::Best(&EXTENDED)];
     let heads = rivals.iter().flat_map(|rival| METRICS.map(|metric| format!("{}, {}", rival.name(), metric.0)));
@@ -114,6 +159,7 @@ pub fn parts(main: &[&Cell], lights: &[String]) -> Vec<Part> {
     vec![
         Part::Heading("Maps for tuning and maps for judging".into()),
         Part::Text(text),
+        Part::Text(again),
         Part::Table(constants),
         Part::Text(beside.into()),
         Part::Table(table),
@@ -130,6 +176,14 @@ mod tests {
         for Tuned { file, text, .. } in TUNED {
             let path = format!("{}/../{file}", env!("CARGO_MANIFEST_DIR"));
             assert!(std::fs::read_to_string(&path).unwrap().contains(text), "{file} no longer has {text}");
+        }
+    }
+
+    #[test]
+    fn constants_that_were_chosen_anew_are_on_the_page() {
+        let page = std::fs::read_to_string(format!("{}/../{ANEW}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        for name in TUNED.iter().flat_map(|tuned| tuned.anew) {
+            assert!(anew(&page, name).is_some(), "{ANEW} has no {name}");
         }
     }
 }

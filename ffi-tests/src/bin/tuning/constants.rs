@@ -1,0 +1,146 @@
+//! The constants that are chosen anew: their values, and the cells in which they act.
+
+use anyhow::{Result, ensure};
+use std::path::Path;
+use wis_ffi_tests::library::Mode;
+use wis_ffi_tests::material::Material;
+
+/// A constant of the library and the values that are tried.
+pub struct Constant {
+    pub what: &'static str,
+    pub file: &'static str,
+    /// As the file has it.
+    pub text: &'static str,
+    /// The value in force is the first.
+    pub values: &'static [&'static str],
+    /// Only where it acts: elsewhere all values take the same rays.
+    pub cells: fn() -> Vec<(Material, Vec<usize>)>,
+    pub mode: Mode,
+    /// Hits of a pixel.
+    pub hits: usize,
+    /// Independent repeats: errors under lamps have long tails.
+    pub repeats: u32,
+    /// Processes of each library in which times are taken: where their memory lies changes cold times by 5 %.
+    pub processes: usize,
+    /// Whether it changes the number of candidates alone: what cold caches add is then about the same for all values.
+    pub candidates: bool,
+}
+
+pub const CONSTANTS: [Constant; 6] = [
+    Constant {
+        what: "candidates for one ray",
+        file: "src/direct/mod.rs",
+        text: "0..=1 => 32,",
+        values: &["32", "16", "64"],
+        cells: || [wide(&[1]), narrow(&[1])].concat(),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 512,
+        processes: 1,
+        candidates: true,
+    },
+    Constant {
+        what: "candidates for each of 2 to 31 rays",
+        file: "src/direct/mod.rs",
+        text: "2..=31 => 8,",
+        values: &["8", "4", "16"],
+        cells: || [wide(&[2]), narrow(&[2, 4, 16])].concat(),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 256,
+        processes: 1,
+        candidates: true,
+    },
+    Constant {
+        what: "when hits share a product",
+        file: "src/product/covers.rs",
+        text: "const SHARES: f32 = 1.5;",
+        values: &["1.5", "1.25", "2.0", "3.0"],
+        cells: || {
+            let mixes = [Material::mix(0.1), Material::mix(0.1).textured(), Material::mix(0.3).textured()];
+            mixes.map(|material| (material, vec![1])).into()
+        },
+        mode: Mode::Shared,
+        hits: 64,
+        repeats: 64,
+        processes: 4,
+        candidates: false,
+    },
+    Constant {
+        what: "deviations from which there are more candidates",
+        file: "src/direct/effort.rs",
+        text: "MOST >> [1.0, 2.0, 4.0]",
+        values: &["1.0, 2.0, 4.0", "0.5, 1.0, 2.0", "2.0, 4.0, 8.0"],
+        cells: || narrow(&[1, 4, 16]),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 256,
+        processes: 1,
+        candidates: true,
+    },
+    Constant {
+        what: "rays that come from a product: 4 or fewer",
+        file: "src/direct/several.rs",
+        text: "const SEVERAL: usize = 4;",
+        values: &["4", "2"],
+        cells: || wide(&[2, 3]),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 256,
+        processes: 1,
+        candidates: false,
+    },
+    Constant {
+        what: "rays that come from a product: 4 or more",
+        file: "src/direct/several.rs",
+        text: "const SEVERAL: usize = 4;",
+        values: &["4", "8"],
+        cells: || wide(&[4, 6]),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 256,
+        processes: 1,
+        candidates: false,
+    },
+];
+
+/// From four rays on, these come from a product and have no candidates.
+fn wide(rays: &[usize]) -> Vec<(Material, Vec<usize>)> {
+    [Material::lambert(), Material::ggx(0.5)].map(|material| (material, rays.to_vec())).into()
+}
+
+fn narrow(rays: &[usize]) -> Vec<(Material, Vec<usize>)> {
+    [Material::ggx(0.2), Material::ggx(0.05), Material::mix(0.1)].map(|material| (material, rays.to_vec())).into()
+}
+
+impl Constant {
+    /// The text with another value.
+    pub fn with(&self, value: &str) -> String {
+        self.text.replace(self.values[0], value)
+    }
+
+    /// Changes it in a copy of the sources, from one value to another.
+    ///
+    /// # Errors
+    /// The file has another text.
+    pub fn edit(&self, sources: &Path, from: &str, to: &str) -> Result<()> {
+        let file = sources.join(self.file);
+        let (text, from) = (std::fs::read_to_string(&file)?, self.with(from));
+        ensure!(text.matches(&from).count() == 1, "{} has not one {from}", self.file);
+        Ok(std::fs::write(file, text.replace(&from, &self.with(to)))?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_in_force_are_those_of_the_sources() {
+        for constant in CONSTANTS {
+            let path = format!("{}/../{}", env!("CARGO_MANIFEST_DIR"), constant.file);
+            assert_eq!(std::fs::read_to_string(&path).unwrap().matches(constant.text).count(), 1, "{}", constant.text);
+            assert_eq!(constant.text.matches(constant.values[0]).count(), 1, "{}", constant.text);
+        }
+    }
+}

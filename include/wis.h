@@ -717,7 +717,7 @@ enum wis_status wis_product_describe(const struct wis_environment *environment,
 
 /// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Lobes must be of the same
 /// kinds and about as wide, and glossy ones be seen from about the same direction. Weights and f0 may differ as long as no lobe's share
-/// of what the hit scatters is more than 1.5 times that at the product. Where `covers` is 1, the pdf is above 0 wherever that hit
+/// of what the hit scatters is more than 1.25 times that at the product. Where `covers` is 1, the pdf is above 0 wherever that hit
 /// reflects light. Costs about 100 ns. Work: lobes.
 enum wis_status wis_product_covers(const struct wis_product *product,
                                    const struct wis_point *point,

@@ -25,15 +25,14 @@ use candidates::{Candidates, Counts, Draw};
 use joint::Turn;
 pub use ray::Ray;
 
-/// Candidates for each ray, by the number of rays and by whether all lobes are diffuse. On `spot`, mean over eight lights, 32 in place of 16
-/// for one ray divide the absolute variance by 1.3 for Lambert, 2.1 for GGX 0.2 and 2.6 for GGX 0.05; from 64 on less than the time grows.
-/// For four rays 8 in place of 16 are as good where a ray costs half a microsecond and more: within 6 % under two lights, but a quarter worse for
-/// GGX 0.05. Where rays are cheap, the relative error of four pictures of the gallery was 1.05 to 1.8 times lower.
-/// For 16 rays half as many lose a quarter in the former case and win that in the latter.
+/// Candidates for each ray, by the number of rays and by whether all lobes are diffuse: what has the least variance x time on four
+/// development maps, with cold caches, `docs/tuning.md`. On `spot`, mean over eight lights, 32 in place of 16 for one ray divide the absolute
+/// variance by 1.3 for Lambert, 2.1 for GGX 0.2 and 2.6 for GGX 0.05. Where rays are cheap, fewer are better from four rays on.
 pub fn candidates_per_ray(rays: usize, diffuse: bool) -> usize {
     let full = match rays {
         0..=1 => 32,
-        2..=31 => 8,
+        2..=3 => 16,
+        4..=31 => 8,
         _ => 4,
     };
     if diffuse { full / 2 } else { full }

@@ -15,7 +15,7 @@ const VIEWS: f32 = 0.5;
 /// Lobes of at least this width hardly depend on the view.
 const DIFFUSE: f32 = 0.7;
 /// A lobe's share of what a hit scatters may be this many times its share at the product. Weights grow by as much.
-const SHARES: f32 = 1.5;
+const SHARES: f32 = 1.25;
 
 impl Header {
     /// Whether a hit's normal lies within the cone, its lobes are of the same kinds and about as wide, none has a much larger share of

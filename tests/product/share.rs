@@ -36,7 +36,7 @@ fn weights_and_reflectances_may_differ_but_not_lobes() {
     };
     assert!(covers(&|_| ()));
     assert!(covers(&|p| p.weight = [[0.1, 0.9, 0.3]; 4]));
-    assert!(covers(&|p| p.f0 = [[0.07; 3]; 4]));
+    assert!(covers(&|p| p.f0 = [[0.06; 3]; 4]));
     assert!(!covers(&|p| p.f0 = [[0.5; 3]; 4]));
     assert!(covers(&|p| p.weight[1] = [0.0; 3]));
     assert!(!covers(&|p| p.whole_sphere = true));
@@ -65,7 +65,7 @@ fn a_lobe_that_scatters_a_much_larger_share_is_not_served() {
     point.f0 = [[0.1; 3]; 4];
     // Both lobes scatter a half.
     let product = Prepared::new(&built, &point);
-    for (diffuse, serves) in [(0.01, false), (0.03, false), (0.06, true), (0.2, true), (0.4, false), (0.9, false)] {
+    for (diffuse, serves) in [(0.01, false), (0.03, false), (0.08, true), (0.12, true), (0.2, false), (0.9, false)] {
         point.weight[0] = [diffuse; 3];
         assert_eq!(product.product().header.covers(&point), serves, "{diffuse}");
     }

@@ -22,11 +22,9 @@ pub struct Constant {
     pub repeats: u32,
     /// Processes of each library in which times are taken: where their memory lies changes cold times by 5 %.
     pub processes: usize,
-    /// Whether it changes the number of candidates alone: what cold caches add is then about the same for all values.
-    pub candidates: bool,
 }
 
-pub const CONSTANTS: [Constant; 6] = [
+pub const CONSTANTS: [Constant; 7] = [
     Constant {
         what: "candidates for one ray",
         file: "src/direct/mod.rs",
@@ -37,25 +35,34 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 512,
         processes: 1,
-        candidates: true,
     },
     Constant {
-        what: "candidates for each of 2 to 31 rays",
+        what: "candidates for each of 2 or 3 rays",
         file: "src/direct/mod.rs",
-        text: "2..=31 => 8,",
-        values: &["8", "4", "16"],
-        cells: || [wide(&[2]), narrow(&[2, 4, 16])].concat(),
+        text: "2..=3 => 16,",
+        values: &["16", "8", "32"],
+        cells: || [wide(&[2]), narrow(&[2, 3])].concat(),
         mode: Mode::Direct,
         hits: 1,
         repeats: 256,
         processes: 1,
-        candidates: true,
+    },
+    Constant {
+        what: "candidates for each of 4 to 31 rays",
+        file: "src/direct/mod.rs",
+        text: "4..=31 => 8,",
+        values: &["8", "4", "16"],
+        cells: || narrow(&[4, 16]),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 256,
+        processes: 1,
     },
     Constant {
         what: "when hits share a product",
         file: "src/product/covers.rs",
-        text: "const SHARES: f32 = 1.5;",
-        values: &["1.5", "1.25", "2.0", "3.0"],
+        text: "const SHARES: f32 = 1.25;",
+        values: &["1.25", "1.1", "1.5", "2.0"],
         cells: || {
             let mixes = [Material::mix(0.1), Material::mix(0.1).textured(), Material::mix(0.3).textured()];
             mixes.map(|material| (material, vec![1])).into()
@@ -64,7 +71,6 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 64,
         repeats: 64,
         processes: 4,
-        candidates: false,
     },
     Constant {
         what: "deviations from which there are more candidates",
@@ -76,7 +82,6 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
-        candidates: true,
     },
     Constant {
         what: "rays that come from a product: 4 or fewer",
@@ -88,7 +93,6 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
-        candidates: false,
     },
     Constant {
         what: "rays that come from a product: 4 or more",
@@ -100,7 +104,6 @@ pub const CONSTANTS: [Constant; 6] = [
         hits: 1,
         repeats: 256,
         processes: 1,
-        candidates: false,
     },
 ];
 

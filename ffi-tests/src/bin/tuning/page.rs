@@ -2,27 +2,23 @@
 
 use crate::constants::Constant;
 use crate::{Cell, MAPS};
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use std::fmt::Write;
 use wis_ffi_tests::statistics::{median, quantile, splitmix};
+use wis_ffi_tests::timing::CACHES;
 
 /// How a value is chosen.
 const RULE: &str = "**The rule.** The value with the smallest score is the best. The score is variance x time over that of the value in \
     force: the geometric mean over four maps, all materials and numbers of rays where the constant acts, both metrics and both cost models, \
     with cold caches. A value in force whose score is within 3 % of the best stays.";
-/// What was changed since, and what was added.
-const SINCE: &str = "**The order.** The rule was committed in 2c2b48f, before the first run. That run, of one ray, had intervals of 9 %. a13059b gave \
-    libraries shorter turns and more repeats, and left the rule. Most of its numbers were known when 8f6b191 added three things. Rows of the \
-    same rays were left out. Shared products got three more processes, since the gain of another value was as small as the noise of times. \
-    Scores with warm caches on a quiet machine were added; they decide nothing. The numbers of 2026-11-25 were measured by a13059b, and those \
-    of the three processes by 8f6b191. Later commits changed the page alone.";
+/// What led to the values in force.
+const ORDER: &str = "**The order.** The rule was committed in 2c2b48f, before the first run. The first whole run, c95070a, moved two \
+    constants: 16 candidates in place of 8 for 2 and 3 rays, and 1.25 in place of 1.5 for products that hits share. This run tries the \
+    values in force then against others.";
 /// A value in force stays if the best is no better than this.
 const MARGIN: f64 = 0.03;
 /// Resamples of an interval.
 const RESAMPLES: usize = 300;
-
-/// Cold, warm, and warm with what cold caches add on a quiet machine.
-const CACHES: [usize; 3] = [0, 1, 2];
 
 /// A row of a cell.
 struct Measured {
@@ -31,17 +27,17 @@ struct Measured {
     /// Absolute and relative, by repeat.
     errors: Vec<[f64; 2]>,
     /// With each of `CACHES`, cheap and expensive, by round.
-    ns: Vec<[[f64; 2]; 3]>,
+    ns: Vec<[[f64; 2]; CACHES.len()]>,
 }
 
 /// Its means, or those of a resample.
 struct Means {
     errors: [f64; 2],
-    ns: [[f64; 2]; 3],
+    ns: [[f64; 2]; CACHES.len()],
 }
 
 impl Measured {
-    fn all(cells: &[Cell], cold: f64) -> Vec<Measured> {
+    fn all(cells: &[Cell]) -> Vec<Measured> {
         let rows = cells
             .iter()
             .flat_map(|cell| cell.rows.iter().zip(&cell.times).map(|(row, times)| (&cell.light, row, times)));
@@ -49,13 +45,7 @@ impl Measured {
             light: light.clone(),
             rays: row.count,
             errors: row.repeats.iter().map(|r| [r.errors[0].absolute, r.errors[0].relative]).collect(),
-            ns: times
-                .iter()
-                .map(|times| {
-                    let [cold_caches, warm] = times.map(|caches| caches.map(|time| time.ns()));
-                    [cold_caches, warm, warm.map(|ns| ns + cold)]
-                })
-                .collect(),
+            ns: times.iter().map(|times| times.map(|caches| caches.map(|time| time.ns()))).collect(),
         })
         .collect()
     }
@@ -63,11 +53,11 @@ impl Measured {
     fn means(&self, mut pick: impl FnMut(usize, usize) -> usize) -> Means {
         let (repeats, rounds) = (self.errors.len(), self.ns.len());
         let errors: Vec<[f64; 2]> = (0..repeats).map(|i| self.errors[pick(i, repeats)]).collect();
-        let ns: Vec<[[f64; 2]; 3]> = (0..rounds).map(|i| self.ns[pick(i, rounds)]).collect();
+        let ns: Vec<[[f64; 2]; CACHES.len()]> = (0..rounds).map(|i| self.ns[pick(i, rounds)]).collect();
         let time = |caches: usize, model: usize| median(&ns.iter().map(|t| t[caches][model]).collect::<Vec<_>>());
         Means {
             errors: [0, 1].map(|metric| errors.iter().map(|e| e[metric]).sum::<f64>() / repeats as f64),
-            ns: CACHES.map(|caches| [0, 1].map(|model| time(caches, model))),
+            ns: [0, 1].map(|caches| [0, 1].map(|model| time(caches, model))),
         }
     }
 }
@@ -119,7 +109,6 @@ struct Best {
     /// With the rows whose rays are the same.
     all: f64,
     warm: f64,
-    quiet: f64,
 }
 
 impl Best {
@@ -131,28 +120,23 @@ impl Best {
 
 /// The page of all constants that were measured.
 pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<String> {
-    let cold = cold()?;
     let (mut out, mut tables, mut verdicts) = (String::new(), String::new(), Vec::new());
     for (constant, values) in measured {
-        let cold = if constant.candidates { cold } else { f64::NAN };
-        verdicts.push(table(&mut tables, constant, values, cold)?);
+        verdicts.push(table(&mut tables, constant, values)?);
     }
     writeln!(out, "# Constants chosen on development maps alone\n")?;
     writeln!(
         out,
-        "| constant | file | in force | best | score of the best | 95 % | warm | quiet | stays |\n|---|---|{}---|",
-        "---:|".repeat(6)
+        "| constant | file | in force | best | score of the best | 95 % | warm | stays |\n|---|---|{}---|",
+        "---:|".repeat(5)
     )?;
     for ((constant, _), best) in measured.iter().zip(&verdicts) {
         let stays = if best.stays() { "yes" } else { "no" };
         let (what, file, in_force) = (constant.what, constant.file, constant.values[0]);
-        let [warm, quiet, score] = [best.warm, best.quiet, best.score].map(figure);
+        let [warm, score] = [best.warm, best.score].map(figure);
         let interval = range(best.interval);
         let value = best.value;
-        writeln!(
-            out,
-            "| {what} | `{file}` | {in_force} | {value} | {score} | {interval} | {warm} | {quiet} | {stays} |"
-        )?;
+        writeln!(out, "| {what} | `{file}` | {in_force} | {value} | {score} | {interval} | {warm} | {stays} |")?;
     }
     let (stay, go): (Vec<_>, Vec<_>) = measured.iter().zip(&verdicts).partition(|(_, best)| best.stays());
     writeln!(
@@ -161,15 +145,12 @@ pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<St
         stay.len(),
         measured.len()
     )?;
-    for ((constant, _), Best { value, score, interval, all, warm, quiet }) in go {
+    for ((constant, _), Best { value, score, interval, all, warm }) in go {
         let (what, in_force) = (constant.what, constant.values[0]);
         write!(
             out,
             "\n**Does not stay: {what}.** {value} in place of {in_force} has a score of {score:.3}, and {warm:.3} with warm caches."
         )?;
-        if quiet.is_finite() {
-            write!(out, " With cold caches on a quiet machine it is {quiet:.3}.")?;
-        }
         if all != score {
             write!(out, " Rows of the same rays, if they counted, would make it {all:.3}.")?;
         }
@@ -179,16 +160,13 @@ pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<St
         writeln!(out)?;
     }
     let maps = MAPS.map(short).join(", ");
-    writeln!(out, "\n{RULE}\n\n{SINCE}\n")?;
+    writeln!(out, "\n{RULE}\n\n{ORDER}\n")?;
     writeln!(
         out,
         "**What was measured.** Maps: {maps}. The development map forest_slope was not used. Mesh: `spot`, with the same shading points for all \
          values. Below 1 a value is better than the one in force. The interval of 95 % resamples repeats and rounds of times. It leaves \
          out what differs from process to process: the column \"time, same rays\" would be 1 without noise. Rows in which a value takes the \
-         same rays as the one in force count there alone.\n\n\
-         **Other programs ran besides.** Cold caches then cost more than in [report.md](report.md), which favours more candidates. In the \
-         column \"quiet\" a call takes the warm time and {cold:.0} ns, what cold caches add to one ray there. Candidates themselves are as fast as \
-         with warm caches in that column, which favours more of them, too. Products read other memory, so their constants have no such number.\n"
+         same rays as the one in force count there alone.\n"
     )?;
     out.push_str(&tables);
     writeln!(
@@ -198,24 +176,12 @@ pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<St
     Ok(out)
 }
 
-/// What cold caches add to a call for one ray on the machine of the report, nanoseconds.
-fn cold() -> Result<f64> {
-    let report = std::fs::read_to_string("docs/report.md").context("docs/report.md")?;
-    let line = report
-        .lines()
-        .find(|line| line.starts_with("| direct: one ray, 16 candidates |"))
-        .context("a cost of direct")?;
-    let ns: Vec<f64> = line.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
-    ensure!(ns.len() >= 2, "{line}");
-    Ok((ns[1] - ns[0]).abs())
-}
-
 fn short(map: &str) -> &str {
     map.trim_end_matches(".hdr").trim_end_matches("_1k")
 }
 
 /// Writes the values of a constant, and answers the best.
-fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>], cold: f64) -> Result<Best> {
+fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>]) -> Result<Best> {
     writeln!(out, "## {}\n", constant.what[..1].to_uppercase() + &constant.what[1..])?;
     let materials = (constant.cells)().into_iter().map(|(material, rays)| {
         let rays: Vec<String> = rays.iter().map(usize::to_string).collect();
@@ -227,12 +193,11 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>], cold: f64)
     writeln!(out, "In force: `{}`.\n", constant.text)?;
     writeln!(
         out,
-        "| value | score | 95 % | {maps} | absolute | relative | cheap | expensive | variance | time | time, same rays | warm | quiet |\n|---|{}",
-        "---:|".repeat(11 + MAPS.len())
+        "| value | score | 95 % | {maps} | absolute | relative | cheap | expensive | variance | time | time, same rays | warm |\n|---|{}",
+        "---:|".repeat(10 + MAPS.len())
     )?;
-    let measured: Vec<Vec<Measured>> = values.iter().map(|cells| Measured::all(cells, cold)).collect();
-    let mut best =
-        Best { value: constant.values[0], score: 1.0, interval: [f64::NAN; 2], all: 1.0, warm: 1.0, quiet: 1.0 };
+    let measured: Vec<Vec<Measured>> = values.iter().map(|cells| Measured::all(cells)).collect();
+    let mut best = Best { value: constant.values[0], score: 1.0, interval: [f64::NAN; 2], all: 1.0, warm: 1.0 };
     for (value, rows) in constant.values.iter().zip(&measured).skip(1) {
         let pairs: Vec<Pair> = rows.iter().zip(&measured[0]).collect();
         let all = ALL.of(&pairs);
@@ -249,14 +214,14 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>], cold: f64)
         columns.extend([0, 1].map(|model| score(Scope { models: &[model], ..ALL })));
         let time = Scope { variance: false, ..ALL };
         columns.extend([score(Scope { time: false, ..ALL }), score(time), time.of(&same)]);
-        let [warm, quiet] = [1, 2].map(|caches| score(Scope { caches, ..ALL }));
-        columns.extend([warm, quiet]);
+        let warm = score(Scope { caches: 1, ..ALL });
+        columns.push(warm);
         let mut cells: Vec<String> = columns.into_iter().map(figure).collect();
         let interval = interval(&acts);
         cells.insert(1, range(interval));
         writeln!(out, "| {value} | {} |", cells.join(" | "))?;
         if total < best.score {
-            best = Best { value, score: total, interval, all, warm, quiet };
+            best = Best { value, score: total, interval, all, warm };
         }
     }
     writeln!(out)?;
@@ -272,15 +237,15 @@ fn by_rays(out: &mut String, constant: &Constant, measured: &[Vec<Measured>]) ->
     if rays.len() < 2 {
         return Ok(());
     }
-    let heads = rays.iter().flat_map(|rays| ["cold", "warm", "quiet"].map(|caches| format!("rays: {rays}, {caches}")));
-    writeln!(out, "| value | {} |\n|---|{}", heads.collect::<Vec<_>>().join(" | "), "---:|".repeat(3 * rays.len()))?;
+    let heads = rays.iter().flat_map(|rays| ["cold", "warm"].map(|caches| format!("rays: {rays}, {caches}")));
+    writeln!(out, "| value | {} |\n|---|{}", heads.collect::<Vec<_>>().join(" | "), "---:|".repeat(2 * rays.len()))?;
     for (value, rows) in constant.values.iter().zip(measured).skip(1) {
         let of = |rays: usize, caches: usize| {
             let pairs =
                 rows.iter().zip(&measured[0]).filter(|(own, other)| own.rays == rays && own.errors != other.errors);
             figure(Scope { caches, ..ALL }.of(&pairs.collect::<Vec<_>>()))
         };
-        let scores = rays.iter().flat_map(|&rays| CACHES.map(|caches| of(rays, caches)));
+        let scores = rays.iter().flat_map(|&rays| [0, 1].map(|caches| of(rays, caches)));
         writeln!(out, "| {value} | {} |", scores.collect::<Vec<_>>().join(" | "))?;
     }
     Ok(writeln!(out)?)

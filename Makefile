@@ -157,6 +157,7 @@ sampler: lib ## measure products by themselves beside those of version 0.1, idea
 tuning: lib ## choose constants anew on development maps alone, and write docs/tuning.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin tuning -- docs/tuning.md
+	{ echo && scripts/provenance.sh tuning; } >> docs/tuning.md
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test

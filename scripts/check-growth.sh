@@ -3,5 +3,5 @@
 set -eu
 cd "$(dirname "$0")/.."
 library=$(cd "$1" && pwd)/libwis.so
-cargo build --quiet --profile instruments --package wis-fuzz
+cargo build --quiet --profile instruments --package wis-fuzz --bin wis-growth
 "${CARGO_TARGET_DIR:-target}/instruments/wis-growth" "$library" "$2"

@@ -9,7 +9,7 @@ library=$(cd "$1" && pwd)/libwis.so
 minutes=$2
 built=${CARGO_TARGET_DIR:-target}/instruments
 fuzz=$built/wis-fuzz
-cargo build --quiet --profile instruments --package wis-fuzz
+cargo build --quiet --profile instruments --package wis-fuzz --bin wis-fuzz
 
 "$fuzz" "$library" --replays fuzz/replays.txt
 rm -rf "$built/corpus"

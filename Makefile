@@ -44,8 +44,8 @@ lib: ## build the static and the shared library into build/lib: FEATURES= for th
 	rm -f $(LIB)/libwis.*
 	OBJCOPY='$(OBJCOPY)' scripts/localise.sh $(TARGET)/release/libwis.a $(LIB)/libwis.a
 	$(OBJCOPY) --strip-all $(TARGET)/release/libwis.so $(LIB)/libwis.so.$(VERSION)
-	ln -s libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
-	ln -s libwis.so.$(ABI) $(LIB)/libwis.so
+	ln -sf libwis.so.$(VERSION) $(LIB)/libwis.so.$(ABI)
+	ln -sf libwis.so.$(ABI) $(LIB)/libwis.so
 
 header: ## write the C headers in include/ from the Rust sources
 	$(CARGO) run --quiet --package xtask -- header

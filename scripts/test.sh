@@ -141,6 +141,7 @@ kernel() {
     aarch64
     # The other lane installed the library long ago, if it could.
     while [ ! -e "$logs/installed" ]; do sleep 1; done
+    step sanitizers scripts/check-sanitizers.sh "$installed/lib" "$logs/sanitizers"
     step growth scripts/check-growth.sh "$installed/lib" "$logs/growth"
     step minimal minimal
     step valgrind minimal_valgrind
@@ -160,7 +161,6 @@ library() {
     step freestanding scripts/check-freestanding.sh "$installed" "$logs/freestanding"
     step consumers scripts/check-consumers.sh "$installed" "$logs/consumers"
     step hosts scripts/check-hosts.sh "$installed" "$logs/hosts"
-    step sanitizers scripts/check-sanitizers.sh "$installed/lib" "$logs/sanitizers"
     step integrating scripts/check-integrating.sh "$logs/integrating"
     step abi scripts/check-abi.sh
     step dist scripts/dist.sh "$build" --check

@@ -64,7 +64,7 @@ const TUNED: [Tuned; 6] = [
     Tuned {
         what: "candidates for a ray",
         file: "src/direct/mod.rs",
-        text: "2..=3 => 16,\n        4..=31 => 8,",
+        text: "2..=3 => 16,",
         commit: "d3be617",
         maps: "eight lights of this report, pictures of the gallery",
         judged: true,

@@ -106,6 +106,7 @@ pathtracer-page: ## run the path tracer under all lat-long maps of a folder and 
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer
 	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/pathtracer.md
+	{ echo && scripts/provenance.sh pathtracer-page; } >> docs/pathtracer.md
 
 $(BUILD)/relight: lib
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \

@@ -97,7 +97,7 @@ linted() {
 # The kernel's, the fuzzer's and those of chores; and the benchmarks as far as they compile.
 test_kernel() {
     linted kernel cargo test --workspace --exclude wis-ffi-tests --exclude wis-capi --no-fail-fast &&
-        linted benchmarks cargo test --package wis --bench kernel --no-run
+        linted benchmarks cargo test --workspace --exclude wis-ffi-tests --exclude wis-capi --bench kernel --no-run
 }
 
 instruments() {

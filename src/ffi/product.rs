@@ -123,7 +123,7 @@ pub unsafe extern "C" fn wis_product_prepare(
             }
             write_offsets(memory, offsets);
             if flags & WIS_PRODUCT_CHECKSUM != 0 {
-                check::sign(memory.get_mut(..end).unwrap_or_default());
+                check::write_checksums(memory.get_mut(..end).unwrap_or_default());
             }
             used.write(end);
             Ok(())

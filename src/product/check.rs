@@ -31,7 +31,7 @@ impl Header {
 }
 
 /// Gives each of some products, one behind the other, the checksum that [`open`] asks for.
-pub fn sign(mut products: &mut [u8]) {
+pub fn write_checksums(mut products: &mut [u8]) {
     while let Some(length) = Product::view(products).map(|product| product.header.bytes as usize) {
         let Some((product, rest)) = products.split_at_mut_checked(length.max(1)) else { break };
         write_checksum(product);

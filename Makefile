@@ -106,7 +106,6 @@ pathtracer-page: ## run the path tracer under all lat-long maps of a folder and 
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer
 	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/pathtracer.md
-	{ echo && scripts/provenance.sh pathtracer-page; } >> docs/pathtracer.md
 
 $(BUILD)/relight: lib
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \
@@ -129,6 +128,7 @@ gallery: ## render six pictures by MIS and by wis_direct at equal time, into bui
 hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/hard-cases.md
+	{ echo && scripts/provenance.sh hardcases; } >> docs/hard-cases.md
 
 report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test

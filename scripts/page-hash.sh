@@ -1,6 +1,6 @@
 #!/bin/sh
 # Prints what a measured page was made from, as sixteen hexadecimal digits: the recorded bits of the library and the sources of
-# the instrument that wrote the page. page-hash.sh NAME: an instrument of ffi-tests/src/bin, or gallery, pathtracer-page, renderers
+# the instrument that wrote the page. page-hash.sh NAME: an instrument of ffi-tests/src/bin, or gallery, pathtracer-page, hardcases, renderers
 set -eu
 cd "$(dirname "$0")/.."
 sources() {
@@ -9,6 +9,7 @@ sources() {
         gallery)
             find c-examples/gallery c-examples/relight/mesh.c c-examples/relight/tracer.c c-examples/render -name '*.[ch]' -not -name 'page.*' ;;
         pathtracer-page) find c-examples/pathtracer c-examples/render -name '*.[ch]' -not -name 'small.c' ;;
+        hardcases) find ffi-tests/src/bin/hardcases.rs ffi-tests/src/hardcases -name '*.rs' ;;
         renderers) find ffi-tests/mitsuba ffi-tests/rpt -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
         *)
             # What the page of products holds besides.

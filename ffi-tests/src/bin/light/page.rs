@@ -178,10 +178,10 @@ fn speeds(out: &mut String, results: &Results) -> Result<()> {
 Nanoseconds on {}: cold medians, and the fastest of the warm rounds. The machine has other tenants: compare within a column.
 \"First\" is a single call right after 32 MB of other memory were touched: code and page tables are cold, too.
 
-In a map of 1024 x 512 a sample of wis reads 8 cache lines for a bilinear client. They hold the table of all cells (1), its cell (1),
-the cell's starts (2), the block (1), the row starts (1) and texels (2). The last three are in one page. A pdf reads 7 lines: the maps
-from blocks to cells (2, 97 bytes in all for a 1k map), the cell (1), the block (1), the row starts (1) and texels (2). A nearest
-client's need one line of texels less.\n",
+Cache lines that a call reads in a map of 1024 x 512, for a bilinear client:\n
+- a sample, 8: the table of all cells (1), its cell (1), the cell's starts (2), the block (1), the row starts (1), texels (2);
+- a pdf, 7: the maps from blocks to cells (2), the cell (1), the block (1), the row starts (1), texels (2).\n
+Block, row starts and texels are in one page. The maps have 97 bytes in all. A nearest client reads one line of texels less.\n",
         results.timed
     )?;
     let calls = CALLS.iter().flat_map(|call| [format!("{call}, cold"), "warm".into()]);
@@ -234,8 +234,9 @@ fn budgets(out: &mut String, results: &Results) -> Result<()> {
     writeln!(
         out,
         "\n## Error budgets\n
-The standard deviation of L / pdf that was allowed, that the library states as added (`error` of the info), and that was
-measured, for a bilinear client. Built for the light alone; what products read takes 34 kB more (WIS_ENVIRONMENT_LIGHT_ONLY).\n
+Standard deviations of L / pdf for a bilinear client: the one allowed, the one added as the library states it, the one measured.
+`error` of the info states it. The lights are built for themselves; what products read takes 34 kB more
+(WIS_ENVIRONMENT_LIGHT_ONLY).\n
 | light | budget | bytes | stated | measured | within budget |\n|---|---:|---:|---:|---:|---|"
     )?;
     for budget in &results.budgets {
@@ -282,7 +283,7 @@ fn cells(out: &mut String, results: &Results) -> Result<()> {
     writeln!(
         out,
         "\n## Cells\n
-RMSE (absolute: over the mean of the image; relative: of each point over its reference) and microseconds for a shading point in
+Absolute: RMSE over the mean of the image. Relative: RMSE of each point over its reference. us: microseconds for a shading point in
 the {} and the {} cost model, with cold caches. The reference's own error follows the name of the light.\n",
         MODELS[0].0, MODELS[1].0
     )?;

@@ -213,8 +213,7 @@ fn check(cells: &[Cell]) -> Result<()> {
                 bail!("{name}: the error of {method} does not fall: {unshadowed:?}");
             }
         }
-        // Of a measured material the lobes are no more than a guess.
-        if cell.study != studies::MEASURED && cell.max_weight > goals::LARGEST_WEIGHT {
+        if studies::has_known_lobes(cell) && cell.max_weight > goals::LARGEST_WEIGHT {
             bail!("{name}: f L cos / (p I) reaches {:.1}, more than {}", cell.max_weight, goals::LARGEST_WEIGHT);
         }
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
+use wis_ffi_tests::measure::Cell;
 use wis_ffi_tests::measured;
 use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::scene::{Scene, View};
@@ -38,6 +39,8 @@ pub const SMOOTH: &str = "smooth mesh";
 pub const ROOM: &str = "room";
 /// Measured materials.
 pub const MEASURED: &str = "measured BRDFs";
+/// How names of materials begin that are made of lobes which the library knows.
+const LOBES: [&str; 3] = ["Lambert", "GGX ", "mix "];
 
 /// The unclipped sun of the project's own.
 pub const SUN: &str = "unclipped sun";
@@ -115,6 +118,12 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
         studies.retain(|study| options.study.iter().any(|name| name == study.name));
     }
     Ok(studies)
+}
+
+/// Whether the library knows the lobes of a cell's material: of a measured one, they are a guess that bounds no weight.
+pub fn has_known_lobes(cell: &Cell) -> bool {
+    let name = cell.material.trim_start_matches("textured ");
+    LOBES.iter().any(|kind| name.starts_with(kind))
 }
 
 /// The mesh that was asked for, or one of the data if it is there.

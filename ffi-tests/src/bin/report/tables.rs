@@ -2,7 +2,7 @@
 
 use crate::gains::{self, Against, METRICS, Scale, geometric_mean, over, over_best};
 use crate::goals::{self, Measured};
-use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED};
+use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
 use crate::{Run, losses, plots, tuned};
 use anyhow::Result;
 use std::collections::HashMap;
@@ -297,8 +297,8 @@ fn verdicts(cells: &[Cell], measured: &Measured) -> Vec<Part> {
         let beside = format!("{:.2} % bilinear client", error(&main));
         goal(&mut table, &name, error(&nearest), (bound, false, " %"), &beside);
     }
-    let lobes = cells.iter().filter(|cell| cell.study != MEASURED);
-    let largest = lobes.map(|cell| cell.max_weight).fold(0.0, f64::max);
+    let known = cells.iter().filter(|cell| has_known_lobes(cell));
+    let largest = known.map(|cell| cell.max_weight).fold(0.0, f64::max);
     goal(
         &mut table,
         "largest f L cos / (p I) of the product, every cell",

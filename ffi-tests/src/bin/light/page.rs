@@ -178,9 +178,9 @@ fn speeds(out: &mut String, results: &Results) -> Result<()> {
 Nanoseconds on {}: cold medians, and the fastest of the warm rounds. The machine has other tenants: compare within a column.
 \"First\" is a single call right after 32 MB of other memory were touched: code and page tables are cold, too.
 
-Cache lines that a call reads in a map of 1024 x 512, for a bilinear client:\n
-- a sample, 8: the table of all cells (1), its cell (1), the cell's starts (2), the block (1), the row starts (1), texels (2);
-- a pdf, 7: the maps from blocks to cells (2), the cell (1), the block (1), the row starts (1), texels (2).\n
+In a map of 1024 x 512 a sample of wis reads 8 cache lines for a bilinear client, and a pdf 7:\n
+- sample: the table of all cells (1), its cell (1), the cell's starts (2), the block (1), the row starts (1), texels (2);
+- pdf: the maps from blocks to cells (2), the cell (1), the block (1), the row starts (1), texels (2).\n
 Block, row starts and texels are in one page. The maps have 97 bytes in all. A nearest client reads one line of texels less.\n",
         results.timed
     )?;

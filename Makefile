@@ -231,9 +231,9 @@ coverage: ## count the lines of the kernel that its tests run: half an hour
 	scripts/setup.sh coverage
 	scripts/coverage.sh $(BUILD)/coverage
 
-soak: lib ## 8 threads on one environment have the bits of one: MILLIONS=1000 of samples
+soak: lib ## 8 threads on one environment have the bits of one: MILLIONS=1000 of samples, SECONDS=600 at least
 	$(CC) -std=gnu99 -O1 -Wall -Wextra -Iinclude c-examples/hosts/soak.c $(LIB)/libwis.a -lpthread -lm -o $(BUILD)/soak
-	$(BUILD)/soak $(or $(MILLIONS),1000)
+	$(BUILD)/soak $(or $(MILLIONS),1000) $(or $(SECONDS),600)
 
 sanitizers: lib ## run the C examples and hosts under the address and undefined-behaviour sanitizers
 	scripts/check-sanitizers.sh $(LIB) $(BUILD)

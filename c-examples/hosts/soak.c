@@ -1,4 +1,5 @@
-/* Eight threads on one environment, sharing chunks of work as they come: the bits are those of one thread. soak [millions of samples] */
+/* Eight threads on one environment, sharing chunks of work as they come: the bits are those of one thread. soak [millions of samples
+   [seconds]]: the eight work until both are reached, the one does the same again. */
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -10,7 +11,8 @@ enum { THREADS = 8, SAMPLES = 4096, HITS = 64 };
 
 static const work_library wis = WORK_LIBRARY;
 static const wis_environment *environment;
-static uint32_t chunks;
+static uint32_t chunks; /* that are done at least, */
+static time_t until;    /* and so long */
 static atomic_uint next;
 static atomic_int failed;
 static _Atomic uint64_t sum;
@@ -72,8 +74,9 @@ static void *work(void *unused) {
         failed = 1;
         return NULL;
     }
-    for (uint32_t number = next++; number < chunks && !failed; number = next++) {
-        const uint64_t hash = chunk(sampler, &memory, number);
+    /* Every number that is taken is done, so that they are those from 0 on. */
+    while (!failed && (next < chunks || time(NULL) < until)) {
+        const uint64_t hash = chunk(sampler, &memory, next++);
         if (hash == 0) failed = 1;
         sum += hash;
     }
@@ -102,7 +105,11 @@ int main(int count, char **argument) {
     work_paint();
     if (!work_allocate(&wis, &memory) || !(environment = work_build(&wis, &memory))) return 2;
     int seconds[2];
-    const uint64_t one = all(1, &seconds[0]), eight = all(THREADS, &seconds[1]);
+    until = time(NULL) + (count > 2 ? atoi(argument[2]) : 0);
+    const uint64_t eight = all(THREADS, &seconds[1]);
+    chunks = next;
+    until = 0;
+    const uint64_t one = all(1, &seconds[0]);
     failed |= one != eight;
     printf("%s: %llu samples, as many pdfs and %llu hits by 8 threads (%d s) and by one (%d s)\n",
            failed ? "FAILED" : "the same bits", (unsigned long long)chunks * SAMPLES, (unsigned long long)chunks * HITS,

@@ -59,6 +59,7 @@ fn bits(rays: &[Ray]) -> Vec<[u32; 4]> {
 fn rays_are_sound_and_the_same_on_every_level() {
     let materials = materials();
     let mut random = Random(101);
+    let level = Level::detect();
     for (_, map) in maps() {
         let light = Light::of(&map);
         let environment = light.environment();
@@ -68,7 +69,7 @@ fn rays_are_sound_and_the_same_on_every_level() {
             let rays = [1, 2, 3, 4, 7, 16][round % 6];
             let candidates_per_ray = [0, 0, 0, 1, 9, 20][random.bits() as usize % 6];
             let config = Config { rays: 16, candidates_per_ray, hits_per_pixel: 0, reserved: 0 };
-            let [got, again, baseline] = [Level::detect(), Level::detect(), Level::BASELINE]
+            let [got, again, baseline] = [level, level, Level::BASELINE]
                 .map(|level| Thread::with(level, config).direct(&environment, &point, at, rays));
             assert_eq!(bits(&got), bits(&again));
             assert_eq!(bits(&got), bits(&baseline), "{point:?} {at:?}");

@@ -32,7 +32,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler tuning structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler tuning passes structured wavelets \
 	triple check test fuzz fuzz-guided growth check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
@@ -159,6 +159,10 @@ tuning: lib ## choose constants anew on development maps alone, and write docs/t
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin tuning -- docs/tuning.md
 	{ echo && scripts/provenance.sh tuning; } >> docs/tuning.md
+
+passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/passes.md: QUICK=1 for a check
+	scripts/setup.sh test
+	scripts/instruments.sh $(LIB) run --bin passes -- $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/passes.md)
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test

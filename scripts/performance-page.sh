@@ -178,7 +178,8 @@ A renderer touches much memory between two hits, so expect the cold column.
    have many, as [gallery.md](gallery.md) does. At 0 the library takes $(quoted include/wis.h '4 to 32 for each at about 50 ns'). More of them pay where a ray costs
    several microseconds.
 3. **Wide lobes** (0.25 and more) and four rays or more: $(quoted include/wis.h 'samples of a product instead'), which needs no setting.
-4. **Rendering in passes, with hard shadows:** give the point a visibility cache. [gallery.md](gallery.md) measures it beside the others.
+4. **Rendering in passes, with hard shadows:** give the point a visibility cache. [passes.md](passes.md) says where it pays,
+   and [gallery.md](gallery.md) measures it beside the others.
 5. **Well-spread numbers and 16 hits or more in a pixel:** \`u\` and \`hits_per_pixel\`. Hits then share products.
 
 Error of MIS over that of \`wis_direct\` at equal time, by samples at a hit ([gallery.md](gallery.md)):
@@ -210,6 +211,7 @@ $(of_picture room)
 | [report.md](report.md) | \`make report\` | $(commit report) |
 | [light.md](light.md) | \`make light\` | $(commit light) |
 | [gallery.md](gallery.md) | \`make gallery PAGE=1\` | $(commit gallery) |
+| [passes.md](passes.md) | \`make passes\` | $(commit passes) |
 
 \`make performance\` writes this page from those, and \`make check-pages\` says whether it is older than they are. Claims of version 0.1 beside
 today's: [claims.md](claims.md).

@@ -124,6 +124,10 @@ light_quick() {
     instruments run --bin light -- --quick "$logs/light.md" --cache "$logs/light-cache"
 }
 
+passes_quick() {
+    instruments run --bin passes -- "$logs/passes.md" --quick
+}
+
 # The packages that this takes are another architecture's: it runs where they are.
 aarch64() {
     if scripts/check-aarch64.sh --check; then
@@ -169,6 +173,7 @@ library() {
     step hardcases hardcases
     step report-quick report_quick
     step light-quick light_quick
+    step passes-quick passes_quick
 }
 
 # Side by side, for two cores.

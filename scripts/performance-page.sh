@@ -178,8 +178,9 @@ A renderer touches much memory between two hits, so expect the cold column.
    have many, as [gallery.md](gallery.md) does. At 0 the library takes $(quoted include/wis.h '4 to 32 for each at about 50 ns'). More of them pay where a ray costs
    several microseconds.
 3. **Wide lobes** (0.25 and more) and four rays or more: $(quoted include/wis.h 'samples of a product instead'), which needs no setting.
-4. **Rendering in passes, with hard shadows:** give the point a visibility cache. [passes.md](passes.md) says where it pays,
-   and [gallery.md](gallery.md) measures it beside the others.
+4. **Rendering in passes, where most light is blocked:** give the point a visibility cache. In the penumbra of a room with one window the
+   variance is then $(cell passes 'room | penumbra | all points' expensive) lower at equal time; outdoors it is $(cell passes 'spot | penumbra | all points' expensive) there, and $(cell passes 'spot | lit | all points' expensive) where all light is visible
+   ([passes.md](passes.md), [gallery.md](gallery.md)).
 5. **Well-spread numbers and 16 hits or more in a pixel:** \`u\` and \`hits_per_pixel\`. Hits then share products.
 
 Error of MIS over that of \`wis_direct\` at equal time, by samples at a hit ([gallery.md](gallery.md)):

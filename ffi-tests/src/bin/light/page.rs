@@ -255,9 +255,9 @@ fn fits(out: &mut String, results: &Results) -> Result<()> {
     writeln!(
         out,
         "\n## L / pdf on every map\n
-w = L / (pdf x power), where L is the client's look-up in double precision. An exact density has w = 1 everywhere. The standard
-deviation, the maximum over at least {} directions, and E[w^2] / E[w]^2, which multiplies the variance. \"Missed\" is the share of the light
-whose pdf is 0, if there is any.",
+w = L / (pdf x power), where L is the client's look-up in double precision. An exact density has w = 1 everywhere. Three
+figures describe w over at least {} directions: its standard deviation, its maximum, and E[w^2] / E[w]^2. The last one multiplies the
+variance. \"Missed\" is the share of the light whose pdf is 0, if there is any.",
         if results.quick { "130,000" } else { "1 million" }
     )?;
     for (bilinear, client) in [(true, "bilinear"), (false, "nearest")] {

@@ -54,7 +54,8 @@ A cache learns from all points of a place. *All points*: up to {} in a pass. *A 
 
 Variance: the mean squared error of the image, of each point relative to reference^2 + (0.01 mean)^2. v: the part of a point's light that
 is visible. Lit: v > 0.95. Umbra: v < 0.05. Time: processor time of one thread for all but camera rays. It holds keys, recording
-and the end of passes. {}: the harness as it is. {}: 150 ns more for an evaluation of BRDF and radiance, 500 ns more for a ray.\n",
+and the end of passes. Costs are two models. The {} one is the harness as it is. The {} one adds 150 ns for an evaluation of
+BRDF and radiance, and 500 ns for a ray.\n",
         rendered(true),
         rendered(false),
         MODELS[0].0,

@@ -3,7 +3,7 @@
 mod cache;
 mod page;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use cache::Cache;
 use glam::Vec3;
 use rustix::time::{ClockId, clock_gettime};
@@ -30,6 +30,8 @@ pub const REGIONS: [&str; 3] = ["lit", "penumbra", "umbra"];
 /// Fewer points are no group.
 pub const FEW: usize = 30;
 const MAPS: [&str; 2] = ["rooitou_park_1k.hdr", "adams_place_bridge_1k.hdr"];
+/// No image is brighter or darker than its reference by more than this part, with or without a cache.
+const BIAS: f64 = 0.2;
 /// Where references are kept.
 const REFERENCES: &str = "build/passes";
 
@@ -113,6 +115,7 @@ fn cell((scene, judged): (&Scene, &Scene), setting: &Setting, quick: bool) -> Re
     let (mut errors, mut times) = ([[0.0; REGIONS.len()]; 2], [[0.0; MODELS.len()]; 2]);
     for (with, (errors, times)) in errors.iter_mut().zip(&mut times).enumerate() {
         let mut taken = vec![Vec::new(); MODELS.len()];
+        let mut sum = 0.0;
         for repeat in 0..REPEATS {
             for (model, taken) in taken.iter_mut().enumerate() {
                 let (estimates, time) = passes(scene, &setting.at(MODELS[model].1), with == 1, repeat)?;
@@ -123,11 +126,14 @@ fn cell((scene, judged): (&Scene, &Scene), setting: &Setting, quick: bool) -> Re
                 let is_known = |place: &ShadingPoint| place.pixel.iter().all(|c| c % (KNOWN * step) == 0);
                 let known = scene.points.iter().zip(&estimates).filter(|(place, _)| is_known(place));
                 for (((_, estimate), truth), &region) in known.zip(&reference).zip(&regions) {
+                    sum += estimate;
                     let square = (estimate - truth[0]).powi(2) / (truth[0].powi(2) + (0.01 * mean).powi(2));
                     errors[region] += square / f64::from(REPEATS) / points[region] as f64;
                 }
             }
         }
+        let brightness = sum / (f64::from(REPEATS) * reference.len() as f64 * mean);
+        ensure!((brightness - 1.0).abs() < BIAS, "{}: {brightness} of the reference", name.join(", "));
         *times = [0, 1].map(|model| statistics::median(&taken[model]));
     }
     let (rendered, all) = (scene.points.len(), scene.points.len() > judged.points.len());

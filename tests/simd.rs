@@ -1,15 +1,17 @@
 //! Lanes answer the bits of scalar operations, and the wide walk those of the scalar walk, on portable lanes and on
-//! every kind that this processor has. Walks and products of the wavelet header have one kind on each platform.
+//! every kind that this processor has. Products are the same on all lanes.
 
 use crate::support::statistics::Mean;
-use crate::support::{Random, lane_points};
+use crate::support::{Random, ggx, lambert, lane_points, query};
 use wis::numeric::{max, min, sqrt};
 use wis::points::sobol;
 use wis::simd::{Kernel, LANES, Lanes, Level, Native, Portable, run};
 use wis::sphere::Frame;
 use wis::wavelets::descent::{self, Sample};
 use wis::wavelets::environment::Light;
-use wis::wavelets::product::{Room, Scratch};
+use wis::wavelets::lobe::Lobes;
+use wis::wavelets::product::{self, Budget, Cell, Node, Room, Scratch};
+use wis::wavelets::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
 use wis::wavelets::tree::{Tree, build, complete_len};
 use wis::wavelets::wide::{self, TOGETHER};
 
@@ -136,13 +138,7 @@ fn squares(depth: u32) -> (f32, Vec<[f32; 4]>) {
     (average as f32, squares)
 }
 
-/// Walks on the lanes that the wavelet header has here, or on portable ones.
-struct Walks {
-    sample: fn(&Light<'_>, &Frame, &[[f32; 2]], &mut [Sample]),
-    pdf: fn(&Light<'_>, &Frame, &[[f32; 3]], &mut [f32]),
-}
-
-fn same_walk(Walks { sample, pdf }: &Walks) {
+fn same_walk<F: Lanes>() {
     let (average, squares) = squares(6);
     let light = Light(Tree::complete(6, average, &squares).unwrap());
     let turned = Frame::new(&[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]).unwrap();
@@ -150,14 +146,14 @@ fn same_walk(Walks { sample, pdf }: &Walks) {
         for first in (0..1 << 16).step_by(TOGETHER) {
             let u = lane_points(first);
             let mut samples = vec![Sample::default(); u.len()];
-            sample(&light, &frame, &u, &mut samples);
+            wide::sample::<F, _>(&light, &frame, &u, &mut samples);
             let expected: Vec<Sample> = u.iter().map(|u| descent::sample(&light, &frame, *u)).collect();
             assert_eq!(samples, expected);
             let direction = |(i, u): (usize, &[f32; 2])| if i % 2 == 0 { samples[i].wi } else { uniform(*u) };
             let wi: Vec<[f32; 3]> = u.iter().enumerate().map(direction).collect();
             let expected: Vec<f32> = wi.iter().map(|wi| descent::pdf(&light, &frame, *wi).unwrap_or(0.0)).collect();
             let mut values = vec![0.0; wi.len()];
-            pdf(&light, &frame, &wi, &mut values);
+            wide::pdf::<F, _>(&light, &frame, &wi, &mut values);
             assert_eq!(values, expected);
         }
     }
@@ -173,14 +169,51 @@ fn uniform(u: [f32; 2]) -> [f32; 3] {
 
 #[test]
 fn wide_walks_are_scalar_walks() {
-    same_walk(&Walks {
-        sample: |light, frame, u, samples| wide::samples(light, frame, u, samples),
-        pdf: |light, frame, wi, values| wide::pdfs(light, frame, wi, values),
-    });
-    same_walk(&Walks {
-        sample: |light, frame, u, samples| wide::sample::<Portable, _>(light, frame, u, samples),
-        pdf: |light, frame, wi, values| wide::pdf::<Portable, _>(light, frame, wi, values),
-    });
+    on_all_lanes!(same_walk);
+}
+
+/// A product's bytes, on lanes of a kind.
+fn products<F: Lanes>() -> Vec<Built> {
+    let (average, squares) = squares(6);
+    let light = Tree::complete(6, average, &squares).unwrap();
+    let narrow = Lobe { b: 0.05, ..ggx(0.2) };
+    let phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
+    let mut all = Vec::new();
+    for lobes in [vec![lambert(0.8)], vec![narrow, lambert(0.1)], vec![ggx(0.01)], vec![phong]] {
+        for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {
+            let query = Query { tangent: [0.0, 0.6, 0.8], ..query(normal, [0.36, 0.48, 0.8], &lobes) };
+            let mut lobes = Lobes::new(&query, None).unwrap();
+            let room = Room::new(Budget::DEFAULT.squares).unwrap();
+            let (mut nodes, mut cells) = (vec![Node::default(); room.nodes], vec![Cell::default(); room.cells]);
+            let (mut priorities, mut slots) = (vec![0.0; room.priorities], vec![0; room.squares]);
+            let mut scratch =
+                Scratch { nodes: &mut nodes, cells: &mut cells, priorities: &mut priorities, slots: &mut slots };
+            let (frame, budget) = (Frame::IDENTITY, Budget::DEFAULT);
+            let built = product::build::<F, Lobes>(light, &frame, &mut lobes, budget, &mut scratch).unwrap();
+            let average = scratch.finish(built.base, built.squares);
+            nodes.truncate(4 * built.squares as usize + 1);
+            all.push((nodes, average.to_bits()));
+        }
+    }
+    all
+}
+
+/// The nodes of a product and its average.
+type Built = (Vec<Node>, u32);
+
+#[test]
+fn products_are_the_same_on_all_lanes() {
+    struct Products;
+    impl Kernel for Products {
+        type Output = Vec<Built>;
+        fn run<F: Lanes>(self) -> Vec<Built> {
+            products::<F>()
+        }
+    }
+    let portable = products::<Portable>();
+    assert!(portable.iter().all(|(nodes, _)| nodes.len() > 8));
+    assert!(portable == products::<Native>());
+    assert!(portable == run(Level::detect(), Products));
 }
 
 /// The leaves that a build splits next, by lanes of a kind, until none is worth more than `least`.
@@ -223,54 +256,4 @@ fn splits_are_worth_most() {
     }
     println!("the first batch is worth {:.3} of the best, on average", share.mean);
     assert!(share.mean > 0.95, "{}", share.mean);
-}
-
-/// Not on x86-64: portable lanes make so much code of a product that they take a seventh of the time to compile the tests, and no library for
-/// x86-64 has them. `make check-aarch64` runs this.
-#[cfg(not(target_arch = "x86_64"))]
-mod products {
-    use super::squares;
-    use crate::support::{ggx, lambert, query};
-    use wis::simd::{Lanes, Native, Portable};
-    use wis::sphere::Frame;
-    use wis::wavelets::lobe::Lobes;
-    use wis::wavelets::product::{self, Budget, Cell, Node, Room, Scratch};
-    use wis::wavelets::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
-    use wis::wavelets::tree::Tree;
-
-    /// Nodes and averages of products, on lanes of a kind.
-    fn products<F: Lanes>() -> Vec<Built> {
-        let (average, squares) = squares(6);
-        let light = Tree::complete(6, average, &squares).unwrap();
-        let narrow = Lobe { b: 0.05, ..ggx(0.2) };
-        let phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
-        let mut all = Vec::new();
-        for lobes in [vec![lambert(0.8)], vec![narrow, lambert(0.1)], vec![ggx(0.01)], vec![phong]] {
-            for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {
-                let query = Query { tangent: [0.0, 0.6, 0.8], ..query(normal, [0.36, 0.48, 0.8], &lobes) };
-                let mut lobes = Lobes::new(&query, None).unwrap();
-                let room = Room::new(Budget::DEFAULT.squares).unwrap();
-                let (mut nodes, mut cells) = (vec![Node::default(); room.nodes], vec![Cell::default(); room.cells]);
-                let (mut priorities, mut slots) = (vec![0.0; room.priorities], vec![0; room.squares]);
-                let mut scratch =
-                    Scratch { nodes: &mut nodes, cells: &mut cells, priorities: &mut priorities, slots: &mut slots };
-                let (frame, budget) = (Frame::IDENTITY, Budget::DEFAULT);
-                let built = product::build::<F, Lobes>(light, &frame, &mut lobes, budget, &mut scratch).unwrap();
-                let average = scratch.finish(built.base, built.squares);
-                nodes.truncate(4 * built.squares as usize + 1);
-                all.push((nodes, average.to_bits()));
-            }
-        }
-        all
-    }
-
-    /// The nodes of a product and its average.
-    type Built = (Vec<Node>, u32);
-
-    #[test]
-    fn products_are_the_same_on_portable_lanes() {
-        let portable = products::<Portable>();
-        assert!(portable.iter().all(|(nodes, _)| nodes.len() > 8));
-        assert!(portable == products::<Native>());
-    }
 }

@@ -268,6 +268,20 @@ impl<'a> Shaded<'a> {
         leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
     }
 
+    /// Directions of map space for numbers of the grid, in [0, 1 - 2^-24]^2.
+    #[inline(always)]
+    pub fn direction<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let (cells, numbers) = self.cells(u);
+        self.light.direction_of(&self.light.sample_in::<F>(cells, numbers))
+    }
+
+    /// The densities of directions of map space, of unit length, by the grid and in the light.
+    #[inline(always)]
+    pub fn grid_and_light<F: Num>(&self, map: [F; 3]) -> (F, F) {
+        let located = self.light.locate(map, true);
+        (self.grid(&located), self.light.alone(&located))
+    }
+
     /// The density of directions of map space of unit length, and where they are.
     #[inline(always)]
     fn find<F: Num>(&self, map: [F; 3]) -> (F, Located<F>) {

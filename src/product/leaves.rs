@@ -76,12 +76,6 @@ pub fn largest<F: Num>([a, b, c, d]: [F; 4]) -> F {
     a.max(b).max(c.max(d))
 }
 
-/// The least of four.
-#[inline(always)]
-pub fn lowest<F: Num>([a, b, c, d]: [F; 4]) -> F {
-    a.min(b).min(c.min(d))
-}
-
 /// Leaves in 16 bits, and the mean of what is stored.
 #[inline(always)]
 pub fn store<F: Lanes>(corners: &Corners<F>, out: &mut Leaves) -> F {

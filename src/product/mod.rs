@@ -4,7 +4,8 @@
 //! F is bilinear in the numbers (w, v) of each cell of the light, or of each of 4 x 4 parts of the heaviest cells. No walk
 //! through the light is needed to normalise it: a bilinear function's integral is the mean of its corners.
 //!
-//! Narrow lobes vary inside a cell. Their products are mixtures of this grid with the lobes' own density.
+//! Narrow lobes vary inside a cell. Their products are mixtures of this grid with the lobes' own density; a trial in a few directions
+//! says how much of each.
 
 pub mod check;
 mod choose;
@@ -16,5 +17,6 @@ pub mod info;
 mod leaves;
 pub mod peak;
 pub mod prepare;
+mod share;
 pub mod stored;
 mod tops;

@@ -18,7 +18,7 @@ use crate::simd::{Apart, Num};
 pub struct Mixture {
     /// Lobes of a smaller width are drawn from.
     pub narrow: f32,
-    /// The share of numbers that draws from an infinitely narrow lobe, where no other lobe reflects.
+    /// The share of numbers that may draw from an infinitely narrow lobe, where no other lobe reflects.
     pub share: f32,
     /// The grid sees no lobe of a smaller width than this: a peak that it cannot resolve would have all of it or nothing.
     pub resolved: f32,
@@ -100,7 +100,7 @@ fn exponent(width: f32) -> f32 {
     -core::f32::consts::LN_2 / libm::logf(max(libm::cosf(2.0 * width), f32::MIN_POSITIVE)) - 1.0
 }
 
-/// The lobes of a point as a product keeps them, and the share of numbers that draws from narrow ones.
+/// The lobes of a point as a product keeps them, and the share of numbers that may draw from narrow ones.
 pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([StoredLobe; MAX_LOBES], f32) {
     let mut lobes = [StoredLobe::default(); MAX_LOBES];
     let [.., cosine] = surface.wo();

@@ -3,19 +3,19 @@
 use super::choose::Heaviest;
 use super::corners::{Cone, respond};
 use super::divide::{middles, part};
-use super::leaves::{FLOOR, corner_values, group_of, largest, lowest, quadrants, store, tilted};
+use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
 use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, PART_ENDS, WHOLE_SPHERE};
-use super::tops;
+use super::{share, tops};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS, MIDDLES, PARTS};
-use crate::numeric::{exponent, max, min};
+use crate::numeric::exponent;
 use crate::object::Magic;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use crate::status::Status;
-use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
+use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// What a product is prepared for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,14 +59,6 @@ const WASTED: f32 = 0.25;
 const LITTLE_WASTED: f32 = 0.05;
 /// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
 const MOST_WASTED: f32 = 8.0;
-
-/// A part is resolved where its largest corner is less than so many times its least: the light is where F is known. Among 1.5, 2, 3 and 5.
-const RESOLVED: f32 = 3.0;
-/// Lobes take so many times what other parts bring, up to the share for an even light: a lamp that a narrow lobe mirrors needs the grid alone.
-/// Among 1, 1.5 and 2 the one with less absolute error at 16 samples and no more relative error, on the maps for tuning.
-const REST: f32 = 2.0;
-/// Lobes keep this part of their share, also where nothing else seems to bring anything.
-const LEAST_REST: f32 = 0.2;
 
 /// What a leaf holds for 1.
 const STORED_ONE: f64 = 65536.0;
@@ -127,17 +119,17 @@ pub fn prepare_in(
     let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
     let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
     let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
-    let (mut lobes, mut peak) = peak::choose(point.material, &surface, &config.mixture);
-    let mirror = if peak > 0.0 { surface.mirror() } else { [0.0; 3] };
+    let (lobes, allowed) = peak::choose(point.material, &surface, &config.mixture);
+    let mirror = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
     let (axes, wo) = (surface.axes(), surface.wo());
     widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
-    let mut stage = Stage::new(guide, &surface, (peak, mirror), cone, config, work);
+    let mut stage = Stage::new(guide, &surface, (allowed, mirror), cone, config, work);
     run(level, Evaluate { stage: &mut stage });
     let grid = environment.light().grid;
     let divided = stage.heaviest.cells().len();
     let lengths = Lengths::new(grid, divided);
     let memory = memory.get_mut(..lengths.bytes()).ok_or(PrepareError::TooSmall(lengths.bytes()))?;
-    let (first, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
+    let (_, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
     let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
     let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
     let (ends, padding) = rest.split_at_mut_checked(4 * LANES * lengths.ends).unwrap_or_default();
@@ -152,16 +144,12 @@ pub fn prepare_in(
     };
     let total = run(level, write);
     let scale = scale(total);
-    let rest = REST * (1.0 - stage.resolved / total.max(f32::MIN_POSITIVE));
-    peak *= max(min(rest, 1.0), LEAST_REST);
-    if stage.adds_lobes {
-        peak = peak::add_all(&mut lobes, peak, &surface);
-    }
     let power = environment.header().power;
     let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
     flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
     let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
-    let header = Header {
+    let adds_lobes = stage.adds_lobes && scale > 0.0;
+    let mut header = Header {
         magic: Header::MAGIC,
         environment: environment.header().content_id,
         material: point.material.hash(),
@@ -173,7 +161,7 @@ pub fn prepare_in(
         divided: divided as u32,
         flags,
         lobes: point.material.lobes().len() as u32,
-        peak: if scale > 0.0 { peak } else { 0.0 },
+        peak: if scale > 0.0 { allowed } else { 0.0 },
         cone: cone.cosine,
         normal: point.normal,
         wo: point.wo,
@@ -182,9 +170,14 @@ pub fn prepare_in(
         lobe: lobes,
         ..Header::zeroed()
     };
-    for (out, &byte) in first.iter_mut().zip(bytes_of(&header)) {
-        *out = byte;
+    header.write(memory);
+    if header.peak > 0.0 {
+        header.peak = share::tried(level, environment, point, memory, allowed).map_err(PrepareError::Point)?;
     }
+    if adds_lobes {
+        header.peak = peak::add_all(&mut header.lobe, header.peak, &surface);
+    }
+    header.write(memory);
     Ok(lengths.bytes())
 }
 
@@ -236,8 +229,6 @@ struct Stage<'a> {
     adds_lobes: bool,
     /// What such parts keep of their least value.
     kept: f32,
-    /// What resolved parts bring.
-    resolved: f32,
 }
 
 impl<'a> Stage<'a> {
@@ -265,7 +256,6 @@ impl<'a> Stage<'a> {
             any: true,
             adds_lobes: false,
             kept: 1.0,
-            resolved: 0.0,
         }
     }
 
@@ -607,7 +597,6 @@ impl Kernel for Write<'_, '_> {
         for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
             let Some(middles) = ends.last_chunk::<MIDDLES>() else { break };
             let mut means = [<F as Num>::splat(0.0); MIDDLES];
-            let mut resolved = <F as Num>::splat(0.0);
             let least = stage.least::<F>(cells);
             let kept = least * <F as Num>::splat(stage.kept);
             for (((index, mean), out), middle) in means.iter_mut().enumerate().zip(out).zip(middles) {
@@ -620,16 +609,11 @@ impl Kernel for Write<'_, '_> {
                     corners = [mean; 4];
                 }
                 *mean = store::<F>(&corners, out);
-                let is_resolved = Num::lt(largest(corners), lowest(corners) * <F as Num>::splat(RESOLVED));
-                resolved = resolved + <F as Num>::only(is_resolved, *mean);
             }
-            let resolved = Num::store(resolved * <F as Num>::splat(1.0 / MIDDLES as f32));
             let mean = Num::store(tops::write_parts(&means, ends));
             for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
-                let mass = stage.guide.number(Column::Mass, cell as usize);
-                stage.resolved += mass * resolved.get(lane).copied().unwrap_or(0.0);
                 if let Some(weight) = stage.work.weights.get_mut(cell as usize) {
-                    *weight = mass * mean;
+                    *weight = stage.guide.number(Column::Mass, cell as usize) * mean;
                 }
                 mark(whole, cell, group * LANES + lane);
             }

@@ -21,7 +21,7 @@ fn the_narrow_axis_decides() {
     let narrow = material(0.02, 0.02);
     let alone = view(&narrow, [0.0, 0.0, 1.0], 0.0, 0.5);
     let share = Prepared::new(&built, &alone).product().header.peak;
-    assert!(share > 0.5, "{share}");
+    assert!(share >= 0.5, "{share}");
     for (a, b) in [(0.5, 0.02), (0.02, 0.5), (1.0, 0.02)] {
         let lobes = material(a, b);
         let product = Prepared::new(&built, &view(&lobes, [0.0, 0.0, 1.0], 0.0, 0.5));
@@ -51,4 +51,22 @@ fn lobes_take_few_numbers_where_they_mirror_a_lamp() {
     let (sky, lamp) = (share(&lit(1.0)), share(&lit(300.0)));
     assert!(sky > 0.35, "{sky}");
     assert!(lamp < 0.5 * sky && lamp >= 0.19 * sky, "{lamp} of {sky}");
+}
+
+/// Where a lobe of 0.05 mirrors the bright sky beside a sun, in the cell of that sun, the grid takes nearly all for the sun's. A trial finds the
+/// sky: lobes draw as much as they may. By the cells alone they had a fifth of that.
+#[test]
+fn lobes_find_the_sky_beside_a_sun() {
+    let at: V3 = unit([0.3, 0.2, 1.0]);
+    let sun: V3 = unit([0.42, 0.2, 1.0]);
+    let along = |a: &V3, b: &V3| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+    let map = Map::of_directions(Layout::LatLong, 512, 256, |d| match (along(&d, &sun), along(&d, &at)) {
+        (cosine, _) if cosine > 0.99994 => 1e3,
+        (_, cosine) if cosine > 0.98 => 10.0,
+        _ => 0.1,
+    });
+    let built = Built::new(&map, &map.description(Filter::Bilinear));
+    let narrow = material(0.05, 0.05);
+    let share = Prepared::new(&built, &view(&narrow, at, 0.0, 0.5)).product().header.peak;
+    assert!(share > 0.35, "{share}");
 }

@@ -1,0 +1,113 @@
+//! How much of a product's numbers its narrow lobes draw: tried in a few directions.
+//!
+//! The grid knows the light by its cells. Where a sun and the sky about it fill one cell, and a lobe mirrors that sky, the grid misses
+//! what the lobe brings. So the mixture is tried in eight directions of the lobes and in eight of the grid. The share becomes that of the
+//! lobes in what these directions bring, by the balance heuristic: steps of expectation maximisation, each of which brings the
+//! mixture nearer to the true product (Douc et al. 2007). Directions are fixed, so that the density depends on the point alone.
+
+use super::density::Shaded;
+use super::stored::Product;
+use crate::brdf::point::{Fault, Point};
+use crate::brdf::surface::Surface;
+use crate::light::environment::Environment;
+use crate::points::hammersley;
+use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+
+/// Steps from equal shares on. A fifth changes the share by less than a hundredth.
+const STEPS: usize = 4;
+/// Lobes draw no more, so that the light on their flanks is found where what they mirror is blocked. Among 0.4, 0.5, 0.6 and 0.8 the one
+/// with the least product of absolute and relative variance under rooitou, st_fagans and a sun.
+const MOST: f32 = 0.5;
+/// Where so little is allowed, a trial costs more time than it saves.
+const WORTH_TRYING: f32 = 0.1;
+/// They keep this part of what their width allows, which bounds weights about their peaks.
+const LEAST_PART: f32 = 0.2;
+
+/// The share for the product of a point in `memory`, whose width allows at most `allowed`.
+///
+/// # Errors
+/// What is wrong with the point.
+#[inline(never)]
+pub fn tried(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    memory: &[u8],
+    allowed: f32,
+) -> Result<f32, Fault> {
+    let Some(product) = Product::view(memory).filter(|_| allowed > WORTH_TRYING) else { return Ok(allowed) };
+    let surface = &Surface::new(point, &environment.frame())?;
+    let shaded = &Shaded { light: environment.light(), product };
+    let share = run(level, Trial { shaded, surface });
+    Ok(share.min(allowed).min(MOST).max(LEAST_PART * allowed))
+}
+
+/// A product, and F as it is.
+struct Trial<'a> {
+    shaded: &'a Shaded<'a>,
+    surface: &'a Surface,
+}
+
+/// Eight directions.
+#[derive(Clone, Copy)]
+struct Tried<F> {
+    /// What they bring, over the sum of both densities.
+    value: F,
+    grid: F,
+    lobes: F,
+}
+
+impl Kernel for Trial<'_> {
+    type Output = f32;
+
+    /// The share of the lobes; 1 if nothing was found.
+    #[inline(always)]
+    fn run<F: Lanes>(self) -> f32 {
+        let Trial { shaded, .. } = self;
+        let Some(peak) = &shaded.product.peak else { return 1.0 };
+        let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
+        for (lane, (x, y)) in (0..).zip(across.iter_mut().zip(&mut down)) {
+            [*x, *y] = hammersley(lane, LANES as u32);
+        }
+        let u = [<F as Num>::load(across), <F as Num>::load(down)];
+        let mut tried = [peak.sample(u), shaded.direction(u)].map(|direction| self.look::<F>(direction));
+        let total = sum(tried[0].value + tried[1].value);
+        if !(total > 0.0 && total < f32::MAX) {
+            return 1.0;
+        }
+        let inverse = <F as Num>::splat(1.0 / total);
+        tried.iter_mut().for_each(|tried| tried.value = tried.value * inverse);
+        let mut share = 0.5;
+        for _ in 0..STEPS {
+            let by_lobes = |tried: Tried<F>| {
+                let lobes = tried.lobes * <F as Num>::splat(share);
+                let all = lobes + tried.grid * <F as Num>::splat(1.0 - share);
+                tried.value * (lobes / all.max(<F as Num>::splat(f32::MIN_POSITIVE)))
+            };
+            share = sum(by_lobes(tried[0]) + by_lobes(tried[1]));
+        }
+        share
+    }
+}
+
+impl Trial<'_> {
+    #[inline(always)]
+    fn look<F: Lanes>(&self, direction: [F; 3]) -> Tried<F> {
+        let Trial { shaded, surface } = self;
+        let (zero, largest) = (<F as Num>::splat(0.0), <F as Num>::splat(f32::MAX));
+        let (grid, light) = shaded.grid_and_light(direction);
+        let lobes = shaded.product.peak.as_ref().map_or(zero, |peak| peak.density(direction));
+        let local = surface.to_local(direction);
+        let value = surface.eval::<F>(local).0 * light / (grid + lobes);
+        // No number where neither density is; below the horizon nothing is reflected.
+        let mut counts = <F as Num>::and(Num::lt(zero, value), Num::lt(value, largest));
+        if !surface.is_whole() {
+            counts = <F as Num>::and(counts, Num::lt(zero, local[2]));
+        }
+        Tried { value: <F as Num>::only(counts, value), grid, lobes }
+    }
+}
+
+fn sum<F: Num>(lanes: F) -> f32 {
+    lanes.store().as_ref().iter().sum()
+}

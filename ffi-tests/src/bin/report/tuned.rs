@@ -38,7 +38,7 @@ const TUNED: [Tuned; 6] = [
         what: "lobes of a product against its grid",
         file: "src/product/share.rs",
         text: "const MOST: f32 = 0.5;",
-        commit: "COMMIT",
+        commit: "ce7b7dd",
         maps: "rooitou, st_fagans, a sun of the project's own",
         judged: false,
         anew: &[],

@@ -106,9 +106,22 @@ impl<'a> Ring<'a> {
         out: &mut [Ray],
     ) -> Result<usize, Fault> {
         let number = self.serve(level, environment, point, work)?;
-        let Some(product) = self.slot(number).and_then(|bytes| Product::view(bytes)) else { return Ok(0) };
-        let (frame, shaded) = (environment.frame(), Shaded { light: environment.light(), product });
-        let source = Source { level, frame: &frame, shaded: &shaded, from_light: 0.0 };
-        Ok(source.rays(point, u, u.len(), out))
+        Ok(self.slot(number).map_or(0, |product| draw(level, environment, point, product, u, out)))
     }
+}
+
+/// The rays of a product. Apart, so that its stack does not lie below that of a preparation.
+#[inline(never)]
+fn draw(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    product: &[u8],
+    u: &[[f32; 2]],
+    out: &mut [Ray],
+) -> usize {
+    let Some(product) = Product::view(product) else { return 0 };
+    let (frame, shaded) = (environment.frame(), Shaded { light: environment.light(), product });
+    let source = Source { level, frame: &frame, shaded: &shaded, from_light: 0.0 };
+    source.rays(point, u, u.len(), out)
 }

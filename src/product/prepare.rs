@@ -15,7 +15,7 @@ use crate::numeric::exponent;
 use crate::object::Magic;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use crate::status::Status;
-use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
+use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
 
 /// What a product is prepared for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +93,7 @@ pub struct Work {
 ///
 /// # Errors
 /// [`PrepareError`].
+#[inline(always)]
 pub fn prepare(
     level: Level,
     environment: &Environment<'_>,
@@ -100,7 +101,20 @@ pub fn prepare(
     config: &Config,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
-    prepare_in(level, environment, point, config, &mut Work::zeroed(), memory)
+    let grid = prepare_with_work(level, environment, point, config, memory)?;
+    share::settle(level, environment, point, grid, memory)
+}
+
+/// Its work stands on the stack no longer than it must.
+#[inline(never)]
+fn prepare_with_work(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    config: &Config,
+    memory: &mut [u8],
+) -> Result<Prepared, PrepareError> {
+    prepare_grid(level, environment, point, config, &mut Work::zeroed(), memory)
 }
 
 /// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
@@ -116,6 +130,29 @@ pub fn prepare_in(
     work: &mut Work,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
+    let grid = prepare_grid(level, environment, point, config, work, memory)?;
+    share::settle(level, environment, point, grid, memory)
+}
+
+/// A product whose narrow lobes draw as much as they may.
+#[derive(Clone, Copy, Debug)]
+pub struct Prepared {
+    /// Its bytes.
+    pub bytes: usize,
+    /// Whether all lobes are to be drawn, too.
+    pub adds_lobes: bool,
+}
+
+/// Prepares a product but for the share of its lobes. Apart, so that its stack is free again.
+#[inline(never)]
+fn prepare_grid(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    config: &Config,
+    work: &mut Work,
+    memory: &mut [u8],
+) -> Result<Prepared, PrepareError> {
     let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
     let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
     let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
@@ -148,8 +185,7 @@ pub fn prepare_in(
     let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
     flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
     let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
-    let adds_lobes = stage.adds_lobes && scale > 0.0;
-    let mut header = Header {
+    let header = Header {
         magic: Header::MAGIC,
         environment: environment.header().content_id,
         material: point.material.hash(),
@@ -170,15 +206,10 @@ pub fn prepare_in(
         lobe: lobes,
         ..Header::zeroed()
     };
-    header.write(memory);
-    if header.peak > 0.0 {
-        header.peak = share::tried(level, environment, point, memory, allowed).map_err(PrepareError::Point)?;
+    for (out, &byte) in memory.iter_mut().zip(bytes_of(&header)) {
+        *out = byte;
     }
-    if adds_lobes {
-        header.peak = peak::add_all(&mut header.lobe, header.peak, &surface);
-    }
-    header.write(memory);
-    Ok(lengths.bytes())
+    Ok(Prepared { bytes: lengths.bytes(), adds_lobes: stage.adds_lobes && scale > 0.0 })
 }
 
 /// One over the integral of F in units; 0 where that is so small that its inverse is no number.

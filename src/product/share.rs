@@ -6,12 +6,15 @@
 //! mixture nearer to the true product (Douc et al. 2007). Directions are fixed, so that the density depends on the point alone.
 
 use super::density::Shaded;
-use super::stored::Product;
-use crate::brdf::point::{Fault, Point};
+use super::peak::add_all;
+use super::prepare::{PrepareError, Prepared};
+use super::stored::{Header, Product};
+use crate::brdf::point::Point;
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::points::hammersley;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use bytemuck::try_from_bytes_mut;
 
 /// Steps from equal shares on. A fifth changes the share by less than a hundredth.
 const STEPS: usize = 4;
@@ -23,23 +26,43 @@ const WORTH_TRYING: f32 = 0.1;
 /// They keep this part of what their width allows, which bounds weights about their peaks.
 const LEAST_PART: f32 = 0.2;
 
-/// The share for the product of a point in `memory`, whose width allows at most `allowed`.
+/// Writes the share into the product of a point in `memory`, whose header says how much the width of its lobes allows. Answers the
+/// product's bytes.
 ///
 /// # Errors
 /// What is wrong with the point.
 #[inline(never)]
-pub fn tried(
+pub fn settle(
     level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,
-    memory: &[u8],
-    allowed: f32,
-) -> Result<f32, Fault> {
-    let Some(product) = Product::view(memory).filter(|_| allowed > WORTH_TRYING) else { return Ok(allowed) };
-    let surface = &Surface::new(point, &environment.frame())?;
+    Prepared { bytes, adds_lobes }: Prepared,
+    memory: &mut [u8],
+) -> Result<usize, PrepareError> {
+    let product = memory.get_mut(..bytes).unwrap_or_default();
+    let allowed = header_of(product).map_or(0.0, |header| header.peak);
+    if !(allowed > WORTH_TRYING || adds_lobes) {
+        return Ok(bytes);
+    }
+    let surface = &Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
+    let share = if allowed > WORTH_TRYING { tried(level, environment, surface, product) } else { allowed };
+    let share = share.min(allowed).min(MOST).max(LEAST_PART * allowed);
+    if let Some(header) = header_of(product) {
+        header.peak = if adds_lobes { add_all(&mut header.lobe, share, surface) } else { share };
+    }
+    Ok(bytes)
+}
+
+fn header_of(product: &mut [u8]) -> Option<&mut Header> {
+    product.get_mut(..size_of::<Header>()).and_then(|bytes| try_from_bytes_mut(bytes).ok())
+}
+
+/// The share of the lobes in what the directions bring. Apart, so that its stack is free again.
+#[inline(never)]
+fn tried(level: Level, environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
+    let Some(product) = Product::view(product) else { return 1.0 };
     let shaded = &Shaded { light: environment.light(), product };
-    let share = run(level, Trial { shaded, surface });
-    Ok(share.min(allowed).min(MOST).max(LEAST_PART * allowed))
+    run(level, Trial { shaded, surface })
 }
 
 /// A product, and F as it is.

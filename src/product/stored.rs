@@ -5,7 +5,7 @@ use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, MIDDLES};
 use crate::object::Magic;
 use crate::simd::{LANES, Table, WINDOW};
-use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice, try_from_bytes};
+use bytemuck::{Pod, Zeroable, try_cast_slice, try_from_bytes};
 
 /// The most cells that can be divided.
 pub const MAX_DIVIDED: usize = 24;
@@ -82,13 +82,6 @@ impl Magic for Header {
 }
 
 impl Header {
-    /// Writes this at the beginning of a product.
-    pub fn write(&self, product: &mut [u8]) {
-        for (out, &byte) in product.iter_mut().zip(bytes_of(self)) {
-            *out = byte;
-        }
-    }
-
     /// The bytes of the product that begins with this; `None` if it is no product of this version.
     pub fn length(&self) -> Option<usize> {
         if self.magic == Header::MAGIC { Some(self.bytes as usize) } else { None }

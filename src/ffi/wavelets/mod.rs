@@ -6,6 +6,7 @@ pub mod haar;
 mod memory;
 pub mod product;
 pub mod sampling;
+pub mod sparse;
 pub mod table;
 pub mod tree;
 pub mod triple;

@@ -1,16 +1,14 @@
-//! Trees of sparse sets of wavelets in C, and products of such sets.
+//! Sparse sets of wavelets in C: the largest of a tree, and products.
 
-use super::{Tree, TreeInfo, refused, view};
-use crate::ffi::wavelets::memory::{Results, room_mut};
+use crate::ffi::wavelets::check_axes;
+use crate::ffi::wavelets::tree::{Tree, view};
 use crate::ffi::wavelets::triple::list;
-use crate::ffi::wavelets::{check_axes, check_grid};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, require, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, slice, slice_mut};
 use crate::status::Status;
 use crate::wavelets::approximate;
 use crate::wavelets::sparse::{self, Details, Set, Unfit};
-use crate::wavelets::stored::{Refused, Stored};
+use crate::wavelets::stored::Stored;
 use crate::wavelets::triple::Wavelets;
-use core::ffi::c_void;
 use core::ptr::null_mut;
 
 /// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
@@ -169,125 +167,11 @@ unsafe fn report<W>(
 ///
 /// # Safety
 /// The pointer is null or points to `count` elements.
-unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
+pub(super) unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
     // SAFETY: the caller's contract.
     let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
     match sparse::disorder(list, axes) {
         Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
         None => Ok(list),
-    }
-}
-
-/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use. Work: count.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_of_wavelets_size(
-    count: u32,
-    wavelets: *const Wavelets,
-    size: *mut MemorySize,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe {
-        let list = list(wavelets, count, 2)?;
-        put_size(size, 3, sparse::size(2, list).ok_or(Failure::new(Status::Overflow, 1)))
-    })
-}
-
-/// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
-/// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
-/// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
-/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
-/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
-/// average is beyond a double. `info` may be null. Work: count.
-///
-/// # Safety
-/// Pointers are null or point to what the header says; nobody else uses the block.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_of_wavelets(
-    average: f64,
-    count: u32,
-    wavelets: *const Wavelets,
-    least: f64,
-    memory: *mut c_void,
-    bytes: usize,
-    tree: *mut *const Tree,
-    info: *mut TreeInfo,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe {
-        check_average((average, 1), (least, 4))?;
-        let set = Set { average, wavelets: list(wavelets, count, 3)? };
-        let results = Results::new((tree, 7), (info, 8))?;
-        let block = room_mut(memory, bytes, sparse::size(2, set.wavelets).map_or(0, |size| size.bytes), 5)?;
-        let built = sparse::build_in(2, set, least, block);
-        results.publish(memory, built.map_err(|why| failure(why, [2, 3, 5]))?.info())
-    })
-}
-
-/// The memory that wis_tree_of_details needs: exactly the bytes in use. Work: count.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_of_details_size(
-    dimensions: u32,
-    count: u32,
-    details: *const Details,
-    size: *mut MemorySize,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe {
-        check_grid(dimensions, 0)?;
-        let list = self::details(details, count, dimensions, 3)?;
-        put_size(size, 4, sparse::size(dimensions, list).ok_or(Failure::new(Status::Overflow, 2)))
-    })
-}
-
-/// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
-/// Work: count.
-///
-/// # Safety
-/// Pointers are null or point to what the header says; nobody else uses the block.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_of_details(
-    dimensions: u32,
-    average: f64,
-    count: u32,
-    details: *const Details,
-    least: f64,
-    memory: *mut c_void,
-    bytes: usize,
-    tree: *mut *const Tree,
-    info: *mut TreeInfo,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe {
-        check_grid(dimensions, 0)?;
-        check_average((average, 2), (least, 5))?;
-        let set = Set { average, wavelets: self::details(details, count, dimensions, 4)? };
-        let results = Results::new((tree, 8), (info, 9))?;
-        let block = room_mut(memory, bytes, sparse::size(dimensions, set.wavelets).map_or(0, |size| size.bytes), 6)?;
-        let built = sparse::build_in(dimensions, set, least, block);
-        results.publish(memory, built.map_err(|why| failure(why, [3, 4, 6]))?.info())
-    })
-}
-
-/// Checks an average and a floor, each with its argument.
-fn check_average((average, at): (f64, u32), (least, least_at): (f64, u32)) -> Checked<()> {
-    require((f64::MIN..=f64::MAX).contains(&average), Status::InvalidArgument, at)?;
-    require((0.0..=f64::MAX).contains(&least), Status::InvalidArgument, least_at)
-}
-
-/// Why there is no tree of a set; of which arguments are its count, its list and the block.
-fn failure(why: Refused, [count, list, memory]: [u32; 3]) -> Failure {
-    match why {
-        Refused::Squares => Failure::new(Status::Overflow, count),
-        _ => refused(why, [list, memory, memory]),
     }
 }

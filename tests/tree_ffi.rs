@@ -1,6 +1,7 @@
 //! Trees, transforms and point sets through the C boundary: results, and what each wrong argument answers.
 
 use crate::stored::{Random, Stored};
+use crate::support::pixel_config as config;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use wis::ffi::points::*;
@@ -22,10 +23,6 @@ impl Memory {
     fn start(&mut self) -> *mut c_void {
         self.0.as_mut_ptr().cast()
     }
-}
-
-fn config(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> TreeConfig {
-    TreeConfig { size: size_of::<TreeConfig>() as u32, dimensions, depth, error_budget, pixels: pixels.as_ptr() }
 }
 
 fn size(config: &TreeConfig) -> MemorySize {
@@ -174,6 +171,9 @@ fn wrong_configurations_name_their_fault() {
     assert_eq!(answer(&good), (Status::Ok, 0, 0, 0));
     assert_eq!(answer(null()), (Status::NullPointer, 1, 0, 0));
     assert_eq!(answer(&TreeConfig { size: 8, ..good }), (Status::InvalidStructSize, 1, 0, 0));
+    for source in [6, u32::MAX] {
+        assert_eq!(answer(&TreeConfig { source, ..good }), (Status::InvalidArgument, 1, 0, 0));
+    }
     for dimensions in [0, 5, u32::MAX] {
         assert_eq!(answer(&TreeConfig { dimensions, ..good }), (Status::InvalidArgument, 1, 0, 0));
     }

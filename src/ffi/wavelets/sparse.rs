@@ -167,7 +167,12 @@ unsafe fn report<W>(
 ///
 /// # Safety
 /// The pointer is null or points to `count` elements.
-pub(super) unsafe fn details<'a>(pointer: *const Details, count: u32, axes: u32, argument: u32) -> Checked<&'a [Details]> {
+pub(super) unsafe fn details<'a>(
+    pointer: *const Details,
+    count: u32,
+    axes: u32,
+    argument: u32,
+) -> Checked<&'a [Details]> {
     // SAFETY: the caller's contract.
     let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
     match sparse::disorder(list, axes) {

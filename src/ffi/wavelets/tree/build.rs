@@ -15,6 +15,7 @@ use crate::wavelets::sparse::{Details, Element, Set, build_in, size as size_of_l
 use crate::wavelets::stored::{Header, Refused, Stored};
 use crate::wavelets::triple::Wavelets;
 use crate::wavelets::{image, morton};
+use bytemuck::cast_slice_mut;
 use core::ffi::{CStr, c_void};
 use core::ops::RangeInclusive;
 use core::ptr::null;
@@ -271,7 +272,8 @@ impl Blocks {
     /// # Safety
     /// The blocks are null or as long as stated, and nobody else uses them meanwhile.
     unsafe fn of<'a>(&self, size: Size) -> Checked<(&'a mut [u8], &'a mut [u8])> {
-        let mut scratch: &mut [u8] = &mut [];
+        // As aligned as a block is.
+        let mut scratch: &mut [u8] = cast_slice_mut::<u128, u8>(&mut []);
         // SAFETY: the caller's contract.
         unsafe {
             if size.scratch > 0 {

@@ -1,13 +1,12 @@
 //! Curves of lists of wavelets.
 
-use crate::trees::{Stored, visibility};
-use crate::world::{Block, World, call, counted};
-use std::ptr::{null, null_mut};
-use wis::ffi::MemorySize;
-use wis::ffi::wavelets::tree::sparse::*;
+use crate::trees::{Stored, VERBS, made, of, visibility};
+use crate::world::{World, counted};
+use std::ptr::null_mut;
+use wis::ffi::wavelets::sparse::*;
+use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
-use wis::status::Status;
 use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 use wis::wavelets::tripling::BasisFunction;
@@ -139,30 +138,21 @@ fn blend(w: &mut World, lists: usize, count: usize) {
 
 fn trees(w: &mut World) {
     for (input, places) in PLACES {
-        w.curve("wis_tree_of_wavelets_size", input, &COUNTS, linear, |w, n| {
-            let (list, mut size) = (wavelets(places, n, 0.2), MemorySize::default());
-            counted!(w, wis_tree_of_wavelets_size(n as u32, list.as_ptr(), &mut size, null_mut()));
-        });
-        w.curve("wis_tree_of_details_size", input, &COUNTS, linear, |w, n| {
-            let (list, mut size) = (details(places, n, 0.2), MemorySize::default());
-            counted!(w, wis_tree_of_details_size(2, n as u32, list.as_ptr(), &mut size, null_mut()));
-        });
-        w.curve("wis_tree_of_wavelets", input, &COUNTS, linear, |w, n| {
-            let (list, mut size, mut handle) = (wavelets(places, n, 0.2), MemorySize::default(), null());
-            let (count, list, none) = (n as u32, list.as_ptr(), null_mut());
-            assert_eq!(call!(w, wis_tree_of_wavelets_size(count, list, &mut size, null_mut())), Status::Ok);
-            let mut memory = Block::new(size.bytes);
-            let (place, bytes) = (memory.at(), size.bytes);
-            counted!(w, wis_tree_of_wavelets(1.0, count, list, 0.1, place, bytes, &mut handle, none, null_mut()));
-        });
-        w.curve("wis_tree_of_details", input, &COUNTS, linear, |w, n| {
-            let (list, mut size, mut handle) = (details(places, n, 0.2), MemorySize::default(), null());
-            let (count, list, none) = (n as u32, list.as_ptr(), null_mut());
-            assert_eq!(call!(w, wis_tree_of_details_size(2, count, list, &mut size, null_mut())), Status::Ok);
-            let mut memory = Block::new(size.bytes);
-            let (place, bytes) = (memory.at(), size.bytes);
-            counted!(w, wis_tree_of_details(2, 1.0, count, list, 0.1, place, bytes, &mut handle, none, null_mut()));
-        });
+        for (function, is_query) in VERBS {
+            w.curve(function, &format!("wavelets, {input}"), &COUNTS, linear, |w, n| {
+                let list = wavelets(places, n, 0.2);
+                let (count, wavelets) = (n as u32, list.as_ptr());
+                let config = TreeConfig { count, wavelets, average: 1.0, least: 0.1, ..of(WIS_TREE_WAVELETS) };
+                made(w, &config, is_query);
+            });
+            w.curve(function, &format!("details, {input}"), &COUNTS, linear, |w, n| {
+                let list = details(places, n, 0.2);
+                let (dimensions, count, details) = (2, n as u32, list.as_ptr());
+                let config =
+                    TreeConfig { dimensions, count, details, average: 1.0, least: 0.1, ..of(WIS_TREE_DETAILS) };
+                made(w, &config, is_query);
+            });
+        }
     }
 }
 

@@ -8,7 +8,7 @@
  * multiplies it by BRDF x cosine at a shading point and samples the product with an exact pdf. Use it if memory for the light is
  * what counts; else wis_direct in wis.h is faster.
  *
- * Trees of any function of 1 to 4 variables: wis_haar_*, wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
+ * Trees of any function of 1 to 4 variables: wis_haar, wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
  * sums of trees, of lists of wavelets and of rotated maps. Products of such lists: wis_sparse_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
  * wis_visibility_*.
  *
@@ -585,23 +585,23 @@ enum wis_status wis_wavelet_table_directions(uint32_t slice,
                                              float *wi,
                                              size_t wi_stride);
 
-/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
+/// Direction of wis_haar: from an image to its coefficients.
+#define WIS_HAAR_FORWARD 0
+
+/// Direction of wis_haar: from the coefficients to the image.
+#define WIS_HAAR_INVERSE 1
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place, or these by the image. `values`: `count` =
+/// 2^(n depth) numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
 /// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
 /// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
-/// ranges. Work: count.
-enum wis_status wis_haar_forward(uint32_t dimensions,
-                                 uint32_t depth,
-                                 size_t count,
-                                 double *values,
-                                 struct wis_diagnostic *diagnostic);
-
-/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses. Work: count.
-enum wis_status wis_haar_inverse(uint32_t dimensions,
-                                 uint32_t depth,
-                                 size_t count,
-                                 double *values,
-                                 struct wis_diagnostic *diagnostic);
+/// ranges, or another `direction` than WIS_HAAR_FORWARD and WIS_HAAR_INVERSE. Work: count.
+enum wis_status wis_haar(uint32_t direction,
+                         uint32_t dimensions,
+                         uint32_t depth,
+                         size_t count,
+                         double *values,
+                         struct wis_diagnostic *diagnostic);
 
 /// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
 /// `error`, 0 or more.

@@ -270,14 +270,15 @@ fn transforms_check_the_number_of_values() {
     let mut values = [1.0, 2.0, 3.0, 4.0];
     let start = values.as_mut_ptr();
     unsafe {
-        assert_eq!(wis_haar_forward(2, 1, 4, start, null_mut()), Status::Ok);
-        assert_eq!(wis_haar_inverse(2, 1, 4, start, null_mut()), Status::Ok);
-        assert_eq!(wis_haar_forward(2, 1, 3, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(0, 1, 4, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(5, 1, 32, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(1, 13, 8192, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_inverse(2, 1, 4, null_mut(), null_mut()), Status::NullPointer);
-        assert_eq!(wis_haar_inverse(2, 1, 4, start.wrapping_byte_add(4), null_mut()), Status::Misaligned);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 2, 1, 4, start, null_mut()), Status::Ok);
+        assert_eq!(wis_haar(WIS_HAAR_INVERSE, 2, 1, 4, start, null_mut()), Status::Ok);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 2, 1, 3, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 0, 1, 4, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(2, 2, 1, 4, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 5, 1, 32, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 1, 13, 8192, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_INVERSE, 2, 1, 4, null_mut(), null_mut()), Status::NullPointer);
+        assert_eq!(wis_haar(WIS_HAAR_INVERSE, 2, 1, 4, start.wrapping_byte_add(4), null_mut()), Status::Misaligned);
     }
     assert_eq!(values, [1.0, 2.0, 3.0, 4.0]);
 }

@@ -139,13 +139,13 @@ fn lookups(w: &mut World) {
 }
 
 fn transforms(w: &mut World) {
-    w.curve("wis_haar_forward", "count", &PIXELS, linear, |w, n| {
+    w.curve("wis_haar", "count, forward", &PIXELS, linear, |w, n| {
         let mut values = vec![1.0f64; n];
-        counted!(w, wis_haar_forward(2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
+        counted!(w, wis_haar(WIS_HAAR_FORWARD, 2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
     });
-    w.curve("wis_haar_inverse", "count", &PIXELS, linear, |w, n| {
+    w.curve("wis_haar", "count, inverse", &PIXELS, linear, |w, n| {
         let mut values = vec![1.0f64; n];
-        counted!(w, wis_haar_inverse(2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
+        counted!(w, wis_haar(WIS_HAAR_INVERSE, 2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
     });
 }
 

@@ -428,7 +428,7 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
     let mut random = case.random;
     let value = match parameter.name.as_str() {
         "count" if name.starts_with("wis_haar") => {
-            let levels = number_of(&case.words, 0).saturating_mul(number_of(&case.words, 1));
+            let levels = number_of(&case.words, 1).saturating_mul(number_of(&case.words, 2));
             (1 << levels.min(10), 2000)
         }
         "count" if name == "wis_triple_blend" => (1 + random.below(5) as u64, 20),
@@ -450,7 +450,7 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
         "dimensions" | "n" => (1 + random.below(4) as u64, u64::MAX),
         "m" => (1 + random.below(number_of(&case.words, 0).clamp(1, 4)) as u64, u64::MAX),
         "depth" if name.starts_with("wis_haar") => {
-            (random.below(1 + 10 / number_of(&case.words, 0).max(1)) as u64, u64::MAX)
+            (random.below(1 + 10 / number_of(&case.words, 1).max(1)) as u64, u64::MAX)
         }
         // A hostile depth has as many directions as memory for them, or must be refused.
         "depth" => (if case.is_spoiled() { random.pick(&[13, 31, 64]) } else { random.below(5) as u64 }, 4),
@@ -462,7 +462,7 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
             let lights = case.objects.last().map_or(1, |jitter| jitter.number);
             (random.below(lights) as u64, u64::MAX)
         }
-        "distribution" => (random.below(2) as u64, u64::MAX),
+        "direction" | "distribution" => (random.below(2) as u64, u64::MAX),
         "side" => (1 + random.below(64) as u64, u64::MAX),
         "cell" => (random.below(number_of(&case.words, 0).pow(2)) as u64, u64::MAX),
         "slice_count" => (1 + number("slice") + random.below(8) as u64, u64::MAX),

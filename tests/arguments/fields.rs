@@ -273,7 +273,7 @@ fn elements() {
     assert_eq!(row("wis_jitter_init", "label", &numbers(&labels), INVALID), (0, 7));
     let mut values = [1.0f64; 16];
     values[5] = f64::INFINITY;
-    assert_eq!(row("wis_haar_forward", "values", &numbers(&values), INVALID), (0, 5));
+    assert_eq!(row("wis_haar", "values", &numbers(&values), INVALID), (0, 5));
 }
 
 fn address(bytes: &[u8]) -> usize {

@@ -407,7 +407,7 @@ impl Scene {
             "room" => PRODUCT,
             "slice" => 1,
             "slice_count" => SLICES,
-            "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
+            "direction" | "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
             stride if stride.ends_with("stride") => 0,
             _ => panic!("no argument for {} of {name}", parameter.declaration),
         }

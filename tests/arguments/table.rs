@@ -111,8 +111,7 @@ pub const TABLE: &[Entry] = table! {
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
         diagnostic
     );
-    wis_haar_forward(dimensions, depth, count, values, diagnostic);
-    wis_haar_inverse(dimensions, depth, count, values, diagnostic);
+    wis_haar(direction, dimensions, depth, count, values, diagnostic);
     wis_tree_size(config, size, diagnostic);
     wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_open(memory, bytes, tree, info, diagnostic);

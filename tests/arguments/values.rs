@@ -513,7 +513,17 @@ fn distributions() {
 fn grids_and_points() {
     let scene = Scene::new();
     for function in taking("double *values") {
-        for (name, numbers) in [("dimensions", [0, 5, 255]), ("depth", [13, 32, 255]), ("count", [0, 15, usize::MAX])] {
+        for direction in [0, 1] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("direction", direction);
+            call.succeeds("a direction");
+        }
+        for (name, numbers) in [
+            ("direction", [2, 3, 255]),
+            ("dimensions", [0, 5, 255]),
+            ("depth", [13, 32, 255]),
+            ("count", [0, 15, usize::MAX]),
+        ] {
             for number in numbers {
                 let mut call = Call::valid(&scene, &function);
                 call.set(name, number);

@@ -8,7 +8,7 @@
  * multiplies it by BRDF x cosine at a shading point and samples the product with an exact pdf. Use it if memory for the light is
  * what counts; else wis_direct in wis.h is faster.
  *
- * Trees of any function of 1 to 4 variables: wis_haar_*, wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
+ * Trees of any function of 1 to 4 variables: wis_haar, wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
  * sums of trees, of lists of wavelets and of rotated maps. Products of such lists: wis_sparse_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
  * wis_visibility_*.
  *

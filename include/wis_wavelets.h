@@ -603,18 +603,19 @@ enum wis_status wis_haar(uint32_t direction,
                          double *values,
                          struct wis_diagnostic *diagnostic);
 
-/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
-/// `error`, 0 or more.
-/// Costs 33 visits of each square. Work: squares.
-enum wis_status wis_triple_terms(const struct wis_tree *tree,
-                                 double error,
-                                 uint32_t *terms);
+/// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
+#define WIS_TERMS_ERROR 0
 
-/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square. Work: squares.
-enum wis_status wis_triple_at_least(const struct wis_tree *tree,
-                                    double threshold,
-                                    uint32_t *terms);
+/// Rule of wis_triple_terms: those with an orthonormal coefficient of at least `bound`, as those keep who threshold. One visit of
+/// each square.
+#define WIS_TERMS_THRESHOLD 1
+
+/// How many of a tree's largest wavelets wis_triple_select and wis_sparse_select are asked to keep, by a `rule`: WIS_TERMS_ERROR
+/// or WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
+enum wis_status wis_triple_terms(const struct wis_tree *tree,
+                                 uint32_t rule,
+                                 double bound,
+                                 uint32_t *terms);
 
 /// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
 /// Work: squares.
@@ -671,6 +672,13 @@ typedef struct wis_basis_function {
   uint32_t wavelet;
 } wis_basis_function;
 
+/// Rule of wis_triple_select: the wavelets with the largest orthonormal coefficients (non-linear approximation).
+#define WIS_SELECT_WAVELETS 0
+
+/// Rule of wis_triple_select: whole squares, those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+#define WIS_SELECT_SQUARES 1
+
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
 /// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
@@ -691,23 +699,16 @@ enum wis_status wis_triple_integral(const struct wis_tree *brdf,
                                     const struct wis_tree *visibility,
                                     double *integral);
 
-/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
-/// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
-/// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
-/// undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
+/// Keeps `keep` wavelets, or whole squares, of a tree of two axes, as `rule` says: WIS_SELECT_WAVELETS or WIS_SELECT_SQUARES (else
+/// WIS_INVALID_ARGUMENT); of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count`
+/// tells how many squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is
+/// then undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
 enum wis_status wis_triple_select(const struct wis_tree *tree,
+                                  uint32_t rule,
                                   uint32_t keep,
                                   struct wis_wavelets *wavelets,
                                   uint32_t *wavelet_count,
                                   struct wis_diagnostic *diagnostic);
-
-/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
-/// Section 7.2, keeps the light's squares so). Work: squares.
-enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
-                                          uint32_t keep,
-                                          struct wis_wavelets *wavelets,
-                                          uint32_t *wavelet_count,
-                                          struct wis_diagnostic *diagnostic);
 
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
 /// BRDF meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's

@@ -73,14 +73,20 @@ fn details_beyond_a_float() {
     let (mut list, mut details, mut count) = ([Wavelets::default(); 4], [Details::default(); 4], 0);
     // SAFETY: there is room for four elements.
     unsafe {
-        assert_eq!(wis_triple_select(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
         assert_eq!(
-            wis_triple_select_squares(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()),
+            wis_triple_select(huge.handle, WIS_SELECT_WAVELETS, 4, list.as_mut_ptr(), &mut count, null_mut()),
+            Status::Overflow
+        );
+        assert_eq!(
+            wis_triple_select(huge.handle, WIS_SELECT_SQUARES, 4, list.as_mut_ptr(), &mut count, null_mut()),
             Status::Overflow
         );
         assert_eq!(wis_sparse_select(huge.handle, 4, details.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
         // Nothing that is kept is too large.
-        assert_eq!(wis_triple_select(huge.handle, 0, list.as_mut_ptr(), &mut count, null_mut()), Status::Ok);
+        assert_eq!(
+            wis_triple_select(huge.handle, WIS_SELECT_WAVELETS, 0, list.as_mut_ptr(), &mut count, null_mut()),
+            Status::Ok
+        );
     }
     let wavelets = [Wavelets { detail: [3e38; 3], ..Wavelets::default() }];
     let product = |e_average: f64, f_average: f64| {

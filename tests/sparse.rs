@@ -253,13 +253,16 @@ fn the_largest_of_any_axes() {
         for error in [0.0, 0.02, 0.1, 0.3] {
             let mut terms = 0;
             // SAFETY: the handle is alive.
-            assert_eq!(unsafe { wis_triple_terms(handle, error, &mut terms) }, Status::Ok);
+            assert_eq!(unsafe { wis_triple_terms(handle, WIS_TERMS_ERROR, error, &mut terms) }, Status::Ok);
             assert!(off(&select(terms as usize)) <= error + 1e-5, "{N}: {error} with {terms}");
             assert!(terms == 0 || off(&select(terms as usize - 1)) > error - 1e-5, "{N}: {error}");
             let mut above = 0;
             let smallest = sizes[(sizes.len() / 3).max(1) - 1];
             // SAFETY: as above.
-            assert_eq!(unsafe { wis_triple_at_least(handle, 0.99999 * smallest, &mut above) }, Status::Ok);
+            assert_eq!(
+                unsafe { wis_triple_terms(handle, WIS_TERMS_THRESHOLD, 0.99999 * smallest, &mut above) },
+                Status::Ok
+            );
             assert_eq!(above as usize, (sizes.len() / 3).max(1), "{N}");
         }
     }

@@ -39,7 +39,9 @@ fn compress(tree: &BuiltTree) -> Result<(Memory, *const Visibility), Status> {
 fn select(tree: &BuiltTree, keep: usize) -> Vec<Wavelets> {
     let (mut list, mut count) = (vec![Wavelets::default(); keep], 0);
     // SAFETY: there is room for `keep` elements.
-    let status = unsafe { wis_triple_select(tree.handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
+    let status = unsafe {
+        wis_triple_select(tree.handle, WIS_SELECT_WAVELETS, keep as u32, list.as_mut_ptr(), &mut count, null_mut())
+    };
     assert_eq!(status, Status::Ok);
     list.truncate(count as usize);
     list

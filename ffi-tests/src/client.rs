@@ -803,7 +803,16 @@ impl Tree {
         let mut wavelets = vec![raw::wis_wavelets::default(); keep as usize];
         let mut count = 0;
         // SAFETY: there is room for `keep` elements.
-        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count, null_mut()) })?;
+        check(unsafe {
+            raw::wis_triple_select(
+                self.handle(),
+                raw::WIS_SELECT_WAVELETS,
+                keep,
+                wavelets.as_mut_ptr(),
+                &mut count,
+                null_mut(),
+            )
+        })?;
         wavelets.truncate(count as usize);
         Ok(wavelets)
     }

@@ -31,21 +31,41 @@ pub fn run(w: &mut World) {
 }
 
 fn selections(w: &mut World) {
-    w.curve("wis_triple_terms", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_terms", "pixels, error", &PIXELS, linear, |w, n| {
         let (tree, mut terms) = (Stored::planar(w, n, 1), 0);
-        counted!(w, wis_triple_terms(tree.handle(), 0.1, &mut terms));
+        counted!(w, wis_triple_terms(tree.handle(), WIS_TERMS_ERROR, 0.1, &mut terms));
     });
-    w.curve("wis_triple_at_least", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_terms", "pixels, threshold", &PIXELS, linear, |w, n| {
         let (tree, mut terms) = (Stored::planar(w, n, 1), 0);
-        counted!(w, wis_triple_at_least(tree.handle(), 0.1, &mut terms));
+        counted!(w, wis_triple_terms(tree.handle(), WIS_TERMS_THRESHOLD, 0.1, &mut terms));
     });
-    w.curve("wis_triple_select", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_select", "pixels, wavelets", &PIXELS, linear, |w, n| {
         let (tree, mut out, mut count) = (Stored::planar(w, n, 1), vec![Wavelets::default(); n], 0);
-        counted!(w, wis_triple_select(tree.handle(), n as u32 / 2, out.as_mut_ptr(), &mut count, null_mut()));
+        counted!(
+            w,
+            wis_triple_select(
+                tree.handle(),
+                WIS_SELECT_WAVELETS,
+                n as u32 / 2,
+                out.as_mut_ptr(),
+                &mut count,
+                null_mut()
+            )
+        );
     });
-    w.curve("wis_triple_select_squares", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_select", "pixels, squares", &PIXELS, linear, |w, n| {
         let (tree, mut out, mut count) = (Stored::planar(w, n, 1), vec![Wavelets::default(); n], 0);
-        counted!(w, wis_triple_select_squares(tree.handle(), n as u32 / 8, out.as_mut_ptr(), &mut count, null_mut()));
+        counted!(
+            w,
+            wis_triple_select(
+                tree.handle(),
+                WIS_SELECT_SQUARES,
+                n as u32 / 8,
+                out.as_mut_ptr(),
+                &mut count,
+                null_mut()
+            )
+        );
     });
     w.curve("wis_sparse_select", "pixels", &PIXELS, linear, |w, n| {
         let (tree, mut out, mut count) = (Stored::planar(w, n, 1), vec![Details::default(); n], 0);

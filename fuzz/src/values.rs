@@ -462,7 +462,7 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
             let lights = case.objects.last().map_or(1, |jitter| jitter.number);
             (random.below(lights) as u64, u64::MAX)
         }
-        "direction" | "distribution" => (random.below(2) as u64, u64::MAX),
+        "direction" | "rule" | "distribution" => (random.below(2) as u64, u64::MAX),
         "side" => (1 + random.below(64) as u64, u64::MAX),
         "cell" => (random.below(number_of(&case.words, 0).pow(2)) as u64, u64::MAX),
         "slice_count" => (1 + number("slice") + random.below(8) as u64, u64::MAX),

@@ -396,7 +396,7 @@ impl Scene {
             "scratch_bytes" => self.size(name).scratch_bytes,
             "dimensions" | "depth" | "picks" | "n" | "m" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
-            "brdf_average" | "light" | "threshold" | "e_average" | "f_average" | "error" => 1,
+            "brdf_average" | "light" | "threshold" | "bound" | "e_average" | "f_average" => 1,
             "e_count" | "f_count" => 2,
             "u" => 0,
             "total" => 8,
@@ -407,7 +407,7 @@ impl Scene {
             "room" => PRODUCT,
             "slice" => 1,
             "slice_count" => SLICES,
-            "direction" | "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
+            "direction" | "rule" | "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
             stride if stride.ends_with("stride") => 0,
             _ => panic!("no argument for {} of {name}", parameter.declaration),
         }

@@ -122,14 +122,12 @@ pub const TABLE: &[Entry] = table! {
     wis_tree_invert(tree, point, u);
     wis_tripling_coefficient(n, m, i, j, k, coefficient);
     wis_triple_integral(brdf, light, visibility, integral);
-    wis_triple_select(tree, keep, wavelets, wavelet_count, diagnostic);
-    wis_triple_select_squares(tree, keep, wavelets, wavelet_count, diagnostic);
+    wis_triple_select(tree, rule, keep, wavelets, wavelet_count, diagnostic);
     wis_triple_sublinear(
         brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral, diagnostic
     );
     wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count, diagnostic);
-    wis_triple_terms(tree, error, terms);
-    wis_triple_at_least(tree, threshold, terms);
+    wis_triple_terms(tree, rule, bound, terms);
     wis_triple_multiply(
         e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average, diagnostic
     );

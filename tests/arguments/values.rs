@@ -508,6 +508,24 @@ fn distributions() {
     }
 }
 
+/// Every rule works, and no other number is one.
+#[test]
+fn rules() {
+    let scene = Scene::new();
+    for function in taking("uint32_t rule") {
+        for rule in [0, 1] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("rule", rule);
+            call.succeeds(&format!("rule {rule}"));
+        }
+        for rule in [2, 3, u32::MAX as usize] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("rule", rule);
+            call.fails(&format!("rule {rule}"), INVALID, "rule");
+        }
+    }
+}
+
 /// Sizes that do not fit each other, or the grid.
 #[test]
 fn grids_and_points() {

@@ -11,33 +11,28 @@ use crate::wavelets::stored::Stored;
 use crate::wavelets::triple::Wavelets;
 use core::ptr::null_mut;
 
-/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
-/// `error`, 0 or more.
-/// Costs 33 visits of each square. Work: squares.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, error: f64, terms: *mut u32) -> Status {
-    // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe {
-        require(error >= 0.0, Status::InvalidArgument, 2)?;
-        put(terms, 3, view(tree, 1).map(|stored| approximate::terms(&stored.tree, error)))
-    })
-}
+/// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
+pub const WIS_TERMS_ERROR: u32 = 0;
+/// Rule of wis_triple_terms: those with an orthonormal coefficient of at least `bound`, as those keep who threshold. One visit of
+/// each square.
+pub const WIS_TERMS_THRESHOLD: u32 = 1;
 
-/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square. Work: squares.
+/// How many of a tree's largest wavelets wis_triple_select and wis_sparse_select are asked to keep, by a `rule`: WIS_TERMS_ERROR
+/// or WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_triple_at_least(tree: *const Tree, threshold: f64, terms: *mut u32) -> Status {
+pub unsafe extern "C" fn wis_triple_terms(tree: *const Tree, rule: u32, bound: f64, terms: *mut u32) -> Status {
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
-        require(threshold >= 0.0, Status::InvalidArgument, 2)?;
-        let count = |stored: Stored| approximate::at_least(&stored.tree, threshold, stored.header.exponent);
-        put(terms, 3, view(tree, 1).map(count))
+        require([WIS_TERMS_ERROR, WIS_TERMS_THRESHOLD].contains(&rule), Status::InvalidArgument, 2)?;
+        require(bound >= 0.0, Status::InvalidArgument, 3)?;
+        let count = |Stored { tree, header }: Stored| match rule {
+            WIS_TERMS_ERROR => approximate::terms(&tree, bound),
+            _ => approximate::at_least(&tree, bound, header.exponent),
+        };
+        put(terms, 4, view(tree, 1).map(count))
     })
 }
 

@@ -1,6 +1,6 @@
 //! The Haar transform in C.
 
-use crate::ffi::{Checked, Diagnostic, Failure, answer, require, slice_mut};
+use crate::ffi::{Diagnostic, Failure, answer, require, require_all, slice_mut};
 use crate::status::Status;
 use crate::wavelets::tree::MAX_DEPTH;
 use crate::wavelets::{haar, morton};
@@ -27,7 +27,8 @@ pub unsafe extern "C" fn wis_haar(
     values: *mut f64,
     diagnostic: *mut Diagnostic,
 ) -> Status {
-    answer(diagnostic, || {
+    // SAFETY: the caller's contract.
+    answer(diagnostic, || unsafe {
         let transform = match direction {
             WIS_HAAR_FORWARD => haar::forward_any,
             WIS_HAAR_INVERSE => haar::inverse_any,
@@ -36,24 +37,12 @@ pub unsafe extern "C" fn wis_haar(
         require((1..=4).contains(&dimensions), Status::InvalidArgument, 2)?;
         require(depth <= MAX_DEPTH, Status::InvalidArgument, 3)?;
         require(morton::cells(dimensions, depth) == Some(count), Status::InvalidArgument, 4)?;
-        // SAFETY: the caller's contract.
-        transform(dimensions, depth, unsafe { numbers(count, values)? }).map_err(Failure::from)
+        let values = slice_mut(values, count, 5)?;
+        // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
+        require_all(values, 5, |value| (-LARGEST..=LARGEST).contains(value))?;
+        transform(dimensions, depth, values).map_err(Failure::from)
     })
 }
 
 /// The largest number that is transformed.
 const LARGEST: f64 = 1e290;
-
-/// The numbers of a grid.
-///
-/// # Safety
-/// `values` is null or points to `count` elements.
-unsafe fn numbers<'a>(count: usize, values: *mut f64) -> Checked<&'a mut [f64]> {
-    // SAFETY: the caller's contract.
-    let values = unsafe { slice_mut(values, count, 5)? };
-    // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
-    match values.iter().position(|value| !(-LARGEST..=LARGEST).contains(value)) {
-        Some(wrong) => Err(Failure::new(Status::InvalidArgument, 5).in_row(5, wrong)),
-        None => Ok(values),
-    }
-}

@@ -1,14 +1,14 @@
 //! Sparse sets of wavelets in C: the largest of a tree, and products.
 
 use crate::ffi::wavelets::check_axes;
+use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, view};
-use crate::ffi::wavelets::triple::list;
-use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, slice_mut};
 use crate::status::Status;
 use crate::wavelets::approximate;
 use crate::wavelets::sparse::{self, Details, Set, Unfit};
 use crate::wavelets::stored::Stored;
-use crate::wavelets::triple::Wavelets;
+use crate::wavelets::triple::{Wavelets, disorder};
 use core::ptr::null_mut;
 
 /// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
@@ -87,8 +87,8 @@ pub unsafe extern "C" fn wis_triple_multiply(
     answer(diagnostic, || unsafe {
         require(e_average.is_finite(), Status::InvalidArgument, 1)?;
         require(f_average.is_finite(), Status::InvalidArgument, 4)?;
-        let e = Set { average: e_average, wavelets: list(e, e_count, 3)? };
-        let f = Set { average: f_average, wavelets: list(f, f_count, 6)? };
+        let e = Set { average: e_average, wavelets: ordered(e, e_count, 3, disorder)? };
+        let f = Set { average: f_average, wavelets: ordered(f, f_count, 6, disorder)? };
         let wavelets = slice_mut(wavelets, room as usize, 8)?;
         let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
         report::<Wavelets>(sparse::multiply((2, e), (2, f), wavelets), to_count, (to_average, 7))
@@ -123,8 +123,8 @@ pub unsafe extern "C" fn wis_sparse_multiply(
         check_axes(n, m)?;
         require(e_average.is_finite(), Status::InvalidArgument, 3)?;
         require(f_average.is_finite(), Status::InvalidArgument, 6)?;
-        let e = Set { average: e_average, wavelets: details(e, e_count, n, 5)? };
-        let f = Set { average: f_average, wavelets: details(f, f_count, m, 8)? };
+        let e = Set { average: e_average, wavelets: ordered(e, e_count, 5, |list| sparse::disorder(list, n))? };
+        let f = Set { average: f_average, wavelets: ordered(f, f_count, 8, |list| sparse::disorder(list, m))? };
         let out_list = slice_mut(product, room as usize, 10)?;
         let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
         report::<Details>(sparse::multiply((n, e), (m, f), out_list), to_count, (to_average, 9))
@@ -155,23 +155,5 @@ unsafe fn report<W>(
             Err(Failure::too_small(room, usize::try_from(bytes).unwrap_or(usize::MAX)))
         }
         Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),
-    }
-}
-
-/// A list of wavelets of some axes in order.
-///
-/// # Safety
-/// The pointer is null or points to `count` elements.
-pub(super) unsafe fn details<'a>(
-    pointer: *const Details,
-    count: u32,
-    axes: u32,
-    argument: u32,
-) -> Checked<&'a [Details]> {
-    // SAFETY: the caller's contract.
-    let list: &[Details] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
-    match sparse::disorder(list, axes) {
-        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
-        None => Ok(list),
     }
 }

@@ -1,6 +1,7 @@
 //! Tripling coefficients and triple product integrals in C.
 
 use crate::ffi::wavelets::check_axes;
+use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, require, require_all, slice, slice_mut};
 use crate::numeric::exp2i;
@@ -144,24 +145,12 @@ pub(super) unsafe fn sublinear<V: Quadtree>(
     require(brdf_average.is_finite(), Status::InvalidArgument, 1)?;
     // SAFETY: the caller's contract.
     unsafe {
-        let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
+        let list = |(first, count), argument| ordered(first, count, argument, triple::disorder);
+        let (brdf, kept) = (list(brdf, 3)?, list(kept, 5)?);
         let (light, exponent) = square_tree(light, 6)?;
         let kept = triple::Scaled { wavelets: kept, scale: exp2i(-exponent) };
         let sum = triple::sublinear(brdf_average, brdf, kept, &light, visible);
         put(integral, 8, integral_of(sum, &[exponent, visible_exponent], 8))
-    }
-}
-
-/// A list of wavelets in order.
-///
-/// # Safety
-/// The pointer is null or points to `count` elements.
-pub(super) unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u32) -> Checked<&'a [Wavelets]> {
-    // SAFETY: the caller's contract.
-    let list: &[Wavelets] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
-    match triple::disorder(list) {
-        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
-        None => Ok(list),
     }
 }
 
@@ -197,7 +186,8 @@ pub unsafe extern "C" fn wis_triple_blend(
             weights = slice(weight, count, 4)?;
             require_all(weights, 4, |weight| weight.is_finite())?;
             for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
-                *slot = self::list(*handle, *count, 2).map_err(|at| at.in_column().in_row(2, k))?;
+                let list = ordered(*handle, *count, 2, triple::disorder);
+                *slot = list.map_err(|at| at.in_column().in_row(2, k))?;
             }
         }
         let wavelets = slice_mut(wavelets, room as usize, 6)?;

@@ -3,17 +3,16 @@
 use super::{Tree, TreeInfo, view};
 use crate::ffi::memory::block_mut;
 use crate::ffi::wavelets::environment::{self, Environment};
-use crate::ffi::wavelets::memory::{Results, room_mut};
-use crate::ffi::wavelets::{sparse, triple};
+use crate::ffi::wavelets::memory::{Results, ordered, room_mut};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, frame, put_size, require_all, sized, slice};
 use crate::object::Size;
 use crate::status::{Fault, Status};
 use crate::wavelets::combine::{MAX_FACTORS, WIS_MAX_BLEND, add_in, multiply_in, product_size, sum_size};
 use crate::wavelets::pruned::Config;
 use crate::wavelets::rotated::Rotation;
-use crate::wavelets::sparse::{Details, Element, Set, build_in, size as size_of_list};
+use crate::wavelets::sparse::{self, Details, Element, Set};
 use crate::wavelets::stored::{Header, Refused, Stored};
-use crate::wavelets::triple::Wavelets;
+use crate::wavelets::triple::{Wavelets, disorder};
 use crate::wavelets::{image, morton};
 use bytemuck::cast_slice_mut;
 use core::ffi::{CStr, c_void};
@@ -168,8 +167,8 @@ unsafe fn needed(config: &TreeConfig) -> Checked<Size> {
             WIS_TREE_PIXELS => grid(config)?.size(),
             WIS_TREE_PRODUCT => product_size(factors(config)?.all()),
             WIS_TREE_BLEND => sum_size(terms(config)?.all()),
-            WIS_TREE_WAVELETS => size_of_list(2, wavelets(config)?),
-            WIS_TREE_DETAILS => size_of_list(config.dimensions, details(config)?),
+            WIS_TREE_WAVELETS => sparse::size(2, wavelets(config)?),
+            WIS_TREE_DETAILS => sparse::size(config.dimensions, details(config)?),
             WIS_TREE_ENVIRONMENT => rotation(config)?.size(),
             _ => return Err(no_source()),
         }
@@ -232,14 +231,10 @@ unsafe fn of_terms(config: &TreeConfig, blocks: &Blocks) -> Checked<Built> {
 /// As [`built`].
 unsafe fn of_list<W: Element>(config: &TreeConfig, axes: u32, list: &[W], blocks: &Blocks) -> Checked<Built> {
     let &TreeConfig { average, least, .. } = config;
-    Fault::first([
-        ((f64::MIN..=f64::MAX).contains(&average), c"average"),
-        ((0.0..=f64::MAX).contains(&least), c"least"),
-    ])
-    .map_err(|fault| Failure::fault(fault, 1))?;
+    in_range([(average.is_finite(), c"average"), ((0.0..=f64::MAX).contains(&least), c"least")])?;
     // SAFETY: the caller's contract.
-    let (block, _) = unsafe { blocks.of(size_of_list(axes, list).ok_or(overflow(config))?)? };
-    Ok(build_in(axes, Set { average, wavelets: list }, least, block))
+    let (block, _) = unsafe { blocks.of(sparse::size(axes, list).ok_or(overflow(config))?)? };
+    Ok(sparse::build_in(axes, Set { average, wavelets: list }, least, block))
 }
 
 /// # Safety
@@ -291,6 +286,11 @@ impl Blocks {
         // SAFETY: the caller's contract.
         unsafe { self.of(Size { bytes: usize::MAX, scratch: self.scratch_bytes }) }
     }
+}
+
+/// Checks fields of the configuration, each with whether it is in its range.
+fn in_range<const N: usize>(fields: [(bool, &'static CStr); N]) -> Checked<()> {
+    Fault::first(fields).map_err(|fault| Failure::fault(fault, 1))
 }
 
 fn no_source() -> Failure {
@@ -360,7 +360,7 @@ fn rotation(config: &TreeConfig) -> Checked<Rotation> {
 /// The pointer is null or points to as many elements as are said.
 unsafe fn wavelets<'a>(config: &TreeConfig) -> Checked<&'a [Wavelets]> {
     // SAFETY: the caller's contract.
-    unsafe { triple::list(config.wavelets, config.count, 1) }.map_err(|at| at.of(c"wavelets"))
+    unsafe { ordered(config.wavelets, config.count, 1, disorder) }.map_err(|at| at.of(c"wavelets"))
 }
 
 /// The list of a function of any axes.
@@ -369,9 +369,10 @@ unsafe fn wavelets<'a>(config: &TreeConfig) -> Checked<&'a [Wavelets]> {
 /// As [`wavelets`].
 unsafe fn details<'a>(config: &TreeConfig) -> Checked<&'a [Details]> {
     let &TreeConfig { dimensions, count, details, .. } = config;
-    Fault::first([((1..=4).contains(&dimensions), c"dimensions")]).map_err(|fault| Failure::fault(fault, 1))?;
+    in_range([((1..=4).contains(&dimensions), c"dimensions")])?;
     // SAFETY: the caller's contract.
-    unsafe { sparse::details(details, count, dimensions, 1) }.map_err(|at| at.of(c"details"))
+    let list = unsafe { ordered(details, count, 1, |list| sparse::disorder(list, dimensions)) };
+    list.map_err(|at| at.of(c"details"))
 }
 
 /// The trees of a configuration.
@@ -414,7 +415,7 @@ unsafe fn read_trees<'a>(
     fits: fn(u32, u32) -> bool,
 ) -> Checked<Trees<'a>> {
     let count = config.tree_count as usize;
-    Fault::first([(counts.contains(&count), c"tree_count")]).map_err(|fault| Failure::fault(fault, 1))?;
+    in_range([(counts.contains(&count), c"tree_count")])?;
     let of_tree = |at: Failure, k| at.in_row(1, k).of(c"trees");
     // SAFETY: the caller's contract.
     unsafe {

@@ -384,8 +384,9 @@ typedef struct wis_details {
 /// Source of a tree: the product of two or three trees, sampled, saved and multiplied like any other. It reads `tree_count` and
 /// `trees`. Trees behind the first have its first axes, at most as many, and are constant along the rest. The averages are exact
 /// but for rounding (Clarberg et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of
-/// Ng et al. 2004). `error` in wis_tree_info is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT if a
-/// tree has more axes than the first; WIS_OVERFLOW if the average is above 0 and below 2^-1022, or beyond a double.
+/// Ng et al. 2004). `error` in wis_tree_info is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT for
+/// another number of trees, or if a tree has more axes than the first: `y` in the diagnostic is its number. WIS_OVERFLOW if the
+/// average is above 0 and below 2^-1022, or beyond a double.
 ///
 /// If all trees have the same axes the size is exact, and costs one visit of each square of the product. Otherwise it is an upper
 /// bound, and costs one visit of each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
@@ -395,11 +396,11 @@ typedef struct wis_details {
 /// diagnostic then tells enough bytes, of the scratch block as wis_tree_size does. Work: squares of the trees and of the product.
 #define WIS_TREE_PRODUCT 1
 
-/// Source of a tree: the weighted sum of 1 to WIS_MAX_BLEND trees of the same axes. It reads `tree_count`, `trees` and `weight`.
-/// The sum is what stands between tabulated functions, exactly (Clarberg et al. 2005, Section 5.2: coefficients interpolate one
-/// by one). The product of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT for another
-/// number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the tree or the
-/// weight. WIS_OVERFLOW as for WIS_TREE_PRODUCT. `error` in wis_tree_info is 0.
+/// Source of a tree: a blend, the weighted sum of 1 to WIS_MAX_BLEND trees of the same axes. It reads `tree_count`, `trees` and
+/// `weight`. The sum is what stands between tabulated functions, exactly (Clarberg et al. 2005, Section 5.2: coefficients
+/// interpolate one by one). The product of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT
+/// for another number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the
+/// tree or the weight. WIS_OVERFLOW as for WIS_TREE_PRODUCT. `error` in wis_tree_info is 0.
 ///
 /// wis_tree_size does not read the weights, and costs one visit of each square of the sum. Blocks may be longer than it says; one
 /// that is too short fails with WIS_MEMORY_TOO_SMALL. Work: squares of all trees.
@@ -468,11 +469,11 @@ typedef struct wis_tree_config {
   float error_budget;
   /// Of pixels: 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
   const float *pixels;
-  /// Of products, 2 or 3, and of sums, 1 to WIS_MAX_BLEND: how many trees.
+  /// Of products, 2 or 3, and of blends, 1 to WIS_MAX_BLEND: how many trees.
   uint32_t tree_count;
-  /// Of products and sums: the trees.
+  /// Of products and blends: the trees.
   const struct wis_tree *const *trees;
-  /// Of sums: a weight for each tree, finite, 0 or more.
+  /// Of blends: a weight for each tree, finite, 0 or more.
   const double *weight;
   /// Of wavelets and details: the average of the function, finite.
   double average;

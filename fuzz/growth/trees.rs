@@ -183,7 +183,7 @@ fn combined(w: &mut World) {
             });
         }
     }
-    for (input, sizes) in [("sum, pixels", &PIXELS[..]), ("sum, trees", &[1, 4, 16])] {
+    for (input, sizes) in [("blend, pixels", &PIXELS[..]), ("blend, trees", &[1, 4, 16])] {
         for (function, is_query) in VERBS {
             w.curve(function, input, sizes, linear, |w, n| blend(w, input, is_query, n));
         }
@@ -191,7 +191,7 @@ fn combined(w: &mut World) {
 }
 
 fn blend(w: &mut World, input: &str, is_query: bool, n: usize) {
-    let (pixels, count) = if input == "sum, pixels" { (n, 4) } else { (1024, n) };
+    let (pixels, count) = if input == "blend, pixels" { (n, 4) } else { (1024, n) };
     let trees: Vec<Stored> = (0..count as u64).map(|seed| Stored::planar(w, pixels, seed)).collect();
     let (handles, weights): (Vec<_>, Vec<f64>) = trees.iter().map(|tree| (tree.handle(), 0.25)).unzip();
     let (tree_count, trees, weight) = (count as u32, handles.as_ptr(), weights.as_ptr());

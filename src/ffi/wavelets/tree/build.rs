@@ -219,9 +219,9 @@ unsafe fn of_terms(config: &TreeConfig, blocks: &Blocks) -> Checked<Built> {
     // SAFETY: the caller's contract.
     unsafe {
         let terms = terms(config)?;
-        let in_range = |weight: &f64| (0.0..=f64::MAX).contains(weight);
+        let fits = |weight: &f64| (0.0..=f64::MAX).contains(weight);
         let weights = slice(config.weight, terms.count, 1);
-        let weights = weights.and_then(|all| require_all(all, 1, in_range).map(|()| all));
+        let weights = weights.and_then(|all| require_all(all, 1, fits).map(|()| all));
         let weights = weights.map_err(|at| at.of(c"weight"))?;
         let (block, scratch) = blocks.whole()?;
         Ok(add_in(terms.all(), weights, block, scratch))

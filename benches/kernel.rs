@@ -15,7 +15,7 @@ use support::{Environment, Map, Memory, Product, Random, ggx, lambert, product_c
 use wis::ffi::MemorySize;
 use wis::ffi::pool::wis_pool_pick;
 use wis::ffi::wavelets::environment::*;
-use wis::ffi::wavelets::haar::wis_haar_forward;
+use wis::ffi::wavelets::haar::{WIS_HAAR_FORWARD, wis_haar};
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::sampling::*;
 use wis::pool::Pick;
@@ -161,7 +161,9 @@ fn trees(criterion: &mut Criterion) {
     let mut values: Vec<f64> = e.iter().map(|&x| f64::from(x)).collect();
     group.bench_function("haar forward", |bencher| {
         // SAFETY: the slice holds 2^(2 DEPTH) values.
-        bencher.iter(|| unsafe { wis_haar_forward(2, DEPTH, values.len(), values.as_mut_ptr(), std::ptr::null_mut()) });
+        bencher.iter(|| unsafe {
+            wis_haar(WIS_HAAR_FORWARD, 2, DEPTH, values.len(), values.as_mut_ptr(), std::ptr::null_mut())
+        });
     });
     let [e, f] = [e, f].map(|pixels| Stored::<4>::complete::<2>(DEPTH, &pixels).pruned(0.01).0);
     group.bench_function("product integral", |bencher| bencher.iter(|| inner::integral(&e.tree(), &f.tree())));

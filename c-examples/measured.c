@@ -48,7 +48,12 @@ static size_t tabulate(const wis_tree *slice[SLICES]) {
         float wo[3];
         check(wis_wavelet_table_directions(k, SLICES, DEPTH, middle, wo, wi, 0));
         for (uint32_t i = 0; i < PIXELS; i++) pixels[i] = brdf(wo, wi + 3 * i);
-        wis_tree_config config = {sizeof config, 2, DEPTH, 0.001f, pixels};
+        wis_tree_config config = {0};
+        config.size = sizeof config;
+        config.dimensions = 2;
+        config.depth = DEPTH;
+        config.error_budget = 0.001f;
+        config.pixels = pixels;
         wis_memory_size size;
         wis_tree_info info = {sizeof info, 0, 0, 0, 0, 0, 0, 0};
         check(wis_tree_size(&config, &size, NULL));

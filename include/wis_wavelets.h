@@ -8,8 +8,8 @@
  * multiplies it by BRDF x cosine at a shading point and samples the product with an exact pdf. Use it if memory for the light is
  * what counts; else wis_direct in wis.h is faster.
  *
- * Trees of any function of 1 to 4 variables: wis_haar_*, wis_tree_*, wis_warp_*. Products and sums of trees as lists of
- * wavelets: wis_sparse_*, wis_tree_of_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
+ * Trees of any function of 1 to 4 variables: wis_haar, wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
+ * sums of trees, of lists of wavelets and of rotated maps. Products of such lists: wis_sparse_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
  * wis_visibility_*.
  *
  * Order of use. Once for a map: wis_wavelet_light_size, wis_wavelet_light_init. Once for a thread: wis_wavelet_product_size. At a
@@ -343,24 +343,96 @@ enum wis_status wis_wavelet_invert(const struct wis_wavelet_light *environment,
                                    size_t u_stride,
                                    uint8_t *status);
 
+/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
+/// and squares before those inside them.
+typedef struct wis_wavelets {
+  /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
+  uint32_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
+  /// those that were dropped.
+  float detail[3];
+} wis_wavelets;
+
+/// The wavelets of a square of n axes that a set keeps.
+typedef struct wis_details {
+  /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
+  uint64_t position;
+  /// The square has the width 2^-level.
+  uint32_t level;
+  /// Not read; 0 where the library writes.
+  uint32_t reserved;
+  /// Detail f, 1 to 2^n - 1, in value space: 2^(n level / 2) times the orthonormal coefficient of the wavelet that varies
+  /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
+  float detail[16];
+} wis_details;
+
+/// The most trees or approximations that are blended at once: quadrilinear interpolation has 16.
+#define WIS_MAX_BLEND 16
+
+/// The most places along an axis of a pixel.
+#define WIS_MAX_PLACES 16
+
+/// Source of a tree: values on a grid. It reads `dimensions`, `depth`, `error_budget` and `pixels`.
+///
+/// wis_tree_size tells the bytes that the tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is
+/// too short fails with WIS_MEMORY_TOO_SMALL and tells them). It does not read the pixels. WIS_INVALID_TEXEL: `x` is the position
+/// along the last axis, `y` the number of the row. Work: pixels.
+#define WIS_TREE_PIXELS 0
+
+/// Source of a tree: the product of two or three trees, sampled, saved and multiplied like any other. It reads `tree_count` and
+/// `trees`. Trees behind the first have its first axes, at most as many, and are constant along the rest. The averages are exact
+/// but for rounding (Clarberg et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of
+/// Ng et al. 2004). `error` in wis_tree_info is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT for
+/// another number of trees, or if a tree has more axes than the first: `y` in the diagnostic is its number. WIS_OVERFLOW if the
+/// average is above 0 and below 2^-1022, or beyond a double.
+///
+/// If all trees have the same axes the size is exact, and costs one visit of each square of the product. Otherwise it is an upper
+/// bound, and costs one visit of each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
+///
+/// Blocks may be longer than wis_tree_size says, and serve for many products. They may be shorter, too: the call answers
+/// WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one. The
+/// diagnostic then tells enough bytes, of the scratch block as wis_tree_size does. Work: squares of the trees and of the product.
+#define WIS_TREE_PRODUCT 1
+
+/// Source of a tree: a blend, the weighted sum of 1 to WIS_MAX_BLEND trees of the same axes. It reads `tree_count`, `trees` and
+/// `weight`. The sum is what stands between tabulated functions, exactly (Clarberg et al. 2005, Section 5.2: coefficients
+/// interpolate one by one). The product of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT
+/// for another number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the
+/// tree or the weight. WIS_OVERFLOW as for WIS_TREE_PRODUCT. `error` in wis_tree_info is 0.
+///
+/// wis_tree_size does not read the weights, and costs one visit of each square of the sum. Blocks may be longer than it says; one
+/// that is too short fails with WIS_MEMORY_TOO_SMALL. Work: squares of all trees.
+#define WIS_TREE_BLEND 2
+
+/// Source of a tree: the average of a function of two axes and any set of its wavelets in order, free thresholding as the papers
+/// print it. It reads `average`, `count`, `wavelets` and `least`. Such a function may be negative or 0 where what it approximates
+/// is not. Values below `least` are raised to it, and the tree is that of the raised function, in average, sample and pdf alike.
+/// A `least` above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is
+/// the first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
+/// average is beyond a double.
+///
+/// The size is exactly the bytes in use, without scratch memory. wis_tree_size does not read `average` and `least`. Work: count.
+#define WIS_TREE_WAVELETS 3
+
+/// Source of a tree: as WIS_TREE_WAVELETS, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to
+/// sample. It reads `dimensions`, `average`, `count`, `details` and `least`. Work: count.
+#define WIS_TREE_DETAILS 4
+
+/// Source of a tree: the luminance of an environment over the octahedral square of another frame, a map that is rotated about a
+/// direction. It is made when a scene asks for it (Clarberg et al. 2005, Section 6.1, make all of them beforehand). It reads
+/// `depth`, `error_budget`, `least`, `environment`, `places`, `world_from_map` and `world_from_tree`. With a BRDF that is
+/// tabulated about the same direction WIS_TREE_PRODUCT gives their product; WIS_TREE_BLEND interpolates between directions,
+/// wis_grid_cells says which.
+///
+/// wis_tree_size tells the bytes that the tree needs at most, and reads neither the environment nor the matrices. Costs
+/// (places 2^depth)^2 look-ups in the map. Work: places^2 x 4^depth.
+#define WIS_TREE_ENVIRONMENT 5
+
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 typedef struct wis_tree wis_tree;
-
-/// What to build.
-typedef struct wis_tree_config {
-  /// sizeof(wis_tree_config).
-  uint32_t size;
-  /// Axes n, 1 to 4.
-  uint32_t dimensions;
-  /// The grid has 2^depth pixels along each axis; 0 to 12.
-  uint32_t depth;
-  /// The variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01 =
-  /// 1 %); 0 drops nothing but constant squares.
-  float error_budget;
-  /// 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
-  const float *pixels;
-} wis_tree_config;
 
 /// What was built.
 typedef struct wis_tree_info {
@@ -382,14 +454,59 @@ typedef struct wis_tree_info {
   double error;
 } wis_tree_info;
 
-/// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
-/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels. Work: constant.
+/// What to build. Fields that the source does not read need not be set.
+typedef struct wis_tree_config {
+  /// sizeof(wis_tree_config).
+  uint32_t size;
+  /// What the tree is made of: a WIS_TREE_ constant, which tells the fields that are read. 0 is WIS_TREE_PIXELS.
+  uint32_t source;
+  /// Of pixels and details: axes n, 1 to 4.
+  uint32_t dimensions;
+  /// Of pixels and environments: the grid has 2^depth pixels along each axis; 0 to 12. For environments the paper has 6 and 7.
+  uint32_t depth;
+  /// Of pixels and environments: the variance that pruning may add to an estimate of the integral, relative to its square, 0 or
+  /// more (0.01 = 1 %); 0 drops nothing but constant squares.
+  float error_budget;
+  /// Of pixels: 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
+  const float *pixels;
+  /// Of products, 2 or 3, and of blends, 1 to WIS_MAX_BLEND: how many trees.
+  uint32_t tree_count;
+  /// Of products and blends: the trees.
+  const struct wis_tree *const *trees;
+  /// Of blends: a weight for each tree, finite, 0 or more.
+  const double *weight;
+  /// Of wavelets and details: the average of the function, finite.
+  double average;
+  /// Of wavelets and details: elements of the list.
+  uint32_t count;
+  /// Of wavelets: the list, in order.
+  const struct wis_wavelets *wavelets;
+  /// Of details: the list, in order.
+  const struct wis_details *details;
+  /// Of wavelets and details: the value that smaller ones are raised to, finite, 0 or more. Of environments: the share of the
+  /// map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
+  double least;
+  /// Of environments: the map.
+  const struct wis_wavelet_light *environment;
+  /// Of environments: each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large
+  /// as what it stands for; 2 is a good start.
+  uint32_t places;
+  /// Of environments: nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
+  const float *world_from_map;
+  /// Of environments: the same from the frame of the tree: the direction about which the map is rotated is its third column.
+  /// Null is the identity.
+  const float *world_from_tree;
+} wis_tree_config;
+
+/// The memory of a tree, as its source tells. WIS_INVALID_ARGUMENT with the field `source` for a number that is none.
+/// Work: constant for pixels and environments; count for lists; else squares of the trees and of the result.
 enum wis_status wis_tree_size(const struct wis_tree_config *config,
                               struct wis_memory_size *size,
                               struct wis_diagnostic *diagnostic);
 
-/// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
-/// the row. Work: pixels.
+/// Builds a tree of what its configuration says. Each source tells its statuses, the bounds of its blocks and its work.
+/// `scratch` may be null where wis_tree_size asks for none. `info` may be null. The bytes in use stand in `info`.
+/// Work: pixels; places^2 x 4^depth for environments; count for lists; else squares of the trees and of the result.
 enum wis_status wis_tree_init(const struct wis_tree_config *config,
                               void *memory,
                               size_t bytes,
@@ -469,124 +586,37 @@ enum wis_status wis_wavelet_table_directions(uint32_t slice,
                                              float *wi,
                                              size_t wi_stride);
 
-/// Replaces an image by its orthonormal non-standard Haar coefficients, in place. `values`: `count` = 2^(n depth)
-/// numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
+/// Direction of wis_haar: from an image to its coefficients.
+#define WIS_HAAR_FORWARD 0
+
+/// Direction of wis_haar: from the coefficients to the image.
+#define WIS_HAAR_INVERSE 1
+
+/// Replaces an image by its orthonormal non-standard Haar coefficients, in place, or these by the image. `values`: `count` =
+/// 2^(n depth) numbers, C order (axis 1 slowest), at most 1e290 in size; `dimensions` n = 1 to 4, `depth` at most 12. The
 /// coefficient of level l, translation t and wavelet f = (f1 .. fn) replaces the pixel at coordinates (2 t_q + f_q)
 /// 2^(depth - 1 - l), the scaling coefficient the pixel at the origin. WIS_INVALID_ARGUMENT for anything out of these
-/// ranges. Work: count.
-enum wis_status wis_haar_forward(uint32_t dimensions,
-                                 uint32_t depth,
-                                 size_t count,
-                                 double *values,
-                                 struct wis_diagnostic *diagnostic);
+/// ranges, or another `direction` than WIS_HAAR_FORWARD and WIS_HAAR_INVERSE. Work: count.
+enum wis_status wis_haar(uint32_t direction,
+                         uint32_t dimensions,
+                         uint32_t depth,
+                         size_t count,
+                         double *values,
+                         struct wis_diagnostic *diagnostic);
 
-/// Replaces the coefficients of wis_haar_forward by the image, in place, with the same arguments and statuses. Work: count.
-enum wis_status wis_haar_inverse(uint32_t dimensions,
-                                 uint32_t depth,
-                                 size_t count,
-                                 double *values,
-                                 struct wis_diagnostic *diagnostic);
+/// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
+#define WIS_TERMS_ERROR 0
 
-/// The wavelets of a square that an approximation keeps. Approximations are lists of these, depth first: by position,
-/// and squares before those inside them.
-typedef struct wis_wavelets {
-  /// The Morton code of the square's first pixel among 4096 x 4096 (axis 1 in the higher bit of each pair).
-  uint32_t position;
-  /// The square has the width 2^-level.
-  uint32_t level;
-  /// The details 1 (axis 2), 2 (axis 1) and 3 (both) in value space, 2^level times the orthonormal coefficients; 0 for
-  /// those that were dropped.
-  float detail[3];
-} wis_wavelets;
+/// Rule of wis_triple_terms: those with an orthonormal coefficient of at least `bound`, as those keep who threshold. One visit of
+/// each square.
+#define WIS_TERMS_THRESHOLD 1
 
-/// The wavelets of a square of n axes that a set keeps.
-typedef struct wis_details {
-  /// The Morton code of the square's first pixel among 4096 along each axis: n bits a level, axis 1 the highest of each n.
-  uint64_t position;
-  /// The square has the width 2^-level.
-  uint32_t level;
-  /// Not read; 0 where the library writes.
-  uint32_t reserved;
-  /// Detail f, 1 to 2^n - 1, in value space: 2^(n level / 2) times the orthonormal coefficient of the wavelet that varies
-  /// along the axes whose bits are set in f, axis 1 the highest of n. Others are not read; 0 where the library writes.
-  float detail[16];
-} wis_details;
-
-/// The most trees or approximations that are blended at once: quadrilinear interpolation has 16.
-#define WIS_MAX_BLEND 16
-
-/// The most places along an axis of a pixel.
-#define WIS_MAX_PLACES 16
-
-/// The memory that wis_tree_multiply needs for these trees at most; `g` may be null. If all trees have the same axes the
-/// size is exact, and costs one visit of each square of the product. Otherwise it is an upper bound, and costs one visit of
-/// each square of the trees. WIS_OVERFLOW if there may be more than 2^32 - 2 squares.
-/// Work: squares of the trees and of the product.
-enum wis_status wis_tree_multiply_size(const struct wis_tree *e,
-                                       const struct wis_tree *f,
-                                       const struct wis_tree *g,
-                                       struct wis_memory_size *size,
-                                       struct wis_diagnostic *diagnostic);
-
-/// Multiplies two or three trees into a tree: sampled, saved and multiplied like any other. `f` and `g` (null: 1) have the
-/// first axes of `e`, at most as many, and are constant along the rest. The averages are exact but for rounding (Clarberg
-/// et al. 2005, Section 4.3; with light, BRDF x cosine and visibility as factors the triple product of Ng et al. 2004).
-/// `error` in `info`, which may be null, is 0: what was dropped from the factors is not counted. WIS_INVALID_ARGUMENT if `f` or
-/// `g` has more axes than `e`; WIS_OVERFLOW if the average is above 0 and below 2^-1022, or beyond a double.
-///
-/// Blocks may be longer than wis_tree_multiply_size says, and serve for many products. They may be shorter, too: the call
-/// answers WIS_MEMORY_TOO_SMALL as soon as the product exceeds the scratch block, or at the end if it exceeds the other one.
-/// The diagnostic then tells enough bytes, of the scratch block as wis_tree_multiply_size does. The bytes in use stand in
-/// `info`. Work: squares of the trees and of the product.
-enum wis_status wis_tree_multiply(const struct wis_tree *e,
-                                  const struct wis_tree *f,
-                                  const struct wis_tree *g,
-                                  void *memory,
-                                  size_t bytes,
-                                  void *scratch,
-                                  size_t scratch_bytes,
-                                  const struct wis_tree **tree,
-                                  struct wis_tree_info *info,
-                                  struct wis_diagnostic *diagnostic);
-
-/// The memory that wis_tree_blend needs for these trees, at most. Costs one visit of each square of the sum.
-/// Work: squares of all trees.
-enum wis_status wis_tree_blend_size(uint32_t tree_count,
-                                    const struct wis_tree *const *trees,
-                                    struct wis_memory_size *size,
-                                    struct wis_diagnostic *diagnostic);
-
-/// The weighted sum of 1 to WIS_MAX_BLEND trees of the same axes as a tree: what stands between tabulated functions, exactly
-/// (Clarberg et al. 2005, Section 5.2: coefficients interpolate one by one). `weight`: finite, 0 or more. The product
-/// (wis_tree_multiply) of two such sums is the bilinear blend of the products of all pairs. WIS_INVALID_ARGUMENT for another
-/// number of trees, trees of different axes, or a weight out of range: `y` in the diagnostic is the number of the tree or the
-/// weight. WIS_OVERFLOW as wis_tree_multiply.
-///
-/// Blocks may be longer than wis_tree_blend_size says; one that is too short fails with WIS_MEMORY_TOO_SMALL. The bytes in use
-/// stand in `info`, which may be null; its `error` is 0. Work: squares of all trees.
-enum wis_status wis_tree_blend(uint32_t tree_count,
-                               const struct wis_tree *const *trees,
-                               const double *weight,
-                               void *memory,
-                               size_t bytes,
-                               void *scratch,
-                               size_t scratch_bytes,
-                               const struct wis_tree **tree,
-                               struct wis_tree_info *info,
-                               struct wis_diagnostic *diagnostic);
-
-/// The fewest of a tree's largest wavelets (wis_triple_select, wis_sparse_select) that leave a relative L2 error of at most
-/// `error`, 0 or more.
-/// Costs 33 visits of each square. Work: squares.
+/// How many of a tree's largest wavelets wis_triple_select and wis_sparse_select are asked to keep, by a `rule`: WIS_TERMS_ERROR
+/// or WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 enum wis_status wis_triple_terms(const struct wis_tree *tree,
-                                 double error,
+                                 uint32_t rule,
+                                 double bound,
                                  uint32_t *terms);
-
-/// How many of a tree's wavelets have an orthonormal coefficient of at least `threshold`, 0 or more: what wis_triple_select
-/// and wis_sparse_select are asked to keep by those who threshold. One visit of each square. Work: squares.
-enum wis_status wis_triple_at_least(const struct wis_tree *tree,
-                                    double threshold,
-                                    uint32_t *terms);
 
 /// As wis_triple_select, for a tree of 1 to 4 axes: its `keep` wavelets with the largest orthonormal coefficients, into `kept`.
 /// Work: squares.
@@ -633,88 +663,6 @@ enum wis_status wis_sparse_multiply(uint32_t n,
                                     double *average,
                                     struct wis_diagnostic *diagnostic);
 
-/// The memory that wis_tree_of_wavelets needs: exactly the bytes in use. Work: count.
-enum wis_status wis_tree_of_wavelets_size(uint32_t count,
-                                          const struct wis_wavelets *wavelets,
-                                          struct wis_memory_size *size,
-                                          struct wis_diagnostic *diagnostic);
-
-/// The tree of a function that is given by its average and any set of wavelets in order: free thresholding as the papers
-/// print it. Such a function may be negative or 0 where what it approximates is not: values below `least` (0 or more,
-/// finite) are raised to it, and the tree is that of the raised function, in average, sample and pdf alike. A `least`
-/// above 0 keeps the pdf above 0 everywhere. WIS_INVALID_ARGUMENT if the list is out of order (`y` in the diagnostic is the
-/// first element that is), or if values are too large for a tree: above 2^120 times the average. WIS_OVERFLOW if the tree's
-/// average is beyond a double. `info` may be null. Work: count.
-enum wis_status wis_tree_of_wavelets(double average,
-                                     uint32_t count,
-                                     const struct wis_wavelets *wavelets,
-                                     double least,
-                                     void *memory,
-                                     size_t bytes,
-                                     const struct wis_tree **tree,
-                                     struct wis_tree_info *info,
-                                     struct wis_diagnostic *diagnostic);
-
-/// The memory that wis_tree_of_details needs: exactly the bytes in use. Work: count.
-enum wis_status wis_tree_of_details_size(uint32_t dimensions,
-                                         uint32_t count,
-                                         const struct wis_details *details,
-                                         struct wis_memory_size *size,
-                                         struct wis_diagnostic *diagnostic);
-
-/// As wis_tree_of_wavelets, for a function of 1 to 4 axes: what wis_sparse_multiply gives, as something to sample.
-/// Work: count.
-enum wis_status wis_tree_of_details(uint32_t dimensions,
-                                    double average,
-                                    uint32_t count,
-                                    const struct wis_details *details,
-                                    double least,
-                                    void *memory,
-                                    size_t bytes,
-                                    const struct wis_tree **tree,
-                                    struct wis_tree_info *info,
-                                    struct wis_diagnostic *diagnostic);
-
-/// How to rotate a map.
-typedef struct wis_rotated_config {
-  /// sizeof(wis_rotated_config).
-  uint32_t size;
-  /// The tree has 2^depth pixels along each axis; 0 to 12. The paper has 6 and 7.
-  uint32_t depth;
-  /// Each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large as what it
-  /// stands for; 2 is a good start.
-  uint32_t places;
-  /// As wis_tree_config.
-  float error_budget;
-  /// The share of the map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
-  float least;
-  /// Nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
-  const float *world_from_map;
-  /// The same from the frame of the tree: the direction about which the map is rotated is its third column. Null is the
-  /// identity.
-  const float *world_from_tree;
-} wis_rotated_config;
-
-/// The memory that wis_tree_of_environment needs at most. Does not read the transforms. Work: constant.
-enum wis_status wis_tree_of_environment_size(const struct wis_rotated_config *config,
-                                             struct wis_memory_size *size,
-                                             struct wis_diagnostic *diagnostic);
-
-/// The luminance of an environment over the octahedral square of another frame as a tree: a map that is rotated about a
-/// direction, made when a scene asks for it (Clarberg et al. 2005, Section 6.1, make all of them beforehand). With a BRDF that
-/// is tabulated about the same direction wis_tree_multiply gives their product; wis_tree_blend interpolates between
-/// directions, wis_grid_cells says which. `info` may be null. The bytes in use stand in `info`. Costs (places 2^depth)^2
-/// look-ups in the map. Work: places^2 x 4^depth.
-enum wis_status wis_tree_of_environment(const struct wis_wavelet_light *environment,
-                                        const struct wis_rotated_config *config,
-                                        void *memory,
-                                        size_t bytes,
-                                        void *scratch,
-                                        size_t scratch_bytes,
-                                        const struct wis_tree **tree,
-                                        struct wis_tree_info *info,
-                                        struct wis_diagnostic *diagnostic);
-
 /// A non-standard Haar function of n variables: the product of functions of one level.
 typedef struct wis_basis_function {
   /// The support is a cube of the width 2^-level, at most 31.
@@ -724,6 +672,13 @@ typedef struct wis_basis_function {
   /// psi instead of phi: bit n - 1 along axis 1, and so on to bit 0 along axis n.
   uint32_t wavelet;
 } wis_basis_function;
+
+/// Rule of wis_triple_select: the wavelets with the largest orthonormal coefficients (non-linear approximation).
+#define WIS_SELECT_WAVELETS 0
+
+/// Rule of wis_triple_select: whole squares, those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+#define WIS_SELECT_SQUARES 1
 
 /// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
 /// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
@@ -745,23 +700,16 @@ enum wis_status wis_triple_integral(const struct wis_tree *brdf,
                                     const struct wis_tree *visibility,
                                     double *integral);
 
-/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
-/// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
-/// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
-/// undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
+/// Keeps `keep` wavelets, or whole squares, of a tree of two axes, as `rule` says: WIS_SELECT_WAVELETS or WIS_SELECT_SQUARES (else
+/// WIS_INVALID_ARGUMENT); of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count`
+/// tells how many squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is
+/// then undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
 enum wis_status wis_triple_select(const struct wis_tree *tree,
+                                  uint32_t rule,
                                   uint32_t keep,
                                   struct wis_wavelets *wavelets,
                                   uint32_t *wavelet_count,
                                   struct wis_diagnostic *diagnostic);
-
-/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
-/// Section 7.2, keeps the light's squares so). Work: squares.
-enum wis_status wis_triple_select_squares(const struct wis_tree *tree,
-                                          uint32_t keep,
-                                          struct wis_wavelets *wavelets,
-                                          uint32_t *wavelet_count,
-                                          struct wis_diagnostic *diagnostic);
 
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
 /// BRDF meet the exact light and visibility, and light and visibility meet the approximate BRDF where the light's

@@ -146,64 +146,17 @@ private:
 /// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
 class tree {
 public:
-    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
+    /// Of any source; no tree that it is made of is this one. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
     status init(const wis_tree_config &config, wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;
         const status measured = wis_tree_size(&config, &need, diagnostic);
         if (measured != WIS_OK) return pass(measured);
         memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
+        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
+            return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(),
                                   &handle_.value, info, diagnostic));
-    }
-    /// The product of two or three trees, none of them this one.
-    status multiply(const tree &e, const tree &f, const tree *g = nullptr, wis_tree_info *info = nullptr,
-                    wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        const wis_tree *third = g ? g->get() : nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_multiply_size(e.get(), f.get(), third, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_multiply(e.get(), f.get(), third, memory_.data(), memory_.bytes(), scratch.data(),
-                                      scratch.bytes(), &handle_.value, info, diagnostic));
-    }
-    /// The tree of any sparse set of wavelets, raised to `least`.
-    status of_wavelets(double mean, const wis_wavelets *wavelets, std::uint32_t count, double least,
-                       wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_of_wavelets_size(count, wavelets, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_of_wavelets(mean, count, wavelets, least, memory_.data(), memory_.bytes(), &handle_.value,
-                                         info, diagnostic));
-    }
-    /// The weighted sum of 1 to WIS_MAX_BLEND trees, none of them this one.
-    status blend(const wis_tree *const *trees, const double *weights, std::uint32_t count,
-                 wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_blend_size(count, trees, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_blend(count, trees, weights, memory_.data(), memory_.bytes(), scratch.data(),
-                                   scratch.bytes(), &handle_.value, info, diagnostic));
-    }
-    /// The luminance of an environment in another frame.
-    status of_environment(const environment &light, const wis_rotated_config &config, wis_tree_info *info = nullptr,
-                          wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_tree_of_environment_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!reserve(need, scratch)) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_tree_of_environment(light.get(), &config, memory_.data(), memory_.bytes(), scratch.data(),
-                                            scratch.bytes(), &handle_.value, info, diagnostic));
     }
     const wis_tree *get() const noexcept { return handle_; }
 
@@ -215,9 +168,6 @@ public:
     status pdf(const float *point, float &out) const { return pass(wis_tree_pdf(handle_, point, &out)); }
 
 private:
-    bool reserve(const wis_memory_size &need, memory &scratch) noexcept {
-        return memory_.reserve(need.bytes, need.align) && scratch.reserve(need.scratch_bytes, need.align);
-    }
     memory memory_;
     moving<const wis_tree *> handle_;
 };

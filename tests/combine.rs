@@ -2,17 +2,30 @@
 
 use crate::stored;
 use crate::stored::{EPS, Random, Stored, cases, doubles, floats, integer};
+use crate::support::{BuiltTree, Memory, pixel_config, tree_config};
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
-use wis::ffi::wavelets::tree::combine::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::status::Status;
 
 /// A tree in memory as a client holds it.
 struct Client {
-    memory: Vec<u128>,
+    memory: Memory,
     info: TreeInfo,
+    /// Bytes that were asked for.
+    needed: usize,
+}
+
+/// A product or a sum of trees, without weights.
+fn of_trees(source: u32, trees: &[*const Tree]) -> TreeConfig {
+    TreeConfig { tree_count: trees.len() as u32, trees: trees.as_ptr(), ..tree_config(source) }
+}
+
+/// The status of a size query.
+fn measure(config: &TreeConfig, size: &mut MemorySize, diagnostic: *mut Diagnostic) -> Status {
+    // SAFETY: the configuration is that of as many trees as it says.
+    unsafe { wis_tree_size(config, size, diagnostic) }
 }
 
 fn memory(bytes: usize) -> Vec<u128> {
@@ -31,47 +44,22 @@ fn axes(tree: *const Tree) -> u32 {
 
 impl Client {
     fn new(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> Client {
-        let size = size_of::<TreeConfig>() as u32;
-        let config = TreeConfig { size, dimensions, depth, error_budget, pixels: pixels.as_ptr() };
-        let mut size = MemorySize::default();
-        // SAFETY: the configuration describes the pixels, and the blocks are as large as was asked for.
-        unsafe {
-            assert_eq!(wis_tree_size(&config, &mut size, null_mut()), Status::Ok);
-            Client::build(size, |block, work, tree, info| {
-                wis_tree_init(&config, block, size.bytes, work, size.scratch_bytes, tree, info, null_mut())
-            })
-        }
+        Client::build(&pixel_config(dimensions, depth, error_budget, pixels))
     }
 
     fn product(e: &Client, f: &Client, g: Option<&Client>) -> Client {
-        let g = g.map_or(null(), Client::tree);
-        let mut size = MemorySize::default();
-        // SAFETY: the handles are trees, and the blocks are as large as was asked for.
-        unsafe {
-            assert_eq!(wis_tree_multiply_size(e.tree(), f.tree(), g, &mut size, null_mut()), Status::Ok);
-            let product = Client::build(size, |block, work, tree, info| {
-                let (e, f) = (e.tree(), f.tree());
-                wis_tree_multiply(e, f, g, block, size.bytes, work, size.scratch_bytes, tree, info, null_mut())
-            });
-            // Exact where axes are the same.
-            let alike = [f.tree(), g].iter().all(|tree| tree.is_null() || axes(*tree) == axes(e.tree()));
-            assert!(product.info.bytes as usize == size.bytes || !alike && (product.info.bytes as usize) < size.bytes);
-            product
-        }
+        let trees: Vec<_> = [Some(e), Some(f), g].into_iter().flatten().map(Client::tree).collect();
+        let product = Client::build(&of_trees(WIS_TREE_PRODUCT, &trees));
+        // Exact where axes are the same.
+        let alike = trees.iter().all(|tree| axes(*tree) == axes(e.tree()));
+        let (bytes, needed) = (product.info.bytes as usize, product.needed);
+        assert!(bytes == needed || !alike && bytes < needed);
+        product
     }
 
     fn blend(terms: &[(&Client, f64)]) -> Client {
         let (trees, weights): (Vec<_>, Vec<_>) = terms.iter().map(|(term, weight)| (term.tree(), *weight)).unzip();
-        let (count, mut size) = (terms.len() as u32, MemorySize::default());
-        // SAFETY: the handles are trees, and the blocks are as large as was asked for.
-        unsafe {
-            assert_eq!(wis_tree_blend_size(count, trees.as_ptr(), &mut size, null_mut()), Status::Ok);
-            Client::build(size, |block, work, tree, info| {
-                let (trees, weights) = (trees.as_ptr(), weights.as_ptr());
-                let (bytes, room) = (size.bytes, size.scratch_bytes);
-                wis_tree_blend(count, trees, weights, block, bytes, work, room, tree, info, null_mut())
-            })
-        }
+        Client::build(&TreeConfig { weight: weights.as_ptr(), ..of_trees(WIS_TREE_BLEND, &trees) })
     }
 
     fn product_integral(&self, f: &Client) -> f64 {
@@ -81,26 +69,20 @@ impl Client {
         integral
     }
 
-    fn build(
-        size: MemorySize,
-        build: impl FnOnce(*mut c_void, *mut c_void, *mut *const Tree, *mut TreeInfo) -> Status,
-    ) -> Client {
-        let (mut block, mut scratch) = (memory(size.bytes), memory(size.scratch_bytes));
-        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
-        let mut tree = null();
-        assert_eq!(build(start(&mut block), start(&mut scratch), &mut tree, &mut info), Status::Ok);
-        Client { memory: block, info }
+    fn build(config: &TreeConfig) -> Client {
+        let BuiltTree { memory, info, size, .. } = BuiltTree::new(config).unwrap();
+        Client { memory, info, needed: size.bytes }
     }
 
     fn tree(&self) -> *const Tree {
-        self.memory.as_ptr().cast()
+        self.memory.bytes().as_ptr().cast()
     }
 
     fn open(&self) -> Status {
         let mut tree = null();
         let bytes = self.info.bytes as usize;
         // SAFETY: the block is as long as its info says.
-        unsafe { wis_tree_open(self.memory.as_ptr().cast(), bytes, &mut tree, null_mut(), null_mut()) }
+        unsafe { wis_tree_open(self.memory.bytes().as_ptr().cast(), bytes, &mut tree, null_mut(), null_mut()) }
     }
 
     fn pdf<const N: usize>(&self, point: [f32; N]) -> f32 {
@@ -245,28 +227,28 @@ fn wrong_trees_and_short_blocks_are_refused() {
     let square = Client::new(2, 2, 0.0, &[1.0, 2.0, 3.0, 4.0].repeat(4));
     let mut size = MemorySize::default();
     let mut diagnostic = Diagnostic::default();
-    // SAFETY: the handles are trees.
-    let status = unsafe { wis_tree_multiply_size(line.tree(), square.tree(), null(), &mut size, &mut diagnostic) };
-    assert_eq!((status, diagnostic.argument), (Status::InvalidArgument, 2));
-    // SAFETY: as above.
-    let status = unsafe { wis_tree_multiply_size(square.tree(), line.tree(), null(), &mut size, null_mut()) };
-    assert_eq!(status, Status::Ok);
+    let trees = [line.tree(), square.tree()];
+    let status = measure(&of_trees(WIS_TREE_PRODUCT, &trees), &mut size, &mut diagnostic);
+    assert_eq!((status, diagnostic.argument, diagnostic.y), (Status::InvalidArgument, 1, 1));
+    assert_eq!(unsafe { std::ffi::CStr::from_ptr(diagnostic.field) }, c"trees");
+    let trees = [square.tree(), line.tree()];
+    let config = of_trees(WIS_TREE_PRODUCT, &trees);
+    assert_eq!(measure(&config, &mut size, null_mut()), Status::Ok);
     let mut call = |bytes: usize, scratch_bytes: usize| {
         let (mut block, mut scratch) = (memory(size.bytes), memory(size.scratch_bytes));
         let (block, scratch) = (start(&mut block), start(&mut scratch));
         let mut tree = null();
         // SAFETY: the blocks are at least as long as stated.
         let status = unsafe {
-            let (e, f, none) = (square.tree(), line.tree(), null());
-            wis_tree_multiply(e, f, none, block, bytes, scratch, scratch_bytes, &mut tree, null_mut(), &mut diagnostic)
+            wis_tree_init(&config, block, bytes, scratch, scratch_bytes, &mut tree, null_mut(), &mut diagnostic)
         };
         (status, diagnostic.argument, diagnostic.bytes_needed)
     };
     assert_eq!(call(size.bytes, size.scratch_bytes).0, Status::Ok);
     let (bytes, scratch_bytes) = (size.bytes, size.scratch_bytes);
-    assert_eq!(call(bytes - 1, scratch_bytes), (Status::MemoryTooSmall, 4, bytes as u64));
-    assert_eq!(call(bytes, scratch_bytes - 1), (Status::MemoryTooSmall, 6, scratch_bytes as u64));
-    assert_eq!(call(bytes, 0), (Status::MemoryTooSmall, 6, scratch_bytes as u64));
+    assert_eq!(call(bytes - 1, scratch_bytes), (Status::MemoryTooSmall, 2, bytes as u64));
+    assert_eq!(call(bytes, scratch_bytes - 1), (Status::MemoryTooSmall, 4, scratch_bytes as u64));
+    assert_eq!(call(bytes, 0), (Status::MemoryTooSmall, 4, scratch_bytes as u64));
 }
 
 /// A sum of pruned trees of any scales is the sum of their pixels, to the rounding of the trees, and opens; terms
@@ -343,9 +325,8 @@ fn blends_out_of_range() {
     let nothing = Client::new(2, 1, 0.0, &[0.0; 4]);
     let mut size = MemorySize::default();
     let mixed = [line.tree(), square.tree()];
-    // SAFETY: as many handles as are said.
-    let asked = |count, trees: &[*const Tree], size: &mut MemorySize| unsafe {
-        wis_tree_blend_size(count, trees.as_ptr(), size, null_mut())
+    let asked = |tree_count, trees: &[*const Tree], size: &mut MemorySize| {
+        measure(&TreeConfig { tree_count, ..of_trees(WIS_TREE_BLEND, trees) }, size, null_mut())
     };
     assert_eq!(asked(0, &mixed, &mut size), Status::InvalidArgument);
     assert_eq!(asked(17, &[line.tree(); 17], &mut size), Status::InvalidArgument);
@@ -359,10 +340,11 @@ fn blends_out_of_range() {
     for weight in [-1.0, f64::NAN, f64::INFINITY] {
         let (mut block, mut scratch) = (memory(size.bytes), memory(size.scratch_bytes));
         let (trees, mut tree) = ([square.tree()], null());
+        let config = TreeConfig { weight: &weight, ..of_trees(WIS_TREE_BLEND, &trees) };
         // SAFETY: refused before anything is written.
         let status = unsafe {
             let (block, scratch) = (start(&mut block), start(&mut scratch));
-            wis_tree_blend(1, trees.as_ptr(), &weight, block, 0, scratch, 0, &mut tree, null_mut(), null_mut())
+            wis_tree_init(&config, block, 0, scratch, 0, &mut tree, null_mut(), null_mut())
         };
         assert_eq!(status, Status::InvalidArgument);
     }
@@ -377,19 +359,19 @@ fn sizes_of_products_of_different_axes_are_counted() {
     let square = Client::new(2, depth, 0.0, &(0..1 << (2 * depth)).map(|i| (i + 1) as f32).collect::<Vec<_>>());
     let start_of_work = std::time::Instant::now();
     let mut size = MemorySize::default();
-    // SAFETY: the handles are trees.
-    let status = unsafe { wis_tree_multiply_size(hypercube.tree(), square.tree(), null(), &mut size, null_mut()) };
+    let trees = [hypercube.tree(), square.tree()];
+    let config = of_trees(WIS_TREE_PRODUCT, &trees);
+    let status = measure(&config, &mut size, null_mut());
     let squares = ((1usize << (4 * depth)) - 1) / 15;
     assert_eq!((status, size.bytes), (Status::Ok, 64 + squares * (64 + 8)));
     let (mut block, mut scratch) = (memory(1 << 12), memory(1 << 12));
     let (mut tree, mut diagnostic) = (null(), Diagnostic::default());
     // SAFETY: the blocks are as long as stated.
     let status = unsafe {
-        let (e, f, none) = (hypercube.tree(), square.tree(), null());
         let (block, scratch) = (start(&mut block), start(&mut scratch));
-        wis_tree_multiply(e, f, none, block, 1 << 12, scratch, 1 << 12, &mut tree, null_mut(), &mut diagnostic)
+        wis_tree_init(&config, block, 1 << 12, scratch, 1 << 12, &mut tree, null_mut(), &mut diagnostic)
     };
-    assert_eq!((status, diagnostic.argument), (Status::MemoryTooSmall, 6));
+    assert_eq!((status, diagnostic.argument), (Status::MemoryTooSmall, 4));
     assert_eq!(diagnostic.bytes_needed, size.scratch_bytes as u64);
     assert!(start_of_work.elapsed().as_secs_f64() < 1.0, "{:?}", start_of_work.elapsed());
 }
@@ -405,12 +387,8 @@ fn sizes_from_counts_are_enough() {
             let f = Client::new(m, depth + 1, budget, &image(1 << (m * (depth + 1))));
             for third in [None, Some(&f)] {
                 let product = Client::product(&e, &f, third);
-                let (g, mut size) = (third.map_or(null(), Client::tree), MemorySize::default());
-                // SAFETY: the handles are trees.
-                let status = unsafe { wis_tree_multiply_size(e.tree(), f.tree(), g, &mut size, null_mut()) };
-                assert_eq!(status, Status::Ok);
-                assert!(product.info.bytes <= size.bytes as u64);
-                let is_exact = product.info.bytes == size.bytes as u64;
+                assert!(product.info.bytes <= product.needed as u64);
+                let is_exact = product.info.bytes == product.needed as u64;
                 assert!(is_exact || budget > 0.0 || third.is_some(), "{n} {m}");
             }
         }

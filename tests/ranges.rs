@@ -2,13 +2,11 @@
 //! that are nowhere negative are not.
 
 use crate::stored::Random;
-use crate::support::{Map, Memory};
+use crate::support::{BuiltTree, Map, Memory, pixel_config, tree_config};
 use std::ptr::{null, null_mut};
 use wis::ffi::wavelets::environment::{Environment, WIS_WAVELET_LIGHT_NEAREST};
 use wis::ffi::wavelets::haar::*;
-use wis::ffi::wavelets::tree::combine::*;
-use wis::ffi::wavelets::tree::rotated::*;
-use wis::ffi::wavelets::tree::sparse::*;
+use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
@@ -17,54 +15,25 @@ use wis::status::Status;
 use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 
-struct Built {
-    _memory: Memory,
-    handle: *const Tree,
-    info: TreeInfo,
-}
-
 /// A tree of two axes.
-fn tree(depth: u32, pixels: &[f32]) -> Built {
-    let size = size_of::<TreeConfig>() as u32;
-    let config = TreeConfig { size, dimensions: 2, depth, error_budget: 0.0, pixels: pixels.as_ptr() };
-    let (mut size, mut handle, mut info) = (MemorySize::default(), null(), no_info());
-    // SAFETY: the configuration describes the pixels, and the blocks are as large as was asked for.
-    unsafe {
-        assert_eq!(wis_tree_size(&config, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-        let (place, work) = (memory.pointer(), scratch.pointer());
-        let (bytes, room) = (size.bytes, size.scratch_bytes);
-        let status = wis_tree_init(&config, place, bytes, work, room, &mut handle, &mut info, null_mut());
-        assert_eq!(status, Status::Ok);
-        Built { _memory: memory, handle, info }
-    }
-}
-
-fn no_info() -> TreeInfo {
-    TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() }
+fn tree(depth: u32, pixels: &[f32]) -> BuiltTree {
+    BuiltTree::new(&pixel_config(2, depth, 0.0, pixels)).unwrap()
 }
 
 /// The product, which opens.
-fn multiply(e: &Built, f: &Built, g: &Built) -> Result<Built, Status> {
-    let (mut size, mut handle, mut info) = (MemorySize::default(), null(), no_info());
-    let (e, f, g) = (e.handle, f.handle, g.handle);
-    // SAFETY: the handles are trees, and the blocks are as large as was asked for.
-    unsafe {
-        assert_eq!(wis_tree_multiply_size(e, f, g, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-        let (place, work) = (memory.pointer(), scratch.pointer());
-        let (bytes, room) = (size.bytes, size.scratch_bytes);
-        let status = wis_tree_multiply(e, f, g, place, bytes, work, room, &mut handle, &mut info, null_mut());
-        if status != Status::Ok {
-            return Err(status);
-        }
-        assert_eq!(wis_tree_open(place, bytes, &mut handle, null_mut(), null_mut()), Status::Ok);
-        assert!((0.0..=f64::MAX).contains(&info.average));
-        Ok(Built { _memory: memory, handle, info })
-    }
+fn multiply(e: &BuiltTree, f: &BuiltTree, g: &BuiltTree) -> Result<BuiltTree, Status> {
+    let trees = [e.handle, f.handle, g.handle];
+    let config = TreeConfig { tree_count: 3, trees: trees.as_ptr(), ..tree_config(WIS_TREE_PRODUCT) };
+    let mut built = BuiltTree::new(&config)?;
+    let (place, bytes) = (built.memory.pointer(), built.size.bytes);
+    // SAFETY: the block is as long as was asked for.
+    let opened = unsafe { wis_tree_open(place, bytes, &mut built.handle, null_mut(), null_mut()) };
+    assert_eq!(opened, Status::Ok);
+    assert!((0.0..=f64::MAX).contains(&built.info.average));
+    Ok(built)
 }
 
-fn cube(tree: &Built) -> Result<Built, Status> {
+fn cube(tree: &BuiltTree) -> Result<BuiltTree, Status> {
     multiply(tree, tree, tree)
 }
 
@@ -90,16 +59,10 @@ fn trees_beyond_a_double() {
 fn blends_beyond_a_double() {
     let (one, huge) = (tree(1, &[1.0, 2.0, 3.0, 4.0]), tree(1, &[3e38, 0.0, 0.0, 1e38]));
     for (tree, weight, fits) in [(&one, 1e307, true), (&huge, 1e300, false), (&one, 1.7e308, false)] {
-        let (trees, mut size, mut handle) = ([tree.handle], MemorySize::default(), null());
-        // SAFETY: the handle is a tree, and the blocks are as large as was asked for.
-        let status = unsafe {
-            assert_eq!(wis_tree_blend_size(1, trees.as_ptr(), &mut size, null_mut()), Status::Ok);
-            let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-            let (place, work, room) = (memory.pointer(), scratch.pointer(), size.scratch_bytes);
-            let (trees, none) = (trees.as_ptr(), null_mut());
-            wis_tree_blend(1, trees, &weight, place, size.bytes, work, room, &mut handle, null_mut(), none)
-        };
-        assert_eq!(status, if fits { Status::Ok } else { Status::Overflow }, "{weight}");
+        let (trees, weight, blend) = ([tree.handle], [weight], tree_config(WIS_TREE_BLEND));
+        let config = TreeConfig { tree_count: 1, trees: trees.as_ptr(), weight: weight.as_ptr(), ..blend };
+        let status = BuiltTree::new(&config).err();
+        assert_eq!(status, if fits { None } else { Some(Status::Overflow) }, "{weight:?}");
     }
 }
 
@@ -110,14 +73,20 @@ fn details_beyond_a_float() {
     let (mut list, mut details, mut count) = ([Wavelets::default(); 4], [Details::default(); 4], 0);
     // SAFETY: there is room for four elements.
     unsafe {
-        assert_eq!(wis_triple_select(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
         assert_eq!(
-            wis_triple_select_squares(huge.handle, 4, list.as_mut_ptr(), &mut count, null_mut()),
+            wis_triple_select(huge.handle, WIS_SELECT_WAVELETS, 4, list.as_mut_ptr(), &mut count, null_mut()),
+            Status::Overflow
+        );
+        assert_eq!(
+            wis_triple_select(huge.handle, WIS_SELECT_SQUARES, 4, list.as_mut_ptr(), &mut count, null_mut()),
             Status::Overflow
         );
         assert_eq!(wis_sparse_select(huge.handle, 4, details.as_mut_ptr(), &mut count, null_mut()), Status::Overflow);
         // Nothing that is kept is too large.
-        assert_eq!(wis_triple_select(huge.handle, 0, list.as_mut_ptr(), &mut count, null_mut()), Status::Ok);
+        assert_eq!(
+            wis_triple_select(huge.handle, WIS_SELECT_WAVELETS, 0, list.as_mut_ptr(), &mut count, null_mut()),
+            Status::Ok
+        );
     }
     let wavelets = [Wavelets { detail: [3e38; 3], ..Wavelets::default() }];
     let product = |e_average: f64, f_average: f64| {
@@ -172,7 +141,7 @@ fn integrals_beyond_a_double() {
     let one = tree(0, &[1.0]);
     let x = multiply(&huge, &huge, &one).unwrap();
     let black = tree(1, &[0.0; 4]);
-    let triple = |trees: [&Built; 3]| {
+    let triple = |trees: [&BuiltTree; 3]| {
         let [brdf, light, visibility] = trees.map(|tree| tree.handle);
         let mut integral = f64::NAN;
         // SAFETY: the handles are trees.
@@ -204,20 +173,18 @@ fn integrals_beyond_a_double() {
 #[test]
 fn rotated_maps_stay_finite() {
     let map = Map::latlong(8, 4, |_, _| 1e37).build(0, WIS_WAVELET_LIGHT_NEAREST);
-    let build = |least: f32| {
-        let (size, world_from_map, world_from_tree) = (size_of::<RotatedConfig>() as u32, null(), null());
-        let config =
-            RotatedConfig { size, depth: 2, places: 2, error_budget: 0.0, least, world_from_map, world_from_tree };
-        let (mut size, mut handle, mut info) = (MemorySize::default(), null(), no_info());
+    let build = |least: f64| {
+        let environment: *const Environment = map.handle;
+        let config = TreeConfig { depth: 2, places: 2, least, environment, ..tree_config(WIS_TREE_ENVIRONMENT) };
+        let (mut size, mut handle) = (MemorySize::default(), null());
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
         let (mut memory, mut scratch) = (Memory::new(1 << 16), Memory::new(1 << 16));
         let (place, work, length) = (memory.pointer(), scratch.pointer(), 1 << 16);
-        let light: *const Environment = map.handle;
         // SAFETY: the blocks are as long as stated.
         unsafe {
-            let measured = wis_tree_of_environment_size(&config, &mut size, null_mut());
+            let measured = wis_tree_size(&config, &mut size, null_mut());
             let none: *mut Diagnostic = null_mut();
-            let built =
-                wis_tree_of_environment(light, &config, place, length, work, length, &mut handle, &mut info, none);
+            let built = wis_tree_init(&config, place, length, work, length, &mut handle, &mut info, none);
             assert_eq!(measured, built);
             if built == Status::Ok {
                 assert_eq!(wis_tree_open(place, length, &mut handle, null_mut(), none), Status::Ok);
@@ -234,17 +201,11 @@ fn rotated_maps_stay_finite() {
 
 #[test]
 fn transforms_stay_finite() {
-    for inverse in [false, true] {
+    for direction in [WIS_HAAR_FORWARD, WIS_HAAR_INVERSE] {
         let transform = |values: &mut [f64; 256]| {
             let start = values.as_mut_ptr();
             // SAFETY: 4^4 numbers.
-            unsafe {
-                if inverse {
-                    wis_haar_inverse(2, 4, 256, start, null_mut())
-                } else {
-                    wis_haar_forward(2, 4, 256, start, null_mut())
-                }
-            }
+            unsafe { wis_haar(direction, 2, 4, 256, start, null_mut()) }
         };
         let mut values = [1e290; 256];
         assert_eq!(transform(&mut values), Status::Ok);

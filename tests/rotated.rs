@@ -1,11 +1,10 @@
 //! Rotated maps: against the environment itself, for rotations and mirrors, and what is added.
 
 use crate::support;
-use crate::support::{Memory, Random};
+use crate::support::{BuiltTree, Memory, Random, tree_config};
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::environment::*;
-use wis::ffi::wavelets::tree::rotated::*;
 use wis::ffi::wavelets::tree::*;
 use wis::sphere;
 use wis::status::Status;
@@ -47,35 +46,14 @@ fn environment(radiance: impl Fn([f64; 3]) -> f32) -> (Memory, *const Environmen
 }
 
 /// The tree of a rotated map, and its average.
-fn rotated(environment: *const Environment, config: &RotatedConfig) -> (Memory, TreeInfo) {
-    let (mut size, mut tree) = (MemorySize::default(), null());
-    let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
-    // SAFETY: the blocks are as long as was asked for.
-    unsafe {
-        assert_eq!(wis_tree_of_environment_size(config, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-        let (place, work) = (memory.pointer(), scratch.pointer());
-        let (bytes, scratch_bytes) = (size.bytes, size.scratch_bytes);
-        let status = wis_tree_of_environment(
-            environment,
-            config,
-            place,
-            bytes,
-            work,
-            scratch_bytes,
-            &mut tree,
-            &mut info,
-            null_mut(),
-        );
-        assert_eq!(status, Status::Ok);
-        (memory, info)
-    }
+fn rotated(config: &TreeConfig) -> (Memory, TreeInfo) {
+    let built = BuiltTree::new(config).unwrap();
+    (built.memory, built.info)
 }
 
-fn config(depth: u32, frame: &[f32; 9]) -> RotatedConfig {
-    let size = size_of::<RotatedConfig>() as u32;
-    let (world_from_map, world_from_tree) = (null(), frame.as_ptr());
-    RotatedConfig { size, depth, places: 4, error_budget: 0.0, least: 0.0, world_from_map, world_from_tree }
+fn config(environment: *const Environment, depth: u32, frame: &[f32; 9]) -> TreeConfig {
+    let world_from_tree = frame.as_ptr();
+    TreeConfig { depth, places: 4, environment, world_from_tree, ..tree_config(WIS_TREE_ENVIRONMENT) }
 }
 
 /// Row by row: a rotation, mirrored if asked for.
@@ -112,7 +90,7 @@ fn light_is_where_it_was() {
     let mut random = Random(5);
     for k in 0..6 {
         let frame = random_frame(&mut random, k % 2 == 1);
-        let (tree, info) = rotated(handle, &config(6, &frame));
+        let (tree, info) = rotated(&config(handle, 6, &frame));
         let mean = power / (4.0 * std::f64::consts::PI);
         assert!((info.average / mean - 1.0).abs() < 0.01, "{} {mean}", info.average);
         for _ in 0..500 {
@@ -141,14 +119,14 @@ fn light_is_where_it_was() {
 fn the_least_and_the_frames() {
     let (_memory, handle) = environment(luminance);
     let frame = random_frame(&mut Random(7), false);
-    let plain = rotated(handle, &RotatedConfig { world_from_tree: null(), ..config(5, &frame) });
-    let both = rotated(handle, &RotatedConfig { world_from_map: frame.as_ptr(), ..config(5, &frame) });
+    let plain = rotated(&TreeConfig { world_from_tree: null(), ..config(handle, 5, &frame) });
+    let both = rotated(&TreeConfig { world_from_map: frame.as_ptr(), ..config(handle, 5, &frame) });
     assert!((plain.1.average / both.1.average - 1.0).abs() < 1e-3);
-    let more = rotated(handle, &RotatedConfig { least: 0.5, ..config(5, &frame) });
-    let less = rotated(handle, &config(5, &frame));
+    let more = rotated(&TreeConfig { least: 0.5, ..config(handle, 5, &frame) });
+    let less = rotated(&config(handle, 5, &frame));
     // The map's own mean is not that of the look-ups, but for a per cent.
     let added = (more.1.average - less.1.average) / less.1.average;
     assert!((added - 0.5).abs() < 0.01, "{added}");
     let (_memory, black) = environment(|_| 0.0);
-    assert_eq!(rotated(black, &RotatedConfig { least: 1.0, ..config(5, &frame) }).1.average, 0.0);
+    assert_eq!(rotated(&TreeConfig { least: 1.0, ..config(black, 5, &frame) }).1.average, 0.0);
 }

@@ -1,10 +1,9 @@
 //! Sparse sets of wavelets, rooted or not: products without decompression, terms for an error, and trees of them.
 
 use crate::stored::{Random, Stored};
-use crate::support::Memory;
+use crate::support::{BuiltTree, pixel_config, tree_config};
 use std::ptr::{null, null_mut};
-use wis::ffi::MemorySize;
-use wis::ffi::wavelets::tree::sparse::*;
+use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
 use wis::wavelets::approximate::{self, at_least, terms};
@@ -160,19 +159,12 @@ fn trees_of_products_of_sets() {
         let mut out = vec![Details::default(); 1 << (axes * depth)];
         let (average, count) = multiply((axes, e), (1, f), &mut out).unwrap();
         let (list, least) = (&out[..count], 0.05);
-        let (mut size, mut handle, count) = (MemorySize::default(), null(), count as u32);
-        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        let (count, details) = (count as u32, list.as_ptr());
+        let config = TreeConfig { dimensions: axes, average, count, details, least, ..tree_config(WIS_TREE_DETAILS) };
+        let BuiltTree { mut memory, mut handle, info, size } = BuiltTree::new(&config).unwrap();
         // SAFETY: the block is as long as was asked for.
-        let _memory = unsafe {
-            let (list, none) = (list.as_ptr(), null_mut());
-            assert_eq!(wis_tree_of_details_size(axes, count, list, &mut size, none), Status::Ok);
-            let mut memory = Memory::new(size.bytes);
-            let (place, bytes, info) = (memory.pointer(), size.bytes, &mut info);
-            let status = wis_tree_of_details(axes, average, count, list, least, place, bytes, &mut handle, info, none);
-            assert_eq!(status, Status::Ok);
-            assert_eq!(wis_tree_open(place, bytes, &mut handle, none.cast(), none), Status::Ok);
-            memory
-        };
+        let opened = unsafe { wis_tree_open(memory.pointer(), size.bytes, &mut handle, null_mut(), null_mut()) };
+        assert_eq!((opened, size.scratch_bytes, info.bytes as usize), (Status::Ok, 0, size.bytes));
         let set = Set { average, wavelets: list };
         let expected: Vec<f64> = pixels_of(axes, depth, set).iter().map(|x| x.max(least)).collect();
         let mean = expected.iter().sum::<f64>() / expected.len() as f64;
@@ -226,19 +218,8 @@ fn the_largest_of_any_axes() {
     fn check<const N: usize, const C: usize>(random: &mut Random) {
         let (axes, depth) = (N as u32, [0, 6, 4, 3, 2][N]);
         let image: Vec<f32> = (0..1usize << (axes * depth)).map(|_| (4.0 * random.unit()).exp() * 1e6).collect();
-        let size = size_of::<TreeConfig>() as u32;
-        let config = TreeConfig { size, dimensions: axes, depth, error_budget: 0.0, pixels: image.as_ptr() };
-        let (mut need, mut handle) = (MemorySize::default(), null());
-        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
-        // SAFETY: the configuration describes the pixels, and the blocks are as long as was asked for.
-        let _memory = unsafe {
-            assert_eq!(wis_tree_size(&config, &mut need, null_mut()), Status::Ok);
-            let (mut memory, mut scratch) = (Memory::new(need.bytes), Memory::new(need.scratch_bytes));
-            let (place, work, room) = (memory.pointer(), scratch.pointer(), need.scratch_bytes);
-            let status = wis_tree_init(&config, place, need.bytes, work, room, &mut handle, &mut info, null_mut());
-            assert_eq!(status, Status::Ok);
-            memory
-        };
+        let BuiltTree { memory: _memory, handle, info, .. } =
+            BuiltTree::new(&pixel_config(axes, depth, 0.0, &image)).unwrap();
         let select = |keep: usize| {
             let (mut list, mut count) = (vec![Details::default(); keep], 0);
             // SAFETY: there is room for `keep` elements.
@@ -272,13 +253,16 @@ fn the_largest_of_any_axes() {
         for error in [0.0, 0.02, 0.1, 0.3] {
             let mut terms = 0;
             // SAFETY: the handle is alive.
-            assert_eq!(unsafe { wis_triple_terms(handle, error, &mut terms) }, Status::Ok);
+            assert_eq!(unsafe { wis_triple_terms(handle, WIS_TERMS_ERROR, error, &mut terms) }, Status::Ok);
             assert!(off(&select(terms as usize)) <= error + 1e-5, "{N}: {error} with {terms}");
             assert!(terms == 0 || off(&select(terms as usize - 1)) > error - 1e-5, "{N}: {error}");
             let mut above = 0;
             let smallest = sizes[(sizes.len() / 3).max(1) - 1];
             // SAFETY: as above.
-            assert_eq!(unsafe { wis_triple_at_least(handle, 0.99999 * smallest, &mut above) }, Status::Ok);
+            assert_eq!(
+                unsafe { wis_triple_terms(handle, WIS_TERMS_THRESHOLD, 0.99999 * smallest, &mut above) },
+                Status::Ok
+            );
             assert_eq!(above as usize, (sizes.len() / 3).max(1), "{N}");
         }
     }
@@ -341,16 +325,11 @@ fn negative_values_are_raised_in_sample_and_pdf() {
     // [4, 0, 0, 0] without its detail in both axes has a pixel of -1.
     let list = [Wavelets { position: 0, level: 0, detail: [1.0, 1.0, 0.0] }];
     for (least, floor) in [(0.0, 0.0), (0.5, 0.5)] {
-        let (mut size, mut handle) = (MemorySize::default(), null());
-        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
-        // SAFETY: the block is as long as was asked for.
+        let wavelets = list.as_ptr();
+        let config = TreeConfig { average: 1.0, count: 1, wavelets, least, ..tree_config(WIS_TREE_WAVELETS) };
+        let BuiltTree { mut memory, handle, info, size } = BuiltTree::new(&config).unwrap();
+        // SAFETY: the tree is alive.
         unsafe {
-            assert_eq!(wis_tree_of_wavelets_size(1, list.as_ptr(), &mut size, null_mut()), Status::Ok);
-            let mut memory = Memory::new(size.bytes);
-            let (place, none) = (memory.pointer(), null_mut());
-            let status =
-                wis_tree_of_wavelets(1.0, 1, list.as_ptr(), least, place, size.bytes, &mut handle, &mut info, none);
-            assert_eq!(status, Status::Ok);
             // The values are 3, 1, 1 and -1, which is raised.
             let mean = (3.0 + 1.0 + 1.0 + floor) / 4.0;
             assert!((info.average - mean).abs() < 1e-6 && info.bytes as usize == size.bytes);

@@ -1,7 +1,9 @@
 //! Tabulated BRDFs: the directions of a slice, what a table means, and products of it.
 
 use crate::support;
-use crate::support::{Environment, Map, Memory, Random, eval, lambert, normalise, product_config, query};
+use crate::support::{
+    BuiltTree, Environment, Map, Memory, Random, eval, lambert, normalise, pixel_config, product_config, query,
+};
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_RGB;
@@ -47,19 +49,8 @@ fn directions(slice: u32, slices: u32, depth: u32) -> ([f32; 3], Vec<[f32; 3]>) 
 }
 
 fn tree(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> (Memory, *const Tree) {
-    let size = size_of::<TreeConfig>() as u32;
-    let config = TreeConfig { size, dimensions, depth, error_budget, pixels: pixels.as_ptr() };
-    let (mut size, mut handle) = (MemorySize::default(), null());
-    // SAFETY: the configuration describes the pixels, and the blocks are as large as was asked for.
-    unsafe {
-        assert_eq!(wis_tree_size(&config, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-        let (place, work) = (memory.pointer(), scratch.pointer());
-        let (info, none) = (null_mut(), null_mut());
-        let status = wis_tree_init(&config, place, size.bytes, work, size.scratch_bytes, &mut handle, info, none);
-        assert_eq!(status, Status::Ok);
-        (memory, handle)
-    }
+    let built = BuiltTree::new(&pixel_config(dimensions, depth, error_budget, pixels)).unwrap();
+    (built.memory, built.handle)
 }
 
 fn tabulated(weight: [f32; 3]) -> Lobe {

@@ -1,6 +1,7 @@
 //! Trees, transforms and point sets through the C boundary: results, and what each wrong argument answers.
 
 use crate::stored::{Random, Stored};
+use crate::support::pixel_config as config;
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use wis::ffi::points::*;
@@ -22,10 +23,6 @@ impl Memory {
     fn start(&mut self) -> *mut c_void {
         self.0.as_mut_ptr().cast()
     }
-}
-
-fn config(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> TreeConfig {
-    TreeConfig { size: size_of::<TreeConfig>() as u32, dimensions, depth, error_budget, pixels: pixels.as_ptr() }
 }
 
 fn size(config: &TreeConfig) -> MemorySize {
@@ -174,6 +171,9 @@ fn wrong_configurations_name_their_fault() {
     assert_eq!(answer(&good), (Status::Ok, 0, 0, 0));
     assert_eq!(answer(null()), (Status::NullPointer, 1, 0, 0));
     assert_eq!(answer(&TreeConfig { size: 8, ..good }), (Status::InvalidStructSize, 1, 0, 0));
+    for source in [6, u32::MAX] {
+        assert_eq!(answer(&TreeConfig { source, ..good }), (Status::InvalidArgument, 1, 0, 0));
+    }
     for dimensions in [0, 5, u32::MAX] {
         assert_eq!(answer(&TreeConfig { dimensions, ..good }), (Status::InvalidArgument, 1, 0, 0));
     }
@@ -270,14 +270,15 @@ fn transforms_check_the_number_of_values() {
     let mut values = [1.0, 2.0, 3.0, 4.0];
     let start = values.as_mut_ptr();
     unsafe {
-        assert_eq!(wis_haar_forward(2, 1, 4, start, null_mut()), Status::Ok);
-        assert_eq!(wis_haar_inverse(2, 1, 4, start, null_mut()), Status::Ok);
-        assert_eq!(wis_haar_forward(2, 1, 3, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(0, 1, 4, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(5, 1, 32, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_forward(1, 13, 8192, start, null_mut()), Status::InvalidArgument);
-        assert_eq!(wis_haar_inverse(2, 1, 4, null_mut(), null_mut()), Status::NullPointer);
-        assert_eq!(wis_haar_inverse(2, 1, 4, start.wrapping_byte_add(4), null_mut()), Status::Misaligned);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 2, 1, 4, start, null_mut()), Status::Ok);
+        assert_eq!(wis_haar(WIS_HAAR_INVERSE, 2, 1, 4, start, null_mut()), Status::Ok);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 2, 1, 3, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 0, 1, 4, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(2, 2, 1, 4, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 5, 1, 32, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_FORWARD, 1, 13, 8192, start, null_mut()), Status::InvalidArgument);
+        assert_eq!(wis_haar(WIS_HAAR_INVERSE, 2, 1, 4, null_mut(), null_mut()), Status::NullPointer);
+        assert_eq!(wis_haar(WIS_HAAR_INVERSE, 2, 1, 4, start.wrapping_byte_add(4), null_mut()), Status::Misaligned);
     }
     assert_eq!(values, [1.0, 2.0, 3.0, 4.0]);
 }

@@ -1,11 +1,10 @@
 //! Visibility in 8 bits: what is lost, what is refused, and integrals with it; blends of approximations; grids of
 //! directions.
 
-use crate::support::{Memory, Random, normalise};
+use crate::support::{BuiltTree, Memory, Random, normalise, pixel_config};
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::grid::*;
-use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::status::Status;
@@ -14,27 +13,8 @@ use wis::wavelets::triple::Wavelets;
 const DEPTH: u32 = 5;
 const PIXELS: usize = 1 << (2 * DEPTH);
 
-struct Owned {
-    _memory: Memory,
-    handle: *const Tree,
-    average: f64,
-}
-
-fn tree(pixels: &[f32]) -> Owned {
-    let size = size_of::<TreeConfig>() as u32;
-    let config = TreeConfig { size, dimensions: 2, depth: DEPTH, error_budget: 0.0, pixels: pixels.as_ptr() };
-    let (mut size, mut handle) = (MemorySize::default(), null());
-    let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
-    // SAFETY: the configuration describes the pixels, and the blocks are as large as was asked for.
-    unsafe {
-        assert_eq!(wis_tree_size(&config, &mut size, null_mut()), Status::Ok);
-        let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
-        let (place, work) = (memory.pointer(), scratch.pointer());
-        let status =
-            wis_tree_init(&config, place, size.bytes, work, size.scratch_bytes, &mut handle, &mut info, null_mut());
-        assert_eq!(status, Status::Ok);
-        Owned { _memory: memory, handle, average: info.average }
-    }
+fn tree(pixels: &[f32]) -> BuiltTree {
+    BuiltTree::new(&pixel_config(2, DEPTH, 0.0, pixels)).unwrap()
 }
 
 /// Bits in patches, or shares.
@@ -45,7 +25,7 @@ fn image(random: &mut Random, binary: bool) -> Vec<f32> {
     (0..PIXELS).map(|i| if binary { noise(at(i), random.f32()) } else { at(i) }).collect()
 }
 
-fn compress(tree: &Owned) -> Result<(Memory, *const Visibility), Status> {
+fn compress(tree: &BuiltTree) -> Result<(Memory, *const Visibility), Status> {
     let (mut size, mut handle) = (MemorySize::default(), null());
     // SAFETY: the block is as long as was asked for.
     unsafe {
@@ -56,16 +36,18 @@ fn compress(tree: &Owned) -> Result<(Memory, *const Visibility), Status> {
     }
 }
 
-fn select(tree: &Owned, keep: usize) -> Vec<Wavelets> {
+fn select(tree: &BuiltTree, keep: usize) -> Vec<Wavelets> {
     let (mut list, mut count) = (vec![Wavelets::default(); keep], 0);
     // SAFETY: there is room for `keep` elements.
-    let status = unsafe { wis_triple_select(tree.handle, keep as u32, list.as_mut_ptr(), &mut count, null_mut()) };
+    let status = unsafe {
+        wis_triple_select(tree.handle, WIS_SELECT_WAVELETS, keep as u32, list.as_mut_ptr(), &mut count, null_mut())
+    };
     assert_eq!(status, Status::Ok);
     list.truncate(count as usize);
     list
 }
 
-fn integral(brdf: (f64, &[Wavelets]), kept: &[Wavelets], light: &Owned, visible: *const Visibility) -> f64 {
+fn integral(brdf: (f64, &[Wavelets]), kept: &[Wavelets], light: &BuiltTree, visible: *const Visibility) -> f64 {
     let mut integral = f64::NAN;
     let (count, list) = (brdf.1.len() as u32, brdf.1.as_ptr());
     let (lights, kept) = (kept.len() as u32, kept.as_ptr());
@@ -89,7 +71,7 @@ fn integrals_with_eight_bits() {
         let seen = image(&mut random, case % 2 == 0);
         let (brdf, light, visible) = (tree(&shares), tree(&lights), tree(&seen));
         let (memory, handle) = compress(&visible).unwrap();
-        let value = integral((brdf.average, &select(&brdf, PIXELS)), &select(&light, PIXELS), &light, handle);
+        let value = integral((brdf.info.average, &select(&brdf, PIXELS)), &select(&light, PIXELS), &light, handle);
         let products = shares.iter().zip(&lights).zip(&seen);
         let exact = products.map(|((b, l), v)| f64::from(b * l * v)).sum::<f64>() / PIXELS as f64;
         largest = largest.max((value / exact - 1.0).abs());
@@ -99,7 +81,7 @@ fn integrals_with_eight_bits() {
         // SAFETY: the block is as long as stated.
         let status = unsafe { wis_visibility_open(copy.pointer(), bytes, &mut opened, null_mut()) };
         assert_eq!(status, Status::Ok);
-        let again = integral((brdf.average, &select(&brdf, PIXELS)), &select(&light, PIXELS), &light, opened);
+        let again = integral((brdf.info.average, &select(&brdf, PIXELS)), &select(&light, PIXELS), &light, opened);
         assert_eq!(again.to_bits(), value.to_bits());
     }
     assert!(largest < 0.01, "{largest}");
@@ -164,7 +146,7 @@ fn constant_visibility() {
     for seen in [0.0f32, 1.0] {
         let (memory, handle) = compress(&tree(&[seen; PIXELS])).unwrap();
         assert_eq!(memory.len(), 32, "a header, in units of 16 bytes");
-        let value = integral((brdf.average, &select(&brdf, PIXELS)), &select(&light, PIXELS), &light, handle);
+        let value = integral((brdf.info.average, &select(&brdf, PIXELS)), &select(&light, PIXELS), &light, handle);
         assert!((value - f64::from(seen) * exact).abs() < 1e-6, "{value}");
     }
 }

@@ -51,8 +51,14 @@ bool product_is_that_of_averages() {
     line.pixels = halves;
     wis::wavelets::tree e, f, product;
     double average = 0.0;
-    return e.init(plane) == WIS_OK && f.init(line) == WIS_OK && product.multiply(e, f) == WIS_OK &&
-           product.average(average) == WIS_OK && average == (1.0 + 2.0 + 3.0 * 3.0 + 3.0 * 4.0) / 4.0;
+    if (e.init(plane) != WIS_OK || f.init(line) != WIS_OK) return false;
+    const wis_tree *const factors[2] = {e.get(), f.get()};
+    auto config = wis::sized<wis_tree_config>();
+    config.source = WIS_TREE_PRODUCT;
+    config.tree_count = 2;
+    config.trees = factors;
+    return product.init(config) == WIS_OK && product.average(average) == WIS_OK &&
+           average == (1.0 + 2.0 + 3.0 * 3.0 + 3.0 * 4.0) / 4.0;
 }
 
 } // namespace

@@ -5,17 +5,30 @@
 int use_trees(const wis::wavelets::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility, wis::pool &pool);
 int use_trees(const wis::wavelets::environment &environment, wis::wavelets::tree &tree, wis::wavelets::visibility &visibility, wis::pool &pool) {
     const wis_tree *const trees[] = {tree.get()};
+    const wis_tree *const both[] = {tree.get(), tree.get()};
     const double weights[] = {1.0};
     const float wi[] = {0.0f, 0.0f, 1.0f}, weight[] = {1.0f}, u[] = {0.5f, 0.5f};
     float point[2], pdf = 0.0f;
     double integral = 0.0;
-    wis::wavelets::tree blend, product;
+    wis::wavelets::tree blend, product, rotated, approximation;
+    auto config = wis::sized<wis_tree_config>(), sum = config, factors = config, map = config, list = config;
+    sum.source = WIS_TREE_BLEND;
+    sum.tree_count = 1;
+    sum.trees = trees;
+    sum.weight = weights;
+    factors.source = WIS_TREE_PRODUCT;
+    factors.tree_count = 2;
+    factors.trees = both;
+    map.source = WIS_TREE_ENVIRONMENT;
+    map.environment = environment.get();
+    list.source = WIS_TREE_WAVELETS;
+    list.average = 1.0;
     const wis::status answers[] = {
-        tree.init(wis::sized<wis_tree_config>()),
-        tree.of_wavelets(1.0, nullptr, 0, 0.0),
-        tree.of_environment(environment, wis::sized<wis_rotated_config>()),
-        blend.blend(trees, weights, 1),
-        product.multiply(tree, blend),
+        tree.init(config),
+        approximation.init(list),
+        rotated.init(map),
+        blend.init(sum),
+        product.init(factors),
         product.average(integral),
         product.sample(u, point, pdf),
         product.pdf(point, pdf),

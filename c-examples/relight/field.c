@@ -27,11 +27,15 @@ static Vec3 turned(Vec3 v, float angle) {
 
 /* Builds a tree of PIXELS numbers from malloc; NULL if that fails. */
 static void *make_tree(const float *pixels) {
-    wis_tree_config config = {sizeof config, 2, DEPTH, 0.0f, pixels};
+    wis_tree_config config = {0};
     wis_tree_info info = {sizeof info, 0, 0, 0, 0, 0, 0, 0};
     wis_memory_size size;
     const wis_tree *handle;
     void *tree, *scratch;
+    config.size = sizeof config;
+    config.dimensions = 2;
+    config.depth = DEPTH;
+    config.pixels = pixels;
     if (wis_tree_size(&config, &size, NULL) != WIS_OK) {
         return NULL;
     }

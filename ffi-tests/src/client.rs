@@ -676,7 +676,7 @@ impl Points<'_> {
     }
 }
 
-/// How a map is turned: see `wis_rotated_config`. Matrices row by row.
+/// How a map is turned: see `WIS_TREE_ENVIRONMENT`. Matrices row by row.
 pub struct Turn {
     pub depth: u32,
     pub places: u32,
@@ -686,13 +686,10 @@ pub struct Turn {
     pub world_from_tree: [f32; 9],
 }
 
-/// Where a tree is built.
-struct Parts {
-    memory: (*mut c_void, usize),
-    scratch: (*mut c_void, usize),
-    tree: *mut *const raw::wis_tree,
-    info: *mut raw::wis_tree_info,
-    diagnostic: *mut raw::wis_diagnostic,
+/// A configuration of a tree of which nothing is set but the source.
+fn tree_config(source: u32) -> raw::wis_tree_config {
+    let size = size_of::<raw::wis_tree_config>() as u32;
+    raw::wis_tree_config { size, source, ..Default::default() }
 }
 
 /// The tree of a function on the square, and its memory.
@@ -713,105 +710,76 @@ impl Tree {
     pub fn of(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> Result<Tree> {
         assert!(pixels.len() == 1 << (dimensions * depth));
         let config = raw::wis_tree_config {
-            size: size_of::<raw::wis_tree_config>() as u32,
             dimensions,
             depth,
             error_budget,
             pixels: pixels.as_ptr(),
+            ..tree_config(raw::WIS_TREE_PIXELS)
         };
-        // SAFETY: the configuration is live; `pixels` was checked to hold all values; the blocks are as long as they say.
-        Tree::build(
-            &mut Block::new(0),
-            |size, diagnostic| unsafe { raw::wis_tree_size(&config, size, diagnostic) },
-            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
-                raw::wis_tree_init(&config, place, bytes, work, room, tree, info, diagnostic)
-            },
-        )
+        // SAFETY: `pixels` was checked to hold all values.
+        unsafe { Tree::build(&config, &mut Block::new(0)) }
     }
 
     /// The product of this tree with one or two others, in `scratch`, which grows as it must.
     pub fn multiply(&self, f: &Tree, g: Option<&Tree>, scratch: &mut Block) -> Result<Tree> {
-        let (e, f, g) = (self.handle(), f.handle(), g.map_or(null(), Tree::handle));
-        // SAFETY: the handles are alive and the blocks as long as they say.
-        Tree::build(
-            scratch,
-            |size, diagnostic| unsafe { raw::wis_tree_multiply_size(e, f, g, size, diagnostic) },
-            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
-                raw::wis_tree_multiply(e, f, g, place, bytes, work, room, tree, info, diagnostic)
-            },
-        )
+        let (trees, tree_count) =
+            ([self.handle(), f.handle(), g.map_or(null(), Tree::handle)], 2 + u32::from(g.is_some()));
+        let config = raw::wis_tree_config { tree_count, trees: trees.as_ptr(), ..tree_config(raw::WIS_TREE_PRODUCT) };
+        // SAFETY: the handles are alive.
+        unsafe { Tree::build(&config, scratch) }
     }
 
     /// The weighted sum of up to 16 trees, in `scratch`, which grows as it must.
     pub fn blend(terms: &[(&Tree, f64)], scratch: &mut Block) -> Result<Tree> {
         let (trees, weights): (Vec<_>, Vec<_>) = terms.iter().map(|(tree, weight)| (tree.handle(), *weight)).unzip();
-        let (count, trees, weights) = (terms.len() as u32, trees.as_ptr(), weights.as_ptr());
-        // SAFETY: as many live handles and weights as are said; the blocks are as long as they say.
-        Tree::build(
-            scratch,
-            |size, diagnostic| unsafe { raw::wis_tree_blend_size(count, trees, size, diagnostic) },
-            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
-                raw::wis_tree_blend(count, trees, weights, place, bytes, work, room, tree, info, diagnostic)
-            },
-        )
+        let (tree_count, trees, weight) = (terms.len() as u32, trees.as_ptr(), weights.as_ptr());
+        let config = raw::wis_tree_config { tree_count, trees, weight, ..tree_config(raw::WIS_TREE_BLEND) };
+        // SAFETY: as many live handles and weights as are said.
+        unsafe { Tree::build(&config, scratch) }
     }
 
     /// A map in another frame.
     pub fn of_environment(environment: &Environment, turn: &Turn) -> Result<Tree> {
-        let config = raw::wis_rotated_config {
-            size: size_of::<raw::wis_rotated_config>() as u32,
-            depth: turn.depth,
-            places: turn.places,
-            error_budget: turn.error_budget,
-            least: turn.least,
+        let &Turn { depth, places, error_budget, least, .. } = turn;
+        let config = raw::wis_tree_config {
+            depth,
+            places,
+            error_budget,
+            least: least.into(),
+            environment: environment.handle(),
             world_from_map: turn.world_from_map.as_ptr(),
             world_from_tree: turn.world_from_tree.as_ptr(),
+            ..tree_config(raw::WIS_TREE_ENVIRONMENT)
         };
-        let light = environment.handle();
-        // SAFETY: everything that is pointed to is alive, matrices have nine numbers, and the blocks are as long as they say.
-        Tree::build(
-            &mut Block::new(0),
-            |size, diagnostic| unsafe { raw::wis_tree_of_environment_size(&config, size, diagnostic) },
-            |Parts { memory: (place, bytes), scratch: (work, room), tree, info, diagnostic }| unsafe {
-                raw::wis_tree_of_environment(light, &config, place, bytes, work, room, tree, info, diagnostic)
-            },
-        )
+        // SAFETY: everything that is pointed to is alive, and matrices have nine numbers.
+        unsafe { Tree::build(&config, &mut Block::new(0)) }
     }
 
     /// The tree of a function given by its average and any wavelets, raised to `least`.
     pub fn of_wavelets(average: f64, wavelets: &[raw::wis_wavelets], least: f64) -> Result<Tree> {
-        let (count, list) = (wavelets.len() as u32, wavelets.as_ptr());
-        // SAFETY: the list and the block are as long as they say.
-        Tree::build(
-            &mut Block::new(0),
-            |size, diagnostic| unsafe { raw::wis_tree_of_wavelets_size(count, list, size, diagnostic) },
-            |Parts { memory: (place, bytes), tree, info, diagnostic, .. }| unsafe {
-                raw::wis_tree_of_wavelets(average, count, list, least, place, bytes, tree, info, diagnostic)
-            },
-        )
+        let (count, wavelets) = (wavelets.len() as u32, wavelets.as_ptr());
+        let config = raw::wis_tree_config { average, count, wavelets, least, ..tree_config(raw::WIS_TREE_WAVELETS) };
+        // SAFETY: the list is as long as it says.
+        unsafe { Tree::build(&config, &mut Block::new(0)) }
     }
 
     /// Asks for the memory that a tree needs, and builds it there; `scratch` grows as it must.
-    fn build(
-        scratch: &mut Block,
-        measure: impl FnOnce(*mut raw::wis_memory_size, *mut raw::wis_diagnostic) -> raw::wis_status,
-        build: impl FnOnce(Parts) -> raw::wis_status,
-    ) -> Result<Tree> {
+    ///
+    /// # Safety
+    /// What the configuration points to is alive, and as long as it says.
+    unsafe fn build(config: &raw::wis_tree_config, scratch: &mut Block) -> Result<Tree> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        let measured = measure(&mut size, &mut diagnostic);
-        check_with(measured, diagnostic)?;
+        // SAFETY: the caller's contract.
+        check_with(unsafe { raw::wis_tree_size(config, &mut size, &mut diagnostic) }, diagnostic)?;
         if scratch.bytes() < size.scratch_bytes {
             *scratch = Block::new(size.scratch_bytes);
         }
         let (mut memory, mut tree) = (Block::new(size.bytes), null());
         let mut info = raw::wis_tree_info { size: size_of::<raw::wis_tree_info>() as u32, ..Default::default() };
-        let status = build(Parts {
-            memory: (memory.start_mut(), memory.bytes()),
-            scratch: (scratch.start_mut(), scratch.bytes()),
-            tree: &mut tree,
-            info: &mut info,
-            diagnostic: &mut diagnostic,
-        });
+        let (place, bytes, work, room) = (memory.start_mut(), memory.bytes(), scratch.start_mut(), scratch.bytes());
+        // SAFETY: the caller's contract; the blocks are as long as they say.
+        let status =
+            unsafe { raw::wis_tree_init(config, place, bytes, work, room, &mut tree, &mut info, &mut diagnostic) };
         check_with(status, diagnostic)?;
         memory.shorten(info.bytes as usize);
         Ok(Tree { memory, info })
@@ -835,7 +803,16 @@ impl Tree {
         let mut wavelets = vec![raw::wis_wavelets::default(); keep as usize];
         let mut count = 0;
         // SAFETY: there is room for `keep` elements.
-        check(unsafe { raw::wis_triple_select(self.handle(), keep, wavelets.as_mut_ptr(), &mut count, null_mut()) })?;
+        check(unsafe {
+            raw::wis_triple_select(
+                self.handle(),
+                raw::WIS_SELECT_WAVELETS,
+                keep,
+                wavelets.as_mut_ptr(),
+                &mut count,
+                null_mut(),
+            )
+        })?;
         wavelets.truncate(count as usize);
         Ok(wavelets)
     }

@@ -1,13 +1,12 @@
 //! Curves of lists of wavelets.
 
-use crate::trees::{Stored, visibility};
-use crate::world::{Block, World, call, counted};
-use std::ptr::{null, null_mut};
-use wis::ffi::MemorySize;
-use wis::ffi::wavelets::tree::sparse::*;
+use crate::trees::{Stored, VERBS, made, of, visibility};
+use crate::world::{World, counted};
+use std::ptr::null_mut;
+use wis::ffi::wavelets::sparse::*;
+use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
-use wis::status::Status;
 use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 use wis::wavelets::tripling::BasisFunction;
@@ -32,21 +31,41 @@ pub fn run(w: &mut World) {
 }
 
 fn selections(w: &mut World) {
-    w.curve("wis_triple_terms", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_terms", "pixels, error", &PIXELS, linear, |w, n| {
         let (tree, mut terms) = (Stored::planar(w, n, 1), 0);
-        counted!(w, wis_triple_terms(tree.handle(), 0.1, &mut terms));
+        counted!(w, wis_triple_terms(tree.handle(), WIS_TERMS_ERROR, 0.1, &mut terms));
     });
-    w.curve("wis_triple_at_least", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_terms", "pixels, threshold", &PIXELS, linear, |w, n| {
         let (tree, mut terms) = (Stored::planar(w, n, 1), 0);
-        counted!(w, wis_triple_at_least(tree.handle(), 0.1, &mut terms));
+        counted!(w, wis_triple_terms(tree.handle(), WIS_TERMS_THRESHOLD, 0.1, &mut terms));
     });
-    w.curve("wis_triple_select", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_select", "pixels, wavelets", &PIXELS, linear, |w, n| {
         let (tree, mut out, mut count) = (Stored::planar(w, n, 1), vec![Wavelets::default(); n], 0);
-        counted!(w, wis_triple_select(tree.handle(), n as u32 / 2, out.as_mut_ptr(), &mut count, null_mut()));
+        counted!(
+            w,
+            wis_triple_select(
+                tree.handle(),
+                WIS_SELECT_WAVELETS,
+                n as u32 / 2,
+                out.as_mut_ptr(),
+                &mut count,
+                null_mut()
+            )
+        );
     });
-    w.curve("wis_triple_select_squares", "pixels", &PIXELS, linear, |w, n| {
+    w.curve("wis_triple_select", "pixels, squares", &PIXELS, linear, |w, n| {
         let (tree, mut out, mut count) = (Stored::planar(w, n, 1), vec![Wavelets::default(); n], 0);
-        counted!(w, wis_triple_select_squares(tree.handle(), n as u32 / 8, out.as_mut_ptr(), &mut count, null_mut()));
+        counted!(
+            w,
+            wis_triple_select(
+                tree.handle(),
+                WIS_SELECT_SQUARES,
+                n as u32 / 8,
+                out.as_mut_ptr(),
+                &mut count,
+                null_mut()
+            )
+        );
     });
     w.curve("wis_sparse_select", "pixels", &PIXELS, linear, |w, n| {
         let (tree, mut out, mut count) = (Stored::planar(w, n, 1), vec![Details::default(); n], 0);
@@ -139,30 +158,21 @@ fn blend(w: &mut World, lists: usize, count: usize) {
 
 fn trees(w: &mut World) {
     for (input, places) in PLACES {
-        w.curve("wis_tree_of_wavelets_size", input, &COUNTS, linear, |w, n| {
-            let (list, mut size) = (wavelets(places, n, 0.2), MemorySize::default());
-            counted!(w, wis_tree_of_wavelets_size(n as u32, list.as_ptr(), &mut size, null_mut()));
-        });
-        w.curve("wis_tree_of_details_size", input, &COUNTS, linear, |w, n| {
-            let (list, mut size) = (details(places, n, 0.2), MemorySize::default());
-            counted!(w, wis_tree_of_details_size(2, n as u32, list.as_ptr(), &mut size, null_mut()));
-        });
-        w.curve("wis_tree_of_wavelets", input, &COUNTS, linear, |w, n| {
-            let (list, mut size, mut handle) = (wavelets(places, n, 0.2), MemorySize::default(), null());
-            let (count, list, none) = (n as u32, list.as_ptr(), null_mut());
-            assert_eq!(call!(w, wis_tree_of_wavelets_size(count, list, &mut size, null_mut())), Status::Ok);
-            let mut memory = Block::new(size.bytes);
-            let (place, bytes) = (memory.at(), size.bytes);
-            counted!(w, wis_tree_of_wavelets(1.0, count, list, 0.1, place, bytes, &mut handle, none, null_mut()));
-        });
-        w.curve("wis_tree_of_details", input, &COUNTS, linear, |w, n| {
-            let (list, mut size, mut handle) = (details(places, n, 0.2), MemorySize::default(), null());
-            let (count, list, none) = (n as u32, list.as_ptr(), null_mut());
-            assert_eq!(call!(w, wis_tree_of_details_size(2, count, list, &mut size, null_mut())), Status::Ok);
-            let mut memory = Block::new(size.bytes);
-            let (place, bytes) = (memory.at(), size.bytes);
-            counted!(w, wis_tree_of_details(2, 1.0, count, list, 0.1, place, bytes, &mut handle, none, null_mut()));
-        });
+        for (function, is_query) in VERBS {
+            w.curve(function, &format!("wavelets, {input}"), &COUNTS, linear, |w, n| {
+                let list = wavelets(places, n, 0.2);
+                let (count, wavelets) = (n as u32, list.as_ptr());
+                let config = TreeConfig { count, wavelets, average: 1.0, least: 0.1, ..of(WIS_TREE_WAVELETS) };
+                made(w, &config, is_query);
+            });
+            w.curve(function, &format!("details, {input}"), &COUNTS, linear, |w, n| {
+                let list = details(places, n, 0.2);
+                let (dimensions, count, details) = (2, n as u32, list.as_ptr());
+                let config =
+                    TreeConfig { dimensions, count, details, average: 1.0, least: 0.1, ..of(WIS_TREE_DETAILS) };
+                made(w, &config, is_query);
+            });
+        }
     }
 }
 

@@ -5,7 +5,6 @@ use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::wavelets::haar::*;
 use wis::ffi::wavelets::table::Table;
-use wis::ffi::wavelets::tree::combine::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
@@ -140,59 +139,63 @@ fn lookups(w: &mut World) {
 }
 
 fn transforms(w: &mut World) {
-    w.curve("wis_haar_forward", "count", &PIXELS, linear, |w, n| {
+    w.curve("wis_haar", "count, forward", &PIXELS, linear, |w, n| {
         let mut values = vec![1.0f64; n];
-        counted!(w, wis_haar_forward(2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
+        counted!(w, wis_haar(WIS_HAAR_FORWARD, 2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
     });
-    w.curve("wis_haar_inverse", "count", &PIXELS, linear, |w, n| {
+    w.curve("wis_haar", "count, inverse", &PIXELS, linear, |w, n| {
         let mut values = vec![1.0f64; n];
-        counted!(w, wis_haar_inverse(2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
+        counted!(w, wis_haar(WIS_HAAR_INVERSE, 2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
     });
 }
 
+/// A configuration of a tree of which nothing is set but the source.
+pub fn of(source: u32) -> TreeConfig {
+    TreeConfig { source, ..sized() }
+}
+
+/// Asks for the memory of a tree, or builds it.
+pub fn made(w: &mut World, config: &TreeConfig, is_query: bool) {
+    let mut size = MemorySize::default();
+    if is_query {
+        counted!(w, wis_tree_size(config, &mut size, null_mut()));
+        return;
+    }
+    assert_eq!(call!(w, wis_tree_size(config, &mut size, null_mut())), Status::Ok);
+    let (mut memory, mut scratch, mut handle) = (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
+    let (place, bytes, work, room) = (memory.at(), size.bytes, scratch.at(), size.scratch_bytes);
+    counted!(w, wis_tree_init(config, place, bytes, work, room, &mut handle, null_mut(), null_mut()));
+}
+
+/// The query and the build.
+pub const VERBS: [(&str, bool); 2] = [("wis_tree_size", true), ("wis_tree_init", false)];
+
 fn combined(w: &mut World) {
-    for (input, axes) in [("pixels", [2, 2]), ("pixels, 3 x 1 axes", [3, 1])] {
+    for (input, axes) in [("product, pixels", [2, 2]), ("product, 3 x 1 axes", [3, 1])] {
         let sizes: &[usize] = if axes[0] == 3 { &[64, 512, 4096] } else { &PIXELS };
-        for is_query in [true, false] {
-            let function = if is_query { "wis_tree_multiply_size" } else { "wis_tree_multiply" };
+        for (function, is_query) in VERBS {
             w.curve(function, input, sizes, linear, |w, n| {
                 let depth = n.ilog2() / axes[0];
                 let (e, f) = (Stored::new(w, axes[0], depth, 1), Stored::new(w, axes[1], depth, 2));
-                let (e, f, mut size, mut handle) = (e.handle(), f.handle(), MemorySize::default(), null());
-                if is_query {
-                    counted!(w, wis_tree_multiply_size(e, f, null(), &mut size, null_mut()));
-                    return;
-                }
-                assert_eq!(call!(w, wis_tree_multiply_size(e, f, null(), &mut size, null_mut())), Status::Ok);
-                let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-                let (place, bytes, work, room) = (memory.at(), size.bytes, scratch.at(), size.scratch_bytes);
-                let none = null_mut();
-                counted!(w, wis_tree_multiply(e, f, null(), place, bytes, work, room, &mut handle, none, null_mut()));
+                let trees = [e.handle(), f.handle()];
+                let config = TreeConfig { tree_count: 2, trees: trees.as_ptr(), ..of(WIS_TREE_PRODUCT) };
+                made(w, &config, is_query);
             });
         }
     }
-    for (input, sizes) in [("pixels", &PIXELS[..]), ("trees", &[1, 4, 16])] {
-        for is_query in [true, false] {
-            let function = if is_query { "wis_tree_blend_size" } else { "wis_tree_blend" };
+    for (input, sizes) in [("blend, pixels", &PIXELS[..]), ("blend, trees", &[1, 4, 16])] {
+        for (function, is_query) in VERBS {
             w.curve(function, input, sizes, linear, |w, n| blend(w, input, is_query, n));
         }
     }
 }
 
 fn blend(w: &mut World, input: &str, is_query: bool, n: usize) {
-    let (pixels, count) = if input == "pixels" { (n, 4) } else { (1024, n) };
+    let (pixels, count) = if input == "blend, pixels" { (n, 4) } else { (1024, n) };
     let trees: Vec<Stored> = (0..count as u64).map(|seed| Stored::planar(w, pixels, seed)).collect();
     let (handles, weights): (Vec<_>, Vec<f64>) = trees.iter().map(|tree| (tree.handle(), 0.25)).unzip();
-    let (count, handles, mut size) = (count as u32, handles.as_ptr(), MemorySize::default());
-    if is_query {
-        counted!(w, wis_tree_blend_size(count, handles, &mut size, null_mut()));
-        return;
-    }
-    assert_eq!(call!(w, wis_tree_blend_size(count, handles, &mut size, null_mut())), Status::Ok);
-    let (mut memory, mut scratch, mut handle) = (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
-    let (place, bytes, work, room) = (memory.at(), size.bytes, scratch.at(), size.scratch_bytes);
-    let (weights, none) = (weights.as_ptr(), null_mut());
-    counted!(w, wis_tree_blend(count, handles, weights, place, bytes, work, room, &mut handle, none, null_mut()));
+    let (tree_count, trees, weight) = (count as u32, handles.as_ptr(), weights.as_ptr());
+    made(w, &TreeConfig { tree_count, trees, weight, ..of(WIS_TREE_BLEND) }, is_query);
 }
 
 /// Visibility of a tree.

@@ -9,7 +9,7 @@ use wis::ffi::wavelets::grid::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::sampling::*;
 use wis::ffi::wavelets::table::*;
-use wis::ffi::wavelets::tree::rotated::*;
+use wis::ffi::wavelets::tree::{TreeConfig, WIS_TREE_ENVIRONMENT};
 use wis::status::Status;
 use wis::wavelets::descent::Sample;
 use wis::wavelets::query::*;
@@ -254,28 +254,18 @@ fn tabulated(w: &mut World, slices: usize, depth: u32) {
 
 fn rotated(w: &mut World) {
     let config = |depth: usize, places: usize| {
-        let mut config: RotatedConfig = sized();
-        (config.depth, config.places, config.least) = (depth as u32, places as u32, 0.25);
-        config
+        let (depth, places) = (depth as u32, places as u32);
+        TreeConfig { depth, places, least: 0.25, ..trees::of(WIS_TREE_ENVIRONMENT) }
     };
-    w.curve("wis_tree_of_environment_size", "4^depth", &COUNTS, constant, |w, n| {
-        let mut size = MemorySize::default();
-        counted!(w, wis_tree_of_environment_size(&config(n.ilog2() as usize / 2, 2), &mut size, null_mut()));
+    w.curve("wis_tree_size", "environment, 4^depth", &COUNTS, constant, |w, n| {
+        trees::made(w, &config(n.ilog2() as usize / 2, 2), true);
     });
-    for (input, sizes) in [("4^depth", COUNTS), ("places^2", [4, 16, 64])] {
-        w.curve("wis_tree_of_environment", input, &sizes, linear, |w, n| {
+    for (input, sizes) in [("environment, 4^depth", COUNTS), ("environment, places^2", [4, 16, 64])] {
+        w.curve("wis_tree_init", input, &sizes, linear, |w, n| {
             let root = n.ilog2() as usize / 2;
-            let config = if input == "4^depth" { config(root, 2) } else { config(4, 1 << root) };
-            let (light, mut size) = (built(w, 2048), MemorySize::default());
-            assert_eq!(call!(w, wis_tree_of_environment_size(&config, &mut size, null_mut())), Status::Ok);
-            let (mut memory, mut scratch, mut handle) =
-                (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
-            let (light, place, bytes, work, room, none) =
-                (light.memory.of(), memory.at(), size.bytes, scratch.at(), size.scratch_bytes, null_mut());
-            counted!(
-                w,
-                wis_tree_of_environment(light, &config, place, bytes, work, room, &mut handle, none, null_mut())
-            );
+            let config = if input == "environment, 4^depth" { config(root, 2) } else { config(4, 1 << root) };
+            let light = built(w, 2048);
+            trees::made(w, &TreeConfig { environment: light.memory.of(), ..config }, false);
         });
     }
 }

@@ -7,7 +7,7 @@ use crate::building::Build;
 use crate::oracle::Verdict;
 use crate::pool::Object;
 use crate::random::{self, Random};
-use crate::rows::{self, ROWS};
+use crate::rows::ROWS;
 use crate::tally::Tally;
 use crate::world::World;
 use crate::{alarm, play};
@@ -51,7 +51,7 @@ impl Inputs {
             for (slot, word) in alarm::CASE.iter().zip([SEED, 0, number, index as u64]) {
                 slot.store(word, Ordering::Relaxed);
             }
-            if !rows::needs(row.name).iter().all(|kind| !self.world.pool.of(kind).is_empty()) {
+            if !row.is_possible(&self.world.pool) {
                 continue;
             }
             random::feed(decisions);

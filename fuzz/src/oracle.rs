@@ -61,14 +61,7 @@ fn documented(case: &Case, status: u32) -> bool {
             "WIS_INVALID_TEXEL" => takes(&maps),
             "WIS_CALLBACK_FAILED" => takes(&maps) || takes(&["wis_point", "wis_wavelet_product_config"]),
             "WIS_INVALID_TRANSFORM" => {
-                takes(&maps)
-                    || takes(&[
-                        "wis_point",
-                        "wis_wavelet_query",
-                        "wis_wavelet_product_config",
-                        "wis_rotated_config",
-                        "float",
-                    ])
+                takes(&maps) || takes(&["wis_point", "wis_wavelet_query", "wis_wavelet_product_config", "float"])
             }
             "WIS_NOT_BUILT" => takes(&["wis_wavelet_product_config", "wis_wavelet_table"]),
             _ => false,

@@ -7,7 +7,7 @@ use crate::random::Random;
 use crate::rows::{ROWS, Row};
 use crate::tally::Tally;
 use crate::world::World;
-use crate::{alarm, building, header, oracle, rows, values};
+use crate::{alarm, building, header, oracle, values};
 use anyhow::{Result, bail};
 use std::sync::atomic::Ordering;
 
@@ -38,7 +38,7 @@ pub fn play(world: &mut World, words: &Words, tally: &mut Tally, verbose: bool) 
         let first = number as usize / ROUNDS < known.len();
         let row = if first { &known[number as usize % known.len()] } else { random.pick(&shares) };
         let case_random = Random(random.bits());
-        if !rows::needs(row.name).iter().all(|kind| !world.pool.of(kind).is_empty()) {
+        if !row.is_possible(&world.pool) {
             continue;
         }
         let index = ROWS.iter().position(|other| other.name == row.name).unwrap_or(0);

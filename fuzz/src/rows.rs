@@ -3,6 +3,7 @@
 use crate::case::Case;
 use crate::laws;
 use crate::oracle::Verdict;
+use crate::pool::Pool;
 
 /// A function of the headers.
 pub struct Row {
@@ -42,12 +43,27 @@ const fn row(name: &'static str) -> Row {
     Row { name, share: 4, size: None, law: None }
 }
 
+/// The row of a function that is no more: it is drawn and not called, so that older words give what they gave.
+const GONE: Row = row("");
+
+impl Row {
+    /// Whether there is such a function, and all that it needs.
+    pub fn is_possible(&self, pool: &Pool) -> bool {
+        !self.name.is_empty() && needs(self.name).iter().all(|kind| !pool.of(kind).is_empty())
+    }
+}
+
+/// The rows of functions that there are.
+pub fn current() -> impl Iterator<Item = &'static Row> {
+    ROWS.iter().filter(|row| !row.name.is_empty())
+}
+
 pub fn of(name: &str) -> &'static Row {
-    ROWS.iter().find(|row| row.name == name).unwrap_or_else(|| panic!("{name} has no row"))
+    current().find(|row| row.name == name).unwrap_or_else(|| panic!("{name} has no row"))
 }
 
 /// Kinds of objects that a call needs.
-pub fn needs(name: &str) -> &'static [&'static str] {
+fn needs(name: &str) -> &'static [&'static str] {
     match name {
         "wis_environment_open" | "wis_environment_turn" | "wis_environment_describe" => &["wis_environment"],
         "wis_sampler_begin_pixel" | "wis_sampler_fault" => &["wis_sampler"],
@@ -56,7 +72,7 @@ pub fn needs(name: &str) -> &'static [&'static str] {
         "wis_product_open" | "wis_product_describe" | "wis_product_covers" => &["wis_product", "wis_environment"],
         "wis_sample" | "wis_pdf" | "wis_invert" => &["wis_product", "wis_environment", "wis_sampler"],
         "wis_jitter_open" | "wis_jitter_sample" | "wis_jitter_pdf" => &["wis_jitter"],
-        "wis_wavelet_light_open" | "wis_wavelet_product_prepare" | "wis_tree_of_environment" => &["wis_wavelet_light"],
+        "wis_wavelet_light_open" | "wis_wavelet_product_prepare" => &["wis_wavelet_light"],
         "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert" => {
             &["wis_wavelet_product", "wis_wavelet_light"]
         }
@@ -66,11 +82,7 @@ pub fn needs(name: &str) -> &'static [&'static str] {
         "wis_visibility_open" | "wis_visibility_integral" | "wis_visibility_product_integral" => {
             &["wis_visibility", "wis_tree"]
         }
-        name if name.starts_with("wis_tree_") && name.contains("_of_")
-            || matches!(name, "wis_tree_size" | "wis_tree_init") =>
-        {
-            &[]
-        }
+        "wis_tree_size" | "wis_tree_init" => &[],
         name if name.starts_with("wis_tree_")
             || name.starts_with("wis_triple")
             || name.starts_with("wis_visibility_") =>
@@ -146,27 +158,27 @@ pub const ROWS: &[Row] = &[
     row("wis_tree_invert"),
     row("wis_warp_in_place"),
     row("wis_wavelet_table_directions"),
-    row("wis_haar_forward"),
-    row("wis_haar_inverse"),
-    row("wis_tree_multiply_size").law(laws::aligned),
-    row("wis_tree_multiply").sized("wis_tree_multiply_size"),
-    row("wis_tree_blend_size").law(laws::aligned),
-    row("wis_tree_blend").sized("wis_tree_blend_size"),
+    row("wis_haar"),
+    GONE,
+    GONE,
+    GONE,
+    GONE,
+    GONE,
     row("wis_triple_terms"),
-    row("wis_triple_at_least"),
+    GONE,
     row("wis_sparse_select"),
     row("wis_triple_multiply"),
     row("wis_sparse_multiply"),
-    row("wis_tree_of_wavelets_size").law(laws::aligned),
-    row("wis_tree_of_wavelets").sized("wis_tree_of_wavelets_size"),
-    row("wis_tree_of_details_size").law(laws::aligned),
-    row("wis_tree_of_details").sized("wis_tree_of_details_size"),
-    row("wis_tree_of_environment_size").law(laws::aligned),
-    row("wis_tree_of_environment").sized("wis_tree_of_environment_size"),
+    GONE,
+    GONE,
+    GONE,
+    GONE,
+    GONE,
+    GONE,
     row("wis_tripling_coefficient"),
     row("wis_triple_integral"),
     row("wis_triple_select"),
-    row("wis_triple_select_squares"),
+    GONE,
     row("wis_triple_sublinear"),
     row("wis_triple_blend"),
     row("wis_visibility_size").law(laws::aligned),

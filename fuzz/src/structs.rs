@@ -4,8 +4,9 @@ use crate::building;
 use crate::call::DEFAULT_CONTROL;
 use crate::case::{Case, Fields, Role, Span, bytes_of};
 use crate::maps;
+use crate::pool::Object;
 use crate::random::Random;
-use crate::values::MOST;
+use crate::values::{MOST, list};
 use std::ffi::{c_int, c_void};
 
 /// The bytes of a struct that a call reads, valid or with a hostile field.
@@ -29,7 +30,6 @@ pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
                 "wis_strata_config" => strata,
                 "wis_wavelet_query" => query,
                 "wis_wavelet_product_config" => wavelet_product,
-                "wis_rotated_config" => rotated,
                 "wis_basis_function" => basis,
                 _ => panic!("no rule for {kind}"),
             };
@@ -334,7 +334,95 @@ fn table(case: &mut Case, fields: &mut Fields) {
     }
 }
 
+/// A tree of any source: of pixels where there is nothing else to make it of.
 fn tree(case: &mut Case, fields: &mut Fields) {
+    let (trees, lights) = (case.world.pool.of("wis_tree"), case.world.pool.of("wis_wavelet_light"));
+    let source = match case.random.below(7) {
+        source @ (1 | 2) if !trees.is_empty() => source,
+        source @ (3 | 4) => source,
+        5 if !lights.is_empty() => 5,
+        _ => 0,
+    };
+    fields.word("source", source as u64);
+    // Where there is a field that says how many elements there are, and the pointer to them.
+    let mut most = ("count", 0, "wavelets");
+    match source {
+        1 | 2 => most = ("tree_count", combined(case, fields, &trees, source == 1), "trees"),
+        3 => most = ("count", listed(case, fields, ("wis_wavelets", "wavelets"), 2), "wavelets"),
+        4 => {
+            let axes = 1 + case.random.below(4);
+            fields.word("dimensions", axes as u64);
+            most = ("count", listed(case, fields, ("wis_details", "details"), axes), "details");
+        }
+        5 => rotated(case, fields, &lights),
+        _ => return pixels(case, fields),
+    }
+    if case.is_spoiled() {
+        fields.spoil(&mut case.random);
+        let (count, true_count, pointer) = most;
+        if fields.get(count) > true_count {
+            fields.word(pointer, 0);
+        }
+    }
+}
+
+/// The address of an object, or of something else that is as long.
+fn handle(case: &mut Case, among: &[Object]) -> u64 {
+    let chosen = case.choose(among);
+    if !(case.is_spoiled() && case.random.one_in(6)) {
+        return case.world.memory.reader(chosen.place) as u64;
+    }
+    let mut bytes = case.world.memory.bytes(chosen.place).to_vec();
+    match case.random.below(3) {
+        0 => bytes.fill(0),
+        1 => bytes.iter_mut().for_each(|byte| *byte = case.random.bits() as u8),
+        _ => return 0,
+    }
+    case.input(&bytes, 16)
+}
+
+/// Trees that are multiplied or added up; how many.
+fn combined(case: &mut Case, fields: &mut Fields, trees: &[Object], is_product: bool) -> u64 {
+    let count = if is_product { 2 + case.random.below(2) } else { 1 + case.random.below(5) };
+    let first = case.random.pick(trees).number;
+    let fits = |tree: &&Object| tree.number == first || is_product && tree.number < first;
+    let (alike, fitting): (Vec<Object>, Vec<Object>) = (
+        trees.iter().filter(|tree| tree.number == first).copied().collect(),
+        trees.iter().filter(fits).copied().collect(),
+    );
+    let mut bytes = handle(case, &alike).to_le_bytes().to_vec();
+    for _ in 1..count {
+        let any = if case.random.one_in(32) { trees } else { &fitting };
+        bytes.extend(handle(case, any).to_le_bytes());
+    }
+    let pointers = case.input(&bytes, 8);
+    fields.word("tree_count", count as u64);
+    fields.word("trees", pointers);
+    if !is_product {
+        let hostile = case.is_spoiled() && case.random.one_in(3);
+        let weight = |random: &mut Random| f64::from(if hostile { random.hard() } else { random.unit() }).to_le_bytes();
+        let bytes: Vec<u8> = (0..count).flat_map(|_| weight(&mut case.random)).collect();
+        let weights = case.input(&bytes, 8);
+        fields.word("weight", weights);
+    }
+    count as u64
+}
+
+/// An average and a list of wavelets; how many.
+fn listed(case: &mut Case, fields: &mut Fields, (kind, path): (&str, &str), axes: usize) -> u64 {
+    let hostile = case.is_spoiled() && case.random.one_in(3);
+    let bytes = list(&mut case.random, kind, axes, hostile);
+    let layout = &case.world.headers.layouts[kind];
+    let (count, align) = ((bytes.len() / layout.size) as u64, layout.align);
+    let first = case.input(&bytes, align);
+    fields.word(path, first);
+    fields.word("count", count);
+    fields.word("average", f64::from(case.random.unit()).to_bits());
+    fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
+    count
+}
+
+fn pixels(case: &mut Case, fields: &mut Fields) {
     let dimensions = case.random.pick(&[1, 2, 2, 2, 3, 4]);
     let depth = case.random.below(1 + 10 / dimensions);
     let scale = case.random.pick(&[1.0, 1.0, 1e-44, 1e30, 3e38]);
@@ -355,14 +443,18 @@ fn tree(case: &mut Case, fields: &mut Fields) {
         if wanted > (dimensions * depth) as u64 && fields.get("pixels") == pixels {
             fields.word("pixels", 0);
         }
+        // Another source has a list of no elements.
+        fields.word("count", 0);
     }
 }
 
-fn rotated(case: &mut Case, fields: &mut Fields) {
+fn rotated(case: &mut Case, fields: &mut Fields, lights: &[Object]) {
     fields.word("depth", case.random.below(5) as u64);
     fields.word("places", 1 + case.random.below(3) as u64);
     fields.float("error_budget", budget(&mut case.random));
-    fields.float("least", case.random.pick(&[0.0, 1e-3, 1.0, 1e6]));
+    fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0, 1e6f64]).to_bits());
+    let environment = handle(case, lights);
+    fields.word("environment", environment);
     frame(case, fields, "world_from_map");
     frame(case, fields, "world_from_tree");
 }

@@ -1,6 +1,6 @@
 //! What was called, how it answered, and how much stack and time it took.
 
-use crate::rows::{ROWS, Row};
+use crate::rows::{self, Row};
 use anyhow::{Result, bail};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -46,7 +46,7 @@ impl Tally {
     /// A line for each row.
     pub fn table(&self) -> String {
         let mut text = String::new();
-        for row in ROWS {
+        for row in rows::current() {
             let of = self.rows.get(row.name).cloned().unwrap_or_default();
             let statuses: Vec<String> = of.statuses.iter().map(|(status, count)| format!("{status}:{count}")).collect();
             let (calls, stack, ms) = (Tally::calls(&of), of.stack, 1e3 * of.seconds);
@@ -60,7 +60,7 @@ impl Tally {
 
     /// Fails if a row never succeeded, or a call used more than [`MOST_STACK`].
     pub fn judge(&self) -> Result<()> {
-        for row in ROWS {
+        for row in rows::current() {
             let succeeded = self.rows.get(row.name).is_some_and(|of| of.statuses.contains_key(&0));
             if !succeeded {
                 bail!("FAILED {} never succeeded: its arguments are wrong", row.name);

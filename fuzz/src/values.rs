@@ -31,7 +31,7 @@ pub fn give(case: &mut Case) {
 /// Pointers that may be null, as their comments say.
 fn nullable(function: &str, name: &str) -> bool {
     match name {
-        "diagnostic" | "table" | "label" | "g" => !function.starts_with("wis_jitter"),
+        "diagnostic" | "table" | "label" => !function.starts_with("wis_jitter"),
         "product" => ["_sample", "_pdf", "_invert"].iter().any(|end| function.ends_with(end)),
         "world_from_map" => true,
         "u" => function == "wis_direct",
@@ -69,13 +69,6 @@ fn pointer(case: &mut Case, parameter: &Parameter) -> u64 {
             case.give_packed(Role::Input, &bytes, &layout)
         }
         ("wis_wavelets *const", _) => lists(case),
-        ("wis_tree *const", _) => {
-            let trees = of_same_axes(case);
-            let count = length(case, name);
-            let address = |case: &mut Case| case.world.memory.reader(case.random.pick(&trees).place) as u64;
-            let bytes: Vec<u8> = (0..count).flat_map(|_| address(case).to_le_bytes()).collect();
-            case.give_packed(Role::Input, &bytes, &layout)
-        }
         _ if parameter.is_input() && layout.fields.first().is_some_and(|field| field.path == "size") => {
             let bytes = structs::make(case, pointee);
             case.give_packed(Role::Input, &bytes, &layout)
@@ -93,7 +86,6 @@ fn length(case: &Case, name: &str) -> usize {
         ("wis_product_prepare", "point") | ("wis_wavelet_product_prepare", "query" | "product") => number("count"),
         ("wis_direct", "u") => 2 * number("rays"),
         ("wis_direct", "ray") => number("rays"),
-        ("wis_tree_blend" | "wis_tree_blend_size", "trees" | "weight") => number("tree_count"),
         ("wis_triple_blend", "weight") => number("count"),
         ("wis_strata_order" | "wis_warp_in_place", "index") => number("count"),
         ("wis_warp_in_place", "points") => number("count").saturating_mul(axes()),
@@ -234,12 +226,6 @@ fn candidates(case: &Case, kind: &str) -> Vec<Object> {
     if fitting.is_empty() { all } else { fitting }
 }
 
-fn of_same_axes(case: &mut Case) -> Vec<Object> {
-    let all = case.world.pool.of("wis_tree");
-    let first = case.random.pick(&all).number;
-    all.into_iter().filter(|tree| tree.number == first).collect()
-}
-
 /// An object of the pool, or something else that is as long.
 fn object(case: &mut Case, parameter: &Parameter) -> u64 {
     let kind = parameter.pointee.as_str();
@@ -330,7 +316,7 @@ fn lists(case: &mut Case) -> u64 {
 }
 
 /// Wavelets of a random set of squares, depth first; out of order if hostile.
-fn list(random: &mut Random, kind: &str, axes: usize, hostile: bool) -> Vec<u8> {
+pub fn list(random: &mut Random, kind: &str, axes: usize, hostile: bool) -> Vec<u8> {
     let count = random.pick(&[0, 1, 3, 12, 40]);
     let mut squares: Vec<(u64, u32)> = (0..count)
         .map(|_| {
@@ -384,7 +370,6 @@ fn number(case: &mut Case, parameter: &Parameter) -> u64 {
             let random = &mut case.random;
             let value = match parameter.name.as_str() {
                 _ if hostile => random.hard(),
-                "least" => random.pick(&[0.0, 1e-3, 1.0]),
                 _ => random.unit(),
             };
             f64::from(value).to_bits()
@@ -422,9 +407,8 @@ fn list_length(case: &mut Case, parameter: &Parameter) -> Option<u64> {
     let number = |name: &str| case.number(name).unwrap_or(1);
     let axes = match parameter.name.as_str() {
         _ if next.pointee == "wis_wavelets" => 2,
-        "e_count" => number("n"),
         "f_count" => number("m"),
-        _ => number("dimensions"),
+        _ => number("n"),
     };
     let hostile = case.spoiled == Some(case.words.len() + 1) && case.random.one_in(2);
     case.list = list(&mut case.random, &next.pointee, axes.clamp(1, 4), hostile);
@@ -444,11 +428,10 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
     let mut random = case.random;
     let value = match parameter.name.as_str() {
         "count" if name.starts_with("wis_haar") => {
-            let levels = number_of(&case.words, 0).saturating_mul(number_of(&case.words, 1));
+            let levels = number_of(&case.words, 1).saturating_mul(number_of(&case.words, 2));
             (1 << levels.min(10), 2000)
         }
         "count" if name == "wis_triple_blend" => (1 + random.below(5) as u64, 20),
-        "tree_count" => (1 + random.below(5) as u64, 20),
         "count" if matches!(name, "wis_wavelet_product_prepare" | "wis_product_prepare") => {
             (1 + random.below(5) as u64, 5)
         }
@@ -467,7 +450,7 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
         "dimensions" | "n" => (1 + random.below(4) as u64, u64::MAX),
         "m" => (1 + random.below(number_of(&case.words, 0).clamp(1, 4)) as u64, u64::MAX),
         "depth" if name.starts_with("wis_haar") => {
-            (random.below(1 + 10 / number_of(&case.words, 0).max(1)) as u64, u64::MAX)
+            (random.below(1 + 10 / number_of(&case.words, 1).max(1)) as u64, u64::MAX)
         }
         // A hostile depth has as many directions as memory for them, or must be refused.
         "depth" => (if case.is_spoiled() { random.pick(&[13, 31, 64]) } else { random.below(5) as u64 }, 4),
@@ -479,7 +462,7 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
             let lights = case.objects.last().map_or(1, |jitter| jitter.number);
             (random.below(lights) as u64, u64::MAX)
         }
-        "distribution" => (random.below(2) as u64, u64::MAX),
+        "direction" | "rule" | "distribution" => (random.below(2) as u64, u64::MAX),
         "side" => (1 + random.below(64) as u64, u64::MAX),
         "cell" => (random.below(number_of(&case.words, 0).pow(2)) as u64, u64::MAX),
         "slice_count" => (1 + number("slice") + random.below(8) as u64, u64::MAX),

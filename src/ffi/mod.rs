@@ -168,10 +168,14 @@ pub(crate) fn require(holds: bool, status: Status, argument: u32) -> Checked<()>
 /// Checks that each element of the array that an argument points to is in its range.
 #[cfg(any(feature = "lights", feature = "wavelets"))]
 pub(crate) fn require_all<T>(elements: &[T], argument: u32, holds: impl Fn(&T) -> bool) -> Checked<()> {
-    match elements.iter().position(|element| !holds(element)) {
-        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
-        None => Ok(()),
-    }
+    require_none(elements.iter().position(|element| !holds(element)), argument)
+}
+
+/// Refuses the element at fault, if there is one, of the array that an argument points to.
+#[cfg(any(feature = "lights", feature = "wavelets"))]
+pub(crate) fn require_none(at_fault: Option<usize>, argument: u32) -> Checked<()> {
+    let refuse = |row| Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, row));
+    at_fault.map_or(Ok(()), refuse)
 }
 
 /// Checks a pointer that must not be null.

@@ -19,7 +19,7 @@ use bytemuck::try_cast_slice_mut;
 /// The most places along an axis of a pixel.
 pub const WIS_MAX_PLACES: u32 = 16;
 /// The largest share of the map's mean that may be added to its pixels: beyond it the map would be lost in rounding.
-pub const MAX_LEAST: f32 = 1e6;
+pub const MAX_LEAST: f64 = 1e6;
 
 /// What to build of a map.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub struct Rotation {
     /// The variance that pruning may add to an estimate of the integral, relative to its square.
     pub error_budget: f32,
     /// The share of the map's mean that is added to each pixel.
-    pub least: f32,
+    pub least: f64,
 }
 
 impl Rotation {
@@ -74,7 +74,7 @@ impl Rotation {
         let size = self.tree().size().ok_or(Refused::Squares)?;
         let (work, pixels) = scratch.split_at_mut_checked(size.scratch).ok_or(small)?;
         let pixels: &mut [f32] = try_cast_slice_mut(pixels).map_err(|_| small)?;
-        Rotated::new(environment.light(), frames, self.depth, self.places, self.least).fill(pixels);
+        Rotated::new(environment.light(), frames, self.depth, self.places, self.least as f32).fill(pixels);
         self.tree().build_in(pixels, environment.header.exponent, memory, work)
     }
 }

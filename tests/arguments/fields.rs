@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::call::{Call, field};
-use super::objects::{self, function};
+use super::objects::function;
 use super::scene::{Scene, numbers};
 use std::ffi::{c_int, c_void};
 use std::ptr::null;
@@ -12,8 +12,7 @@ use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::table::Table;
-use wis::ffi::wavelets::tree::TreeConfig;
-use wis::ffi::wavelets::tree::rotated::RotatedConfig;
+use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
 use wis::wavelets::query::*;
 use wis::wavelets::sparse::Details;
@@ -221,18 +220,6 @@ fn trees() {
         ("pixels", |c| (c.depth, c.pixels) = (0, [f32::NAN].as_ptr()), Status::InvalidTexel),
     ];
     check(&["wis_tree_init"], "config", faults);
-    let faults: &[Fault<RotatedConfig>] = &[
-        ("places", |c| c.places = 0, INVALID),
-        ("depth", |c| c.depth = 13, INVALID),
-        ("error_budget", |c| c.error_budget = -1.0, INVALID),
-        ("least", |c| c.least = 2e6, INVALID),
-    ];
-    check(&["wis_tree_of_environment_size", "wis_tree_of_environment"], "config", faults);
-    let faults: &[Fault<RotatedConfig>] = &[
-        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
-        ("world_from_tree", |c| c.world_from_tree = SCALED.as_ptr(), TRANSFORM),
-    ];
-    check(&["wis_tree_of_environment"], "config", faults);
 }
 
 #[test]
@@ -266,15 +253,11 @@ fn elements() {
         ("wis_visibility_integral", "brdf"),
         ("wis_triple_multiply", "e"),
         ("wis_triple_multiply", "f"),
-        ("wis_tree_of_wavelets", "wavelets"),
-        ("wis_tree_of_wavelets_size", "wavelets"),
     ] {
         assert_eq!(row(name, argument, &unordered, INVALID), (0, 1), "{name}");
     }
-    for (name, argument) in
-        [("wis_sparse_multiply", "e"), ("wis_sparse_multiply", "f"), ("wis_tree_of_details", "details")]
-    {
-        assert_eq!(row(name, argument, &details, INVALID), (0, 1), "{name}");
+    for argument in ["e", "f"] {
+        assert_eq!(row("wis_sparse_multiply", argument, &details, INVALID), (0, 1), "{argument}");
     }
     let lists = Block::new(&unordered, 0);
     let blend = function("wis_triple_blend");
@@ -283,13 +266,6 @@ fn elements() {
     handles[2] = lists.pointer() as usize;
     assert_eq!(row("wis_triple_blend", "list", &numbers(&handles), INVALID), (1, 2));
     assert_eq!(row("wis_triple_blend", "weight", &numbers(&[1.0, f64::NAN, 1.0]), INVALID), (0, 1));
-    assert_eq!(row("wis_tree_blend", "weight", &numbers(&[1.0, 1.0, -1.0]), INVALID), (0, 2));
-    let cube = Block::new(&objects::tree(&scene, |config| (config.dimensions, config.depth) = (3, 1)), 0);
-    let function_of_blend = function("wis_tree_blend");
-    let valid = Call::valid(&scene, &function_of_blend);
-    let mut trees: Vec<usize> = valid.bytes("trees").chunks_exact(8).map(address).collect();
-    trees[1] = cube.pointer() as usize;
-    assert_eq!(row("wis_tree_blend", "trees", &numbers(&trees), INVALID), (0, 1));
     assert_eq!(row("wis_strata_order", "contribution", &numbers(&[1.0f32, 2.0, -1.0]), INVALID), (0, 2));
     assert_eq!(row("wis_pool_pick", "weight", &numbers(&[1.0f32, f32::NAN, 1.0]), INVALID), (0, 1));
     let mut labels = [0u32; 18];
@@ -297,7 +273,7 @@ fn elements() {
     assert_eq!(row("wis_jitter_init", "label", &numbers(&labels), INVALID), (0, 7));
     let mut values = [1.0f64; 16];
     values[5] = f64::INFINITY;
-    assert_eq!(row("wis_haar_forward", "values", &numbers(&values), INVALID), (0, 5));
+    assert_eq!(row("wis_haar", "values", &numbers(&values), INVALID), (0, 5));
 }
 
 fn address(bytes: &[u8]) -> usize {

@@ -17,6 +17,7 @@ mod pointers;
 mod renderer;
 mod scene;
 mod sizes;
+mod sources;
 mod table;
 mod values;
 

@@ -3,7 +3,7 @@
 use super::block::{Block, SENTINEL};
 use super::call::{Call, field};
 use super::header::{Function, Parameter, begins_with_size, functions};
-use super::scene::{Scene, numbers};
+use super::scene::{SOURCES, Scene, numbers};
 use wis::direct::Ray;
 use wis::ffi::check::{CheckConfig, CheckInfo};
 use wis::ffi::light::{LightConfig, LightInfo};
@@ -15,7 +15,6 @@ use wis::ffi::wave::DirectWave;
 use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use wis::ffi::wavelets::product::{ProductConfig, ProductInfo};
 use wis::ffi::wavelets::table::Table;
-use wis::ffi::wavelets::tree::rotated::RotatedConfig;
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::lights::strata::Light;
@@ -40,7 +39,7 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 /// The pointers of which the header says that they may be null.
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
-        "diagnostic" | "world_from_map" | "g" => true,
+        "diagnostic" | "world_from_map" => true,
         "product" => matches!(
             function.name.as_str(),
             "wis_sample" | "wis_pdf" | "wis_invert" | "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert"
@@ -84,7 +83,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
-        "wis_wavelets *const" | "wis_tree *const" => align_of::<*const u8>(),
+        "wis_wavelets *const" => align_of::<*const u8>(),
         "wis_wavelet_table" => align_of::<Table>(),
         "double" => 8,
         "wis_drawn" => align_of::<Sample>(),
@@ -100,7 +99,6 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_wavelet_light_info" => align_of::<EnvironmentInfo>(),
         "wis_wavelet_product_config" => align_of::<ProductConfig>(),
         "wis_wavelet_product_info" => align_of::<ProductInfo>(),
-        "wis_rotated_config" => align_of::<RotatedConfig>(),
         "wis_tree_config" => align_of::<TreeConfig>(),
         "wis_tree_info" => align_of::<TreeInfo>(),
         handle if handle.ends_with('*') => align_of::<*const u8>(),
@@ -145,14 +143,19 @@ fn misaligned_pointers() {
 fn short_blocks() {
     for_each_parameter(|scene, function, parameter| {
         let Some(block) = block_of(&parameter.name) else { return };
-        for storage in storages(function) {
+        for config in configurations(scene, function) {
             let call = |bytes: usize| {
                 let mut call = Call::valid(scene, function);
-                storage.into_iter().for_each(|storage| set_storage(&mut call, storage));
+                config.iter().for_each(|config| call.give("config", Block::new(config, 0)));
                 give_bytes(&mut call, block, &parameter.name, bytes);
                 call
             };
             let most = Call::valid(scene, function).number(&parameter.name);
+            if call(0).answer() == Status::Ok as usize {
+                // A tree of a list needs no scratch memory.
+                assert_eq!((function.name.as_str(), block), ("wis_tree_init", "scratch"));
+                continue;
+            }
             let needed = least(most, |bytes| call(bytes).answer() == Status::Ok as usize);
             for bytes in [0, 1, needed / 2, needed - 1] {
                 let diagnostic = call(bytes).fails(&format!("{bytes} bytes"), Status::MemoryTooSmall, block);
@@ -178,14 +181,19 @@ fn block_of(length: &str) -> Option<&'static str> {
     }
 }
 
-/// The storages with which a function is tried; `None` as it comes.
-fn storages(function: &Function) -> Vec<Option<u32>> {
-    let builds = function.name == "wis_wavelet_light_init";
-    if builds { vec![Some(WIS_STORAGE_PYRAMID), Some(WIS_STORAGE_SPARSE)] } else { vec![None] }
-}
-
-fn set_storage(call: &mut Call, storage: u32) {
-    call.edit("config", |config: &mut EnvironmentConfig| config.storage = storage);
+/// The configurations with which a function is tried; `None` as it comes.
+fn configurations(scene: &Scene, function: &Function) -> Vec<Option<Vec<u8>>> {
+    match function.name.as_str() {
+        "wis_wavelet_light_init" => [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE]
+            .map(|storage| {
+                let mut config = Block::new(Call::valid(scene, function).bytes("config"), 0);
+                config.edit(|config: &mut EnvironmentConfig| config.storage = storage);
+                Some(config.to_vec())
+            })
+            .to_vec(),
+        "wis_tree_init" => (0..SOURCES).map(|source| Some(scene.tree_config(source))).collect(),
+        _ => vec![None],
+    }
 }
 
 /// The least number of bytes that is enough.

@@ -18,9 +18,6 @@ use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::table::*;
-use wis::ffi::wavelets::tree::combine::*;
-use wis::ffi::wavelets::tree::rotated::*;
-use wis::ffi::wavelets::tree::sparse::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
@@ -41,6 +38,10 @@ const COUNT: usize = 3;
 const PRODUCT: usize = 48;
 /// Places of a visibility cache.
 const PLACES: u32 = 2;
+/// Sources of trees: all numbers from 0.
+pub const SOURCES: u32 = 6;
+/// Weights of trees and lists.
+const WEIGHTS: [f64; COUNT] = [0.5; COUNT];
 /// Rays of a point.
 const RAYS: usize = 2;
 /// Slices of the table.
@@ -132,8 +133,6 @@ pub struct Scene {
     pub callback: Block,
     slices: [*const Tree; SLICES],
     tree_size: MemorySize,
-    multiply_size: MemorySize,
-    wavelets_size: MemorySize,
     tree: Vec<u8>,
     /// A tree of values up to 1, and visibility made of it.
     shares: Vec<u8>,
@@ -141,7 +140,9 @@ pub struct Scene {
     lists: [Block; 1],
     list: [*const Wavelets; COUNT],
     trees: [*const Tree; COUNT],
-    blend_size: MemorySize,
+    /// An environment and a list for a configuration of a tree.
+    light: Block,
+    details: Block,
 }
 
 impl Scene {
@@ -176,15 +177,14 @@ impl Scene {
             callback: Block::new(&callback_brdf(), 0),
             slices: [null(); SLICES],
             tree_size: MemorySize::default(),
-            multiply_size: MemorySize::default(),
-            wavelets_size: MemorySize::default(),
             tree: Vec::new(),
             shares: Vec::new(),
             visibility: Vec::new(),
             lists: [Block::new(&wavelets(), 0)],
             list: [null(); COUNT],
             trees: [null(); COUNT],
-            blend_size: MemorySize::default(),
+            light: Block::unwritten(0),
+            details: Block::new(&details(), 0),
         };
         scene.build_light();
         scene.build_sampler();
@@ -197,9 +197,8 @@ impl Scene {
         scene.list = [scene.lists[0].pointer().cast_const().cast(); COUNT];
         scene.stored = Block::new(&scene.tree, 0);
         scene.trees = [scene.stored.pointer().cast_const().cast(); COUNT];
-        let (count, trees) = (COUNT as u32, scene.trees.as_ptr());
-        // SAFETY: as many handles as are said.
-        unsafe { expect_ok(wis_tree_blend_size(count, trees, &mut scene.blend_size, null_mut())) };
+        scene.light = Block::new(&scene.environment, 0);
+        scene.measure_trees();
         scene.slices = [scene.stored.pointer().cast_const().cast(); SLICES];
         scene
     }
@@ -344,16 +343,17 @@ impl Scene {
     }
 
     fn build_tree(&mut self) {
-        let config = self.tree_config();
-        self.tree = tree(&config);
-        let (config, tree) = (Block::new(&config, 0), Block::new(&self.tree, 0));
-        let handle = tree.pointer().cast();
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_tree_size(config.pointer().cast(), &mut self.tree_size, null_mut()));
-            expect_ok(wis_tree_multiply_size(handle, handle, handle, &mut self.multiply_size, null_mut()));
-            let list = self.lists[0].pointer().cast_const().cast();
-            expect_ok(wis_tree_of_wavelets_size(2, list, &mut self.wavelets_size, null_mut()));
+        self.tree = tree(&self.tree_config(WIS_TREE_PIXELS));
+    }
+
+    /// The memory that is enough for a tree of any source.
+    fn measure_trees(&mut self) {
+        for source in 0..SOURCES {
+            let (config, mut size) = (Block::new(&self.tree_config(source), 0), MemorySize::default());
+            // SAFETY: both pointers are valid.
+            unsafe { expect_ok(wis_tree_size(config.pointer().cast(), &mut size, null_mut())) };
+            self.tree_size.bytes = self.tree_size.bytes.max(size.bytes);
+            self.tree_size.scratch_bytes = self.tree_size.scratch_bytes.max(size.scratch_bytes);
         }
     }
 
@@ -389,17 +389,14 @@ impl Scene {
         match parameter.name.as_str() {
             "count" if name == "wis_environment_run" => 1,
             "pass" if name == "wis_environment_run" => 2,
-            "tree_count" => COUNT,
             "count" if name.starts_with("wis_haar") => IMAGE.len(),
-            "count" if name.starts_with("wis_tree_of") => 2,
             "count" => COUNT,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,
             "dimensions" | "depth" | "picks" | "n" | "m" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
-            "brdf_average" | "light" | "threshold" | "e_average" | "f_average" | "average" | "error" => 1,
-            "least" => 0,
+            "brdf_average" | "light" | "threshold" | "bound" | "e_average" | "f_average" => 1,
             "e_count" | "f_count" => 2,
             "u" => 0,
             "total" => 8,
@@ -410,7 +407,7 @@ impl Scene {
             "room" => PRODUCT,
             "slice" => 1,
             "slice_count" => SLICES,
-            "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
+            "direction" | "rule" | "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
             stride if stride.ends_with("stride") => 0,
             _ => panic!("no argument for {} of {name}", parameter.declaration),
         }
@@ -447,8 +444,7 @@ impl Scene {
             "float *u" if matches!(name, "wis_invert" | "wis_wavelet_invert") => unwritten(8 * count),
             "const float *u" if name == "wis_direct" => numbers(&RANDOM[..RAYS]),
             "const wis_wavelet_product_config *config" => product_config(),
-            "const wis_rotated_config *config" => rotated_config(),
-            "const wis_tree_config *config" => self.tree_config(),
+            "const wis_tree_config *config" => self.tree_config(WIS_TREE_PIXELS),
             "const wis_wavelet_query *query" if name == "wis_wavelet_product_prepare" => query().repeat(COUNT),
             "const wis_wavelet_query *query" => query(),
             "const wis_wavelet_table *table" => self.table(),
@@ -463,7 +459,6 @@ impl Scene {
             "const uint32_t *label" => labels(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
             "uint32_t *traced" => unwritten(4),
-            "const wis_tree *const *trees" => numbers(&self.trees),
             "const wis_tree *tree" if name.starts_with("wis_visibility") => self.shares.clone(),
             tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
             function if function.starts_with("const wis_basis_function *") => {
@@ -472,12 +467,12 @@ impl Scene {
             "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => wavelets(),
             "const wis_wavelets *const *list" => numbers(&self.list),
             "const uint32_t *list_count" => numbers(&[2u32; COUNT]),
-            "const double *weight" => numbers(&[0.5f64; COUNT]),
-            "const wis_wavelets *e" | "const wis_wavelets *f" | "const wis_wavelets *wavelets" => wavelets(),
+            "const double *weight" => numbers(&WEIGHTS),
+            "const wis_wavelets *e" | "const wis_wavelets *f" => wavelets(),
             "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_triple_multiply" => {
                 unwritten(PRODUCT * size_of::<Wavelets>())
             }
-            "const wis_details *e" | "const wis_details *f" | "const wis_details *details" => details(),
+            "const wis_details *e" | "const wis_details *f" => details(),
             "wis_details *product" => unwritten(PRODUCT * size_of::<Details>()),
             "uint32_t *product_count" => unwritten(4),
             "wis_details *kept" => unwritten(2 * size_of::<Details>()),
@@ -531,6 +526,10 @@ impl Scene {
         &self.environment
     }
 
+    pub fn tree(&self) -> &[u8] {
+        &self.tree
+    }
+
     /// An object of another kind than a handle's.
     pub fn other_object(&self, kind: &str) -> Vec<u8> {
         if kind == "wis_wavelet_light" { self.product.clone() } else { self.environment.clone() }
@@ -551,17 +550,7 @@ impl Scene {
     /// The memory that a function builds in.
     fn size(&self, function: &str) -> MemorySize {
         match function {
-            "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..self.tree_size },
-            "wis_tree_multiply" => self.multiply_size,
-            "wis_tree_blend" => self.blend_size,
-            "wis_tree_of_environment" => {
-                let (config, mut size) = (Block::new(&rotated_config(), 0), MemorySize::default());
-                // SAFETY: both pointers are valid.
-                let status = unsafe { wis_tree_of_environment_size(config.pointer().cast(), &mut size, null_mut()) };
-                expect_ok(status);
-                size
-            }
-            "wis_tree_of_wavelets" | "wis_tree_of_details" => self.wavelets_size,
+            "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..MemorySize::default() },
             name if name.starts_with("wis_tree") => self.tree_size,
             "wis_wavelet_product_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
             name if name.starts_with("wis_wavelet_product") => self.product_size,
@@ -607,11 +596,33 @@ impl Scene {
         })
     }
 
-    fn tree_config(&self) -> Vec<u8> {
+    /// What a source reads, and nothing else.
+    pub fn tree_config(&self, source: u32) -> Vec<u8> {
         plain(|config: &mut TreeConfig| {
-            config.size = size_of::<TreeConfig>() as u32;
-            (config.dimensions, config.depth) = (2, 2);
-            config.pixels = self.image.as_ptr();
+            (config.size, config.source) = (size_of::<TreeConfig>() as u32, source);
+            match source {
+                WIS_TREE_PIXELS => {
+                    (config.dimensions, config.depth, config.pixels) = (2, 2, self.image.as_ptr());
+                }
+                WIS_TREE_PRODUCT => (config.tree_count, config.trees) = (COUNT as u32, self.trees.as_ptr()),
+                WIS_TREE_BLEND => {
+                    (config.tree_count, config.trees) = (COUNT as u32, self.trees.as_ptr());
+                    config.weight = WEIGHTS.as_ptr();
+                }
+                WIS_TREE_WAVELETS => {
+                    (config.average, config.count) = (1.0, 2);
+                    config.wavelets = self.lists[0].pointer().cast_const().cast();
+                }
+                WIS_TREE_DETAILS => {
+                    (config.dimensions, config.average, config.count) = (2, 1.0, 2);
+                    config.details = self.details.pointer().cast_const().cast();
+                }
+                _ => {
+                    (config.depth, config.places, config.least) = (2, 2, 0.25);
+                    config.environment = self.light.pointer().cast_const().cast();
+                    config.world_from_tree = ROTATION.as_ptr();
+                }
+            }
         })
     }
 }
@@ -621,14 +632,6 @@ fn details() -> Vec<u8> {
         Details { detail: [0.25; 16], ..Details::default() },
         Details { level: 1, position: 1 << 22, detail: [-0.5; 16], ..Details::default() },
     ])
-}
-
-fn rotated_config() -> Vec<u8> {
-    plain(|config: &mut RotatedConfig| {
-        config.size = size_of::<RotatedConfig>() as u32;
-        (config.depth, config.places, config.least) = (2, 2, 0.25);
-        (config.world_from_map, config.world_from_tree) = (null(), ROTATION.as_ptr());
-    })
 }
 
 fn grid_config() -> Vec<u8> {

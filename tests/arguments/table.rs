@@ -18,10 +18,8 @@ use wis::ffi::wavelets::grid::*;
 use wis::ffi::wavelets::haar::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::sampling::*;
+use wis::ffi::wavelets::sparse::*;
 use wis::ffi::wavelets::table::*;
-use wis::ffi::wavelets::tree::combine::*;
-use wis::ffi::wavelets::tree::rotated::*;
-use wis::ffi::wavelets::tree::sparse::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::triple::*;
 use wis::ffi::wavelets::visibility::*;
@@ -113,38 +111,23 @@ pub const TABLE: &[Entry] = table! {
         count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
         diagnostic
     );
-    wis_haar_forward(dimensions, depth, count, values, diagnostic);
-    wis_haar_inverse(dimensions, depth, count, values, diagnostic);
+    wis_haar(direction, dimensions, depth, count, values, diagnostic);
     wis_tree_size(config, size, diagnostic);
     wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_open(memory, bytes, tree, info, diagnostic);
     wis_tree_average(tree, average);
     wis_tree_product_integral(e, f, integral);
-    wis_tree_multiply_size(e, f, g, size, diagnostic);
-    wis_tree_multiply(e, f, g, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
-    wis_tree_of_details_size(dimensions, count, details, size, diagnostic);
-    wis_tree_of_details(
-        dimensions, average, count, details, least, memory, bytes, tree, info, diagnostic
-    );
-    wis_tree_of_environment_size(config, size, diagnostic);
-    wis_tree_of_environment(
-        environment, config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic
-    );
-    wis_tree_blend_size(tree_count, trees, size, diagnostic);
-    wis_tree_blend(tree_count, trees, weight, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
     wis_tree_sample(tree, u, point, pdf);
     wis_tree_pdf(tree, point, pdf);
     wis_tree_invert(tree, point, u);
     wis_tripling_coefficient(n, m, i, j, k, coefficient);
     wis_triple_integral(brdf, light, visibility, integral);
-    wis_triple_select(tree, keep, wavelets, wavelet_count, diagnostic);
-    wis_triple_select_squares(tree, keep, wavelets, wavelet_count, diagnostic);
+    wis_triple_select(tree, rule, keep, wavelets, wavelet_count, diagnostic);
     wis_triple_sublinear(
         brdf_average, brdf_count, brdf, light_count, kept_light, light, visibility, integral, diagnostic
     );
     wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count, diagnostic);
-    wis_triple_terms(tree, error, terms);
-    wis_triple_at_least(tree, threshold, terms);
+    wis_triple_terms(tree, rule, bound, terms);
     wis_triple_multiply(
         e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average, diagnostic
     );
@@ -152,8 +135,6 @@ pub const TABLE: &[Entry] = table! {
     wis_sparse_multiply(
         n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average, diagnostic
     );
-    wis_tree_of_wavelets_size(count, wavelets, size, diagnostic);
-    wis_tree_of_wavelets(average, count, wavelets, least, memory, bytes, tree, info, diagnostic);
     wis_visibility_size(tree, size, diagnostic);
     wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
     wis_visibility_open(memory, bytes, visibility, diagnostic);

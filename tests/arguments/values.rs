@@ -11,7 +11,6 @@ use wis::ffi::light::*;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::tree::TreeConfig;
-use wis::ffi::wavelets::tree::rotated::RotatedConfig;
 use wis::status::Status;
 use wis::wavelets::query::*;
 
@@ -143,32 +142,6 @@ fn tree_configurations() {
             let diagnostic = call.fails("a pixel", Status::InvalidTexel, "config");
             assert_eq!((diagnostic.x as usize, diagnostic.y as usize), (pixel % 4, pixel / 4));
         }
-    }
-}
-
-#[test]
-fn rotated_configurations() {
-    static SCALED: [f32; 9] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-    let faults: &[Fault<RotatedConfig>] = &[
-        ("depth 13", |c| c.depth = 13, INVALID),
-        ("depth max", |c| c.depth = u32::MAX, INVALID),
-        ("no places", |c| c.places = 0, INVALID),
-        ("17 places", |c| c.places = 17, INVALID),
-        ("places max", |c| c.places = u32::MAX, INVALID),
-        ("budget < 0", |c| c.error_budget = -1.0, INVALID),
-        ("budget NaN", |c| c.error_budget = f32::NAN, INVALID),
-        ("least < 0", |c| c.least = -1e-9, INVALID),
-        ("least infinite", |c| c.least = f32::INFINITY, INVALID),
-        ("least NaN", |c| c.least = f32::NAN, INVALID),
-    ];
-    check_faults("const wis_rotated_config *config", faults);
-    let (scene, build) = (Scene::new(), function("wis_tree_of_environment"));
-    let edits: [fn(&mut RotatedConfig); 2] =
-        [|c| c.world_from_map = SCALED.as_ptr(), |c| c.world_from_tree = SCALED.as_ptr()];
-    for edit in edits {
-        let mut call = Call::valid(&scene, &build);
-        call.edit("config", edit);
-        call.fails("a scale", Status::InvalidTransform, "config");
     }
 }
 
@@ -535,12 +508,40 @@ fn distributions() {
     }
 }
 
+/// Every rule works, and no other number is one.
+#[test]
+fn rules() {
+    let scene = Scene::new();
+    for function in taking("uint32_t rule") {
+        for rule in [0, 1] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("rule", rule);
+            call.succeeds(&format!("rule {rule}"));
+        }
+        for rule in [2, 3, u32::MAX as usize] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("rule", rule);
+            call.fails(&format!("rule {rule}"), INVALID, "rule");
+        }
+    }
+}
+
 /// Sizes that do not fit each other, or the grid.
 #[test]
 fn grids_and_points() {
     let scene = Scene::new();
     for function in taking("double *values") {
-        for (name, numbers) in [("dimensions", [0, 5, 255]), ("depth", [13, 32, 255]), ("count", [0, 15, usize::MAX])] {
+        for direction in [0, 1] {
+            let mut call = Call::valid(&scene, &function);
+            call.set("direction", direction);
+            call.succeeds("a direction");
+        }
+        for (name, numbers) in [
+            ("direction", [2, 3, 255]),
+            ("dimensions", [0, 5, 255]),
+            ("depth", [13, 32, 255]),
+            ("count", [0, 15, usize::MAX]),
+        ] {
             for number in numbers {
                 let mut call = Call::valid(&scene, &function);
                 call.set(name, number);

@@ -15,6 +15,7 @@ use wis::ffi::light::{LightConfig, WIS_FILTER_BILINEAR};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::sampling::*;
+use wis::ffi::wavelets::tree::{Tree, TreeConfig, TreeInfo, WIS_TREE_PIXELS, wis_tree_init, wis_tree_size};
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::points::sobol;
 use wis::status::Status;
@@ -53,6 +54,44 @@ impl Memory {
     pub fn bytes(&self) -> &[u8] {
         // SAFETY: any bit pattern is a byte.
         unsafe { std::slice::from_raw_parts(self.0.as_ptr().cast(), self.len()) }
+    }
+}
+
+/// A configuration of a tree of which nothing is set but the source.
+pub fn tree_config(source: u32) -> TreeConfig {
+    let size = size_of::<TreeConfig>() as u32;
+    // SAFETY: a struct of numbers and pointers.
+    TreeConfig { size, source, ..unsafe { std::mem::zeroed() } }
+}
+
+/// That of a tree of pixels.
+pub fn pixel_config(dimensions: u32, depth: u32, error_budget: f32, pixels: &[f32]) -> TreeConfig {
+    TreeConfig { dimensions, depth, error_budget, pixels: pixels.as_ptr(), ..tree_config(WIS_TREE_PIXELS) }
+}
+
+/// A tree and the memory that it lives in.
+pub struct BuiltTree {
+    pub memory: Memory,
+    pub handle: *const Tree,
+    pub info: TreeInfo,
+    /// What wis_tree_size answered.
+    pub size: MemorySize,
+}
+
+impl BuiltTree {
+    /// Builds in blocks as large as wis_tree_size says.
+    pub fn new(config: &TreeConfig) -> Result<BuiltTree, Status> {
+        let (mut size, mut handle) = (MemorySize::default(), null());
+        let mut info = TreeInfo { size: size_of::<TreeInfo>() as u32, ..TreeInfo::default() };
+        // SAFETY: what the configuration points to is alive, and the blocks are as large as was asked for.
+        unsafe {
+            assert_eq!(wis_tree_size(config, &mut size, null_mut()), Status::Ok);
+            let (mut memory, mut scratch) = (Memory::new(size.bytes), Memory::new(size.scratch_bytes));
+            let (place, work) = (memory.pointer(), scratch.pointer());
+            let (bytes, room) = (size.bytes, size.scratch_bytes);
+            let status = wis_tree_init(config, place, bytes, work, room, &mut handle, &mut info, null_mut());
+            if status == Status::Ok { Ok(BuiltTree { memory, handle, info, size }) } else { Err(status) }
+        }
     }
 }
 

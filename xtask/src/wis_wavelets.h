@@ -8,8 +8,8 @@
  * multiplies it by BRDF x cosine at a shading point and samples the product with an exact pdf. Use it if memory for the light is
  * what counts; else wis_direct in wis.h is faster.
  *
- * Trees of any function of 1 to 4 variables: wis_haar_*, wis_tree_*, wis_warp_*. Products and sums of trees as lists of
- * wavelets: wis_sparse_*, wis_tree_of_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
+ * Trees of any function of 1 to 4 variables: wis_haar, wis_tree_*, wis_warp_*. wis_tree_init also makes trees of products and
+ * sums of trees, of lists of wavelets and of rotated maps. Products of such lists: wis_sparse_*. Triple product integrals of BRDF, light and visibility (Ng et al. 2004): wis_triple_*,
  * wis_visibility_*.
  *
  * Order of use. Once for a map: wis_wavelet_light_size, wis_wavelet_light_init. Once for a thread: wis_wavelet_product_size. At a

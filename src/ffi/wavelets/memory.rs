@@ -1,7 +1,7 @@
 //! Blocks in which trees and environments are built and opened, and where their handles go.
 
 use crate::ffi::memory::{block_mut, stored_or};
-use crate::ffi::{Checked, out, sized};
+use crate::ffi::{Checked, out, require_none, sized, slice};
 use crate::object::Magic;
 use crate::status::Status;
 use core::ffi::c_void;
@@ -31,6 +31,25 @@ pub(crate) unsafe fn stored<'a, H: Magic>(
 ) -> Checked<&'a [u8]> {
     // SAFETY: the caller's contract.
     unsafe { stored_or(Status::Corrupt, start, bytes, 1, length) }
+}
+
+/// A list of wavelets, of which `disorder` finds the first that is out of order.
+///
+/// # Safety
+/// The pointer is null or points to `count` elements.
+pub(crate) unsafe fn ordered<'a, W>(
+    pointer: *const W,
+    count: u32,
+    argument: u32,
+    disorder: impl FnOnce(&[W]) -> Option<usize>,
+) -> Checked<&'a [W]> {
+    // Where nothing is read, any pointer does.
+    if count == 0 {
+        return Ok(&[]);
+    }
+    // SAFETY: the caller's contract.
+    let list = unsafe { slice(pointer, count as usize, argument)? };
+    require_none(disorder(list), argument).map(|()| list)
 }
 
 /// Where a build or an opening puts its results: the handle, and, if it is not null, what was built.

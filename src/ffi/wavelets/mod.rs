@@ -6,6 +6,7 @@ pub mod haar;
 mod memory;
 pub mod product;
 pub mod sampling;
+pub mod sparse;
 pub mod table;
 pub mod tree;
 pub mod triple;
@@ -13,12 +14,6 @@ pub mod visibility;
 
 use crate::ffi::{Checked, Diagnostic, Failure, require};
 use crate::status::Status;
-
-/// Checks the dimensions and the depth of a grid, which are the first two arguments.
-pub(crate) fn check_grid(dimensions: u32, depth: u32) -> Checked<()> {
-    require((1..=4).contains(&dimensions), Status::InvalidArgument, 1)?;
-    require(depth <= crate::wavelets::tree::MAX_DEPTH, Status::InvalidArgument, 2)
-}
 
 /// Checks numbers of axes, which are the first two arguments: n, 1 to 4, and the first m of them.
 pub(crate) fn check_axes(n: u32, m: u32) -> Checked<()> {

@@ -2,90 +2,24 @@
 
 pub use crate::wavelets::stored::TreeInfo;
 
-use crate::ffi::memory::{block_mut, handle};
-use crate::ffi::wavelets::memory::{Results, room_mut, stored};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, out, put, put_size, sized, slice, slice_mut};
+use crate::ffi::memory::handle;
+use crate::ffi::wavelets::memory::{Results, stored};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, slice, slice_mut};
 use crate::status::Status;
-use crate::wavelets::pruned::Config;
-use crate::wavelets::stored::{AnyTree, Header, Refused, Stored, in_units};
+use crate::wavelets::stored::{AnyTree, Header, Stored, in_units};
 use crate::wavelets::tree as kernel;
-use crate::wavelets::{image, morton};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-pub mod combine;
-pub mod rotated;
-pub mod sparse;
+mod build;
+
+pub use build::*;
 
 /// The tree of a function: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built; any number of threads may use it at once. Nothing to free.
 #[allow(missing_debug_implementations)]
 pub struct Tree {
     _opaque: [u8; 0],
-}
-
-/// What to build.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct TreeConfig {
-    /// sizeof(wis_tree_config).
-    pub size: u32,
-    /// Axes n, 1 to 4.
-    pub dimensions: u32,
-    /// The grid has 2^depth pixels along each axis; 0 to 12.
-    pub depth: u32,
-    /// The variance that pruning may add to an estimate of the integral, relative to its square, 0 or more (0.01 =
-    /// 1 %); 0 drops nothing but constant squares.
-    pub error_budget: f32,
-    /// 2^(n depth) values, C order: axis 1 slowest, the last axis fastest. Finite, 0 or more.
-    pub pixels: *const f32,
-}
-
-/// The bytes that a tree needs at most (the bytes that are in use stand in wis_tree_info; a block that is too short
-/// fails with WIS_MEMORY_TOO_SMALL and tells them). Does not read the pixels. Work: constant.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_size(
-    config: *const TreeConfig,
-    size: *mut MemorySize,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe {
-        let (config, _) = checked(config)?;
-        put_size(size, 2, config.size().ok_or(Failure::new(Status::Overflow, 1)))
-    })
-}
-
-/// Builds a tree. `info` may be null. WIS_INVALID_TEXEL: `x` is the position along the last axis, `y` the number of
-/// the row. Work: pixels.
-///
-/// # Safety
-/// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_init(
-    config: *const TreeConfig,
-    memory: *mut c_void,
-    bytes: usize,
-    scratch: *mut c_void,
-    scratch_bytes: usize,
-    tree: *mut *const Tree,
-    info: *mut TreeInfo,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe {
-        let (config, pixels) = checked(config)?;
-        let results = Results::new((tree, 6), (info, 7))?;
-        let pixels = read_pixels(&config, pixels)?;
-        let size = config.size().ok_or(Failure::new(Status::Overflow, 1))?;
-        let scratch = block_mut(scratch, scratch_bytes, size.scratch, 4)?;
-        let block = room_mut(memory, bytes, size.bytes, 2)?;
-        let built = config.build_in(pixels, 0, block, scratch);
-        results.publish(memory, built.map_err(|why| refused(why, [1, 2, 4]))?.info())
-    })
 }
 
 /// Checks bytes that an earlier build wrote (copied, or mapped from a file) and gives them as a tree. WIS_CORRUPT if a byte
@@ -209,48 +143,12 @@ pub unsafe extern "C" fn wis_warp_in_place(
     })
 }
 
-/// A configuration, which is argument 1, that was checked, and where its pixels stand.
-///
-/// # Safety
-/// The pointer is null or points to what the header says.
-unsafe fn checked(config: *const TreeConfig) -> Checked<(Config, *const f32)> {
-    // SAFETY: the caller's contract.
-    let &TreeConfig { dimensions, depth, error_budget, pixels, .. } = unsafe { sized(config, 1)? };
-    let config = Config { dimensions, depth, error_budget };
-    config.check().map_err(|fault| Failure::fault(fault, 1))?;
-    Ok((config, pixels))
-}
-
-/// The pixels of a configuration, which is argument 1.
-///
-/// # Safety
-/// The pointer is null or points to as many as the configuration says.
-unsafe fn read_pixels<'a>(config: &Config, pixels: *const f32) -> Checked<&'a [f32]> {
-    let count = morton::cells(config.dimensions, config.depth).ok_or(Failure::new(Status::Overflow, 1))?;
-    // SAFETY: the caller's contract.
-    let pixels = unsafe { slice(pixels, count, 1) }.map_err(|at| at.of(c"pixels"))?;
-    let Some(pixel) = image::first_invalid(pixels) else { return Ok(pixels) };
-    let along = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
-    let (x, y) = (pixel & ((1 << config.depth) - 1), pixel >> config.depth);
-    Err(Failure::at(Status::InvalidTexel, 1, along(x), along(y)).of(c"pixels"))
-}
-
-/// Why a tree was not built; of which arguments are what it is made of, its block and the scratch block.
-fn refused(why: Refused, [input, memory, scratch]: [u32; 3]) -> Failure {
-    match why {
-        Refused::Memory(bytes) => Failure::too_small(memory, bytes),
-        Refused::Scratch(bytes) => Failure::too_small(scratch, bytes),
-        Refused::Squares | Refused::Average => Failure::new(Status::Overflow, input),
-        Refused::Input(status) => Failure::new(status, input),
-    }
-}
-
 /// The tree behind a handle.
 ///
 /// # Safety
 /// The handle is null or points to a tree that this version built or opened.
 #[inline(always)]
-unsafe fn view<'a>(tree: *const Tree, argument: u32) -> Checked<Stored<'a>> {
+pub(super) unsafe fn view<'a>(tree: *const Tree, argument: u32) -> Checked<Stored<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(tree.cast(), Header::length, argument)? };
     Stored::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))

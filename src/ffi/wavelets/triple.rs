@@ -1,13 +1,13 @@
 //! Tripling coefficients and triple product integrals in C.
 
 use crate::ffi::wavelets::check_axes;
+use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
 use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, require, require_all, slice, slice_mut};
 use crate::numeric::exp2i;
-use crate::status::{Result, Status};
+use crate::status::Status;
 use crate::wavelets::approximate;
 use crate::wavelets::combine::WIS_MAX_BLEND;
-use crate::wavelets::stored::AnyTree;
 use crate::wavelets::triple::{self, Quadtree, Wavelets};
 use crate::wavelets::tripling::{self, BasisFunction};
 use core::ptr::null_mut;
@@ -65,62 +65,41 @@ pub unsafe extern "C" fn wis_triple_integral(
     })
 }
 
-/// Keeps the `keep` wavelets of a tree of two axes with the largest orthonormal coefficients (non-linear approximation);
-/// of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count` tells how many
-/// squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is then
-/// undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
+/// Rule of wis_triple_select: the wavelets with the largest orthonormal coefficients (non-linear approximation).
+pub const WIS_SELECT_WAVELETS: u32 = 0;
+/// Rule of wis_triple_select: whole squares, those whose three coefficients have the largest sum of squares (Ng et al. 2004,
+/// Section 7.2, keeps the light's squares so).
+pub const WIS_SELECT_SQUARES: u32 = 1;
+
+/// Keeps `keep` wavelets, or whole squares, of a tree of two axes, as `rule` says: WIS_SELECT_WAVELETS or WIS_SELECT_SQUARES (else
+/// WIS_INVALID_ARGUMENT); of equal ones the first in depth-first order. `wavelets` has room for `keep` elements; `wavelet_count`
+/// tells how many squares were written, at most that many. WIS_OVERFLOW if a detail that is kept is beyond a float; `wavelets` is
+/// then undefined. Costs 33 visits of each square: do it when the function is built. Work: squares.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_triple_select(
     tree: *const Tree,
+    rule: u32,
     keep: u32,
     wavelets: *mut Wavelets,
     wavelet_count: *mut u32,
     diagnostic: *mut Diagnostic,
 ) -> Status {
     // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe { selected(approximate::select, tree, keep, wavelets, wavelet_count) })
-}
-
-/// As wis_triple_select, for whole squares: those whose three coefficients have the largest sum of squares (Ng et al. 2004,
-/// Section 7.2, keeps the light's squares so). Work: squares.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_triple_select_squares(
-    tree: *const Tree,
-    keep: u32,
-    wavelets: *mut Wavelets,
-    wavelet_count: *mut u32,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(diagnostic, || unsafe { selected(approximate::select_squares, tree, keep, wavelets, wavelet_count) })
-}
-
-/// Writes what is kept of a tree of two axes.
-///
-/// # Safety
-/// As wis_triple_select.
-unsafe fn selected(
-    select: impl FnOnce(&AnyTree, u32, i32, &mut [Wavelets]) -> Result<usize>,
-    tree: *const Tree,
-    keep: u32,
-    wavelets: *mut Wavelets,
-    wavelet_count: *mut u32,
-) -> Checked<()> {
-    // SAFETY: the caller's contract.
-    unsafe {
+    answer(diagnostic, || unsafe {
         let (tree, exponent) = square_tree(tree, 1)?;
-        let wavelets = slice_mut(wavelets, keep as usize, 3)?;
-        let target = out(wavelet_count, 4)?;
+        let select = match rule {
+            WIS_SELECT_WAVELETS => approximate::select,
+            WIS_SELECT_SQUARES => approximate::select_squares,
+            _ => return Err(Failure::new(Status::InvalidArgument, 2)),
+        };
+        let (wavelets, target) = (slice_mut(wavelets, keep as usize, 4)?, out(wavelet_count, 5)?);
         let squares = select(&tree.into(), keep, exponent, wavelets);
         target.write(squares.map_err(|status| Failure::new(status, 1))? as u32);
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// The triple product integral with approximations of BRDF and light (Ng et al. 2004, Section 5.3): wavelets of the
@@ -166,24 +145,12 @@ pub(super) unsafe fn sublinear<V: Quadtree>(
     require(brdf_average.is_finite(), Status::InvalidArgument, 1)?;
     // SAFETY: the caller's contract.
     unsafe {
-        let (brdf, kept) = (list(brdf.0, brdf.1, 3)?, list(kept.0, kept.1, 5)?);
+        let list = |(first, count), argument| ordered(first, count, argument, triple::disorder);
+        let (brdf, kept) = (list(brdf, 3)?, list(kept, 5)?);
         let (light, exponent) = square_tree(light, 6)?;
         let kept = triple::Scaled { wavelets: kept, scale: exp2i(-exponent) };
         let sum = triple::sublinear(brdf_average, brdf, kept, &light, visible);
         put(integral, 8, integral_of(sum, &[exponent, visible_exponent], 8))
-    }
-}
-
-/// A list of wavelets in order.
-///
-/// # Safety
-/// The pointer is null or points to `count` elements.
-pub(super) unsafe fn list<'a>(pointer: *const Wavelets, count: u32, argument: u32) -> Checked<&'a [Wavelets]> {
-    // SAFETY: the caller's contract.
-    let list: &[Wavelets] = if count == 0 { &[] } else { unsafe { slice(pointer, count as usize, argument)? } };
-    match triple::disorder(list) {
-        Some(wrong) => Err(Failure::new(Status::InvalidArgument, argument).in_row(argument, wrong)),
-        None => Ok(list),
     }
 }
 
@@ -219,7 +186,8 @@ pub unsafe extern "C" fn wis_triple_blend(
             weights = slice(weight, count, 4)?;
             require_all(weights, 4, |weight| weight.is_finite())?;
             for (k, (slot, (handle, count))) in lists.iter_mut().zip(handles.iter().zip(counts)).enumerate() {
-                *slot = self::list(*handle, *count, 2).map_err(|at| at.in_column().in_row(2, k))?;
+                let list = ordered(*handle, *count, 2, triple::disorder);
+                *slot = list.map_err(|at| at.in_column().in_row(2, k))?;
             }
         }
         let wavelets = slice_mut(wavelets, room as usize, 6)?;

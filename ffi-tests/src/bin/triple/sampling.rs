@@ -54,7 +54,7 @@ pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
 }
 
 const TEXT: &str =
-    "`wis_tree_multiply` makes a tree of light x BRDF x cosine x (0.1 + 0.9 visibility), for renderers that hold an
+    "`WIS_TREE_PRODUCT` makes a tree of light x BRDF x cosine x (0.1 + 0.9 visibility), for renderers that hold an
 estimate of visibility: from a coarse map of the point itself, or from other points. Variances of one sample are exact sums over
 the pixels of the octahedral square. The table has the variance without visibility over that with it: above 1, knowing visibility
 lowers the variance. Gains are geometric means over the points of a region. Lit: more than 0.95 of the unshadowed light arrives;

@@ -294,7 +294,7 @@ fn draw(page: &mut Paper, scene: &Scene, pictures: [&[f64]; 3], tint: [f32; 3]) 
 }
 
 const TEXT: &str = "Phong 50 (without cosine, so that it depends on the reflected direction alone) on the dragon in Galileo's tomb. The map
-rotated to every direction times the lobe is a tree of four axes (`wis_tree_multiply`). Its points are warped once
+rotated to every direction times the lobe is a tree of four axes (`WIS_TREE_PRODUCT`). Its points are warped once
 (`wis_warp_in_place`) and kept in a kD-tree by their reflected direction. A shading point traces its 30 nearest, weighs them by
 a kernel of their distance, and scales its integral by the share it sees. More points and samples lower noise alone. Exact
 integrals are those without occlusion, of 4096 samples. The paper: 2.1 times as fast as the product on the fly, with as many samples.

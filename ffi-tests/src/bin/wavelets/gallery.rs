@@ -212,7 +212,7 @@ fn sparsity(page: &mut Paper, lit: &Lit) -> Result<()> {
     page.save("sparsity.png", &sheet)?;
     writeln!(
         page.text,
-        "\n{SHOWN} drawn with shares of the wavelets of each 64 x 64 slice (free thresholding, `wis_tree_of_wavelets`), and\n\
+        "\n{SHOWN} drawn with shares of the wavelets of each 64 x 64 slice (free thresholding, `WIS_TREE_WAVELETS`), and\n\
          with all, {FEW} samples each. The differences have their noise."
     )?;
     Ok(())

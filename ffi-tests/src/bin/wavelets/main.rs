@@ -47,7 +47,7 @@ fn main() -> Result<()> {
 }
 
 const INTRODUCTION: &str = "Clarberg et al. 2005, \"Wavelet Importance Sampling: Efficiently Evaluating Products of Complex Functions\", claim by
-claim. Products of trees are `wis_tree_multiply`, the hierarchical warp is `wis_warp_in_place`. Tables of BRDFs about the mirror
+claim. Products of trees are `WIS_TREE_PRODUCT`, the hierarchical warp is `wis_warp_in_place`. Tables of BRDFs about the mirror
 direction are `wis_wavelet_table_*`, and the product at a shading point without rotated maps is `wis_wavelet_product_*`. Written
 by `make wavelets` at {commit}.
 ";

@@ -134,8 +134,8 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
     writeln!(
         out,
         "\nOne point, variance of one sample relative to the square of the integral. First the product of a rotated tree and a BRDF slice\n\
-         in its frame (`wis_tree_multiply`), with the nearest of 64 x 64 directions. Then four directions and four of 16 x 16 views\n\
-         blended (`wis_tree_blend`: one product is all sixteen, exactly), and the point's own direction. Last the product on the map\n\
+         in its frame (`WIS_TREE_PRODUCT`), with the nearest of 64 x 64 directions. Then four directions and four of 16 x 16 views\n\
+         blended (`WIS_TREE_BLEND`: one product is all sixteen, exactly), and the point's own direction. Last the product on the map\n\
          itself by a table (`wis_wavelet_product_prepare`). Times: blends and product.\n"
     )?;
     writeln!(

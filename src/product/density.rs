@@ -268,11 +268,11 @@ impl<'a> Shaded<'a> {
         leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
     }
 
-    /// Directions of map space for numbers of the grid, in [0, 1 - 2^-24]^2.
+    /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to.
     #[inline(always)]
-    pub fn direction<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        let (cells, numbers) = self.cells(u);
-        self.light.direction_of(&self.light.sample_in::<F>(cells, numbers))
+    pub fn direction<F: Num>(&self, frame: &Frame, u: [F; 2]) -> [F; 3] {
+        let (world, ..) = F::apart(SampleGrid { shaded: self, frame, u });
+        self.light.valid(frame, world).0
     }
 
     /// The densities of directions of map space, of unit length, by the grid and in the light.

@@ -5,8 +5,9 @@ use super::corners::{Cone, respond};
 use super::divide::{middles, part};
 use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
-use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, PART_ENDS, WHOLE_SPHERE};
+use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, PART_ENDS, StoredLobe, WHOLE_SPHERE};
 use super::{share, tops};
+use crate::brdf::material::MAX_LOBES;
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
@@ -158,7 +159,6 @@ fn prepare_grid(
     let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
     let (lobes, allowed) = peak::choose(point.material, &surface, &config.mixture);
     let mirror = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
-    let (axes, wo) = (surface.axes(), surface.wo());
     widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
     let mut stage = Stage::new(guide, &surface, (allowed, mirror), cone, config, work);
     run(level, Evaluate { stage: &mut stage });
@@ -180,36 +180,51 @@ fn prepare_grid(
         ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
     };
     let total = run(level, write);
-    let scale = scale(total);
-    let power = environment.header().power;
-    let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
-    flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
     let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
-    let header = Header {
-        magic: Header::MAGIC,
+    let power = environment.header().power;
+    let product = Header {
         environment: environment.header().content_id,
-        material: point.material.hash(),
         integral: integral(total, unit, power),
         unit,
-        scale,
+        scale: scale(total),
         bytes: lengths.bytes() as u32,
         grid,
         divided: divided as u32,
+        peak: allowed,
+        cone: cone.cosine,
+        ..Header::zeroed()
+    };
+    write_header(&product, &lobes, &surface, point, memory);
+    Ok(Prepared { bytes: lengths.bytes(), adds_lobes: stage.adds_lobes && product.scale > 0.0 })
+}
+
+/// Writes a header for what is known of the grid and for the point. Apart, so that its stack is free again.
+#[inline(never)]
+fn write_header(
+    grid: &Header,
+    lobes: &[StoredLobe; MAX_LOBES],
+    surface: &Surface,
+    point: &Point<'_>,
+    memory: &mut [u8],
+) {
+    let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
+    flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
+    let header = Header {
+        magic: Header::MAGIC,
+        material: point.material.hash(),
         flags,
         lobes: point.material.lobes().len() as u32,
-        peak: if scale > 0.0 { allowed } else { 0.0 },
-        cone: cone.cosine,
+        peak: if grid.scale > 0.0 { grid.peak } else { 0.0 },
         normal: point.normal,
         wo: point.wo,
-        axes,
-        local_wo: wo,
-        lobe: lobes,
-        ..Header::zeroed()
+        axes: surface.axes(),
+        local_wo: surface.wo(),
+        lobe: *lobes,
+        ..*grid
     };
     for (out, &byte) in memory.iter_mut().zip(bytes_of(&header)) {
         *out = byte;
     }
-    Ok(Prepared { bytes: lengths.bytes(), adds_lobes: stage.adds_lobes && scale > 0.0 })
 }
 
 /// One over the integral of F in units; 0 where that is so small that its inverse is no number.

@@ -14,6 +14,7 @@ use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::points::hammersley;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use crate::sphere::Frame;
 use bytemuck::try_from_bytes_mut;
 
 /// Steps from equal shares on. A fifth changes the share by less than a hundredth.
@@ -62,13 +63,40 @@ fn header_of(product: &mut [u8]) -> Option<&mut Header> {
 fn tried(level: Level, environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
     let Some(product) = Product::view(product) else { return 1.0 };
     let shaded = &Shaded { light: environment.light(), product };
-    run(level, Trial { shaded, surface })
+    let of_grid = run(level, OfGrid { shaded, frame: &environment.frame() });
+    run(level, Trial { shaded, surface, of_grid })
+}
+
+/// Numbers of eight directions.
+#[inline(always)]
+fn numbers<F: Lanes>() -> [F; 2] {
+    let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
+    for (lane, (x, y)) in (0..).zip(across.iter_mut().zip(&mut down)) {
+        [*x, *y] = hammersley(lane, LANES as u32);
+    }
+    [<F as Num>::load(across), <F as Num>::load(down)]
+}
+
+/// Eight directions of the grid, in map space. Before the trial, so that the deep stack of samples does not lie on top of it.
+struct OfGrid<'a> {
+    shaded: &'a Shaded<'a>,
+    frame: &'a Frame,
+}
+
+impl Kernel for OfGrid<'_> {
+    type Output = [[f32; LANES]; 3];
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) -> [[f32; LANES]; 3] {
+        self.shaded.direction::<F>(self.frame, numbers::<F>()).map(Num::store)
+    }
 }
 
 /// A product, and F as it is.
 struct Trial<'a> {
     shaded: &'a Shaded<'a>,
     surface: &'a Surface,
+    of_grid: [[f32; LANES]; 3],
 }
 
 /// Eight directions.
@@ -86,14 +114,10 @@ impl Kernel for Trial<'_> {
     /// The share of the lobes; 1 if nothing was found.
     #[inline(always)]
     fn run<F: Lanes>(self) -> f32 {
-        let Trial { shaded, .. } = self;
+        let Trial { shaded, of_grid, .. } = self;
         let Some(peak) = &shaded.product.peak else { return 1.0 };
-        let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
-        for (lane, (x, y)) in (0..).zip(across.iter_mut().zip(&mut down)) {
-            [*x, *y] = hammersley(lane, LANES as u32);
-        }
-        let u = [<F as Num>::load(across), <F as Num>::load(down)];
-        let mut tried = [peak.sample(u), shaded.direction(u)].map(|direction| self.look::<F>(direction));
+        let directions = [peak.sample(numbers::<F>()), of_grid.map(<F as Num>::load)];
+        let mut tried = directions.map(|direction| self.look::<F>(direction));
         let total = sum(tried[0].value + tried[1].value);
         if !(total > 0.0 && total < f32::MAX) {
             return 1.0;
@@ -116,7 +140,7 @@ impl Kernel for Trial<'_> {
 impl Trial<'_> {
     #[inline(always)]
     fn look<F: Lanes>(&self, direction: [F; 3]) -> Tried<F> {
-        let Trial { shaded, surface } = self;
+        let Trial { shaded, surface, .. } = self;
         let (zero, largest) = (<F as Num>::splat(0.0), <F as Num>::splat(f32::MAX));
         let (grid, light) = shaded.grid_and_light(direction);
         let lobes = shaded.product.peak.as_ref().map_or(zero, |peak| peak.density(direction));

@@ -103,7 +103,20 @@ pub fn prepare(
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
     let grid = prepare_with_work(level, environment, point, config, memory)?;
-    share::settle(level, environment, point, grid, memory)
+    finish(level, environment, point, grid, memory)
+}
+
+/// The share of the product's lobes. Answers its bytes.
+fn finish(
+    level: Level,
+    environment: &Environment<'_>,
+    point: &Point<'_>,
+    Prepared { bytes, adds_lobes }: Prepared,
+    memory: &mut [u8],
+) -> Result<usize, PrepareError> {
+    let product = memory.get_mut(..bytes).unwrap_or_default();
+    share::settle(level, environment, point, adds_lobes, product).map_err(PrepareError::Point)?;
+    Ok(bytes)
 }
 
 /// Its work stands on the stack no longer than it must.
@@ -132,16 +145,16 @@ pub fn prepare_in(
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
     let grid = prepare_grid(level, environment, point, config, work, memory)?;
-    share::settle(level, environment, point, grid, memory)
+    finish(level, environment, point, grid, memory)
 }
 
 /// A product whose narrow lobes draw as much as they may.
 #[derive(Clone, Copy, Debug)]
-pub struct Prepared {
+struct Prepared {
     /// Its bytes.
-    pub bytes: usize,
+    bytes: usize,
     /// Whether all lobes are to be drawn, too.
-    pub adds_lobes: bool,
+    adds_lobes: bool,
 }
 
 /// Prepares a product but for the share of its lobes. Apart, so that its stack is free again.

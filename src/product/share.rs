@@ -7,9 +7,8 @@
 
 use super::density::Shaded;
 use super::peak::add_all;
-use super::prepare::{PrepareError, Prepared};
 use super::stored::{Header, Product};
-use crate::brdf::point::Point;
+use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::points::hammersley;
@@ -27,8 +26,8 @@ const WORTH_TRYING: f32 = 0.1;
 /// They keep this part of what their width allows, which bounds weights about their peaks.
 const LEAST_PART: f32 = 0.2;
 
-/// Writes the share into the product of a point in `memory`, whose header says how much the width of its lobes allows. Answers the
-/// product's bytes.
+/// Writes the share into the product of a point, whose header says how much the width of its lobes allows. `adds_lobes`: whether all
+/// lobes are to be drawn, too.
 ///
 /// # Errors
 /// What is wrong with the point.
@@ -37,21 +36,20 @@ pub fn settle(
     level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,
-    Prepared { bytes, adds_lobes }: Prepared,
-    memory: &mut [u8],
-) -> Result<usize, PrepareError> {
-    let product = memory.get_mut(..bytes).unwrap_or_default();
+    adds_lobes: bool,
+    product: &mut [u8],
+) -> Result<(), Fault> {
     let allowed = header_of(product).map_or(0.0, |header| header.peak);
     if !(allowed > WORTH_TRYING || adds_lobes) {
-        return Ok(bytes);
+        return Ok(());
     }
-    let surface = &Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
+    let surface = &Surface::new(point, &environment.frame())?;
     let share = if allowed > WORTH_TRYING { tried(level, environment, surface, product) } else { allowed };
     let share = share.min(allowed).min(MOST).max(LEAST_PART * allowed);
     if let Some(header) = header_of(product) {
         header.peak = if adds_lobes { add_all(&mut header.lobe, share, surface) } else { share };
     }
-    Ok(bytes)
+    Ok(())
 }
 
 fn header_of(product: &mut [u8]) -> Option<&mut Header> {

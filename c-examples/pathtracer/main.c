@@ -20,7 +20,7 @@ static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0, 0},
 #define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
-    unsigned width, height, least, most, reference, repeats, rays, seed, stratified;
+    unsigned width, height, least, most, reference, repeats, rays, depth, stride, seed, stratified;
     const char *map, *methods, *out;
 } Options;
 
@@ -35,6 +35,8 @@ static const char HELP[] =
     "  --least N         1, 4, 16 ... samples per pixel, from so many (default: 1)\n"
     "  --most N          up to so many (default: 16)\n"
     "  --rays N          rays for light at each hit, 1 to 4 (default: 1)\n"
+    "  --depth N         hits of a path, 1 to 4; 1: direct light alone (default: 4)\n"
+    "  --stride N        every Nth pixel of an image that is N times as wide and as high (default: 1)\n"
     "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
     "  --methods LIST    of mis,compensated,direct,split,alone,alone-shared,product,reuse,reuse-base\n"
     "  --out FILE.png    the last image\n"
@@ -42,11 +44,12 @@ static const char HELP[] =
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 4)";
 
 static Options parse(int argc, char **argv) {
-    Options o = {128, 72, 1, 16, 256, 4, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
+    Options o = {128, 72, 1, 16, 256, 4, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
     struct { const char *name; unsigned *number; const char **text; } known[] = {
         {"--width", &o.width, NULL},       {"--height", &o.height, NULL},   {"--least", &o.least, NULL},
         {"--most", &o.most, NULL},         {"--seed", &o.seed, NULL},       {"--reference", &o.reference, NULL},
         {"--repeats", &o.repeats, NULL},   {"--rays", &o.rays, NULL},       {"--stratified", &o.stratified, NULL},
+        {"--depth", &o.depth, NULL},       {"--stride", &o.stride, NULL},
         {"--map", NULL, &o.map},           {"--out", NULL, &o.out},         {"--methods", NULL, &o.methods}};
     for (int i = 1; i < argc; i += 2) {
         size_t k = 0, count = sizeof known / sizeof known[0];
@@ -64,6 +67,7 @@ static Options parse(int argc, char **argv) {
         }
     }
     o.rays = o.rays < 1 ? 1 : o.rays > MAX_RAYS ? MAX_RAYS : o.rays;
+    o.depth = o.depth < 1 ? 1 : o.depth > MAX_DEPTH ? MAX_DEPTH : o.depth;
     return o;
 }
 
@@ -111,10 +115,10 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));
         for (t->sample = 0; t->sample < spp; t->sample++) {
-            float u[2], x, y;
+            float u[2], x, y, all = (float)(o->height * o->stride);
             numbers(t, 0, 1, u);
-            x = ((float)(i % o->width) + u[0] - 0.5f * (float)o->width) * 0.62f / (float)o->height;
-            y = (0.5f * (float)o->height - (float)(i / o->width) - u[1]) * 0.62f / (float)o->height;
+            x = ((float)(i % o->width * o->stride) + u[0] - 0.5f * (float)(o->width * o->stride)) * 0.62f / all;
+            y = (0.5f * all - (float)(i / o->width * o->stride) - u[1]) * 0.62f / all;
             image[i] = vec3_axpy(image[i], 1 / (float)spp, path(t, vec3_make(0, 2.4f, 4.6f), vec3_normalise(vec3_make(x, y - 0.42f, -1))));
         }
     }
@@ -176,6 +180,7 @@ int main(int argc, char **argv) {
         }
     }
     free(names);
+    t.depth = o.depth;
     for (int k = 0; k < 2; k++) {
         reference[k] = malloc(pixels * sizeof *image);
         t.rays = MAX_RAYS;

@@ -34,7 +34,7 @@ for map in "$maps"/*.hdr; do
             --methods mis,compensated,direct,alone,product,reuse-base
         both=candidates,shared,alone-candidates,alone-shared
         run narrow "$map" $stratified --stride $stride --least 16 --most 256 --repeats 2 --reference 500 --methods $both
-        run first "$map" $stratified --stride $stride --depth 1 --least 16 --most 256 --repeats 4 --reference 1000 \
+        run first "$map" $stratified --stride $stride --depth 1 --least 16 --most 256 --repeats 16 --reference 1000 \
             --methods alone
         case $map in *venice* | *studio_small* | *rooitou* | *st_fagans*)
             run wide "$map" $stratified --least 16 --most 256 --repeats 6 --reference 500 --methods $both ;;

@@ -349,8 +349,8 @@ typedef struct wis_sampler_config {
   uint32_t rays;
   /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16.
   uint32_t candidates_per_ray;
-  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on hits that come with numbers of
-  /// yours (`u` of wis_direct) share products, for which the sampler takes 15 kB more.
+  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`stream` 0)
+  /// that come with numbers of yours (`u` of wis_direct) share at most four products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
   /// Always 0.
   uint32_t reserved;
@@ -527,9 +527,10 @@ typedef struct wis_ray {
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own. They are read
-/// if the sampler was made for 16 hits of a pixel and more: rays are then drawn with them from products that hits share, and errors
-/// fall with the spread of your numbers. Otherwise rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
+/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own; independent
+/// numbers gain nothing. They are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then
+/// drawn with them from at most four products that hits of the pixel share, and errors fall with the spread of your numbers. Otherwise, and
+/// where none of the four covers a hit, rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
 /// as many where narrow lobes meet bright light (2048 in all). Four rays and more of lobes that are all at least 0.25 wide are samples
 /// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
 /// `candidates_per_ray` of your own.
@@ -537,7 +538,7 @@ typedef struct wis_ray {
 /// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
 /// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
 /// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
-/// the last hit, too. Rays then have 4 candidates each, at least 16 in all, and `u` is not read.
+/// the last hit, too. Candidates are then 4 for each ray, at least 16 in all.
 /// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,

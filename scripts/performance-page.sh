@@ -181,7 +181,7 @@ A renderer touches much memory between two hits, so expect the cold column.
 4. **Rendering in passes, where most light is blocked:** give the point a visibility cache. In the penumbra of a room with one window the
    variance is then $(cell passes 'room | penumbra | all points' expensive) lower at equal time; outdoors it is $(cell passes 'spot | penumbra | all points' expensive) there, and $(cell passes 'spot | lit | all points' expensive) where all light is visible
    ([passes.md](passes.md), [gallery.md](gallery.md)).
-5. **Well-spread numbers and 16 hits or more in a pixel:** \`u\` and \`hits_per_pixel\`. Hits then share products.
+5. **Well-spread numbers and 16 hits or more in a pixel:** \`u\` and \`hits_per_pixel\`. First hits then share products.
 
 Error of MIS over that of \`wis_direct\` at equal time, by samples at a hit ([gallery.md](gallery.md)):
 

@@ -8,11 +8,15 @@
 #define RELATIVE_FLOOR 1e-4 /* relative squared error: d^2 / (reference^2 + this mean^2) */
 #define FOREVER 1000000     /* hits of a pixel: products are shared in any case */
 
+/* wis_direct by its own choice, by candidates alone, and by products that first hits of a pixel share. */
 static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0, 0},
                                  {"compensated", BY_LIGHT, BALANCE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"direct", BY_DIRECT, BASE, false, 1, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"direct", BY_DIRECT, BASE, true, 0, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"candidates", BY_DIRECT, BASE, false, 1, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"shared", BY_DIRECT, BASE, true, FOREVER, WIS_ENVIRONMENT_COMPENSATED},
                                  {"split", BY_LIGHT, BASE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"alone", BY_DIRECT, NOTHING, false, 1, 0},
+                                 {"alone", BY_DIRECT, NOTHING, true, 0, 0},
+                                 {"alone-candidates", BY_DIRECT, NOTHING, false, 1, 0},
                                  {"alone-shared", BY_DIRECT, NOTHING, true, FOREVER, 0},
                                  {"product", BY_PRODUCT, BALANCE, false, 0, 0},
                                  {"reuse", BY_PRODUCT, BALANCE, true, 0, 0},
@@ -20,7 +24,7 @@ static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0, 0},
 #define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
-    unsigned width, height, least, most, reference, repeats, rays, seed, stratified;
+    unsigned width, height, least, most, reference, repeats, rays, depth, stride, seed, stratified;
     const char *map, *methods, *out;
 } Options;
 
@@ -35,18 +39,22 @@ static const char HELP[] =
     "  --least N         1, 4, 16 ... samples per pixel, from so many (default: 1)\n"
     "  --most N          up to so many (default: 16)\n"
     "  --rays N          rays for light at each hit, 1 to 4 (default: 1)\n"
+    "  --depth N         hits of a path, 1 to 4; 1: direct light alone (default: 4)\n"
+    "  --stride N        every Nth pixel of an image that is N times as wide and as high (default: 1)\n"
     "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
-    "  --methods LIST    of mis,compensated,direct,split,alone,alone-shared,product,reuse,reuse-base\n"
+    "  --methods LIST    of mis,compensated,direct,candidates,shared,split,alone,alone-candidates,alone-shared,product,reuse,\n"
+    "                    reuse-base\n"
     "  --out FILE.png    the last image\n"
     "  --reference N     samples per pixel of each of two references (default: 256)\n"
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 4)";
 
 static Options parse(int argc, char **argv) {
-    Options o = {128, 72, 1, 16, 256, 4, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
+    Options o = {128, 72, 1, 16, 256, 4, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
     struct { const char *name; unsigned *number; const char **text; } known[] = {
         {"--width", &o.width, NULL},       {"--height", &o.height, NULL},   {"--least", &o.least, NULL},
         {"--most", &o.most, NULL},         {"--seed", &o.seed, NULL},       {"--reference", &o.reference, NULL},
         {"--repeats", &o.repeats, NULL},   {"--rays", &o.rays, NULL},       {"--stratified", &o.stratified, NULL},
+        {"--depth", &o.depth, NULL},       {"--stride", &o.stride, NULL},
         {"--map", NULL, &o.map},           {"--out", NULL, &o.out},         {"--methods", NULL, &o.methods}};
     for (int i = 1; i < argc; i += 2) {
         size_t k = 0, count = sizeof known / sizeof known[0];
@@ -64,6 +72,7 @@ static Options parse(int argc, char **argv) {
         }
     }
     o.rays = o.rays < 1 ? 1 : o.rays > MAX_RAYS ? MAX_RAYS : o.rays;
+    o.depth = o.depth < 1 ? 1 : o.depth > MAX_DEPTH ? MAX_DEPTH : o.depth;
     return o;
 }
 
@@ -101,6 +110,9 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     memory = malloc(size.bytes);
     check(wis_sampler_init(&config, memory, size.bytes, &t->sampler, NULL));
     t->method = *method;
+    if (method->kind == BY_DIRECT && method->hits == 0 && !t->stratified) {
+        t->method.keeps = false; /* random numbers have no spread to keep */
+    }
     t->environment = lights[method->flags != 0];
     start = clock();
     for (uint32_t i = 0; i < o->width * o->height; i++) {
@@ -111,10 +123,10 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
         t->random = ((uint64_t)seed << 32) + i * 0x632be59bd9b4e019u;
         check(wis_sampler_begin_pixel(t->sampler));
         for (t->sample = 0; t->sample < spp; t->sample++) {
-            float u[2], x, y;
+            float u[2], x, y, all = (float)(o->height * o->stride);
             numbers(t, 0, 1, u);
-            x = ((float)(i % o->width) + u[0] - 0.5f * (float)o->width) * 0.62f / (float)o->height;
-            y = (0.5f * (float)o->height - (float)(i / o->width) - u[1]) * 0.62f / (float)o->height;
+            x = ((float)(i % o->width * o->stride) + u[0] - 0.5f * (float)(o->width * o->stride)) * 0.62f / all;
+            y = (0.5f * all - (float)(i / o->width * o->stride) - u[1]) * 0.62f / all;
             image[i] = vec3_axpy(image[i], 1 / (float)spp, path(t, vec3_make(0, 2.4f, 4.6f), vec3_normalise(vec3_make(x, y - 0.42f, -1))));
         }
     }
@@ -176,6 +188,7 @@ int main(int argc, char **argv) {
         }
     }
     free(names);
+    t.depth = o.depth;
     for (int k = 0; k < 2; k++) {
         reference[k] = malloc(pixels * sizeof *image);
         t.rays = MAX_RAYS;
@@ -189,8 +202,8 @@ int main(int argc, char **argv) {
     t.stratified = o.stratified != 0;
     printf("%s, %u x %u, %u rays at a hit, %s\n", o.map != NULL ? o.map : "the built-in sky", o.width, o.height, o.rays,
            t.stratified ? "(0,2)-sequence" : "random numbers");
-    printf("                                                                  efficiency over %s\n", methods[0].name);
-    puts("samples method         seconds    mean          MSE relative MSE  absolute  relative");
+    printf("                                                                      efficiency over %s\n", methods[0].name);
+    puts("samples method             seconds    mean          MSE relative MSE  absolute  relative");
     for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
         Result first = {0, 0, 0, 0}, results[COUNT] = {{0, 0, 0, 0}};
         uint32_t repeats = o.repeats * o.most / spp;
@@ -204,7 +217,7 @@ int main(int argc, char **argv) {
         first = results[0];
         for (size_t m = 0; m < count; m++) {
             Result r = results[m];
-            printf("%7u %-12s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
+            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
                    r.relative, first.absolute * first.seconds / (r.absolute * r.seconds),
                    first.relative * first.seconds / (r.relative * r.seconds));
         }

@@ -5,7 +5,7 @@
 #include "../render/light.h"
 #include "scene.h"
 
-#define DEPTH 4
+#define MAX_DEPTH 4
 #define MAX_RAYS 4
 
 typedef struct Method {
@@ -25,7 +25,7 @@ typedef struct Tracer {
     wis_sampler *sampler;
     bool stratified;
     uint64_t random;
-    uint32_t pixel, sample, rays, hits[DEPTH]; /* hits of this pixel, by bounce */
+    uint32_t depth, pixel, sample, rays, hits[MAX_DEPTH]; /* hits of this pixel, by bounce */
     void *products[MATERIALS];
     uint32_t products_of[MATERIALS]; /* the pixel that prepared each */
 } Tracer;
@@ -115,7 +115,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         wis_point point;
         Material material;
         Bsdf b;
-        if (bounce == DEPTH) {
+        if (bounce == t->depth) {
             return color;
         }
         material = material_at(&hit);
@@ -129,7 +129,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         }
         product = m->kind == BY_PRODUCT ? product_at(t, &hit, &point) : NULL;
         color = vec3_add(color, vec3_mul(beta, gather(t, &hit, &b, &point, product, u)));
-        if (bounce == DEPTH - 1 && m->escape == NOTHING) {
+        if (bounce == t->depth - 1 && m->escape == NOTHING) {
             return color;
         }
         numbers(t, 2 + 2 * bounce, 1, u);

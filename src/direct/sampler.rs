@@ -4,7 +4,7 @@ use super::candidates::{Candidates, Counts, MOST_MULTIPLIED};
 use super::effort;
 use super::joint::Turn;
 use super::several;
-use super::shared::{self, Ring};
+use super::shared::{self, Shared};
 use super::{Ray, Request, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
@@ -132,7 +132,7 @@ pub struct Wave<'a> {
 pub struct Sampler<'a> {
     level: Level,
     config: Config,
-    shared: Option<Ring<'a>>,
+    shared: Option<Shared<'a>>,
     product: &'a mut [u8],
     wave: Wave<'a>,
     scratch: &'a mut [f32],
@@ -154,7 +154,7 @@ impl<'a> Sampler<'a> {
             rays: bytemuck::try_cast_slice_mut(rays).ok()?,
             numbers: bytemuck::try_cast_slice_mut(numbers).ok()?,
         };
-        let shared = if shared.is_empty() { None } else { Some(Ring::new(shared)) };
+        let shared = if shared.is_empty() { None } else { Some(Shared::new(shared)) };
         Some(Sampler { level, config, shared, product, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
     }
 
@@ -188,8 +188,8 @@ impl<'a> Sampler<'a> {
     }
 
     /// The rays to trace at a point: their number, at most `rays` and the room in `out`. A sampler that was made for fewer rays
-    /// answers those. `u`: two numbers for each ray from the client's own sequence, from which they are drawn if hits share products;
-    /// empty: none.
+    /// answers those. `u`: two numbers for each ray from the client's own well-spread sequence, from which they are drawn where first hits
+    /// of a pixel share a product; empty: none.
     ///
     /// # Errors
     /// What is wrong with the point.
@@ -206,14 +206,13 @@ impl<'a> Sampler<'a> {
         if rays == 0 || !(environment.header().power > 0.0) {
             return check(environment, point).map(|()| 0);
         }
-        // Under a compensated light candidates win against shared products in time x error, whatever the client's numbers:
-        // measured in `c-examples/pathtracer` at 16, 64 and 256 hits.
-        let can_share = point.target.is_none() && environment.guide().is_some() && !environment.is_compensated();
-        let shares = self.shared.as_mut().filter(|_| can_share);
+        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.stream));
         if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
             check(environment, point)?;
             let Some(work) = work(self.scratch) else { return Ok(0) };
-            return shared.direct(self.level, environment, point, u, work, out);
+            if let Some(count) = shared.direct(self.level, environment, point, u, work, out)? {
+                return Ok(count);
+            }
         }
         let turn = Turn::new(at.seed, at.turn, at.stream);
         let out = out.get_mut(..rays).unwrap_or_default();

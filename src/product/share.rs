@@ -23,8 +23,9 @@ const STEPS: usize = 4;
 const MOST: f32 = 0.5;
 /// Where so little is allowed, a trial costs more time than it saves.
 const WORTH_TRYING: f32 = 0.1;
-/// They keep this part of what their width allows, which bounds weights about their peaks.
-const LEAST_PART: f32 = 0.2;
+/// They keep this part of what their width allows, which bounds weights about their peaks. Among 0.2, 0.35 and 0.5: with 0.2 what few
+/// directions of a trial miss made the error of GGX 0.05 2.8 times larger on one of nine maps.
+const LEAST_PART: f32 = 0.35;
 
 /// Writes the share into the product of a point, whose header says how much the width of its lobes allows. `adds_lobes`: whether all
 /// lobes are to be drawn, too.

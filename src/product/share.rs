@@ -91,6 +91,10 @@ impl Kernel for OfGrid<'_> {
     }
 }
 
+/// A trial in which fewer of the lobes' eight directions bring anything says too little: beyond a critical angle most of them miss, and
+/// weights of the few others would grow to 300.
+const ENOUGH: u32 = 4;
+
 /// A product, and F as it is.
 struct Trial<'a> {
     shaded: &'a Shaded<'a>,
@@ -110,7 +114,7 @@ struct Tried<F> {
 impl Kernel for Trial<'_> {
     type Output = f32;
 
-    /// The share of the lobes; 1 if nothing was found.
+    /// The share of the lobes; 1 if too little was found.
     #[inline(always)]
     fn run<F: Lanes>(self) -> f32 {
         let Trial { shaded, of_grid, .. } = self;
@@ -118,7 +122,8 @@ impl Kernel for Trial<'_> {
         let directions = [peak.sample(numbers::<F>()), of_grid.map(<F as Num>::load)];
         let mut tried = directions.map(|direction| self.look::<F>(direction));
         let total = sum(tried[0].value + tried[1].value);
-        if !(total > 0.0 && total < f32::MAX) {
+        let found = <F as Num>::bits(Num::lt(<F as Num>::splat(0.0), tried[0].value)).count_ones();
+        if !(total > 0.0 && total < f32::MAX) || found < ENOUGH {
             return 1.0;
         }
         let inverse = <F as Num>::splat(1.0 / total);

@@ -155,6 +155,18 @@ pub fn ggx_03(wo: V3, wi: V3) -> f64 {
     ggx([0.3; 2], wo, wi)
 }
 
+/// The same with Fresnel's equations for an index of 1.5, which Schlick's term with 0.04 resembles.
+pub fn fresnel_03(wo: V3, wi: V3) -> f64 {
+    let h = unit(add(wo, wi));
+    ggx_03(wo, wi) * dielectric(1.5, dot(wo, h)) / schlick(0.8, dot(wo, h))
+}
+
+/// The same with separable Smith shadowing.
+pub fn separable_03(wo: V3, wi: V3) -> f64 {
+    let [view, light] = [wo, wi].map(|w| ggx_lambda([0.3; 2], w));
+    ggx_03(wo, wi) * (1.0 + view + light) / ((1.0 + view) * (1.0 + light))
+}
+
 /// 0.4 Lambert and 0.6 of an anisotropic lobe.
 pub fn mixture(wo: V3, wi: V3) -> f64 {
     0.4 * lambert(wo, wi) + 0.6 * ggx([0.4, 0.15], wo, wi)

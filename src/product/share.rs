@@ -16,12 +16,12 @@ use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
 use crate::sphere::Frame;
 use bytemuck::try_from_bytes_mut;
 
-/// Steps from equal shares on. A fifth changes the share by less than a hundredth.
+/// Steps from equal shares on. Not tuned: sixteen directions say no more than about where the share lies.
 const STEPS: usize = 4;
-/// Lobes draw no more, so that the light on their flanks is found where what they mirror is blocked. Among 0.4, 0.5, 0.6 and 0.8 the one
+/// Lobes draw no more, so that the light on their flanks is found where what they mirror is blocked. Among 0.4, 0.5 and 0.6 the one
 /// with the least product of absolute and relative variance under rooitou, st_fagans and a sun.
 const MOST: f32 = 0.5;
-/// Where so little is allowed, a trial costs more time than it saves.
+/// Where so little is allowed, a trial changes variances of GGX 0.2 by less than 2 % (rooitou, st_fagans, a sun), and takes 1.5 us.
 const WORTH_TRYING: f32 = 0.1;
 /// They keep this part of what their width allows, which bounds weights about their peaks. Among 0.2, 0.35 and 0.5: with 0.2 what few
 /// directions of a trial miss made the error of GGX 0.05 2.8 times larger on one of nine maps.

@@ -205,7 +205,7 @@ fn sorting(page: &mut Paper, m: &[Measured]) {
         ),
         best.is_some_and(|i| at(i) * 2.0 <= at(15)),
         &cause(
-            2.0 * fixed > m[15].us,
+            3.0 * fixed > m[15].us,
             format!(
                 "to evaluate and to order 300 lights takes {fixed:.1} us a point before the first ray; without sorting all takes {:.1} us",
                 m[15].us

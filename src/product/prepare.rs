@@ -102,33 +102,8 @@ pub fn prepare(
     config: &Config,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
-    let grid = prepare_with_work(level, environment, point, config, memory)?;
-    finish(level, environment, point, grid, memory)
-}
-
-/// The share of the product's lobes. Answers its bytes.
-fn finish(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    Prepared { bytes, adds_lobes }: Prepared,
-    memory: &mut [u8],
-) -> Result<usize, PrepareError> {
-    let product = memory.get_mut(..bytes).unwrap_or_default();
-    share::settle(level, environment, point, adds_lobes, product).map_err(PrepareError::Point)?;
-    Ok(bytes)
-}
-
-/// Its work stands on the stack no longer than it must.
-#[inline(never)]
-fn prepare_with_work(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    config: &Config,
-    memory: &mut [u8],
-) -> Result<Prepared, PrepareError> {
-    prepare_grid(level, environment, point, config, &mut Work::zeroed(), memory)
+    let task = Task { level, environment, point, config };
+    task.finish(task.grid_with_work(memory)?, memory)
 }
 
 /// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
@@ -144,12 +119,20 @@ pub fn prepare_in(
     work: &mut Work,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
-    let grid = prepare_grid(level, environment, point, config, work, memory)?;
-    finish(level, environment, point, grid, memory)
+    let task = Task { level, environment, point, config };
+    task.finish(task.grid(work, memory)?, memory)
+}
+
+/// What a product is prepared of.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    level: Level,
+    environment: &'a Environment<'a>,
+    point: &'a Point<'a>,
+    config: &'a Config,
 }
 
 /// A product whose narrow lobes draw as much as they may.
-#[derive(Clone, Copy, Debug)]
 struct Prepared {
     /// Its bytes.
     bytes: usize,
@@ -157,58 +140,67 @@ struct Prepared {
     adds_lobes: bool,
 }
 
-/// Prepares a product but for the share of its lobes. Apart, so that its stack is free again.
-#[inline(never)]
-fn prepare_grid(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    config: &Config,
-    work: &mut Work,
-    memory: &mut [u8],
-) -> Result<Prepared, PrepareError> {
-    let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
-    let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
-    let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
-    let (lobes, allowed) = peak::choose(point.material, &surface, &config.mixture);
-    let mirror = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
-    widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
-    let mut stage = Stage::new(guide, &surface, (allowed, mirror), cone, config, work);
-    run(level, Evaluate { stage: &mut stage });
-    let grid = environment.light().grid;
-    let divided = stage.heaviest.cells().len();
-    let lengths = Lengths::new(grid, divided);
-    let memory = memory.get_mut(..lengths.bytes()).ok_or(PrepareError::TooSmall(lengths.bytes()))?;
-    let (_, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
-    let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
-    let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
-    let (ends, padding) = rest.split_at_mut_checked(4 * LANES * lengths.ends).unwrap_or_default();
-    padding.fill(0);
-    let misaligned = PrepareError::Status(Status::Misaligned);
-    let write = Write {
-        stage: &mut stage,
-        grid,
-        leaves: try_cast_slice_mut(leaves).map_err(|_| misaligned)?,
-        tops: try_cast_slice_mut(tops).map_err(|_| misaligned)?,
-        ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
-    };
-    let total = run(level, write);
-    let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
-    let power = environment.header().power;
-    let product = Header {
-        environment: environment.header().content_id,
-        integral: integral(total, unit, power),
-        unit,
-        scale: scale(total),
-        bytes: lengths.bytes() as u32,
-        grid,
-        divided: divided as u32,
-        peak: allowed,
-        cone: cone.cosine,
-        ..Header::zeroed()
-    };
-    write_header(&product, &lobes, &surface, point, memory);
-    Ok(Prepared { bytes: lengths.bytes(), adds_lobes: stage.adds_lobes && product.scale > 0.0 })
+impl Task<'_> {
+    /// The product but for the share of its lobes. Its work stands on the stack no longer than it must.
+    #[inline(never)]
+    fn grid_with_work(self, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
+        self.grid(&mut Work::zeroed(), memory)
+    }
+
+    /// As [`Task::grid_with_work`], with the caller's memory. Apart, so that its stack is free again.
+    #[inline(never)]
+    fn grid(self, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
+        let Task { level, environment, point, config } = self;
+        let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
+        let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
+        let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
+        let (lobes, allowed) = peak::choose(point.material, &surface, &config.mixture);
+        let mirror = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
+        widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
+        let mut stage = Stage::new(guide, &surface, (allowed, mirror), cone, config, work);
+        run(level, Evaluate { stage: &mut stage });
+        let grid = environment.light().grid;
+        let divided = stage.heaviest.cells().len();
+        let lengths = Lengths::new(grid, divided);
+        let memory = memory.get_mut(..lengths.bytes()).ok_or(PrepareError::TooSmall(lengths.bytes()))?;
+        let (_, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
+        let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
+        let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
+        let (ends, padding) = rest.split_at_mut_checked(4 * LANES * lengths.ends).unwrap_or_default();
+        padding.fill(0);
+        let misaligned = PrepareError::Status(Status::Misaligned);
+        let write = Write {
+            stage: &mut stage,
+            grid,
+            leaves: try_cast_slice_mut(leaves).map_err(|_| misaligned)?,
+            tops: try_cast_slice_mut(tops).map_err(|_| misaligned)?,
+            ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
+        };
+        let total = run(level, write);
+        let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
+        let power = environment.header().power;
+        let product = Header {
+            environment: environment.header().content_id,
+            integral: integral(total, unit, power),
+            unit,
+            scale: scale(total),
+            bytes: lengths.bytes() as u32,
+            grid,
+            divided: divided as u32,
+            peak: allowed,
+            cone: cone.cosine,
+            ..Header::zeroed()
+        };
+        write_header(&product, &lobes, &surface, point, memory);
+        Ok(Prepared { bytes: lengths.bytes(), adds_lobes: stage.adds_lobes && product.scale > 0.0 })
+    }
+
+    /// The share of the product's lobes. Answers the product's bytes.
+    fn finish(self, Prepared { bytes, adds_lobes }: Prepared, memory: &mut [u8]) -> Result<usize, PrepareError> {
+        let product = memory.get_mut(..bytes).unwrap_or_default();
+        share::decide(self.level, self.environment, self.point, adds_lobes, product).map_err(PrepareError::Point)?;
+        Ok(bytes)
+    }
 }
 
 /// Writes a header for what is known of the grid and for the point. Apart, so that its stack is free again.

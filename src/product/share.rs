@@ -33,7 +33,7 @@ const LEAST_PART: f32 = 0.35;
 /// # Errors
 /// What is wrong with the point.
 #[inline(never)]
-pub fn settle(
+pub fn decide(
     level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,

@@ -13,7 +13,7 @@ use std::time::Duration;
 use stored::Stored;
 use support::{Environment, Map, Memory, Product, Random, ggx, lambert, product_config, query};
 use wis::ffi::MemorySize;
-use wis::ffi::pool::wis_pool_pick;
+use wis::ffi::pool::{Candidates, wis_pool_pick};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::haar::{WIS_HAAR_FORWARD, wis_haar};
 use wis::ffi::wavelets::product::*;
@@ -192,10 +192,11 @@ fn pool(criterion: &mut Criterion) {
                 let (mut used, mut sum) = (0, 0.0);
                 let (wi, weight) = (black_box(wi.as_ptr()).cast(), weight.as_ptr());
                 let (memory, out, n) = (scratch.pointer(), chosen.as_mut_ptr(), picks as u32);
+                let size = size_of::<Candidates>() as u32;
+                let all = Candidates { size, reserved: 0, count, wi, wi_stride: 0, weight, weight_stride: 0 };
                 // SAFETY: all arrays are as long as the header asks for.
-                let status = unsafe {
-                    wis_pool_pick(count, wi, 0, weight, 0, n, 0.4, memory, bytes, out, &mut used, &mut sum, null_mut())
-                };
+                let status =
+                    unsafe { wis_pool_pick(&all, n, 0.4, memory, bytes, out, &mut used, &mut sum, null_mut()) };
                 assert_eq!(status, Status::Ok);
             });
         });

@@ -869,28 +869,41 @@ typedef struct wis_pick {
 /// The most candidates of one pool.
 #define WIS_MAX_CANDIDATES (1 << 24)
 
+/// Candidates of your own. Strides in bytes, 0: packed.
+typedef struct wis_candidates {
+  /// sizeof(wis_candidates).
+  uint32_t size;
+  /// Always 0.
+  uint32_t reserved;
+  /// How many, at most WIS_MAX_CANDIDATES.
+  size_t count;
+  /// Three numbers each: a direction in world space.
+  const float *wi;
+  /// Bytes from a direction to the next.
+  size_t wi_stride;
+  /// The weight of each, finite and not negative.
+  const float *weight;
+  /// Bytes from a weight to the next.
+  size_t weight_stride;
+} wis_candidates;
+
 /// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
 /// WIS_MAX_CANDIDATES. Work: constant.
 enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 
-/// Picks directions to trace from `count` candidates of your own, in proportion to weights of your own (resampled importance
-/// sampling). wis_direct does the same with the library's candidates and lobes.
+/// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling).
+/// wis_direct does the same with the library's candidates and lobes.
 ///
-/// `wi`: directions in world space. `weight`: of each, finite and not negative, else WIS_INVALID_ARGUMENT. An unbiased estimate
-/// needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and any g that is
-/// above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. `picks`: how many. `u`: one more
-/// random number for all. `scratch`: of wis_pool_size. Strides in bytes, 0: packed.
+/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i
+/// and any g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out
+/// of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
 ///
 /// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x
 /// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
 /// picks x weight / weight_sum times, and never if its weight is 0. Two picks and more are systematic along a curve over the
 /// sphere, so that well-spread candidates give well-spread picks. If all weights are 0, there are no picks. Time grows with
 /// the number of candidates. Work: count.
-enum wis_status wis_pool_pick(size_t count,
-                              const float *wi,
-                              size_t wi_stride,
-                              const float *weight,
-                              size_t weight_stride,
+enum wis_status wis_pool_pick(const struct wis_candidates *candidates,
                               uint32_t picks,
                               float u,
                               void *scratch,

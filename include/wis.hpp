@@ -422,9 +422,9 @@ public:
         const std::size_t bytes = picks * sizeof(wis_pick);
         if (scratch_.bytes() < need.bytes && !scratch_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
         if (picks_.bytes() < bytes && !picks_.reserve(bytes, alignof(wis_pick))) return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_pool_pick(candidates, wi, 0, weight, 0, picks, u, scratch_.data(), scratch_.bytes(),
-                                  static_cast<wis_pick *>(picks_.data()), &count_.value, &weight_sum_.value,
-                                  diagnostic));
+        const wis_candidates all{sizeof(wis_candidates), 0, candidates, wi, 0, weight, 0};
+        return pass(wis_pool_pick(&all, picks, u, scratch_.data(), scratch_.bytes(), static_cast<wis_pick *>(picks_.data()),
+                                  &count_.value, &weight_sum_.value, diagnostic));
     }
     std::uint32_t size() const noexcept { return count_; }
     const wis_pick *begin() const noexcept { return static_cast<const wis_pick *>(picks_.data()); }

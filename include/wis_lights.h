@@ -87,19 +87,31 @@ enum wis_status wis_strata_lights(const struct wis_environment_config *map,
 /// number of threads may use it at once. Nothing to free.
 typedef struct wis_jitter wis_jitter;
 
+/// Which texel lies in which stratum, and how places are drawn.
+typedef struct wis_jitter_config {
+  /// sizeof(wis_jitter_config).
+  uint32_t size;
+  /// Strata: the lights that wis_strata_lights placed.
+  uint32_t light_count;
+  /// WIS_JITTER_*.
+  uint32_t distribution;
+  /// Always 0.
+  uint32_t reserved;
+  /// The light of each texel, width x height numbers below `light_count`: as wis_strata_lights found them. wis_jitter_size does
+  /// not read it.
+  const uint32_t *label;
+} wis_jitter_config;
+
 /// The memory that wis_jitter_init needs for the strata of a lat-long map. Work: constant.
 enum wis_status wis_jitter_size(const struct wis_environment_config *map,
-                                uint32_t light_count,
+                                const struct wis_jitter_config *config,
                                 struct wis_memory_size *size,
                                 struct wis_diagnostic *diagnostic);
 
-/// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
-/// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
-/// WIS_JITTER_*. `map` as in wis_strata_size. Work: texels + lights.
+/// Sorts the texels of a map by their strata, so that directions can be drawn inside each. `map` as in wis_strata_size.
+/// WIS_INVALID_ARGUMENT for a label that is no stratum: `y` in the diagnostic is the number of the texel. Work: texels + lights.
 enum wis_status wis_jitter_init(const struct wis_environment_config *map,
-                                uint32_t light_count,
-                                const uint32_t *label,
-                                uint32_t distribution,
+                                const struct wis_jitter_config *config,
                                 void *memory,
                                 size_t bytes,
                                 void *scratch,

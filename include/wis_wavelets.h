@@ -611,6 +611,34 @@ enum wis_status wis_haar(uint32_t direction,
 /// each square.
 #define WIS_TERMS_THRESHOLD 1
 
+/// A function of two axes: its average, and some of its wavelets, depth first.
+typedef struct wis_wavelet_set {
+  /// sizeof(wis_wavelet_set).
+  uint32_t size;
+  /// Elements of `wavelets`.
+  uint32_t count;
+  /// Over the whole square; finite, may be negative.
+  double average;
+  /// By position, and squares before those inside them. Null if there are none.
+  const struct wis_wavelets *wavelets;
+} wis_wavelet_set;
+
+/// As wis_wavelet_set, of 1 to 4 axes.
+typedef struct wis_detail_set {
+  /// sizeof(wis_detail_set).
+  uint32_t size;
+  /// How many axes, 1 to 4.
+  uint32_t axes;
+  /// Elements of `details`.
+  uint32_t count;
+  /// Always 0.
+  uint32_t reserved;
+  /// Over the whole cube; finite, may be negative.
+  double average;
+  /// By position, and squares before those inside them. Null if there are none.
+  const struct wis_details *details;
+} wis_detail_set;
+
 /// How many of a tree's largest wavelets wis_triple_select and wis_sparse_select are asked to keep, by a `rule`: WIS_TERMS_ERROR
 /// or WIS_TERMS_THRESHOLD, else WIS_INVALID_ARGUMENT. `bound` is 0 or more. Work: squares.
 enum wis_status wis_triple_terms(const struct wis_tree *tree,
@@ -626,37 +654,26 @@ enum wis_status wis_sparse_select(const struct wis_tree *tree,
                                   uint32_t *kept_count,
                                   struct wis_diagnostic *diagnostic);
 
-/// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
-/// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
-/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
-/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
-/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
-/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
-/// undefined. Work: e_count + f_count.
-enum wis_status wis_triple_multiply(double e_average,
-                                    uint32_t e_count,
-                                    const struct wis_wavelets *e,
-                                    double f_average,
-                                    uint32_t f_count,
-                                    const struct wis_wavelets *f,
+/// The product of two functions (Clarberg et al. 2005, Section 4.3; values may be negative): its average and its wavelets,
+/// without decompression: each square that either has a wavelet in is visited once. `wavelets` has room for `room` elements.
+/// WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is multiplied, and `wavelet_count` alone is written. It
+/// tells how many squares the product has, at most 12 times the sum of both counts. WIS_INVALID_ARGUMENT for an average that is
+/// not finite, or a list that is out of order: `y` in the diagnostic is the first element that is. WIS_OVERFLOW if the average
+/// is beyond a double or a detail beyond a float; `wavelets` is then undefined. Work: wavelets of e and f.
+enum wis_status wis_triple_multiply(const struct wis_wavelet_set *e,
+                                    const struct wis_wavelet_set *f,
                                     uint32_t room,
                                     struct wis_wavelets *wavelets,
                                     uint32_t *wavelet_count,
                                     double *average,
                                     struct wis_diagnostic *diagnostic);
 
-/// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
-/// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
-/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
-/// Work: e_count + f_count + squares of the product.
-enum wis_status wis_sparse_multiply(uint32_t n,
-                                    uint32_t m,
-                                    double e_average,
-                                    uint32_t e_count,
-                                    const struct wis_details *e,
-                                    double f_average,
-                                    uint32_t f_count,
-                                    const struct wis_details *f,
+/// As wis_triple_multiply, for a function `e` of 1 to 4 axes, and one, `f`, of the first of them, constant along the rest
+/// (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as n axes ask for:
+/// 2^((n - m) level) for each of the m axes of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
+/// Work: details of e and f + squares of the product.
+enum wis_status wis_sparse_multiply(const struct wis_detail_set *e,
+                                    const struct wis_detail_set *f,
                                     uint32_t room,
                                     struct wis_details *product,
                                     uint32_t *product_count,

@@ -3,7 +3,7 @@
 use crate::support::{Memory, Random};
 use std::ptr::null_mut;
 use wis::ffi::MemorySize;
-use wis::ffi::pool::{wis_pool_pick, wis_pool_size};
+use wis::ffi::pool::{Candidates, wis_pool_pick, wis_pool_size};
 use wis::pool::{Pick, key, places, sort};
 use wis::simd::{Lanes, Portable};
 use wis::status::Status;
@@ -18,11 +18,15 @@ fn pick(wi: &[[f32; 3]], weight: &[f32], picks: u32, u: f32) -> Result<(Vec<Pick
         assert_eq!(wis_pool_size(wi.len(), &mut size), Status::Ok);
         let mut scratch = Memory::filled(size.bytes, 0xa5);
         wis_pool_pick(
-            wi.len(),
-            wi.as_ptr().cast(),
-            0,
-            weight.as_ptr(),
-            0,
+            &Candidates {
+                size: size_of::<Candidates>() as u32,
+                reserved: 0,
+                count: wi.len(),
+                wi: wi.as_ptr().cast(),
+                wi_stride: 0,
+                weight: weight.as_ptr(),
+                weight_stride: 0,
+            },
             picks,
             u,
             scratch.pointer(),

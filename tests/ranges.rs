@@ -91,16 +91,13 @@ fn details_beyond_a_float() {
     let wavelets = [Wavelets { detail: [3e38; 3], ..Wavelets::default() }];
     let product = |e_average: f64, f_average: f64| {
         let (mut out, mut count, mut average) = ([Wavelets::default(); 12], 0, 0.0);
-        let (list, room) = (wavelets.as_ptr(), out.len() as u32);
+        let (size, room) = (size_of::<WaveletSet>() as u32, out.len() as u32);
+        let set = |average, count| WaveletSet { size, count, average, wavelets: wavelets.as_ptr() };
         // SAFETY: lists and room are as long as stated.
         unsafe {
             wis_triple_multiply(
-                e_average,
-                1,
-                list,
-                f_average,
-                0,
-                list,
+                &set(e_average, 1),
+                &set(f_average, 0),
                 room,
                 out.as_mut_ptr(),
                 &mut count,

@@ -361,19 +361,20 @@ fn rooms_that_are_too_short_cost_nothing() {
     let started = std::time::Instant::now();
     let multiply = |axes: (u32, u32), e: &[Details], f: &[Details], out: &mut [Details]| {
         let (mut count, mut average) = (0, f64::NAN);
-        let (e_count, f_count, room) = (e.len() as u32, f.len() as u32, out.len() as u32);
-        let (e, f, out) = (e.as_ptr(), f.as_ptr(), out.as_mut_ptr());
+        let (size, room, out) = (size_of::<DetailSet>() as u32, out.len() as u32, out.as_mut_ptr());
+        let set = |axes, average, list: &[Details]| DetailSet {
+            size,
+            axes,
+            count: list.len() as u32,
+            reserved: 0,
+            average,
+            details: list.as_ptr(),
+        };
         // SAFETY: the lists are as long as stated.
         let status = unsafe {
             wis_sparse_multiply(
-                axes.0,
-                axes.1,
-                0.7,
-                e_count,
-                e,
-                -0.3,
-                f_count,
-                f,
+                &set(axes.0, 0.7, e),
+                &set(axes.1, -0.3, f),
                 room,
                 out,
                 &mut count,

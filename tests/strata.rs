@@ -7,8 +7,8 @@ use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_ENVIRONMENT_SANITISE, WIS_LAYOUT_OCTAHEDRAL};
 use wis::ffi::lights::jitter::{
-    Jitter, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample, wis_jitter_size,
-    wis_strata_order,
+    Jitter, JitterConfig, WIS_JITTER_ENERGY, WIS_JITTER_UNIFORM, wis_jitter_init, wis_jitter_pdf, wis_jitter_sample,
+    wis_jitter_size, wis_strata_order,
 };
 use wis::ffi::lights::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
 use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_NEAREST;
@@ -245,22 +245,19 @@ impl Places {
         let (mut size, mut handle) = (MemorySize::default(), null());
         // SAFETY: all pointers are valid.
         unsafe {
-            assert_eq!(wis_jitter_size(map, count, &mut size, null_mut()), Status::Ok);
+            let config = JitterConfig {
+                size: size_of::<JitterConfig>() as u32,
+                light_count: count,
+                distribution,
+                reserved: 0,
+                label: label.as_ptr(),
+            };
+            assert_eq!(wis_jitter_size(map, &config, &mut size, null_mut()), Status::Ok);
             let (mut memory, mut scratch) =
                 (Memory::filled(size.bytes, 0xa5), Memory::filled(size.scratch_bytes, 0x5a));
-            let (place, work, labels) = (memory.pointer(), scratch.pointer(), label.as_ptr());
-            let status = wis_jitter_init(
-                map,
-                count,
-                labels,
-                distribution,
-                place,
-                size.bytes,
-                work,
-                size.scratch_bytes,
-                &mut handle,
-                null_mut(),
-            );
+            let (place, work) = (memory.pointer(), scratch.pointer());
+            let status =
+                wis_jitter_init(map, &config, place, size.bytes, work, size.scratch_bytes, &mut handle, null_mut());
             assert_eq!(status, Status::Ok);
             Places { handle, _memory: memory }
         }

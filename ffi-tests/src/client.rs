@@ -906,14 +906,17 @@ pub fn pick(
         *scratch = Block::new(size.bytes);
     }
     let (mut count, mut sum, mut diagnostic) = (0, 0.0, raw::wis_diagnostic::default());
+    let candidates = raw::wis_candidates {
+        size: size_of::<raw::wis_candidates>() as u32,
+        count: wi.len(),
+        wi: wi.as_ptr().cast(),
+        weight: weight.as_ptr(),
+        ..Default::default()
+    };
     // SAFETY: the slices are of one length, and the scratch memory is as long as was asked for.
     let status = unsafe {
         raw::wis_pool_pick(
-            wi.len(),
-            wi.as_ptr().cast(),
-            0,
-            weight.as_ptr(),
-            0,
+            &candidates,
             picks.len() as u32,
             u,
             scratch.start_mut(),
@@ -990,10 +993,16 @@ impl Strata {
     /// The texels of each stratum, to place samples inside: `WIS_JITTER_*`.
     pub fn jitter(&self, map: &Map, world_from_map: &[f32; 9], distribution: u32) -> Result<Jitter> {
         let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        let count = self.lights.len() as u32;
+        let config = raw::wis_jitter_config {
+            size: size_of::<raw::wis_jitter_config>() as u32,
+            light_count: self.lights.len() as u32,
+            distribution,
+            label: self.label.as_ptr(),
+            ..Default::default()
+        };
         let map_config = map.environment_config(world_from_map);
         // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_jitter_size(&map_config, count, &mut size, &mut diagnostic) };
+        let status = unsafe { raw::wis_jitter_size(&map_config, &config, &mut size, &mut diagnostic) };
         check_with(status, diagnostic)?;
         let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
         let mut handle = null();
@@ -1001,9 +1010,7 @@ impl Strata {
         let status = unsafe {
             raw::wis_jitter_init(
                 &map_config,
-                count,
-                self.label.as_ptr(),
-                distribution,
+                &config,
                 memory.start_mut(),
                 memory.bytes(),
                 scratch.start_mut(),

@@ -125,22 +125,29 @@ fn integral(w: &mut World, function: &str, places: Places, count: usize, pixels:
     }
 }
 
+fn set(list: &[Wavelets]) -> WaveletSet {
+    let (size, count) = (size_of::<WaveletSet>() as u32, list.len() as u32);
+    WaveletSet { size, count, average: 1.0, wavelets: list.as_ptr() }
+}
+
+fn detail_set(list: &[Details]) -> DetailSet {
+    let (size, count) = (size_of::<DetailSet>() as u32, list.len() as u32);
+    DetailSet { size, axes: 2, count, reserved: 0, average: 1.0, details: list.as_ptr() }
+}
+
 fn products(w: &mut World) {
     for (input, places) in PLACES {
         w.curve("wis_triple_multiply", input, &COUNTS, linear, |w, n| {
             let (e, f) = (wavelets(places, n, 0.2), wavelets(places, n, 0.3));
             let (mut out, mut count, mut average) = (vec![Wavelets::default(); 24 * n], 0, 0.0);
-            let (e, f, room, out, n) = (e.as_ptr(), f.as_ptr(), out.len() as u32, out.as_mut_ptr(), n as u32);
-            counted!(w, wis_triple_multiply(1.0, n, e, 1.0, n, f, room, out, &mut count, &mut average, null_mut()));
+            let (e, f, room, out) = (set(&e), set(&f), out.len() as u32, out.as_mut_ptr());
+            counted!(w, wis_triple_multiply(&e, &f, room, out, &mut count, &mut average, null_mut()));
         });
         w.curve("wis_sparse_multiply", input, &COUNTS, linear, |w, n| {
             let (e, f) = (details(places, n, 0.2), details(places, n, 0.3));
             let (mut out, mut count, mut average) = (vec![Details::default(); 24 * n], 0, 0.0);
-            let (e, f, room, out, n) = (e.as_ptr(), f.as_ptr(), out.len() as u32, out.as_mut_ptr(), n as u32);
-            counted!(
-                w,
-                wis_sparse_multiply(2, 2, 1.0, n, e, 1.0, n, f, room, out, &mut count, &mut average, null_mut())
-            );
+            let (e, f, room, out) = (detail_set(&e), detail_set(&f), out.len() as u32, out.as_mut_ptr());
+            counted!(w, wis_sparse_multiply(&e, &f, room, out, &mut count, &mut average, null_mut()));
         });
     }
     w.curve("wis_triple_blend", "elements", &COUNTS, linear, |w, n| blend(w, 4, n));

@@ -437,7 +437,9 @@ fn pool(w: &mut World, count: usize, picks: usize, weight: impl Fn(usize) -> f32
     let (mut pick, mut picked, mut sum) = (vec![Pick::default(); picks], 0, 0.0);
     let (wi, weight, room, pick) = (wi.as_ptr().cast(), weight.as_ptr(), size.bytes, pick.as_mut_ptr());
     let (picks, place, none) = (picks as u32, scratch.at(), null_mut());
-    counted!(w, wis_pool_pick(count, wi, 0, weight, 0, picks, 0.5, place, room, pick, &mut picked, &mut sum, none));
+    let size = size_of::<Candidates>() as u32;
+    let all = Candidates { size, reserved: 0, count, wi, wi_stride: 0, weight, weight_stride: 0 };
+    counted!(w, wis_pool_pick(&all, picks, 0.5, place, room, pick, &mut picked, &mut sum, none));
 }
 
 fn pools(w: &mut World) {

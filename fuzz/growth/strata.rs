@@ -76,7 +76,10 @@ struct Jittered {
 impl Jittered {
     fn new(w: &World, texels: usize, lights: usize) -> Jittered {
         let (map, mut size, lights) = (Map::new(texels), MemorySize::default(), lights as u32);
-        assert_eq!(call!(w, wis_jitter_size(&map.config, lights, &mut size, null_mut())), Status::Ok);
+        assert_eq!(
+            call!(w, wis_jitter_size(&map.config, &jitter_config(lights, &[]), &mut size, null_mut())),
+            Status::Ok
+        );
         let labels = (0..texels as u32).map(|i| i % lights).collect();
         Jittered { map, memory: Block::new(size.bytes), scratch: Block::new(size.scratch_bytes), labels, lights }
     }
@@ -84,23 +87,27 @@ impl Jittered {
     fn init(mut self, w: &mut World, is_counted: bool) -> Jittered {
         let (memory, bytes, scratch, room) =
             (self.memory.at(), self.memory.bytes, self.scratch.at(), self.scratch.bytes);
-        let (map, lights, label, mut handle, none) =
-            (&self.map.config, self.lights, self.labels.as_ptr(), null(), null_mut());
+        let (map, config, mut handle, none) =
+            (&self.map.config, jitter_config(self.lights, &self.labels), null(), null_mut());
         if is_counted {
-            counted!(w, wis_jitter_init(map, lights, label, 1, memory, bytes, scratch, room, &mut handle, none));
+            counted!(w, wis_jitter_init(map, &config, memory, bytes, scratch, room, &mut handle, none));
         } else {
-            let status =
-                call!(w, wis_jitter_init(map, lights, label, 1, memory, bytes, scratch, room, &mut handle, none));
+            let status = call!(w, wis_jitter_init(map, &config, memory, bytes, scratch, room, &mut handle, none));
             assert_eq!(status, Status::Ok);
         }
         self
     }
 }
 
+fn jitter_config(light_count: u32, labels: &[u32]) -> JitterConfig {
+    let (size, distribution) = (size_of::<JitterConfig>() as u32, WIS_JITTER_ENERGY);
+    JitterConfig { size, light_count, distribution, reserved: 0, label: labels.as_ptr() }
+}
+
 fn jitters(w: &mut World) {
     w.curve("wis_jitter_size", "texels", &TEXELS, constant, |w, n| {
         let (map, mut size) = (Map::new(n), MemorySize::default());
-        counted!(w, wis_jitter_size(&map.config, 64, &mut size, null_mut()));
+        counted!(w, wis_jitter_size(&map.config, &jitter_config(64, &[]), &mut size, null_mut()));
     });
     w.curve("wis_jitter_size", "bytes by texels", &TEXELS, linear, |w, n| {
         let bytes = Jittered::new(w, n, 64).memory.bytes;

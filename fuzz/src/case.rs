@@ -176,7 +176,7 @@ impl<'w> Case<'w> {
             words.push(match parameter.name.as_str() {
                 "size" => Word::Integer(self.world.memory.writer(place) as u64),
                 "diagnostic" => Word::Integer(0),
-                name => *self.words.get(self.function.position(name)?)?,
+                name => Word::Integer(self.number(name)? as u64),
             });
         }
         let answer = self.world.call(function, &words, crate::call::DEFAULT_CONTROL);

@@ -21,6 +21,10 @@ pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
         "wis_wave" => wave(case, &mut fields),
         "wis_tree_config" => tree(case, &mut fields),
         "wis_wavelet_table" => table(case, &mut fields),
+        "wis_wavelet_set" => set(case, &mut fields, ("wis_wavelets", "wavelets"), 2),
+        "wis_detail_set" => details(case, &mut fields),
+        "wis_candidates" => candidates(case, &mut fields),
+        "wis_jitter_config" => jitter(case, &mut fields),
         _ => {
             let fill = match kind {
                 "wis_sampler_config" => sampler,
@@ -348,10 +352,14 @@ fn tree(case: &mut Case, fields: &mut Fields) {
     let mut most = ("count", 0, "wavelets");
     match source {
         1 | 2 => most = ("tree_count", combined(case, fields, &trees, source == 1), "trees"),
-        3 => most = ("count", listed(case, fields, ("wis_wavelets", "wavelets"), 2), "wavelets"),
+        3 => {
+            least(case, fields);
+            most = ("count", listed(case, fields, ("wis_wavelets", "wavelets"), 2), "wavelets");
+        }
         4 => {
             let axes = 1 + case.random.below(4);
             fields.word("dimensions", axes as u64);
+            least(case, fields);
             most = ("count", listed(case, fields, ("wis_details", "details"), axes), "details");
         }
         5 => rotated(case, fields, &lights),
@@ -414,6 +422,86 @@ fn combined(case: &mut Case, fields: &mut Fields, trees: &[Object], is_product: 
     count as u64
 }
 
+/// What a tree is raised to.
+fn least(case: &mut Case, fields: &mut Fields) {
+    fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
+}
+
+/// A function given by its average and a list.
+fn set(case: &mut Case, fields: &mut Fields, list: (&str, &str), axes: usize) {
+    let count = listed(case, fields, list, axes);
+    if case.is_spoiled() {
+        fields.spoil(&mut case.random);
+        if fields.get("count") > count {
+            fields.word(list.1, 0);
+        }
+    }
+}
+
+/// As many axes as the factor before, or fewer; hostile ones may have more.
+fn details(case: &mut Case, fields: &mut Fields) {
+    let most = if case.random.one_in(16) { 4 } else { case.number("axes").unwrap_or(4) };
+    let axes = 1 + case.random.below(most);
+    case.decide("axes", axes as u64);
+    fields.word("axes", axes as u64);
+    set(case, fields, ("wis_details", "details"), axes);
+}
+
+/// Directions and weights, packed or a stride apart.
+fn candidates(case: &mut Case, fields: &mut Fields) {
+    let count = case.random.pick(&[0, 1, 2, 7, 24, 200]);
+    fields.word("count", count as u64);
+    case.decide("count", count as u64);
+    let hostile = case.is_spoiled() && case.random.one_in(3);
+    for (path, numbers) in [("wi", 3), ("weight", 1)] {
+        let gap = 4 * case.random.below(3);
+        let mut bytes = Vec::new();
+        for _ in 0..count {
+            let element = match path {
+                "wi" => case.random.direction().to_vec(),
+                _ if hostile => vec![case.random.hard()],
+                _ => factors(&mut case.random, 1, 2.0),
+            };
+            bytes.extend(bytes_of(&element));
+            bytes.resize(bytes.len() + gap, 0xff);
+        }
+        bytes.truncate(((4 * numbers + gap) * count).saturating_sub(gap));
+        let first = case.input(&bytes, 4);
+        fields.word(path, first);
+        fields.word(&format!("{path}_stride"), if gap == 0 { 0 } else { (4 * numbers + gap) as u64 });
+    }
+    if case.is_spoiled() {
+        // Fields that say how much memory there is stay true, or are too large for any.
+        match case.random.below(5) {
+            0 => fields.word("size", case.random.bits()),
+            1 => fields.word("reserved", 1),
+            2 => fields.word("count", case.random.pick(&[(1 << 24) + 1, u64::MAX, 1 << 62])),
+            3 => fields.word("wi_stride", case.random.pick(&[1, 2, 3, 8, u64::MAX, u64::MAX - 3])),
+            _ => {
+                let path = case.random.pick(&["wi", "weight"]);
+                fields.word(path, case.random.pick(&[0, 1]));
+            }
+        }
+    }
+}
+
+/// Strata of a map, and the stratum of each texel.
+fn jitter(case: &mut Case, fields: &mut Fields) {
+    let lights = 1 + case.random.below(40);
+    fields.word("light_count", lights as u64);
+    fields.word("distribution", case.random.below(2) as u64);
+    let hostile = case.is_spoiled() && case.random.one_in(3);
+    let label = |random: &mut Random| {
+        if hostile && random.one_in(8) { random.bits() as u32 } else { random.below(lights) as u32 }
+    };
+    let bytes: Vec<u8> = (0..case.texels).flat_map(|_| label(&mut case.random).to_le_bytes()).collect();
+    let labels = case.input(&bytes, 4);
+    fields.word("label", labels);
+    if case.is_spoiled() {
+        fields.spoil(&mut case.random);
+    }
+}
+
 /// An average and a list of wavelets; how many.
 fn listed(case: &mut Case, fields: &mut Fields, (kind, path): (&str, &str), axes: usize) -> u64 {
     let hostile = case.is_spoiled() && case.random.one_in(3);
@@ -424,7 +512,6 @@ fn listed(case: &mut Case, fields: &mut Fields, (kind, path): (&str, &str), axes
     fields.word(path, first);
     fields.word("count", count);
     fields.word("average", f64::from(case.random.unit()).to_bits());
-    fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0f64]).to_bits());
     count
 }
 

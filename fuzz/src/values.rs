@@ -31,7 +31,7 @@ pub fn give(case: &mut Case) {
 /// Pointers that may be null, as their comments say.
 fn nullable(function: &str, name: &str) -> bool {
     match name {
-        "diagnostic" | "table" | "label" => !function.starts_with("wis_jitter"),
+        "diagnostic" | "table" | "label" => true,
         "product" => ["_sample", "_pdf", "_invert"].iter().any(|end| function.ends_with(end)),
         "world_from_map" => true,
         "u" => function == "wis_direct",
@@ -64,7 +64,7 @@ fn pointer(case: &mut Case, parameter: &Parameter) -> u64 {
             let bytes: Vec<u8> = (0..count).flat_map(|_| structs::make(case, pointee)).collect();
             case.give_packed(Role::Input, &bytes, &layout)
         }
-        ("wis_wavelets" | "wis_details", _) if parameter.is_input() => {
+        ("wis_wavelets", _) if parameter.is_input() => {
             let bytes = std::mem::take(&mut case.list);
             case.give_packed(Role::Input, &bytes, &layout)
         }
@@ -156,16 +156,11 @@ fn array(case: &mut Case, parameter: &Parameter, layout: &Layout) -> u64 {
 /// What an input array holds.
 fn content(case: &mut Case, parameter: &Parameter, bytes: usize) -> Vec<u8> {
     let hostile = case.is_spoiled();
-    let labels = case.number("light_count").unwrap_or(1);
     let random = &mut case.random;
     let mut out = Vec::new();
     while out.len() < bytes {
         match (parameter.pointee.as_str(), parameter.name.as_str()) {
             ("uint8_t", _) => out.push(random.below(2) as u8),
-            ("uint32_t", "label") => {
-                let label = if hostile && random.one_in(50) { random.bits() as usize } else { random.below(labels) };
-                out.extend((label as u32).to_le_bytes());
-            }
             ("uint32_t", "list_count") if !case.list.is_empty() => out.append(&mut case.list),
             ("uint32_t", _) => out.extend((out.len() as u32 / 4).to_le_bytes()),
             ("double", name) => {
@@ -399,25 +394,19 @@ fn strided(case: &mut Case, parameter: &Parameter, decided: u64) -> u64 {
 }
 
 /// The length of a list that is the next argument, which is made with it.
-fn list_length(case: &mut Case, parameter: &Parameter) -> Option<u64> {
+fn list_length(case: &mut Case) -> Option<u64> {
     let next = case.function.parameters.get(case.words.len() + 1)?;
-    if !next.is_input() || !matches!(next.pointee.as_str(), "wis_wavelets" | "wis_details") {
+    if !next.is_input() || next.pointee != "wis_wavelets" {
         return None;
     }
-    let number = |name: &str| case.number(name).unwrap_or(1);
-    let axes = match parameter.name.as_str() {
-        _ if next.pointee == "wis_wavelets" => 2,
-        "f_count" => number("m"),
-        _ => number("n"),
-    };
     let hostile = case.spoiled == Some(case.words.len() + 1) && case.random.one_in(2);
-    case.list = list(&mut case.random, &next.pointee, axes.clamp(1, 4), hostile);
+    case.list = list(&mut case.random, &next.pointee, 2, hostile);
     Some((case.list.len() / case.world.headers.layouts[&next.pointee].size) as u64)
 }
 
 /// A valid whole number, and the largest hostile one that the memory beside it allows: [`u64::MAX`] if none depends on it.
 fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
-    if let Some(count) = list_length(case, parameter) {
+    if let Some(count) = list_length(case) {
         return (count, count);
     }
     if case.function.name == "wis_environment_run" {

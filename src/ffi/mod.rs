@@ -118,6 +118,11 @@ impl Failure {
         Failure { diagnostic: Diagnostic { argument, ..self.diagnostic }, ..self }
     }
 
+    /// Whether it is this argument's.
+    pub(crate) fn is_of(&self, argument: u32) -> bool {
+        self.diagnostic.argument == argument
+    }
+
     /// What is wrong with a struct.
     pub(crate) fn fault(fault: Fault, argument: u32) -> Failure {
         Failure::new(fault.status, argument).of(fault.field)

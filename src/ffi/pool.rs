@@ -1,16 +1,36 @@
 //! The pooled resampler in C.
 
 use super::strided::Strided;
-use super::{Diagnostic, Failure, MemorySize, answer, check_block, out, put_size, slice_mut};
+use super::{Diagnostic, Failure, MemorySize, answer, check_block, out, put_size, sized, slice_mut};
 use crate::object::Size;
 use crate::pool::{self, MAX_CANDIDATES, Pick};
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
 /// The most candidates of one pool.
 pub const WIS_MAX_CANDIDATES: u32 = 1 << 24;
 const _: () = assert!(WIS_MAX_CANDIDATES as usize == MAX_CANDIDATES);
+
+/// Candidates of your own. Strides in bytes, 0: packed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Candidates {
+    /// sizeof(wis_candidates).
+    pub size: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// How many, at most WIS_MAX_CANDIDATES.
+    pub count: usize,
+    /// Three numbers each: a direction in world space.
+    pub wi: *const f32,
+    /// Bytes from a direction to the next.
+    pub wi_stride: usize,
+    /// The weight of each, finite and not negative.
+    pub weight: *const f32,
+    /// Bytes from a weight to the next.
+    pub weight_stride: usize,
+}
 
 /// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
 /// WIS_MAX_CANDIDATES. Work: constant.
@@ -26,13 +46,12 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
     })
 }
 
-/// Picks directions to trace from `count` candidates of your own, in proportion to weights of your own (resampled importance
-/// sampling). wis_direct does the same with the library's candidates and lobes.
+/// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling).
+/// wis_direct does the same with the library's candidates and lobes.
 ///
-/// `wi`: directions in world space. `weight`: of each, finite and not negative, else WIS_INVALID_ARGUMENT. An unbiased estimate
-/// needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and any g that is
-/// above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. `picks`: how many. `u`: one more
-/// random number for all. `scratch`: of wis_pool_size. Strides in bytes, 0: packed.
+/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i
+/// and any g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out
+/// of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
 ///
 /// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x
 /// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
@@ -44,11 +63,7 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// Pointers are null or point to what the header says; nobody else uses the scratch memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_pool_pick(
-    count: usize,
-    wi: *const f32,
-    wi_stride: usize,
-    weight: *const f32,
-    weight_stride: usize,
+    candidates: *const Candidates,
     picks: u32,
     u: f32,
     scratch: *mut c_void,
@@ -60,15 +75,19 @@ pub unsafe extern "C" fn wis_pool_pick(
 ) -> Status {
     // SAFETY: the caller's contract; all indices are below the count.
     answer(diagnostic, || unsafe {
-        let needed = pool::scratch_bytes(count).ok_or(Failure::new(Status::Overflow, 1))?;
-        let wi = Strided::<3>::new(wi, wi_stride, count, 2)?;
-        let weight = Strided::<1>::new(weight, weight_stride, count, 4)?;
-        check_block(scratch.cast(), scratch_bytes, needed, 8)?;
-        let keys = slice_mut(scratch.cast(), 2 * count, 8)?;
-        let chosen = slice_mut(pick, picks as usize, 10)?;
-        let (pick_count, weight_sum) = (out(pick_count, 11)?, out(weight_sum, 12)?);
+        let &Candidates { reserved, count, wi, wi_stride, weight, weight_stride, .. } = sized(candidates, 1)?;
+        Fault::first([(reserved == 0, c"reserved")]).map_err(|fault| Failure::fault(fault, 1))?;
+        let overflow = Failure::new(Status::Overflow, 1).of(c"count");
+        let needed = pool::scratch_bytes(count).ok_or(overflow)?;
+        let wi = Strided::<3>::in_struct((wi, c"wi"), (wi_stride, c"wi_stride"), count, 1)?;
+        let weight = Strided::<1>::in_struct((weight, c"weight"), (weight_stride, c"weight_stride"), count, 1)?;
+        check_block(scratch.cast(), scratch_bytes, needed, 4)?;
+        let keys = slice_mut(scratch.cast(), 2 * count, 4)?;
+        let chosen = slice_mut(pick, picks as usize, 6)?;
+        let (pick_count, weight_sum) = (out(pick_count, 7)?, out(weight_sum, 8)?);
         let picked = pool::resample(count, |i| wi.read(i), |i| weight.read(i)[0], u, keys, chosen);
-        let (written, sum) = picked.map_err(|wrong| Failure::new(Status::InvalidArgument, 4).in_row(4, wrong))?;
+        let at_fault = |row| Failure::fault(Fault::range(c"weight"), 1).in_row(1, row);
+        let (written, sum) = picked.map_err(at_fault)?;
         pick_count.write(written);
         weight_sum.write(sum);
         Ok(())

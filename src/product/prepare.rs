@@ -291,7 +291,6 @@ impl<'a> Stage<'a> {
         config: &Config,
         work: &'a mut Work,
     ) -> Stage<'a> {
-        *work = Work::zeroed();
         Stage {
             guide,
             surface,
@@ -367,12 +366,18 @@ impl Stage<'_> {
         let (quadrants, masses, cones) =
             (quadrants(&self.guide), self.guide.groups(Column::Mass, 0), Cones::new(&self.guide));
         let Work { corners, floors, weights } = &mut *self.work;
+        // Beyond the last cell.
+        weights.get_mut(self.guide.cells()..).unwrap_or_default().fill(0.0);
         let kept = weights.chunks_exact_mut(LANES).zip(floors.chunks_exact_mut(LANES));
         let groups = corners.iter_mut().zip(kept).zip(masses);
         for (group, ((out, (weights, floors)), mass)) in groups.enumerate() {
             let first = group * LANES;
             let counts = cones.reach::<F>(self.surface, &self.cone, group);
             if <F as Num>::bits(counts) == 0 {
+                // Nothing is left of what the memory held.
+                *out = [[0.0; LANES]; 4];
+                weights.fill(0.0);
+                floors.fill(0.0);
                 continue;
             }
             let corners = corner_values::<F>(&self.guide, values, first);

@@ -6,11 +6,15 @@ use super::objects::function;
 use super::scene::{Scene, numbers};
 use std::ffi::{c_int, c_void};
 use std::ptr::null;
+use wis::ffi::Diagnostic;
 use wis::ffi::check::CheckConfig;
 use wis::ffi::light::*;
+use wis::ffi::lights::jitter::JitterConfig;
 use wis::ffi::lights::strata::StrataConfig;
+use wis::ffi::pool::Candidates;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::sparse::{DetailSet, WaveletSet};
 use wis::ffi::wavelets::table::Table;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
@@ -22,6 +26,7 @@ const INVALID: Status = Status::InvalidArgument;
 const TRANSFORM: Status = Status::InvalidTransform;
 const MISALIGNED: Status = Status::Misaligned;
 const NULL: Status = Status::NullPointer;
+const OVERFLOW: Status = Status::Overflow;
 /// A struct of any kind whose size is 0.
 static NO_SIZE: [u64; 16] = [0; 16];
 static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
@@ -30,8 +35,9 @@ static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 pub type Fault<T> = (&'static str, fn(&mut T), Status);
 
 /// Calls functions with an argument that is spoiled in one field after another. Calls with a sampler keep the diagnostic there.
-pub fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) {
-    let scene = Scene::new();
+/// Gives the diagnostics.
+pub fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) -> Vec<Diagnostic> {
+    let (scene, mut told_all) = (Scene::new(), Vec::new());
     for function in functions.iter().map(|name| function(name)) {
         for (name, edit, status) in faults {
             let mut call = Call::valid(&scene, &function);
@@ -39,8 +45,10 @@ pub fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) {
             let diagnostic = call.fails(name, *status, argument);
             let told = function.parameter("diagnostic").is_some();
             assert_eq!(field(&diagnostic), told.then_some(*name), "{}", function.name);
+            told_all.push(diagnostic);
         }
     }
+    told_all
 }
 
 #[test]
@@ -246,18 +254,10 @@ fn elements() {
     };
     let unordered =
         numbers(&[Wavelets { level: 1, ..Wavelets::default() }, Wavelets { level: 0, ..Wavelets::default() }]);
-    let details = numbers(&[Details { level: 1, ..Details::default() }, Details { level: 0, ..Details::default() }]);
-    for (name, argument) in [
-        ("wis_triple_sublinear", "brdf"),
-        ("wis_triple_sublinear", "kept_light"),
-        ("wis_visibility_integral", "brdf"),
-        ("wis_triple_multiply", "e"),
-        ("wis_triple_multiply", "f"),
-    ] {
+    for (name, argument) in
+        [("wis_triple_sublinear", "brdf"), ("wis_triple_sublinear", "kept_light"), ("wis_visibility_integral", "brdf")]
+    {
         assert_eq!(row(name, argument, &unordered, INVALID), (0, 1), "{name}");
-    }
-    for argument in ["e", "f"] {
-        assert_eq!(row("wis_sparse_multiply", argument, &details, INVALID), (0, 1), "{argument}");
     }
     let lists = Block::new(&unordered, 0);
     let blend = function("wis_triple_blend");
@@ -267,13 +267,96 @@ fn elements() {
     assert_eq!(row("wis_triple_blend", "list", &numbers(&handles), INVALID), (1, 2));
     assert_eq!(row("wis_triple_blend", "weight", &numbers(&[1.0, f64::NAN, 1.0]), INVALID), (0, 1));
     assert_eq!(row("wis_strata_order", "contribution", &numbers(&[1.0f32, 2.0, -1.0]), INVALID), (0, 2));
-    assert_eq!(row("wis_pool_pick", "weight", &numbers(&[1.0f32, f32::NAN, 1.0]), INVALID), (0, 1));
-    let mut labels = [0u32; 18];
-    labels[7] = 2;
-    assert_eq!(row("wis_jitter_init", "label", &numbers(&labels), INVALID), (0, 7));
     let mut values = [1.0f64; 16];
     values[5] = f64::INFINITY;
     assert_eq!(row("wis_haar", "values", &numbers(&values), INVALID), (0, 5));
+}
+
+/// The field, and the number of the element at fault in a list that a struct points to.
+#[test]
+fn elements_of_fields() {
+    static WAVELETS: [Wavelets; 2] = [unordered(1), unordered(0)];
+    static DETAILS: [Details; 2] = [
+        Details { position: 0, level: 1, reserved: 0, detail: [0.0; 16] },
+        Details { position: 0, level: 0, reserved: 0, detail: [0.0; 16] },
+    ];
+    static WEIGHTS: [f32; 3] = [1.0, f32::NAN, 1.0];
+    static LABELS: [u32; 18] = {
+        let mut labels = [0; 18];
+        labels[1] = 2;
+        labels
+    };
+    let sets: [Fault<WaveletSet>; 1] = [("wavelets", |set| set.wavelets = WAVELETS.as_ptr(), INVALID)];
+    let details: [Fault<DetailSet>; 1] = [("details", |set| set.details = DETAILS.as_ptr(), INVALID)];
+    for argument in ["e", "f"] {
+        second(check(&["wis_triple_multiply"], argument, &sets));
+        second(check(&["wis_sparse_multiply"], argument, &details));
+    }
+    let weights: [Fault<Candidates>; 1] = [("weight", |all| all.weight = WEIGHTS.as_ptr(), INVALID)];
+    second(check(&["wis_pool_pick"], "candidates", &weights));
+    let labels: [Fault<JitterConfig>; 1] = [("label", |config| config.label = LABELS.as_ptr(), INVALID)];
+    second(check(&["wis_jitter_init"], "config", &labels));
+}
+
+const fn unordered(level: u32) -> Wavelets {
+    Wavelets { position: 0, level, detail: [0.0; 3] }
+}
+
+/// The second element is at fault in each.
+fn second(diagnostics: Vec<Diagnostic>) {
+    assert!(!diagnostics.is_empty());
+    for diagnostic in diagnostics {
+        assert_eq!((diagnostic.x, diagnostic.y), (0, 1));
+    }
+}
+
+/// What stands in a struct of sets, candidates and labels.
+#[test]
+fn lists() {
+    static UNALIGNED: [u64; 1] = [0];
+    let sets: [Fault<WaveletSet>; 4] = [
+        ("size", |set| set.size -= 1, Status::InvalidStructSize),
+        ("average", |set| set.average = f64::NAN, INVALID),
+        ("wavelets", |set| set.wavelets = null(), NULL),
+        ("wavelets", |set| set.wavelets = UNALIGNED.as_ptr().wrapping_byte_add(2).cast(), MISALIGNED),
+    ];
+    let details: [Fault<DetailSet>; 6] = [
+        ("axes", |set| set.axes = 0, INVALID),
+        ("axes", |set| set.axes = 5, INVALID),
+        ("reserved", |set| set.reserved = 1, INVALID),
+        ("average", |set| set.average = f64::INFINITY, INVALID),
+        ("details", |set| set.details = null(), NULL),
+        ("details", |set| set.details = UNALIGNED.as_ptr().wrapping_byte_add(2).cast(), MISALIGNED),
+    ];
+    for argument in ["e", "f"] {
+        check(&["wis_triple_multiply"], argument, &sets);
+        check(&["wis_sparse_multiply"], argument, &details);
+    }
+    check::<DetailSet>(&["wis_sparse_multiply"], "f", &[("axes", |set| set.axes = 3, INVALID)]);
+    let candidates: [Fault<Candidates>; 10] = [
+        ("size", |all| all.size += 8, Status::InvalidStructSize),
+        ("reserved", |all| all.reserved = 1, INVALID),
+        ("count", |all| all.count = (1 << 24) + 1, OVERFLOW),
+        ("wi", |all| all.wi = null(), NULL),
+        ("wi", |all| all.wi = all.wi.wrapping_byte_add(1), MISALIGNED),
+        ("weight", |all| all.weight = null(), NULL),
+        ("wi_stride", |all| all.wi_stride = 8, INVALID),
+        ("wi_stride", |all| all.wi_stride = 14, MISALIGNED),
+        ("weight_stride", |all| all.weight_stride = 1, INVALID),
+        ("weight_stride", |all| all.weight_stride = 1 << 62, OVERFLOW),
+    ];
+    check(&["wis_pool_pick"], "candidates", &candidates);
+    let tables: [Fault<JitterConfig>; 3] = [
+        ("size", |config| config.size = 0, Status::InvalidStructSize),
+        ("distribution", |config| config.distribution = 2, INVALID),
+        ("reserved", |config| config.reserved = 1, INVALID),
+    ];
+    check(&["wis_jitter_size", "wis_jitter_init"], "config", &tables);
+    let labels: [Fault<JitterConfig>; 2] = [
+        ("label", |config| config.label = null(), NULL),
+        ("label", |config| config.label = config.label.wrapping_byte_add(1), MISALIGNED),
+    ];
+    check(&["wis_jitter_init"], "config", &labels);
 }
 
 fn address(bytes: &[u8]) -> usize {

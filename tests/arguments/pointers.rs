@@ -7,13 +7,16 @@ use super::scene::{SOURCES, Scene, numbers};
 use wis::direct::Ray;
 use wis::ffi::check::{CheckConfig, CheckInfo};
 use wis::ffi::light::{LightConfig, LightInfo};
+use wis::ffi::lights::jitter::JitterConfig;
 use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::material::{MaterialData, PointData};
+use wis::ffi::pool::Candidates;
 use wis::ffi::product::{GridConfig, GridInfo};
 use wis::ffi::sampler::SamplerConfig;
 use wis::ffi::wave::DirectWave;
 use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
 use wis::ffi::wavelets::product::{ProductConfig, ProductInfo};
+use wis::ffi::wavelets::sparse::{DetailSet, WaveletSet};
 use wis::ffi::wavelets::table::Table;
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
@@ -83,6 +86,10 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
+        "wis_wavelet_set" => align_of::<WaveletSet>(),
+        "wis_detail_set" => align_of::<DetailSet>(),
+        "wis_candidates" => align_of::<Candidates>(),
+        "wis_jitter_config" => align_of::<JitterConfig>(),
         "wis_wavelets *const" => align_of::<*const u8>(),
         "wis_wavelet_table" => align_of::<Table>(),
         "double" => 8,

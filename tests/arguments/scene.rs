@@ -17,6 +17,7 @@ use wis::ffi::visibility::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
+use wis::ffi::wavelets::sparse::{DetailSet, WaveletSet};
 use wis::ffi::wavelets::table::*;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::visibility::*;
@@ -47,7 +48,7 @@ const RAYS: usize = 2;
 /// Slices of the table.
 const SLICES: usize = 2;
 
-const DIRECTIONS: [[f32; 3]; COUNT] = [[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.0, 0.0, 1.0]];
+static DIRECTIONS: [[f32; 3]; COUNT] = [[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.0, 0.0, 1.0]];
 const RANDOM: [[f32; 2]; COUNT] = [[0.25, 0.75], [0.0, 0.5], [0.9, 0.1]];
 const WIDTH: u32 = 6;
 const HEIGHT: u32 = 3;
@@ -180,11 +181,11 @@ impl Scene {
             tree: Vec::new(),
             shares: Vec::new(),
             visibility: Vec::new(),
-            lists: [Block::new(&wavelets(), 0)],
+            lists: [Block::new(&numbers(&WAVELETS), 0)],
             list: [null(); COUNT],
             trees: [null(); COUNT],
             light: Block::unwritten(0),
-            details: Block::new(&details(), 0),
+            details: Block::new(&numbers(&DETAILS), 0),
         };
         scene.build_light();
         scene.build_sampler();
@@ -327,17 +328,16 @@ impl Scene {
 
     fn build_jitter(&mut self) {
         let map = Block::new(&self.light_config(), 0);
-        let (map, labels) = (map.pointer().cast(), labels());
+        let config = Block::new(&jitter_config(), 0);
+        let (map, config) = (map.pointer().cast(), config.pointer().cast());
         let mut handle = null();
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_jitter_size(map, 2, &mut self.jitter_size, null_mut()));
+            expect_ok(wis_jitter_size(map, config, &mut self.jitter_size, null_mut()));
             let (bytes, scratch_bytes) = (self.jitter_size.bytes, self.jitter_size.scratch_bytes);
             let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
             let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
-            let (none, energy) = (null_mut(), WIS_JITTER_ENERGY);
-            let labels = labels.as_ptr().cast();
-            expect_ok(wis_jitter_init(map, 2, labels, energy, place, bytes, work, scratch_bytes, &mut handle, none));
+            expect_ok(wis_jitter_init(map, config, place, bytes, work, scratch_bytes, &mut handle, null_mut()));
             self.jitter = memory.to_vec();
         }
     }
@@ -396,8 +396,7 @@ impl Scene {
             "scratch_bytes" => self.size(name).scratch_bytes,
             "dimensions" | "depth" | "picks" | "n" | "m" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
-            "brdf_average" | "light" | "threshold" | "bound" | "e_average" | "f_average" => 1,
-            "e_count" | "f_count" => 2,
+            "brdf_average" | "light" | "threshold" | "bound" => 1,
             "u" => 0,
             "total" => 8,
             "side" => 4,
@@ -456,7 +455,7 @@ impl Scene {
             "const wis_wavelet_light *environment" => self.environment.clone(),
             "const wis_wavelet_product *product" => self.product.clone(),
             "const wis_jitter *jitter" => self.jitter.clone(),
-            "const uint32_t *label" => labels(),
+            "const wis_jitter_config *config" => jitter_config(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
             "uint32_t *traced" => unwritten(4),
             "const wis_tree *tree" if name.starts_with("wis_visibility") => self.shares.clone(),
@@ -464,15 +463,15 @@ impl Scene {
             function if function.starts_with("const wis_basis_function *") => {
                 numbers(&[BasisFunction { level: 1, translation: [1, 0, 0, 0], wavelet: 2 }])
             }
-            "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => wavelets(),
+            "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => numbers(&WAVELETS),
             "const wis_wavelets *const *list" => numbers(&self.list),
             "const uint32_t *list_count" => numbers(&[2u32; COUNT]),
             "const double *weight" => numbers(&WEIGHTS),
-            "const wis_wavelets *e" | "const wis_wavelets *f" => wavelets(),
+            "const wis_wavelet_set *e" | "const wis_wavelet_set *f" => wavelet_set(),
             "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_triple_multiply" => {
                 unwritten(PRODUCT * size_of::<Wavelets>())
             }
-            "const wis_details *e" | "const wis_details *f" => details(),
+            "const wis_detail_set *e" | "const wis_detail_set *f" => detail_set(),
             "wis_details *product" => unwritten(PRODUCT * size_of::<Details>()),
             "uint32_t *product_count" => unwritten(4),
             "wis_details *kept" => unwritten(2 * size_of::<Details>()),
@@ -510,7 +509,7 @@ impl Scene {
             "uint32_t *covers" | "uint32_t *pick_count" | "uint32_t *light_count" => unwritten(4),
             "uint32_t *label" => unwritten(4 * (WIDTH * HEIGHT) as usize),
             "wis_light *lights" => unwritten(self.strata_size.bytes),
-            "const float *weight" => numbers(&[1.0f32, 0.0, 2.0]),
+            "const wis_candidates *candidates" => candidates(),
             "wis_pick *pick" => unwritten(2 * size_of::<Pick>()),
             "double *weight_sum" => unwritten(8),
             "float *u" | "float u[2]" | "float *point" => unwritten(8),
@@ -627,11 +626,17 @@ impl Scene {
     }
 }
 
-fn details() -> Vec<u8> {
-    numbers(&[
-        Details { detail: [0.25; 16], ..Details::default() },
-        Details { level: 1, position: 1 << 22, detail: [-0.5; 16], ..Details::default() },
-    ])
+/// The details of two cubes.
+static DETAILS: [Details; 2] = [
+    Details { position: 0, level: 0, reserved: 0, detail: [0.25; 16] },
+    Details { position: 1 << 22, level: 1, reserved: 0, detail: [-0.5; 16] },
+];
+
+fn detail_set() -> Vec<u8> {
+    plain(|set: &mut DetailSet| {
+        (set.size, set.axes, set.average) = (size_of::<DetailSet>() as u32, 2, 1.0);
+        (set.count, set.details) = (2, DETAILS.as_ptr());
+    })
 }
 
 fn grid_config() -> Vec<u8> {
@@ -694,14 +699,42 @@ fn tree(config: &[u8]) -> Vec<u8> {
 }
 
 /// The wavelets of two squares.
-fn wavelets() -> Vec<u8> {
-    let wavelets = |level, position| Wavelets { position, level, detail: [0.5, 0.0, -0.25] };
-    numbers(&[wavelets(0, 0), wavelets(1, 1 << 22)])
+static WAVELETS: [Wavelets; 2] = [
+    Wavelets { position: 0, level: 0, detail: [0.5, 0.0, -0.25] },
+    Wavelets { position: 1 << 22, level: 1, detail: [0.5, 0.0, -0.25] },
+];
+
+fn wavelet_set() -> Vec<u8> {
+    plain(|set: &mut WaveletSet| {
+        (set.size, set.average) = (size_of::<WaveletSet>() as u32, 1.0);
+        (set.count, set.wavelets) = (2, WAVELETS.as_ptr());
+    })
+}
+
+fn candidates() -> Vec<u8> {
+    static CANDIDATE_WEIGHTS: [f32; COUNT] = [1.0, 0.0, 2.0];
+    plain(|all: &mut Candidates| {
+        (all.size, all.count) = (size_of::<Candidates>() as u32, COUNT);
+        (all.wi, all.weight) = (DIRECTIONS.as_ptr().cast(), CANDIDATE_WEIGHTS.as_ptr());
+    })
 }
 
 /// Which of two lights each texel belongs to.
-fn labels() -> Vec<u8> {
-    numbers(&(0..WIDTH * HEIGHT).map(|i| i / 7 % 2).collect::<Vec<u32>>())
+static LABELS: [u32; (WIDTH * HEIGHT) as usize] = {
+    let mut labels = [0; (WIDTH * HEIGHT) as usize];
+    let mut i = 0;
+    while i < labels.len() {
+        labels[i] = i as u32 / 7 % 2;
+        i += 1;
+    }
+    labels
+};
+
+fn jitter_config() -> Vec<u8> {
+    plain(|config: &mut JitterConfig| {
+        (config.size, config.light_count) = (size_of::<JitterConfig>() as u32, 2);
+        (config.distribution, config.label) = (WIS_JITTER_ENERGY, LABELS.as_ptr());
+    })
 }
 
 /// The bytes of numbers.

@@ -98,19 +98,14 @@ pub const TABLE: &[Entry] = table! {
     wis_wavelet_table_directions(slice, slice_count, depth, offset, wo, wi, wi_stride);
     wis_strata_size(map, config, size, diagnostic);
     wis_strata_lights(map, config, scratch, scratch_bytes, lights, light_count, label, diagnostic);
-    wis_jitter_size(map, light_count, size, diagnostic);
-    wis_jitter_init(
-        map, light_count, label, distribution, memory, bytes, scratch, scratch_bytes, jitter, diagnostic
-    );
+    wis_jitter_size(map, config, size, diagnostic);
+    wis_jitter_init(map, config, memory, bytes, scratch, scratch_bytes, jitter, diagnostic);
     wis_jitter_open(memory, bytes, jitter, diagnostic);
     wis_jitter_sample(jitter, light, u, sample);
     wis_jitter_pdf(jitter, light, wi, pdf);
     wis_strata_order(count, contribution, threshold, index, traced, diagnostic);
     wis_pool_size(count, size);
-    wis_pool_pick(
-        count, wi, wi_stride, weight, weight_stride, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum,
-        diagnostic
-    );
+    wis_pool_pick(candidates, picks, u, scratch, scratch_bytes, pick, pick_count, weight_sum, diagnostic);
     wis_haar(direction, dimensions, depth, count, values, diagnostic);
     wis_tree_size(config, size, diagnostic);
     wis_tree_init(config, memory, bytes, scratch, scratch_bytes, tree, info, diagnostic);
@@ -128,13 +123,9 @@ pub const TABLE: &[Entry] = table! {
     );
     wis_triple_blend(count, list, list_count, weight, room, wavelets, wavelet_count, diagnostic);
     wis_triple_terms(tree, rule, bound, terms);
-    wis_triple_multiply(
-        e_average, e_count, e, f_average, f_count, f, room, wavelets, wavelet_count, average, diagnostic
-    );
+    wis_triple_multiply(e, f, room, wavelets, wavelet_count, average, diagnostic);
     wis_sparse_select(tree, keep, kept, kept_count, diagnostic);
-    wis_sparse_multiply(
-        n, m, e_average, e_count, e, f_average, f_count, f, room, product, product_count, average, diagnostic
-    );
+    wis_sparse_multiply(e, f, room, product, product_count, average, diagnostic);
     wis_visibility_size(tree, size, diagnostic);
     wis_visibility_init(tree, memory, bytes, visibility, diagnostic);
     wis_visibility_open(memory, bytes, visibility, diagnostic);

@@ -8,6 +8,7 @@ use super::scene::{Scene, numbers};
 use std::ffi::{c_int, c_void};
 use std::ptr::null;
 use wis::ffi::light::*;
+use wis::ffi::lights::jitter::*;
 use wis::ffi::wavelets::environment::*;
 use wis::ffi::wavelets::product::*;
 use wis::ffi::wavelets::tree::TreeConfig;
@@ -495,16 +496,19 @@ fn random_numbers() {
 
 #[test]
 fn distributions() {
+    let faults: &[Fault<JitterConfig>] = &[
+        ("distribution 2", |c| c.distribution = 2, INVALID),
+        ("distribution 3", |c| c.distribution = 3, INVALID),
+        ("distribution max", |c| c.distribution = u32::MAX, INVALID),
+    ];
+    check_faults("const wis_jitter_config *config", faults);
     let scene = Scene::new();
-    for function in taking("uint32_t distribution") {
-        for distribution in [2, 3, u32::MAX as usize] {
+    for function in taking("const wis_jitter_config *config") {
+        for distribution in [WIS_JITTER_UNIFORM, WIS_JITTER_ENERGY] {
             let mut call = Call::valid(&scene, &function);
-            call.set("distribution", distribution);
-            call.fails("no distribution", INVALID, "distribution");
+            call.edit("config", |config: &mut JitterConfig| config.distribution = distribution);
+            call.succeeds("either distribution");
         }
-        let mut call = Call::valid(&scene, &function);
-        call.set("distribution", 1);
-        call.succeeds("the other distribution");
     }
 }
 

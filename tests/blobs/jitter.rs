@@ -33,14 +33,15 @@ fn object(size: [u32; 2], lights: u32, distribution: u32, stratum: impl Fn(usize
     let pixels: Vec<f32> = (0..texels).map(|k| (k * k % 7) as f32).collect();
     let labels: Vec<u32> = (0..texels).map(stratum).collect();
     let (map, mut need, mut handle) = (light::config(&pixels, size), MemorySize::default(), null());
+    let size = size_of::<JitterConfig>() as u32;
+    let config = JitterConfig { size, light_count: lights, distribution, reserved: 0, label: labels.as_ptr() };
     // SAFETY: the configuration describes the pixels, there is a label for each texel, and the blocks are as long as stated.
     unsafe {
-        assert_eq!(wis_jitter_size(&map, lights, &mut need, null_mut()), Status::Ok);
+        assert_eq!(wis_jitter_size(&map, &config, &mut need, null_mut()), Status::Ok);
         let (memory, scratch) = (Block::unwritten(need.bytes), Block::unwritten(need.scratch_bytes));
         let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
-        let (bytes, work_bytes, label, none) = (need.bytes, need.scratch_bytes, labels.as_ptr(), null_mut());
-        let status =
-            wis_jitter_init(&map, lights, label, distribution, place, bytes, work, work_bytes, &mut handle, none);
+        let (bytes, work_bytes, none) = (need.bytes, need.scratch_bytes, null_mut());
+        let status = wis_jitter_init(&map, &config, place, bytes, work, work_bytes, &mut handle, none);
         assert_eq!(status, Status::Ok);
         memory.to_vec()
     }

@@ -5,9 +5,11 @@ use super::lookup::Map;
 use super::maps::{layouts, rough, suns};
 use super::points::{materials, view};
 use super::prepared::Prepared;
+use bytemuck::{Zeroable, bytes_of_mut};
 use wis::light::batch::{Density, Drawn, pdfs, samples};
 use wis::light::plan::{Description, Filter};
-use wis::product::prepare::Config;
+use wis::product::prepare::{Config, Work, prepare_in};
+use wis::product::stored::{MAX_DIVIDED, most_bytes};
 use wis::simd::Level;
 
 /// The lights of all layouts and filters, an unclipped sun, and one with an error budget.
@@ -99,6 +101,26 @@ fn levels_and_former_bytes_change_no_bit_of_a_product() {
                 let second = Prepared::over(Level::detect(), &built, &point, &config, 0xff).unwrap();
                 assert!(first.bytes() == second.bytes(), "{name}");
             }
+        }
+    }
+}
+
+#[test]
+fn memory_for_work_leaves_no_trace() {
+    let mut random = Random(19);
+    let mut work = Work::zeroed();
+    for built in lights() {
+        for (name, material) in materials() {
+            let point = view(&material, random.direction(), 40.0, 1.0);
+            let expected = Prepared::new(&built, &point);
+            // A large positive number in each place.
+            bytes_of_mut(&mut work).fill(0x7e);
+            let mut words = vec![0u128; most_bytes(MAX_DIVIDED) / 16];
+            let memory = bytemuck::cast_slice_mut(&mut words);
+            let (level, environment) = (Level::detect(), built.environment());
+            let bytes = prepare_in(level, &environment, &point, &Config::default(), &mut work, memory);
+            let bytes = bytes.expect("the point is valid");
+            assert!(memory[..bytes] == *expected.bytes(), "{name}");
         }
     }
 }

@@ -5,13 +5,13 @@ use crate::ffi::light::rows::build_failure;
 use crate::ffi::lights::strata::read_map;
 use crate::ffi::memory::{block_mut, handle, stored_or};
 use crate::ffi::{
-    Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put, put_size, require, require_all, slice,
+    Checked, Diagnostic, Failure, MemorySize, answer, borrow, out, put, put_size, require, require_all, sized, slice,
     slice_mut,
 };
 use crate::lights::jitter::{self, Config, Header, Jitter as Table};
 use crate::sample::Sample;
 use crate::sphere::Frame;
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
@@ -28,6 +28,23 @@ pub struct Jitter {
     _opaque: [u8; 0],
 }
 
+/// Which texel lies in which stratum, and how places are drawn.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct JitterConfig {
+    /// sizeof(wis_jitter_config).
+    pub size: u32,
+    /// Strata: the lights that wis_strata_lights placed.
+    pub light_count: u32,
+    /// WIS_JITTER_*.
+    pub distribution: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// The light of each texel, width x height numbers below `light_count`: as wis_strata_lights found them. wis_jitter_size does
+    /// not read it.
+    pub label: *const u32,
+}
+
 /// The memory that wis_jitter_init needs for the strata of a lat-long map. Work: constant.
 ///
 /// # Safety
@@ -35,30 +52,27 @@ pub struct Jitter {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_jitter_size(
     map: *const LightConfig,
-    light_count: u32,
+    config: *const JitterConfig,
     size: *mut MemorySize,
     diagnostic: *mut Diagnostic,
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (map, _) = read_map(map)?;
-        let config = Config { size: map.size(), lights: light_count };
+        let config = Config { size: map.size(), lights: checked(config)?.light_count };
         put_size(size, 3, config.size().ok_or(Failure::new(Status::Overflow, 1)))
     })
 }
 
-/// Sorts the texels of a map by the strata that wis_strata_lights found (`label`, width x height numbers below
-/// `light_count`, else WIS_INVALID_ARGUMENT), so that directions can be drawn inside each. `distribution`:
-/// WIS_JITTER_*. `map` as in wis_strata_size. Work: texels + lights.
+/// Sorts the texels of a map by their strata, so that directions can be drawn inside each. `map` as in wis_strata_size.
+/// WIS_INVALID_ARGUMENT for a label that is no stratum: `y` in the diagnostic is the number of the texel. Work: texels + lights.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the memory meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_jitter_init(
     map: *const LightConfig,
-    light_count: u32,
-    label: *const u32,
-    distribution: u32,
+    config: *const JitterConfig,
     memory: *mut c_void,
     bytes: usize,
     scratch: *mut c_void,
@@ -69,19 +83,19 @@ pub unsafe extern "C" fn wis_jitter_init(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (map, rows) = read_map(map)?;
+        let &JitterConfig { light_count, distribution, label, .. } = checked(config)?;
         let config = Config { size: map.size(), lights: light_count };
         let size = config.size().ok_or(Failure::new(Status::Overflow, 1))?;
-        let labels: &[u32] = slice(label, config.texels(), 3)?;
-        require(distribution <= WIS_JITTER_ENERGY, Status::InvalidArgument, 4)?;
-        let block = block_mut(memory, bytes, size.bytes, 5)?;
-        block_mut(scratch, scratch_bytes, size.scratch, 7)?;
-        let target = out(jitter, 9)?;
-        let luminance: &mut [f64] = slice_mut(scratch.cast(), config.texels(), 7)?;
-        map.decode(&rows, luminance, &mut []).map_err(|error| build_failure(error, [1, 7]))?;
+        let labels: &[u32] = slice(label, config.texels(), 2).map_err(|at| at.of(c"label"))?;
+        let block = block_mut(memory, bytes, size.bytes, 3)?;
+        block_mut(scratch, scratch_bytes, size.scratch, 5)?;
+        let target = out(jitter, 7)?;
+        let luminance: &mut [f64] = slice_mut(scratch.cast(), config.texels(), 5)?;
+        map.decode(&rows, luminance, &mut []).map_err(|error| build_failure(error, [1, 5]))?;
         let luminance = Some(&*luminance).filter(|_| distribution == WIS_JITTER_ENERGY);
         let wrong = || labels.iter().position(|&label| label >= light_count).unwrap_or(0);
         let built = config.build_in(&map.frame, labels, luminance, block);
-        built.map_err(|status| Failure::new(status, 3).in_row(3, wrong()))?;
+        built.map_err(|status| Failure::new(status, 2).of(c"label").in_row(2, wrong()))?;
         target.write(memory.cast_const().cast());
         Ok(())
     })
@@ -179,6 +193,18 @@ pub unsafe extern "C" fn wis_strata_order(
         out(traced, 5)?.write(jitter::order(contribution, threshold.into(), index) as u32);
         Ok(())
     })
+}
+
+/// A configuration, checked but for its labels.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn checked<'a>(config: *const JitterConfig) -> Checked<&'a JitterConfig> {
+    // SAFETY: the caller's contract.
+    let config = unsafe { sized(config, 2)? };
+    Fault::first([(config.distribution <= WIS_JITTER_ENERGY, c"distribution"), (config.reserved == 0, c"reserved")])
+        .map_err(|fault| Failure::fault(fault, 2))?;
+    Ok(config)
 }
 
 /// The table behind a handle, which has a stratum of this number.

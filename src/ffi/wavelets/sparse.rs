@@ -1,15 +1,17 @@
 //! Sparse sets of wavelets in C: the largest of a tree, and products.
 
-use crate::ffi::wavelets::check_axes;
 use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, view};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, slice_mut};
-use crate::status::Status;
+use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, sized, slice_mut};
+use crate::status::{Fault, Status};
 use crate::wavelets::approximate;
 use crate::wavelets::sparse::{self, Details, Set, Unfit};
 use crate::wavelets::stored::Stored;
 use crate::wavelets::triple::{Wavelets, disorder};
 use core::ptr::null_mut;
+
+/// The most axes of a function.
+const MOST_AXES: u32 = 4;
 
 /// Rule of wis_triple_terms: the fewest that leave a relative L2 error of at most `bound`. Costs 33 visits of each square.
 pub const WIS_TERMS_ERROR: u32 = 0;
@@ -59,24 +61,51 @@ pub unsafe extern "C" fn wis_sparse_select(
     })
 }
 
-/// The product of two functions given by averages and wavelets, any sets in order (Clarberg et al. 2005, Section 4.3; values
-/// may be negative): its average and its wavelets, without decompression: each square that either has a wavelet in is
-/// visited once. `wavelets` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is
-/// multiplied, and `wavelet_count` alone is written. It tells how many squares the product has, at most 12 times the sum of
-/// both counts. WIS_INVALID_ARGUMENT for an average that is not finite, or a list that is out of order: `y` in the diagnostic
-/// is the first element that is. WIS_OVERFLOW if the average is beyond a double or a detail beyond a float; `wavelets` is then
-/// undefined. Work: e_count + f_count.
+/// A function of two axes: its average, and some of its wavelets, depth first.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct WaveletSet {
+    /// sizeof(wis_wavelet_set).
+    pub size: u32,
+    /// Elements of `wavelets`.
+    pub count: u32,
+    /// Over the whole square; finite, may be negative.
+    pub average: f64,
+    /// By position, and squares before those inside them. Null if there are none.
+    pub wavelets: *const Wavelets,
+}
+
+/// As wis_wavelet_set, of 1 to 4 axes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct DetailSet {
+    /// sizeof(wis_detail_set).
+    pub size: u32,
+    /// How many axes, 1 to 4.
+    pub axes: u32,
+    /// Elements of `details`.
+    pub count: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// Over the whole cube; finite, may be negative.
+    pub average: f64,
+    /// By position, and squares before those inside them. Null if there are none.
+    pub details: *const Details,
+}
+
+/// The product of two functions (Clarberg et al. 2005, Section 4.3; values may be negative): its average and its wavelets,
+/// without decompression: each square that either has a wavelet in is visited once. `wavelets` has room for `room` elements.
+/// WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is multiplied, and `wavelet_count` alone is written. It
+/// tells how many squares the product has, at most 12 times the sum of both counts. WIS_INVALID_ARGUMENT for an average that is
+/// not finite, or a list that is out of order: `y` in the diagnostic is the first element that is. WIS_OVERFLOW if the average
+/// is beyond a double or a detail beyond a float; `wavelets` is then undefined. Work: wavelets of e and f.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_triple_multiply(
-    e_average: f64,
-    e_count: u32,
-    e: *const Wavelets,
-    f_average: f64,
-    f_count: u32,
-    f: *const Wavelets,
+    e: *const WaveletSet,
+    f: *const WaveletSet,
     room: u32,
     wavelets: *mut Wavelets,
     wavelet_count: *mut u32,
@@ -85,33 +114,24 @@ pub unsafe extern "C" fn wis_triple_multiply(
 ) -> Status {
     // SAFETY: the caller's contract; the product does not overlap its factors.
     answer(diagnostic, || unsafe {
-        require(e_average.is_finite(), Status::InvalidArgument, 1)?;
-        require(f_average.is_finite(), Status::InvalidArgument, 4)?;
-        let e = Set { average: e_average, wavelets: ordered(e, e_count, 3, disorder)? };
-        let f = Set { average: f_average, wavelets: ordered(f, f_count, 6, disorder)? };
-        let wavelets = slice_mut(wavelets, room as usize, 8)?;
-        let (to_count, to_average) = (out(wavelet_count, 9)?, out(average, 10)?);
-        report::<Wavelets>(sparse::multiply((2, e), (2, f), wavelets), to_count, (to_average, 7))
+        let (e, f) = (plane(e, 1)?, plane(f, 2)?);
+        let wavelets = slice_mut(wavelets, room as usize, 4)?;
+        let results = (out(wavelet_count, 5)?, out(average, 6)?);
+        report::<Wavelets>(sparse::multiply((2, e), (2, f), wavelets), results)
     })
 }
 
-/// As wis_triple_multiply, for a function `e` of n axes, 1 to 4, and one, `f`, of the first m of them, 1 to n, constant along
-/// the rest (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as
-/// n axes ask for: 2^((n - m) level) for each of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
-/// Work: e_count + f_count + squares of the product.
+/// As wis_triple_multiply, for a function `e` of 1 to 4 axes, and one, `f`, of the first of them, constant along the rest
+/// (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as n axes ask for:
+/// 2^((n - m) level) for each of the m axes of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
+/// Work: details of e and f + squares of the product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wis_sparse_multiply(
-    n: u32,
-    m: u32,
-    e_average: f64,
-    e_count: u32,
-    e: *const Details,
-    f_average: f64,
-    f_count: u32,
-    f: *const Details,
+    e: *const DetailSet,
+    f: *const DetailSet,
     room: u32,
     product: *mut Details,
     product_count: *mut u32,
@@ -120,25 +140,55 @@ pub unsafe extern "C" fn wis_sparse_multiply(
 ) -> Status {
     // SAFETY: the caller's contract; the product does not overlap its factors.
     answer(diagnostic, || unsafe {
-        check_axes(n, m)?;
-        require(e_average.is_finite(), Status::InvalidArgument, 3)?;
-        require(f_average.is_finite(), Status::InvalidArgument, 6)?;
-        let e = Set { average: e_average, wavelets: ordered(e, e_count, 5, |list| sparse::disorder(list, n))? };
-        let f = Set { average: f_average, wavelets: ordered(f, f_count, 8, |list| sparse::disorder(list, m))? };
-        let out_list = slice_mut(product, room as usize, 10)?;
-        let (to_count, to_average) = (out(product_count, 11)?, out(average, 12)?);
-        report::<Details>(sparse::multiply((n, e), (m, f), out_list), to_count, (to_average, 9))
+        let e = cube(e, MOST_AXES, 1)?;
+        let f = cube(f, e.0, 2)?;
+        let product = slice_mut(product, room as usize, 4)?;
+        let results = (out(product_count, 5)?, out(average, 6)?);
+        report::<Details>(sparse::multiply(e, f, product), results)
     })
 }
 
-/// Writes what a product of sets is; `room` is the argument that is at fault if there are more elements of `W`.
+/// A set of two axes, checked.
+///
+/// # Safety
+/// The pointer is null or points to what the header says.
+unsafe fn plane<'a>(set: *const WaveletSet, argument: u32) -> Checked<Set<'a, Wavelets>> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let &WaveletSet { count, average, wavelets, .. } = sized(set, argument)?;
+        Fault::first([(average.is_finite(), c"average")]).map_err(|fault| Failure::fault(fault, argument))?;
+        let list = ordered(wavelets, count, argument, disorder).map_err(|at| at.of(c"wavelets"))?;
+        Ok(Set { average, wavelets: list })
+    }
+}
+
+/// A set of any axes, at most so many, with their number, checked.
+///
+/// # Safety
+/// As [`plane`].
+unsafe fn cube<'a>(set: *const DetailSet, most: u32, argument: u32) -> Checked<(u32, Set<'a, Details>)> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let &DetailSet { axes, count, reserved, average, details, .. } = sized(set, argument)?;
+        Fault::first([
+            ((1..=most).contains(&axes), c"axes"),
+            (reserved == 0, c"reserved"),
+            (average.is_finite(), c"average"),
+        ])
+        .map_err(|fault| Failure::fault(fault, argument))?;
+        let in_order = |list: &[Details]| sparse::disorder(list, axes);
+        let list = ordered(details, count, argument, in_order).map_err(|at| at.of(c"details"))?;
+        Ok((axes, Set { average, wavelets: list }))
+    }
+}
+
+/// Writes what a product of sets is. Argument 3 is at fault if there are more elements of `W`.
 ///
 /// # Safety
 /// The pointers are those of the caller's results.
 unsafe fn report<W>(
     product: core::result::Result<(f64, usize), Unfit>,
-    to_count: *mut u32,
-    (to_average, room): (*mut f64, u32),
+    (to_count, to_average): (*mut u32, *mut f64),
 ) -> Checked<()> {
     // SAFETY: the caller's contract.
     let tell = |squares: u64| unsafe { to_count.write(u32::try_from(squares).unwrap_or(u32::MAX)) };
@@ -152,7 +202,7 @@ unsafe fn report<W>(
         Err(Unfit::Room(squares)) => {
             tell(squares);
             let bytes = squares.saturating_mul(size_of::<W>() as u64);
-            Err(Failure::too_small(room, usize::try_from(bytes).unwrap_or(usize::MAX)))
+            Err(Failure::too_small(3, usize::try_from(bytes).unwrap_or(usize::MAX)))
         }
         Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),
     }

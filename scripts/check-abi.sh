@@ -4,8 +4,7 @@
 # What is compared: declarations of functions and callbacks, values of constants, sizes and offsets of structs.
 set -eu
 cd "$(dirname "$0")/.."
-# wis_wavelets.h is added when its functions have settled.
-headers="include/wis.h include/wis_lights.h"
+headers="include/wis.h include/wis_lights.h include/wis_wavelets.h"
 record=packaging/abi.txt
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

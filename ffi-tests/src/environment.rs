@@ -254,11 +254,9 @@ impl Sampler {
         offset: &mut [usize],
     ) -> Result<usize> {
         assert!(offset.len() == points.len());
-        let mut size = raw::wis_memory_size::default();
-        // SAFETY: the pointers are to live locals.
-        check(unsafe { raw::wis_product_size(config, &mut size, null_mut()) })?;
-        if memory.bytes() < points.len() * size.bytes {
-            *memory = Block::new(points.len() * size.bytes);
+        let most = points.len() * product_bytes(config)?;
+        if memory.bytes() < most {
+            *memory = Block::new(most);
         }
         let (mut used, count) = (0, points.len());
         // SAFETY: handles, points and materials are alive, and there is room for as many products.
@@ -275,6 +273,17 @@ impl Sampler {
 /// How products are prepared by default.
 pub fn product_config() -> raw::wis_product_config {
     raw::wis_product_config { size: size_of::<raw::wis_product_config>() as u32, ..Default::default() }
+}
+
+/// The most bytes that a product takes.
+///
+/// # Errors
+/// Those of the library.
+pub fn product_bytes(config: &raw::wis_product_config) -> Result<usize> {
+    let mut size = raw::wis_memory_size::default();
+    // SAFETY: the pointers are to live values.
+    check(unsafe { raw::wis_product_size(config, &mut size, null_mut()) })?;
+    Ok(size.bytes)
 }
 
 /// The light of an environment, or its product with the BRDF at a point, as a density, with the sampler of a thread.
@@ -301,7 +310,24 @@ impl<'a> Light<'a> {
     ) -> Result<Light<'a>> {
         let points = std::slice::from_ref(point);
         sampler.borrow_mut().prepare(environment, &product_config(), points, memory, &mut [0])?;
-        Ok(Light { environment, sampler, product: memory.start().cast() })
+        Ok(Light::prepared(environment, sampler, memory))
+    }
+
+    /// A product that stands in memory already.
+    pub fn prepared(environment: &'a Environment, sampler: &'a RefCell<Sampler>, memory: &'a Block) -> Light<'a> {
+        assert!(memory.bytes() > 0);
+        Light { environment, sampler, product: memory.start().cast() }
+    }
+
+    /// Whether a product serves another point well.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn covers(&self, point: &raw::wis_point) -> Result<bool> {
+        let mut covers = 0;
+        // SAFETY: product, point and material are alive.
+        check(unsafe { raw::wis_product_covers(self.product, point, &mut covers) })?;
+        Ok(covers != 0)
     }
 
     /// What was prepared, of a product.

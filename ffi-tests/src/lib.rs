@@ -17,6 +17,7 @@ pub mod estimator;
 pub mod grid;
 pub mod hardcases;
 pub mod images;
+pub mod kept;
 pub mod lanes;
 #[cfg(test)]
 mod laws;

@@ -1,11 +1,12 @@
-//! The methods under test: the library through its C interface. What calls it in order to estimate stands here and in
-//! `before`, and nowhere else.
+//! The methods under test: the library through its C interface. What calls it in order to estimate stands here, in `before`
+//! and in `kept`, and nowhere else.
 
 use crate::batch::Stream;
 use crate::before::{self, Before};
 use crate::client::{self, Block, Density, raw};
 use crate::environment::{self, Light};
 use crate::estimator::{Sampler, Setting};
+use crate::kept::Kept;
 use crate::lanes::F8;
 use crate::material::Bsdf;
 use crate::scene::ShadingPoint;
@@ -22,6 +23,8 @@ pub enum Mode {
     Target,
     /// Samples of the product.
     Product,
+    /// Samples of a product that the client keeps for the hits of a pixel: what wis_direct does with numbers of the client's own.
+    Kept,
     /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
     ProductMis,
     /// A sampler of version 0.1.
@@ -30,8 +33,15 @@ pub enum Mode {
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 6] =
-        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Before(Before::Product)];
+    pub const ALL: [Mode; 7] = [
+        Mode::Direct,
+        Mode::Shared,
+        Mode::Target,
+        Mode::Product,
+        Mode::Kept,
+        Mode::ProductMis,
+        Mode::Before(Before::Product),
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -39,15 +49,16 @@ impl Mode {
             Mode::Shared => "direct, shared",
             Mode::Target => "direct, target",
             Mode::Product => "product",
+            Mode::Kept => "product, kept",
             Mode::ProductMis => "product + MIS",
             Mode::Before(before) => before.name(),
         }
     }
 
-    /// Whether it is something of its own: of a single hit, sharing is not, nor is a target that is the lobes.
+    /// Whether it is something of its own: of a single hit, sharing and keeping are not, nor is a target that is the lobes.
     pub fn differs(self, hits_share: bool, is_measured: bool) -> bool {
         match self {
-            Mode::Shared => hits_share,
+            Mode::Shared | Mode::Kept => hits_share,
             Mode::Target => is_measured,
             _ => true,
         }
@@ -59,6 +70,7 @@ pub struct Library {
     sampler: RefCell<environment::Sampler>,
     material: raw::wis_material,
     product: Block,
+    kept: Kept,
     rays: Vec<raw::wis_ray>,
     before: before::State,
 }
@@ -71,9 +83,9 @@ impl Library {
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
         let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, hits)?);
-        let (product, rays) = (Block::new(0), Vec::new());
+        let (product, kept, rays) = (Block::new(0), Kept::new()?, Vec::new());
         let material = environment::material(&setting.material.lobes())?;
-        Ok(Library { sampler, material, product, rays, before: before::State::new(setting)? })
+        Ok(Library { sampler, material, product, kept, rays, before: before::State::new(setting)? })
     }
 
     /// What calls on the new light take.
@@ -93,7 +105,7 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, material, product, rays, before } = self;
+        let Library { sampler: own, material, product, kept, rays, before } = self;
         let mut at = setting.material.point(point, material);
         match mode {
             Mode::Direct | Mode::Shared | Mode::Target => {
@@ -118,6 +130,13 @@ impl Library {
             }
             Mode::Product => {
                 let density = Light::product(setting.tables, own, &at, product)?;
+                sampler.density(&density, setting, bsdf, n)
+            }
+            Mode::Kept => {
+                if point.hit == 0 {
+                    kept.begin_pixel();
+                }
+                let density = kept.product(setting.tables, own, &at)?;
                 sampler.density(&density, setting, bsdf, n)
             }
             Mode::ProductMis => {

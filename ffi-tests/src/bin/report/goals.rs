@@ -65,7 +65,7 @@ impl Measured {
             build: (median(&builds), lit.tables.info.bytes as usize),
             prepare: prepare.into_iter().collect::<client::Result<_>>()?,
             product: product(&lit, &glossy, &points[points.len() / 2], rounds)?,
-            product_bytes: asked()?,
+            product_bytes: environment::product_bytes(&environment::product_config())?,
             direct: [one, many.map(|ns| ns / 256.0)],
         })
     }
@@ -75,13 +75,6 @@ fn build(light: &wis_ffi_tests::light::Light) -> client::Result<f64> {
     let start = Instant::now();
     light.tables(0, 0.0)?;
     Ok(start.elapsed().as_secs_f64() * 1e3)
-}
-
-fn asked() -> client::Result<usize> {
-    let mut size = raw::wis_memory_size::default();
-    // SAFETY: both pointers are to live values.
-    client::check(unsafe { raw::wis_product_size(&environment::product_config(), &mut size, std::ptr::null_mut()) })?;
-    Ok(size.bytes)
 }
 
 /// A call for each point: the median of single calls after other memory was touched, and the fastest of rounds over all points.

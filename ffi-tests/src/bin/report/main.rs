@@ -1,6 +1,7 @@
 //! Measures how well the library samples beside other ways, and writes a page with tables, plots and pictures. Cells that were
 //! measured before with the same programs are read from the cache, so a run that was stopped goes on where it was.
 
+mod before;
 mod gains;
 mod goals;
 mod losses;

@@ -126,6 +126,11 @@ pub fn has_known_lobes(cell: &Cell) -> bool {
     LOBES.iter().any(|kind| name.starts_with(kind))
 }
 
+/// Whether a cell's light has a sun that is not clipped.
+pub fn is_under_sun(cell: &Cell) -> bool {
+    cell.light == SUN || cell.light.starts_with("rooitou")
+}
+
 /// The mesh that was asked for, or one of the data if it is there.
 fn mesh(options: &Options, name: &str) -> Option<PathBuf> {
     let usual = Path::new(data::FOLDER).join("meshes").join(name);

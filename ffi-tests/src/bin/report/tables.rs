@@ -2,8 +2,8 @@
 
 use crate::gains::{self, Against, METRICS, Scale, geometric_mean, over, over_best};
 use crate::goals::{self, Measured};
-use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
-use crate::{Run, losses, plots, tuned};
+use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes, is_under_sun};
+use crate::{Run, before, losses, plots, tuned};
 use anyhow::Result;
 use std::collections::HashMap;
 use wis_ffi_tests::cost::MODELS;
@@ -74,6 +74,7 @@ pub fn page(run: &Run, cells: &[Cell], measured: &Measured, pictures: Vec<Part>)
     short.extend(drawn(&main, &lobes, pictures)?);
     short.extend(situations(cells));
     short.extend(certain(cells));
+    short.extend(before::parts(cells));
     short.extend(verdicts(cells, measured));
     short.extend(sun(&main));
     short.extend(weights_and_limit(&main));
@@ -246,6 +247,10 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
     vec![Part::Heading("Ahead, undecided, behind".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
+pub fn verdict(is_reached: bool) -> &'static str {
+    if is_reached { "reached" } else { "**missed**" }
+}
+
 /// A goal, what was measured, and whether it is reached.
 fn goal(table: &mut Table, name: &str, measured: f64, bound: (f64, bool, &str), beside: &str) {
     let (goal, at_least, unit) = bound;
@@ -376,7 +381,7 @@ fn sun(main: &[&Cell]) -> Vec<Part> {
     let words = ["method", "light", "lobe", "verdict"].map(String::from);
     let mut table = Table::new(4, &words.into_iter().chain(heads).collect::<Vec<_>>());
     let mut reached = Vec::new();
-    let suns = || main.iter().filter(|cell| cell.light == SUN || cell.light.starts_with("rooitou"));
+    let suns = || main.iter().filter(|cell| is_under_sun(cell));
     for method in ["product", "product + MIS"] {
         let (mut kept, mut all) = (0, 0);
         for cell in suns() {
@@ -387,8 +392,7 @@ fn sun(main: &[&Cell]) -> Vec<Part> {
             let holds = |(gain, (_, scale)): (&f64, &(usize, Scale))| *gain >= [1.0, 0.9][scale.metric];
             let is_reached = gains.iter().zip(&columns).all(holds);
             (kept, all) = (kept + usize::from(is_reached), all + 1);
-            let verdict = if is_reached { "reached" } else { "**missed**" };
-            let words = [method, &cell.light, &cell.material, verdict].map(String::from);
+            let words = [method, &cell.light, &cell.material, verdict(is_reached)].map(String::from);
             table.row(words.into_iter().chain(gains.into_iter().map(times)));
         }
         reached.push(format!("{method}: {kept} of {all} rows"));

@@ -1,0 +1,162 @@
+//! Against version 0.1, whose clients chose a sampler for each hit and kept products themselves: what choosing and keeping by
+//! `wis_direct` gains over that.
+
+use crate::gains::{self, METRICS, Scale, geometric_mean};
+use crate::studies::{HITS, MAIN, TEXTURED, is_under_sun};
+use crate::tables::{of_study, ours, verdict};
+use wis_ffi_tests::before::Before;
+use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::kept;
+use wis_ffi_tests::library::Mode;
+use wis_ffi_tests::measure::Cell;
+use wis_ffi_tests::method::Method;
+use wis_ffi_tests::page::{Part, Table, times};
+use wis_ffi_tests::peers::{Candidates, Peer};
+
+/// From so many rays at a hit on, the rule prepares a product.
+const MANY: usize = 16;
+
+/// The heading and both tables, of what was measured.
+pub fn parts(cells: &[Cell]) -> Vec<Part> {
+    let tables: Vec<Part> = ruled(&of_study(cells, MAIN)).into_iter().chain(kept_by_client(cells)).collect();
+    let heading = (!tables.is_empty()).then(|| Part::Heading("Against version 0.1".into()));
+    heading.into_iter().chain(tables).collect()
+}
+
+/// What a client of version 0.1 calls.
+fn rule(cell: &Cell, rays: usize) -> Method {
+    if rays < MANY || is_under_sun(cell) {
+        Peer::Pool(8, Candidates::Plain).into()
+    } else {
+        Mode::Before(Before::Product).into()
+    }
+}
+
+/// The mean gain of `wis_direct` over the rule: over cells and both cost models, in each metric.
+fn over_rule(cells: &[&Cell], rays: usize) -> [f64; METRICS.len()] {
+    let groups = || cells.iter().flat_map(|cell| (0..MODELS.len()).map(move |model| (*cell, model)));
+    std::array::from_fn(|metric| {
+        let gain = |(cell, model)| {
+            let scale = Scale { metric, model, ..Scale::default() };
+            gains::of_medians(cell, ours(MAIN), &rule(cell, rays).name(), rays, scale)
+        };
+        geometric_mean(groups().filter_map(gain))
+    })
+}
+
+fn ruled(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let mut table = Table::new(2, &["rays at a hit", "verdict", "absolute", "relative", "both metrics"]);
+    let (mut reached, counts) = ([0; 3], gains::counts(first));
+    for &rays in &counts {
+        let [absolute, relative] = over_rule(cells, rays);
+        let gains = [absolute, relative, (absolute * relative).sqrt()];
+        reached.iter_mut().zip(gains).for_each(|(reached, gain)| *reached += usize::from(gain >= 1.0));
+        let words = [rays.to_string(), verdict(gains[2] >= 1.0).into()];
+        table.row(words.into_iter().chain(gains.map(times)));
+    }
+    let [absolute, relative, both] = reached;
+    let text = format!(
+        "**The rule of version 0.1.** Its clients chose a sampler for each hit. The rule here: the pool P(8) for fewer than {MANY} rays \
+         and under unclipped suns, else `{}`. `wis.h` of version 0.1 said more: of narrow lobes, numbers of candidates and compensated light. **`wis_direct` \
+         is at least as efficient as the rule in {both} of {n} rows**, in the mean of both metrics. In the absolute metric that holds \
+         in {absolute} of {n}, in the relative one in {relative}.",
+        Mode::Before(Before::Product).name(),
+        n = counts.len()
+    );
+    let words = format!(
+        "Gain of `wis_direct` over the rule at equal time with cold caches: above 1 it is ahead. Each number is the geometric mean over \
+         {} cells of \"{MAIN}\" and both cost models. Variances are medians over repeats, here and in the next table. Reached: at least 1 \
+         in the mean of both metrics.",
+        cells.len()
+    );
+    vec![Part::Text(text), Part::Table(table), Part::Text(words)]
+}
+
+/// Gains of `wis_direct` with numbers of the client's own over products that the client keeps.
+fn over_kept<'a>(cells: &[&'a Cell], scale: Scale) -> Vec<(&'a Cell, f64)> {
+    let (shared, kept) = (Mode::Shared.name(), Mode::Kept.name());
+    let gains = |cell: &&'a Cell| {
+        let of = |rays| Some((*cell, gains::of_medians(cell, shared, kept, rays, scale)?));
+        gains::counts(cell).into_iter().filter_map(of).collect::<Vec<_>>()
+    };
+    cells.iter().flat_map(gains).collect()
+}
+
+fn kept_by_client(cells: &[Cell]) -> Vec<Part> {
+    let head = ["study", "metric, costs", "verdict", "worst cell", "mean over cells", "worst cell's gain"];
+    let (mut table, mut reached) = (Table::new(4, &head), 0);
+    for (study, scale) in [HITS, TEXTURED].into_iter().flat_map(|study| Scale::all().map(move |scale| (study, scale))) {
+        let gains = over_kept(&of_study(cells, study), scale);
+        let Some((worst, least)) = gains.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+        let mean = geometric_mean(gains.iter().map(|gain| gain.1));
+        reached += usize::from(mean >= 1.0);
+        let place = format!("{}, {}", worst.light, worst.material);
+        let words = [study.into(), scale.name(), verdict(mean >= 1.0).into(), place];
+        table.row(words.into_iter().chain([mean, *least].map(times)));
+    }
+    if table.rows.is_empty() {
+        return Vec::new();
+    }
+    let text = format!(
+        "**Products kept by the client.** A client can share products itself (`{}`). It keeps the last {} of a pixel, prepared with a cone \
+         of {} radians. A hit draws from one that `wis_product_covers` allows, or else prepares another. **`wis_direct` with `u` is at least \
+         as efficient in {reached} of {} rows**, in the mean over cells.",
+        Mode::Kept.name(),
+        kept::MOST,
+        kept::CONE,
+        table.rows.len()
+    );
+    let words = "Gain of `wis_direct` with `u` over that at equal time with cold caches: above 1 it is ahead. Both have the same \
+                 well-spread numbers. Means are geometric. Reached: the mean is at least 1.";
+    vec![Part::Text(text), Part::Table(table), Part::Text(words.into())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wis_ffi_tests::measure::{Errors, Repeat, Row};
+    use wis_ffi_tests::timing::Time;
+
+    /// A cell of methods at 16 rays, by what each takes; the variances of all are 1.
+    fn cell(study: &str, light: &str, methods: &[(&str, f64)]) -> Cell {
+        let errors = Errors { absolute: 1.0, relative: 1.0, ..Errors::default() };
+        let row = |&(method, ns): &(&str, f64)| Row {
+            method: method.into(),
+            count: MANY,
+            times: [[Time { sampling: ns, rays: 0.0 }; MODELS.len()]; 2],
+            repeats: vec![Repeat { errors: [errors; 4] }],
+        };
+        Cell {
+            study: study.into(),
+            scene: String::new(),
+            light: light.into(),
+            material: "Lambert".into(),
+            pixels: [0; 4],
+            reference: (0, 0.0),
+            max_weight: 0.0,
+            visible: 1.0,
+            candidates: Vec::new(),
+            rows: methods.iter().map(row).collect(),
+        }
+    }
+
+    #[test]
+    fn the_rule_takes_a_pool_for_few_rays_and_under_suns() {
+        let methods = [("direct", 1.0), ("P(8)", 2.0), ("wavelet product", 8.0)];
+        let [sun, sky] = [crate::studies::SUN, "sky"].map(|light| cell(MAIN, light, &methods));
+        assert_eq!([1, 4, 16].map(|rays| rule(&sky, rays).name()), ["P(8)", "P(8)", "wavelet product"]);
+        assert_eq!(rule(&sun, 64).name(), "P(8)");
+        let gains = over_rule(&[&sun, &sky], MANY);
+        assert!(gains.iter().all(|gain| (gain - 4.0).abs() < 1e-9), "{gains:?}");
+    }
+
+    #[test]
+    fn the_worst_cell_and_the_mean_are_those_of_kept_products() {
+        let of = |light, ns| cell(HITS, light, &[("direct, shared", 1.0), ("product, kept", ns)]);
+        let parts = kept_by_client(&[of("sky", 8.0), of("room", 0.5)]);
+        let Some(Part::Table(table)) = parts.get(1) else { panic!("no table") };
+        assert_eq!(table.rows.len(), 4);
+        assert_eq!(table.rows[0][2..], ["reached", "room, Lambert", "2.00x", "0.50x"]);
+    }
+}

@@ -78,14 +78,6 @@ pub fn over(cell: &Cell, ours: &str, theirs: &str, count: usize, scale: Scale) -
     comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs(ours, None, scale)))
 }
 
-/// The gain of a method over another, from the median variance of each.
-pub fn of_medians(cell: &Cell, ours: &str, theirs: &str, count: usize, scale: Scale) -> Option<f64> {
-    let ns = |method| Some(row(cell, method, count)?.times[usize::from(scale.warm)][scale.model].ns());
-    let cost = |method| Some(variance(cell, method, count, scale.metric)? * ns(method)?);
-    let gain = cost(theirs)? / cost(ours)?;
-    (gain.is_finite() && gain > 0.0).then_some(gain)
-}
-
 /// The peer of a list with the smallest variance x time on the even repeats.
 pub fn best(cell: &Cell, list: &Peers, count: usize, scale: Scale) -> Option<String> {
     let cost = |name: &String| Some(costs(row(cell, name, count)?, Some(0), scale).iter().sum::<f64>());

@@ -24,7 +24,7 @@ pub struct Constant {
     pub processes: usize,
 }
 
-pub const CONSTANTS: [Constant; 7] = [
+pub const CONSTANTS: [Constant; 8] = [
     Constant {
         what: "candidates for one ray",
         file: "src/direct/mod.rs",
@@ -56,6 +56,17 @@ pub const CONSTANTS: [Constant; 7] = [
         mode: Mode::Direct,
         hits: 1,
         repeats: 256,
+        processes: 1,
+    },
+    Constant {
+        what: "candidates for each of 32 rays and more",
+        file: "src/direct/mod.rs",
+        text: "_ => 4,",
+        values: &["4", "8", "16"],
+        cells: || narrow(&[32, 64]),
+        mode: Mode::Direct,
+        hits: 1,
+        repeats: 128,
         processes: 1,
     },
     Constant {

@@ -32,8 +32,7 @@ pub fn candidates_per_ray(rays: usize, diffuse: bool) -> usize {
     let full = match rays {
         0..=1 => 32,
         2..=3 => 16,
-        4..=31 => 8,
-        _ => 4,
+        _ => 8,
     };
     if diffuse { full / 2 } else { full }
 }

@@ -21,7 +21,7 @@ pub const WAVE_RAYS: usize = 64;
 pub const MAX_PER_RAY: usize = 256;
 
 /// Beyond this many rays, more of them never mean fewer candidates.
-const FEW_RAYS: usize = 32;
+const FEW_RAYS: usize = 4;
 
 /// Candidates for each ray under a compensated light. More of them cost time and leave the variance as it is: `c-examples/pathtracer` with 1
 /// and 4 rays under four maps.

@@ -24,7 +24,7 @@ pub struct Constant {
     pub processes: usize,
 }
 
-pub const CONSTANTS: [Constant; 8] = [
+pub const CONSTANTS: [Constant; 7] = [
     Constant {
         what: "candidates for one ray",
         file: "src/direct/mod.rs",
@@ -48,25 +48,14 @@ pub const CONSTANTS: [Constant; 8] = [
         processes: 1,
     },
     Constant {
-        what: "candidates for each of 4 to 31 rays",
+        what: "candidates for each of 4 rays and more",
         file: "src/direct/mod.rs",
-        text: "4..=31 => 8,",
+        text: "_ => 8,",
         values: &["8", "4", "16"],
-        cells: || narrow(&[4, 16]),
+        cells: || narrow(&[4, 16, 64]),
         mode: Mode::Direct,
         hits: 1,
         repeats: 256,
-        processes: 1,
-    },
-    Constant {
-        what: "candidates for each of 32 rays and more",
-        file: "src/direct/mod.rs",
-        text: "_ => 4,",
-        values: &["4", "8", "16"],
-        cells: || narrow(&[32, 64]),
-        mode: Mode::Direct,
-        hits: 1,
-        repeats: 128,
         processes: 1,
     },
     Constant {

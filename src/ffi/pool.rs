@@ -50,8 +50,9 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// wis_direct does the same with the library's candidates and lobes.
 ///
 /// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i
-/// and any g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out
-/// of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
+/// and any g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine.
+/// WIS_INVALID_ARGUMENT for a weight out of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random
+/// number for all. `scratch`: of wis_pool_size.
 ///
 /// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x
 /// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked

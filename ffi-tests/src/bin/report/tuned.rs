@@ -68,7 +68,11 @@ const TUNED: [Tuned; 6] = [
         commit: "d3be617",
         maps: "eight lights of this report, pictures of the gallery",
         judged: true,
-        anew: &["candidates for one ray", "candidates for each of 2 or 3 rays", "candidates for each of 4 rays and more"],
+        anew: &[
+            "candidates for one ray",
+            "candidates for each of 2 or 3 rays",
+            "candidates for each of 4 rays and more",
+        ],
     },
     Tuned {
         what: "when hits share a product",

@@ -330,7 +330,7 @@ impl Kernel for Evaluate<'_, '_> {
         let mut values = [0.0; MAX_CORNERS];
         self.stage.evaluate::<F>(&mut values);
         self.stage.lay::<F>(&values);
-        self.stage.choose::<F>();
+        self.stage.choose::<F>(&mut values);
     }
 }
 
@@ -421,9 +421,12 @@ impl Stage<'_> {
         for cells in cells.get(..count).unwrap_or(&[]).chunks(LANES) {
             let mut directions = [[0.0; MOST_LOOKED_AT * LANES]; 3];
             for (lane, &cell) in cells.iter().enumerate() {
-                for (out, middles) in directions.iter_mut().zip(self.guide.middles(cell as usize)) {
-                    for (out, &part) in out.chunks_exact_mut(LANES).zip(looked_at) {
-                        out[lane % LANES] = middles.get(part).copied().unwrap_or(0.0);
+                let middles = self.guide.middles(cell as usize).map(|of| of.first_chunk().unwrap_or(&[0.0; MIDDLES]));
+                for (out, &part) in (lane..).step_by(LANES).zip(looked_at) {
+                    for (directions, middles) in directions.iter_mut().zip(middles) {
+                        if let Some(direction) = directions.get_mut(out) {
+                            *direction = middles[part % MIDDLES];
+                        }
                     }
                 }
             }
@@ -443,28 +446,21 @@ impl Stage<'_> {
         }
     }
 
-    /// Chooses the heaviest cells.
+    /// Chooses the heaviest cells. `room`: for the weights of all cells.
     #[inline(always)]
-    fn choose<F: Lanes>(&mut self) {
+    fn choose<F: Lanes>(&mut self, room: &mut [f32; MAX_CORNERS]) {
         if self.heaviest.room() == 0 || !self.any {
             return;
         }
         self.look_closer::<F>();
+        let Some(left) = room.get_mut(..MAX_CELLS) else { return };
         let mut sum = <F as Num>::splat(0.0);
-        for weights in self.work.weights.chunks_exact(LANES) {
+        for (left, weights) in left.chunks_exact_mut(LANES).zip(self.work.weights.chunks_exact(LANES)) {
             sum = sum + <F as Num>::read(weights);
+            left.copy_from_slice(weights);
         }
         let share = if self.heaviest.room() > DIVIDED { HEAVY_OF_MANY } else { HEAVY };
-        let least = share * Num::store(sum).iter().sum::<f32>();
-        for first in (0..self.work.weights.len()).step_by(LANES) {
-            let weights = self.work.weights.get(first..).unwrap_or(&[]);
-            let mut bits = <F as Num>::bits(Num::lt(<F as Num>::splat(least), <F as Num>::read(weights)));
-            while bits != 0 {
-                let lane = bits.trailing_zeros();
-                bits &= bits - 1;
-                self.heaviest.offer(first as u32 + lane, weights.get(lane as usize).copied().unwrap_or(0.0));
-            }
-        }
+        self.heaviest.choose::<F>(left, share * Num::store(sum).iter().sum::<f32>());
     }
 
     /// Evaluates F at the middles of the divided cells' parts, and keeps it where the ends of those parts will stand.

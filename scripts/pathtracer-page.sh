@@ -131,7 +131,14 @@ END {
             gain = better(cost(k, m, "mis"), cost(k, m, "compensated")) / cost(k, m, "direct")
             total[part[3]]++
             won[part[3]] += gain > 1
-            if (gain <= 1) losses = losses sprintf("| %s | %s | %d | %s | %.2fx |\n", part[2], name[part[3]], part[4], metric[m], gain)
+            if (gain <= 1) {
+                mis = cost(k, m, "mis") < cost(k, m, "compensated") ? "mis" : "compensated"
+                less = error[k, m, mis] / error[k, m, "direct"]
+                lost++
+                lost_by_time += less > 1
+                losses = losses sprintf("| %s | %s | %d | %s | %.2fx | %.2fx | %.2fx |\n", part[2], name[part[3]], part[4],
+                    metric[m], gain, less, seconds[k, "direct"] / seconds[k, mis])
+            }
             g = part[3] SUBSEP part[4] SUBSEP m
             n[g]++
             split("direct alone product reuse-base", methods, " ")
@@ -148,7 +155,12 @@ END {
     print "(0,2)-sequence. A cell is a map, a number of samples per pixel and a metric. Efficiency is 1 / (error x time)."
     print "Maps of this run: " names ".\n"
     print "## Where it loses\n"
-    if (losses == "") print "In no cell.\n"; else print "| map | numbers | samples per pixel | metric | efficiency over the better MIS |\n| --- | --- | --- | --- | --- |\n" losses
+    if (losses == "") print "In no cell.\n"
+    else {
+        printf "In %d of these %d cells it has less error with as many samples, and takes more time than that gains.\n\n", lost_by_time, lost
+        print "| map | numbers | samples per pixel | metric | efficiency over the better MIS | error of that MIS over that of direct | time of direct over that of the MIS |"
+        print "| --- | --- | --- | --- | --- | --- | --- |\n" losses
+    }
     print "## Efficiency over the better of MIS and compensated MIS\n"
     print "Geometric mean over maps, and in brackets the worst map. Above 1 is better.\n"
     print "| numbers | samples | metric | direct | direct alone | product with MIS | product kept by the client |\n| --- | --- | --- | --- | --- | --- | --- |"

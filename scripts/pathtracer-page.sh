@@ -6,8 +6,11 @@ program=$1
 maps=$2
 page=$3
 runs=$page.runs
+measured=
 if [ -f "$maps" ]; then
     runs=$maps
+    # What the page says of the run it was measured in stays.
+    measured=$(sed -n '/^Commit /,$p' "$page")
 else
     : > "$runs"
 fi
@@ -196,4 +199,8 @@ END {
     print "they are the mean of (image - one reference) x (image - the other). Relative error: squared error / (reference^2 + 1e-4 mean^2)."
     print ""
 }' "$runs" > "$page"
-scripts/provenance.sh pathtracer-page >> "$page"
+if [ -n "$measured" ]; then
+    printf '%s\n' "$measured" >> "$page"
+else
+    scripts/provenance.sh pathtracer-page >> "$page"
+fi

@@ -195,8 +195,8 @@ END {
     printf "`make pathtracer-page MAPS=folder` wrote this page. The tracer has %d lines (`scene.h`, `path.h` in\n", lines
     print "`c-examples/pathtracer`): spheres, a mesh of 115,200 triangles, Lambert, GGX of 0.15 and 0.3, patterned albedo, four bounces. One"
     print "ray for light at each hit. 24 x 14 pixels, every 40th of an image of 960 x 560; processor time of one thread; methods take turns."
-    print "Errors are unbiased by the noise of two references of 250 to 1000 samples, of four rays at each hit and with seeds of their own, since"
-    print "they are the mean of (image - one reference) x (image - the other). Relative error: squared error / (reference^2 + 1e-4 mean^2)."
+    print "Errors are the mean of (image - one reference) x (image - the other), so that the noise of references does not bias them. Each reference"
+    print "has 250 to 1000 samples of four rays at each hit, and seeds of its own. Relative error: squared error / (reference^2 + 1e-4 mean^2)."
     print ""
 }' "$runs" > "$page"
 if [ -n "$measured" ]; then

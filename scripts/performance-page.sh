@@ -179,7 +179,7 @@ A renderer touches much memory between two hits, so expect the cold column.
    several microseconds.
 3. **Wide lobes** (0.25 and more) and four rays or more: $(quoted include/wis.h 'samples of a product instead'), which needs no setting.
 4. **Rendering in passes, where most light is blocked:** give the point a visibility cache. In the penumbra of a room with one window the
-   variance is then $(cell passes 'room | penumbra | all points' expensive) lower at equal time; outdoors it is $(cell passes 'spot | penumbra | all points' expensive) there, and $(cell passes 'spot | lit | all points' expensive) where all light is visible
+   variance is then $(cell passes 'room | penumbra | all points' expensive) lower at equal time. Outdoors it is $(cell passes 'spot | penumbra | all points' expensive) there, and $(cell passes 'spot | lit | all points' expensive) where all light is visible
    ([passes.md](passes.md), [gallery.md](gallery.md)).
 5. **Well-spread numbers and 16 hits or more in a pixel:** \`u\` and \`hits_per_pixel\`. First hits then share products.
 

@@ -174,7 +174,7 @@ uint32_t wis_version(void);
 /// +Inf by the largest finite luminance of the map.
 #define WIS_ENVIRONMENT_SANITISE 8
 
-/// No products will be prepared with it, nor shared by hits, nor used for several rays: 34 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+/// No products will be prepared with it, nor shared by hits, nor used for several rays: 41 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 #define WIS_ENVIRONMENT_LIGHT_ONLY 16
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block

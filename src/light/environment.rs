@@ -294,7 +294,7 @@ impl<'a> Environment<'a> {
             let light = scratch.block_light.get_mut(first..first + count).unwrap_or(&mut []);
             writer.cell(&texels, index, scratch.work, steps, light);
         }
-        writer.finish(&totals, scratch.work, scratch.rgb, frame)?;
+        writer.finish(&totals, scratch.work, scratch.rgb, frame, scratch.luminance)?;
         Environment::view(memory).ok_or(BuildError::Status(Status::Misaligned))
     }
 
@@ -538,12 +538,35 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes all that is known when every cell is written.
+    /// Writes all that is known when every cell is written. `room`: the luminances, which nobody reads any more.
     ///
     /// # Errors
     /// [`Status::Overflow`] if the power is not a number.
-    pub fn finish(self, totals: &Totals, work: &[CellWork], rgb: &[[f64; 3]], frame: &Frame) -> Result<()> {
+    pub fn finish(
+        mut self,
+        totals: &Totals,
+        work: &[CellWork],
+        rgb: &[[f64; 3]],
+        frame: &Frame,
+        room: &mut [f32],
+    ) -> Result<()> {
+        self.tables(totals, work, rgb, frame);
+        let Writer { plan, sections, bytes, .. } = self;
+        write_guide(&plan, sections.guide as usize, bytes, room);
+        let tables_hash = hash(bytes);
+        let header =
+            bytes.get_mut(..size_of::<Header>()).and_then(|start| bytemuck::try_from_bytes_mut::<Header>(start).ok());
+        let header = header.ok_or(Status::Misaligned)?;
+        header.tables_hash = tables_hash;
+        header.content_id = content_id(tables_hash, &header.frame);
+        if header.power.is_finite() { Ok(()) } else { Err(Status::Overflow) }
+    }
+
+    /// Writes the tables of cells, and the header but for its hashes. Apart, so that its stack is free again.
+    #[inline(never)]
+    fn tables(&mut self, totals: &Totals, work: &[CellWork], rgb: &[[f64; 3]], frame: &Frame) {
         let Writer { plan, sections, lengths, bytes } = self;
+        let (plan, sections, lengths) = (*plan, *sections, *lengths);
         let count = plan.cells() as usize;
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
@@ -577,7 +600,7 @@ impl<'a> Writer<'a> {
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();
         let axis = plan.chart.axes;
-        let mut header = Header {
+        let header = Header {
             magic: Header::MAGIC,
             bytes: sections.end,
             content_id: 0,
@@ -611,20 +634,12 @@ impl<'a> Writer<'a> {
             frame: frame.to_array(),
             reserved: 0,
         };
-        let put = |bytes: &mut [u8], header: &Header| {
-            if let Some(out) = bytes.get_mut(..size_of::<Header>()) {
-                for (out, &byte) in out.iter_mut().zip(bytemuck::bytes_of(header)) {
-                    *out = byte;
-                }
+        if let Some(out) = bytes.get_mut(..size_of::<Header>()) {
+            for (out, &byte) in out.iter_mut().zip(bytemuck::bytes_of(&header)) {
+                *out = byte;
             }
-        };
-        put(bytes, &header);
+        }
         scale_blocks(part_mut(bytes, sections.blocks as usize, lengths.blocks), power);
-        write_guide(&plan, sections.guide as usize, bytes);
-        header.tables_hash = hash(bytes);
-        header.content_id = content_id(header.tables_hash, &header.frame);
-        put(bytes, &header);
-        if header.power.is_finite() { Ok(()) } else { Err(Status::Overflow) }
     }
 }
 
@@ -637,24 +652,29 @@ fn scale_blocks(blocks: &mut [Block], power: f64) {
 }
 
 /// Writes the guide of an environment whose tables are complete.
-fn write_guide(plan: &Plan, start: usize, bytes: &mut [u8]) {
+fn write_guide(plan: &Plan, start: usize, bytes: &mut [u8], room: &mut [f32]) {
     let (faces, length) = (plan.chart.faces(), guide_length(plan));
     if length == 0 {
         return;
     }
+    write_corners(plan, start, bytes);
+    for cell in 0..plan.cells() {
+        let measured = Environment::view(bytes).map(|environment| CellGuide::of(&environment.light(), cell, room));
+        if let Some(measured) = measured {
+            guide::write_cell(plan.grid, faces, cell, &measured, part_mut(bytes, start, length));
+        }
+    }
+}
+
+/// Writes the corners of the guide. Apart, so that its stack is free again.
+#[inline(never)]
+fn write_corners(plan: &Plan, start: usize, bytes: &mut [u8]) {
     let mut corners = [0.0; 3 * guide::MAX_CORNERS];
     if let Some(environment) = Environment::view(bytes) {
         guide::write_corners(&environment.light(), &mut corners);
     }
-    let numbers = part_mut::<f32>(bytes, start, length);
-    for (out, &x) in numbers.iter_mut().zip(&corners) {
+    for (out, &x) in part_mut::<f32>(bytes, start, guide_length(plan)).iter_mut().zip(&corners) {
         *out = x;
-    }
-    for cell in 0..plan.cells() {
-        let measured = Environment::view(bytes).map(|environment| CellGuide::of(&environment.light(), cell));
-        if let Some(measured) = measured {
-            guide::write_cell(plan.grid, faces, cell, &measured, part_mut(bytes, start, length));
-        }
     }
 }
 

@@ -1,16 +1,13 @@
 //! What a product must know of each cell without reading the tables: where its corners are, where its light is, how far it reaches.
 //!
 //! Written once with the light, so that preparing a product needs no trigonometry and no walk. The light of a cell is known by
-//! the directions that the middles of 4 x 4 equal parts of its numbers (w, v) lead to: each stands for a sixteenth of the light.
+//! the directions that the middles of 4 x 4 parts of its numbers (w, v) lead to.
 
-use super::tables::{Cell, Light};
-use crate::numeric::{max, sqrt};
+use super::area::{Area, Sampled, splat};
+use super::parts::{self, BORDERS, Borders, EVEN, MIDDLES, PARTS};
+use super::tables::Light;
+use crate::numeric::sqrt;
 use crate::simd::{LANES, Native, Num};
-
-/// Parts of a cell's numbers along each axis.
-pub const PARTS: usize = 4;
-/// Parts of a cell.
-pub const MIDDLES: usize = PARTS * PARTS;
 
 /// A number of each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +30,9 @@ pub enum Column {
     /// The cosine of the cone's half-angle.
     Cosine = 13,
 }
+
+/// Numbers of the parts of a cell.
+const OF_PARTS: usize = 3 * MIDDLES + BORDERS;
 
 /// How many numbers a cell has.
 const COLUMNS: usize = 14;
@@ -59,8 +59,8 @@ pub struct Guide<'a> {
     corner_count: usize,
     /// [`COLUMNS`] numbers of all cells, column by column.
     columns: &'a [f32],
-    /// Of each cell x, then y, then z of the middles of its parts, row by row.
-    middles: &'a [f32],
+    /// Of each cell x, then y, then z of the middles of its parts, row by row; then their borders.
+    parts: &'a [f32],
 }
 
 /// Corners of so many cells, filled up to whole lanes.
@@ -70,7 +70,7 @@ fn corner_count([columns, rows]: [u32; 2], faces: u32) -> usize {
 
 /// The numbers of a guide for cells along columns and rows of all faces.
 pub fn length(grid: [u32; 2], faces: u32) -> usize {
-    3 * corner_count(grid, faces) + grid[0] as usize * grid[1] as usize * (COLUMNS + 3 * MIDDLES)
+    3 * corner_count(grid, faces) + grid[0] as usize * grid[1] as usize * (COLUMNS + OF_PARTS)
 }
 
 impl<'a> Guide<'a> {
@@ -79,9 +79,9 @@ impl<'a> Guide<'a> {
     pub fn new(grid: [u32; 2], faces: u32, numbers: &'a [f32]) -> Guide<'a> {
         let (corner_count, cells) = (corner_count(grid, faces), grid[0] as usize * grid[1] as usize);
         let (corners, rest) = numbers.split_at_checked(3 * corner_count).unwrap_or_default();
-        let (columns, middles) = rest.split_at_checked(COLUMNS * cells).unwrap_or_default();
+        let (columns, parts) = rest.split_at_checked(COLUMNS * cells).unwrap_or_default();
         let face_grid = [grid[0] as usize, grid[1] as usize / faces.max(1) as usize];
-        Guide { face_grid, cells, corners, corner_count, columns, middles }
+        Guide { face_grid, cells, corners, corner_count, columns, parts }
     }
 
     /// The number of cells, whole lanes of them.
@@ -104,7 +104,14 @@ impl<'a> Guide<'a> {
     /// The directions of the middles of a cell's parts: x, y and z.
     #[inline(always)]
     pub fn middles(&self, cell: usize) -> [&'a [f32]; 3] {
-        columns(self.middles.get(3 * MIDDLES * cell..).unwrap_or(&[]), MIDDLES)
+        columns(self.parts.get(OF_PARTS * cell..).unwrap_or(&[]), MIDDLES)
+    }
+
+    /// The borders of a cell's parts.
+    #[inline(always)]
+    pub fn borders(&self, cell: usize) -> &'a Borders {
+        let numbers = self.parts.get(OF_PARTS * cell + 3 * MIDDLES..).and_then(|rest| rest.first_chunk());
+        numbers.unwrap_or(&EVEN)
     }
 
     /// A number of a cell.
@@ -138,10 +145,11 @@ impl<'a> Guide<'a> {
 
     /// Whether all numbers are such that products of them are finite.
     pub fn is_sound(&self) -> bool {
-        let all = [self.corners, self.columns, self.middles];
-        let length = self.cells * (COLUMNS + 3 * MIDDLES) + 3 * self.corner_count;
+        let all = [self.corners, self.columns, self.parts];
+        let length = self.cells * (COLUMNS + OF_PARTS) + 3 * self.corner_count;
         all.iter().map(|part| part.len()).sum::<usize>() == length
             && all.iter().all(|part| part.iter().all(|x| x.abs() <= LARGEST))
+            && (0..self.cells).all(|cell| parts::are_sound(self.borders(cell)))
     }
 }
 
@@ -157,29 +165,31 @@ fn columns(numbers: &[f32], count: usize) -> [&[f32]; 3] {
 pub struct CellGuide {
     columns: [f32; COLUMNS],
     middles: [[f32; MIDDLES]; 3],
+    borders: Borders,
 }
 
 impl CellGuide {
-    /// Measures a cell of a light whose tables are complete, eight directions at a time.
-    pub fn of(light: &Light<'_>, cell: u32) -> CellGuide {
-        let mut guide = CellGuide { columns: [0.0; COLUMNS], middles: [[0.0; MIDDLES]; 3] };
+    /// Measures a cell of a light whose tables are complete, eight directions at a time. `room`: as for [`parts::borders`].
+    pub fn of(light: &Light<'_>, cell: u32, room: &mut [f32]) -> CellGuide {
+        let mut guide = CellGuide { columns: [0.0; COLUMNS], middles: [[0.0; MIDDLES]; 3], borders: EVEN };
         let Some(c) = light.cells.get(cell as usize) else { return guide };
-        let area = Area::new(light, c);
+        let area = Area::new(light, cell);
         for first in (0..MIDDLES).step_by(LANES) {
-            let middle = |of: fn(usize) -> usize| Native::each(|lane| (of(first + lane) as f32 + 0.5) / PARTS as f32);
-            let drawn =
-                light.sample_in::<Native>([cell; LANES], [middle(|part| part % PARTS), middle(|part| part / PARTS)]);
-            let position = area.position(drawn.place());
+            let sampled = middles(&area, &EVEN, first);
             for (axis, column) in [Column::Across, Column::Down].into_iter().enumerate() {
-                guide.add_means(column, first, &position[axis].store());
+                guide.add_means(column, first, &sampled.position[axis].store());
             }
-            for (out, x) in guide.middles.iter_mut().zip(area.direction(position)) {
+        }
+        let (axis, [sine, cosine]) = cone(&area);
+        guide.borders = parts::borders(&area, axis, room);
+        for first in (0..MIDDLES).step_by(LANES) {
+            let sampled = middles(&area, &guide.borders, first);
+            for (out, x) in guide.middles.iter_mut().zip(sampled.direction) {
                 for (out, x) in out.iter_mut().skip(first).zip(x.store()) {
                     *out = x;
                 }
             }
         }
-        let (axis, [sine, cosine]) = cone(&area);
         let rest = [c.probability, axis[0], axis[1], axis[2], sine, cosine];
         for (out, x) in guide.columns.iter_mut().skip(Column::Mass as usize).zip(rest) {
             *out = x;
@@ -199,45 +209,21 @@ impl CellGuide {
     }
 }
 
-/// A cell on its face.
-struct Area<'a> {
-    light: &'a Light<'a>,
-    face: Native,
-    low: [f32; 2],
-    size: [f32; 2],
-}
-
-impl Area<'_> {
-    fn new<'a>(light: &'a Light<'a>, cell: &Cell) -> Area<'a> {
-        let edge = |k: usize, patch: u16| light.chart.axes[k].edge(f32::from(patch));
-        let low = [0, 1].map(|k: usize| edge(k, cell.origin[k]));
-        let size = [0, 1].map(|k: usize| edge(k, cell.origin[k] + cell.patches[k]) - low[k]);
-        Area { light, face: splat(f32::from(cell.face)), low, size }
+/// Where the middles of eight parts from `first` on are.
+#[inline(never)]
+fn middles(area: &Area<'_>, borders: &Borders, first: usize) -> Sampled {
+    let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
+    for (part, (w, v)) in (first..).zip(across.iter_mut().zip(&mut down)) {
+        [*w, *v] = parts::middle(borders, part);
     }
-
-    /// Places on the face as positions in the cell, [0, 1].
-    fn position(&self, place: [Native; 2]) -> [Native; 2] {
-        [0, 1].map(|k: usize| {
-            let share = (place[k] - splat(self.low[k])) / splat(max(self.size[k], f32::MIN_POSITIVE));
-            share.max(splat(0.0)).min(splat(1.0))
-        })
-    }
-
-    /// The directions of positions in the cell.
-    fn direction(&self, position: [Native; 2]) -> [Native; 3] {
-        let place = [0, 1].map(|k: usize| splat(self.low[k]) + position[k] * splat(self.size[k]));
-        self.light.chart.direction(self.face, place)
-    }
-}
-
-/// The same number in all lanes.
-fn splat(x: f32) -> Native {
-    Native::splat(x)
+    area.sample([Native::load(across), Native::load(down)])
 }
 
 /// A cone that contains a cell: the axis, sine and cosine of the half-angle.
 ///
 /// No point is farther from the nearest point of a lattice than the largest diagonal of the lattice's cells.
+// Apart, so that its stack is free again.
+#[inline(never)]
 fn cone(area: &Area<'_>) -> ([f32; 3], [f32; 2]) {
     let [axis, ..] = transposed(area.direction([splat(0.5); 2]));
     let mut lattice = [[0.0; 3]; (LATTICE * LATTICE).next_multiple_of(LANES)];
@@ -324,8 +310,8 @@ pub fn write_cell(grid: [u32; 2], faces: u32, cell: u32, guide: &CellGuide, numb
             *out = x;
         }
     }
-    let first = first + COLUMNS * cells + 3 * MIDDLES * cell;
-    for (out, &x) in numbers.iter_mut().skip(first).zip(guide.middles.as_flattened()) {
+    let first = first + COLUMNS * cells + OF_PARTS * cell;
+    for (out, &x) in numbers.iter_mut().skip(first).zip(guide.middles.as_flattened().iter().chain(&guide.borders)) {
         *out = x;
     }
 }

@@ -1,5 +1,6 @@
 //! The light: an environment map as small cumulative tables, exactly as the renderer looks it up.
 
+mod area;
 pub mod batch;
 pub mod blocks;
 mod budget;
@@ -14,6 +15,7 @@ pub mod environment;
 mod glance;
 pub mod guide;
 pub mod info;
+pub mod parts;
 pub mod passes;
 pub mod pixels;
 pub mod plan;

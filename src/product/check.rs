@@ -4,11 +4,14 @@
 
 use super::leaves::mean;
 use super::prepare::{integral, scale};
-use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, MAX_DIVIDED, PART_ENDS, Product, WHOLE_SPHERE, tops};
+use super::stored::{
+    COSINE_INCLUDED, Header, Leaves, Lengths, MAX_DIVIDED, OF_DIVIDED, PART_ENDS, Product, WHOLE_SPHERE, tops,
+};
 use super::tops::{write, write_parts};
 use crate::brdf::material::{Kind, MAX_LOBES, Shape};
 use crate::light::environment::Environment;
-use crate::light::guide::{Column, Guide, MAX_CELLS, MIDDLES};
+use crate::light::guide::{Column, Guide, MAX_CELLS};
+use crate::light::parts::{Borders, MIDDLES};
 use crate::numeric::{exp2i, exponent};
 use crate::object::{Magic, has_checksum, write_checksum};
 use crate::simd::{LANES, Native, Num};
@@ -73,7 +76,8 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
             [0, number, ..] if number > 0 => {
                 let number = number - 1;
                 let is_new = u32::from(number) < header.divided && used & 1 << number == 0;
-                used |= 1 << if is_new { number } else { return None };
+                let is_own = is_new && borders_are(product, number, guide.borders(cell));
+                used |= 1 << if is_own { number } else { return None };
                 *means.get(usize::from(number))?
             }
             [0, ..] if words != [0; 4] => return None,
@@ -94,14 +98,15 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
 /// The means of the divided cells; `None` if the ends of their parts are not those of their leaves.
 fn divided_means(product: &Product<'_>, parts: &[Leaves]) -> Option<[f32; MAX_DIVIDED]> {
     let mut all = [0.0; MAX_DIVIDED];
-    let groups = parts.chunks_exact(MIDDLES).zip(product.ends.chunks_exact(PART_ENDS));
+    let groups = parts.chunks_exact(MIDDLES).zip(product.ends.chunks_exact(OF_DIVIDED));
     for ((leaves, own), out) in groups.zip(all.chunks_exact_mut(LANES)) {
         let mut means = [Native::splat(0.0); MIDDLES];
         for (out, leaves) in means.iter_mut().zip(leaves) {
             *out = Native::load(lane_means(leaves));
         }
         let mut ends = [[0.0; LANES]; PART_ENDS];
-        let mean = write_parts(&means, &mut ends);
+        let (own, borders) = own.split_at_checked(PART_ENDS)?;
+        let mean = write_parts(&means, borders.first_chunk()?, &mut ends);
         // As numbers in a row, which are compared in a loop and not one by one.
         if own.as_flattened() != ends.as_flattened() {
             return None;
@@ -109,6 +114,13 @@ fn divided_means(product: &Product<'_>, parts: &[Leaves]) -> Option<[f32; MAX_DI
         out.copy_from_slice(&Num::store(mean));
     }
     Some(all)
+}
+
+/// Whether a divided cell has these borders between its parts.
+fn borders_are(product: &Product<'_>, number: u16, borders: &Borders) -> bool {
+    let (group, lane) = (usize::from(number) / LANES, usize::from(number) % LANES);
+    let own = product.ends.chunks_exact(OF_DIVIDED).nth(group).and_then(|of| of.get(PART_ENDS..)).unwrap_or(&[]);
+    own.iter().map(|lanes| lanes[lane]).eq(borders.iter().copied())
 }
 
 /// The means of eight leaves. Apart, since its caller would be unrolled around it.

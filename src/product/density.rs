@@ -4,10 +4,10 @@
 //! function of the f32 world direction, and a sample's pdf is that function at the direction that it returns.
 
 use super::peak::Peak;
-use super::stored::{PART_ENDS, Product};
+use super::stored::{OF_DIVIDED, PART_ENDS, Product};
 use crate::light::batch::{Density, Drawn};
 use crate::light::density::{Inverted, clamp_u, inward, settle_lanes, to_world};
-use crate::light::guide::{MIDDLES, PARTS};
+use crate::light::parts::{MIDDLES, PARTS, range};
 use crate::light::search::find;
 use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
@@ -33,7 +33,7 @@ struct Leaf {
     /// Where the leaf begins in the cell's numbers (w, v).
     start: [f32; 2],
     /// Its width along both; 1: the cell.
-    width: f32,
+    width: [f32; 2],
 }
 
 /// Leaves and numbers of lanes, written lane by lane and read together.
@@ -44,7 +44,7 @@ struct Found<const N: usize> {
     corner: [[u32; N]; 2],
     /// Where the leaves begin in the cells' numbers (w, v).
     start: [[f32; N]; 2],
-    width: [f32; N],
+    width: [[f32; N]; 2],
     /// The numbers: those of the cells, or what is left of them inside the leaves.
     numbers: [[f32; N]; 2],
 }
@@ -59,7 +59,7 @@ impl<const N: usize> Found<N> {
                 *out = x;
             }
         }
-        Found { cell: [0; N], corner: [[0; N]; 2], start: [[0.0; N]; 2], width: [0.0; N], numbers: lanes }
+        Found { cell: [0; N], corner: [[0; N]; 2], start: [[0.0; N]; 2], width: [[0.0; N]; 2], numbers: lanes }
     }
 
     #[inline(always)]
@@ -69,7 +69,8 @@ impl<const N: usize> Found<N> {
         self.corner[1][lane] = pair(c, d);
         self.start[0][lane] = leaf.start[0];
         self.start[1][lane] = leaf.start[1];
-        self.width[lane] = leaf.width;
+        self.width[0][lane] = leaf.width[0];
+        self.width[1][lane] = leaf.width[1];
     }
 
     #[inline(always)]
@@ -77,7 +78,11 @@ impl<const N: usize> Found<N> {
         let ([a, b], [c, d]) =
             (decoded::<F>(F::read_ints(&self.corner[0])), decoded::<F>(F::read_ints(&self.corner[1])));
         let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
-        Leaves { shape, start: [F::read(&self.start[0]), F::read(&self.start[1])], width: F::read(&self.width) }
+        Leaves {
+            shape,
+            start: [F::read(&self.start[0]), F::read(&self.start[1])],
+            width: [F::read(&self.width[0]), F::read(&self.width[1])],
+        }
     }
 }
 
@@ -85,7 +90,7 @@ impl<const N: usize> Found<N> {
 struct Leaves<F: Num> {
     shape: PatchDensity<F>,
     start: [F; 2],
-    width: F,
+    width: [F; 2],
 }
 
 impl<'a> Shaded<'a> {
@@ -96,8 +101,11 @@ impl<'a> Shaded<'a> {
             let mean = match self.divided(cell) {
                 None => self.mean(whole(cell)),
                 Some(number) => {
-                    let parts = (0..MIDDLES).map(|part| self.mean(self.part(number, part % PARTS, part / PARTS).at));
-                    parts.sum::<f64>() / MIDDLES as f64
+                    let parts = (0..MIDDLES).map(|part| {
+                        let Leaf { at, width: [across, down], .. } = self.part(number, part % PARTS, part / PARTS);
+                        self.mean(at) * f64::from(across * down)
+                    });
+                    parts.sum::<f64>()
                 }
             };
             for (sum, &c) in sum.iter_mut().zip(colour) {
@@ -136,8 +144,9 @@ impl<'a> Shaded<'a> {
         let cells = (self.light.cells.len() / LANES) as u32;
         let (group, lane) = (number / LANES as u32, number % LANES as u32);
         let part = (row * PARTS + column) as u32;
-        let width = 1.0 / PARTS as f32;
-        let start = [column as f32 * width, row as f32 * width];
+        let [left, right] = range(&self.borders(number, 1 + row), column);
+        let [top, bottom] = range(&self.borders(number, 0), row);
+        let (start, width) = ([left, top], [right - left, bottom - top]);
         Leaf { at: [cells + group * MIDDLES as u32 + part, lane], start, width }
     }
 
@@ -145,10 +154,14 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn leaf_at(&self, cell: u32, [w, v]: [f32; 2]) -> Leaf {
         match self.divided(cell) {
-            None => Leaf { at: whole(cell), start: [0.0; 2], width: 1.0 },
+            None => Leaf { at: whole(cell), start: [0.0; 2], width: [1.0; 2] },
             Some(number) => {
-                let part = |x: f32| ((x * PARTS as f32) as usize).min(PARTS - 1);
-                self.part(number, part(w), part(v))
+                let place = |which: usize, x: f32| {
+                    let [a, b, c] = self.borders(number, which);
+                    usize::from(a <= x) + usize::from(b <= x) + usize::from(c <= x)
+                };
+                let row = place(0, v);
+                self.part(number, place(1 + row, w), row)
             }
         }
     }
@@ -167,7 +180,7 @@ impl<'a> Shaded<'a> {
         let w = rest(across * sum, range);
         let cell = (row * columns + column) as u32;
         let Some(number) = self.divided(cell) else {
-            return (cell, Leaf { at: whole(cell), start: [0.0; 2], width: 1.0 }, [w, v]);
+            return (cell, Leaf { at: whole(cell), start: [0.0; 2], width: [1.0; 2] }, [w, v]);
         };
         let (row, v) = self.search_ends(number, 0, v);
         let (column, w) = self.search_ends(number, PARTS * (1 + row), w);
@@ -178,10 +191,21 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn ends(&self, number: u32, first: usize) -> [f32; PARTS] {
         let lane = number as usize % LANES;
-        let first = number as usize / LANES * PART_ENDS + first;
+        let first = number as usize / LANES * OF_DIVIDED + first;
         match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<PARTS>()) {
             Some([a, b, c, d]) => [a[lane], b[lane], c[lane], d[lane]],
             None => [1.0; PARTS],
+        }
+    }
+
+    /// The borders of a divided cell between its rows of parts (0), or in one of those (1 to 4).
+    #[inline(always)]
+    fn borders(&self, number: u32, which: usize) -> [f32; PARTS - 1] {
+        let lane = number as usize % LANES;
+        let first = number as usize / LANES * OF_DIVIDED + PART_ENDS + (PARTS - 1) * which;
+        match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<{ PARTS - 1 }>()) {
+            Some([a, b, c]) => [a[lane], b[lane], c[lane]],
+            None => [1.0; PARTS - 1],
         }
     }
 
@@ -231,7 +255,7 @@ impl<'a> Shaded<'a> {
         let leaves = found.leaves::<F>();
         let inside = leaves.shape.sample([F::read(&found.numbers[0]), F::read(&found.numbers[1])]);
         let last = F::splat(ONE_MINUS_EPSILON);
-        let at = |k: usize| (leaves.start[k] + inside[k] * leaves.width).min(last);
+        let at = |k: usize| (leaves.start[k] + inside[k] * leaves.width[k]).min(last);
         (F::read_ints(&found.cell), [at(0), at(1)])
     }
 
@@ -244,9 +268,8 @@ impl<'a> Shaded<'a> {
         } else {
             self.leaves_of::<F, LANES>(located.patch.cell, numbers)
         };
-        let scale = F::splat(1.0) / leaves.width;
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let at = |k: usize| ((numbers[k] - leaves.start[k]) * scale).max(zero).min(one);
+        let at = |k: usize| ((numbers[k] - leaves.start[k]) / leaves.width[k]).max(zero).min(one);
         let inside = [at(0), at(1)];
         (leaves, inside)
     }
@@ -386,9 +409,10 @@ impl<'a> Shaded<'a> {
         let leaf = self.leaf_at(cell, [w, v]);
         let [a, b, c, d] = self.words(leaf.at).map(|word| decode_wide(word.into()));
         let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
-        let mut u = shape.invert([(w - leaf.start[0]) / leaf.width, (v - leaf.start[1]) / leaf.width]);
+        let mut u = shape.invert([(w - leaf.start[0]) / leaf.width[0], (v - leaf.start[1]) / leaf.width[1]]);
         if let Some(number) = self.divided(cell) {
-            let part = leaf.start.map(|start| (start * PARTS as f32) as usize % PARTS);
+            let part = leaf.at[0] as usize - self.light.cells.len() / LANES;
+            let part = [part % PARTS, part / PARTS % PARTS];
             let within = |first: usize, part: usize, u: f32| {
                 let ends = self.ends(number, first);
                 let start = if part == 0 { 0.0 } else { ends[(part - 1) % PARTS] };

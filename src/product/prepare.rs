@@ -2,16 +2,16 @@
 
 use super::choose::Heaviest;
 use super::corners::{Cone, respond};
-use super::divide::{middles, part};
 use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, store, tilted};
 use super::peak::{self, Mixture};
-use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, PART_ENDS, StoredLobe, WHOLE_SPHERE};
-use super::{share, tops};
+use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, OF_DIVIDED, PART_ENDS, StoredLobe, WHOLE_SPHERE};
+use super::{divide, share, tops};
 use crate::brdf::material::MAX_LOBES;
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
-use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS, MIDDLES, PARTS};
+use crate::light::guide::{Column, Guide, MAX_CELLS, MAX_CORNERS};
+use crate::light::parts::{MIDDLES, PARTS};
 use crate::numeric::exponent;
 use crate::object::Magic;
 use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
@@ -463,15 +463,17 @@ impl Stage<'_> {
         self.heaviest.choose::<F>(left, share * Num::store(sum).iter().sum::<f32>());
     }
 
-    /// Evaluates F at the middles of the divided cells' parts, and keeps it where the ends of those parts will stand.
+    /// Notes the borders of the divided cells' parts, evaluates F at their middles, and keeps it where the ends of those parts will stand.
     #[inline(always)]
     fn divide<F: Lanes>(&mut self, ends: &mut [[f32; LANES]]) {
         let mut largest = <F as Num>::splat(self.largest);
-        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact_mut(PART_ENDS)) {
+        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact_mut(OF_DIVIDED)) {
+            let Some((ends, borders)) = ends.split_at_mut_checked(PART_ENDS) else { break };
+            divide::borders(&self.guide, cells, borders);
             if let Some(out) = ends.last_chunk_mut::<MIDDLES>() {
                 // Lanes without a cell.
                 *out = [[0.0; LANES]; MIDDLES];
-                middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
+                divide::middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
                 for row in out {
                     largest = Num::max(largest, <F as Num>::load(*row));
                 }
@@ -501,7 +503,7 @@ impl Stage<'_> {
     fn wasted<F: Lanes>(&mut self, ends: &[[f32; LANES]]) -> f32 {
         let zero = <F as Num>::splat(0.0);
         let (mut wasted, mut reflected) = (zero, zero);
-        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact(PART_ENDS)) {
+        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact(OF_DIVIDED)) {
             let mut masses = [0.0; LANES];
             for (mass, &cell) in masses.iter_mut().zip(cells) {
                 *mass = self.guide.number(Column::Mass, cell as usize);
@@ -510,27 +512,27 @@ impl Stage<'_> {
                 }
             }
             let (mass, least) = (<F as Num>::load(masses), self.least::<F>(cells));
-            for middle in ends.last_chunk::<MIDDLES>().into_iter().flatten() {
-                let middle = <F as Num>::load(*middle);
-                wasted = wasted + <F as Num>::only(is_wasted::<F>(middle, least), mass * least);
-                reflected = reflected + mass * Num::max(middle, zero);
+            let (ends, borders) = ends.split_at_checked(PART_ENDS).unwrap_or_default();
+            let (rows, columns) = borders.split_at_checked(PARTS - 1).unwrap_or_default();
+            let rows = tops::widths::<F>(rows).into_iter().zip(columns.chunks_exact(PARTS - 1));
+            let parts = ends.last_chunk::<MIDDLES>().map_or(&[][..], |middles| middles);
+            for (middles, (height, columns)) in parts.chunks_exact(PARTS).zip(rows) {
+                for (middle, width) in middles.iter().zip(tops::widths::<F>(columns)) {
+                    let (middle, mass) = (<F as Num>::load(*middle), mass * (height * width));
+                    wasted = wasted + <F as Num>::only(divide::is_wasted::<F>(middle, least), mass * least);
+                    reflected = reflected + mass * Num::max(middle, zero);
+                }
             }
         }
         let mut undivided = zero;
         for weights in self.work.weights.chunks_exact(LANES) {
             undivided = undivided + <F as Num>::read(weights);
         }
-        // Of the undivided cells these are sums of four corners, of the others of 16 parts.
-        let useful = undivided * <F as Num>::splat((MIDDLES / 4) as f32) + reflected;
+        // Of the undivided cells these are sums of four corners.
+        let useful = undivided * <F as Num>::splat(0.25) + reflected;
         let total = |lanes: F| Num::store(lanes).iter().sum::<f32>();
         total(wasted) / total(useful).max(f32::MIN_POSITIVE)
     }
-}
-
-/// Whether a part reflects so little that most of its least value is wasted.
-#[inline(always)]
-fn is_wasted<F: Lanes>(middle: F, least: F) -> F::Mask {
-    Num::lt(middle, <F as Num>::splat(0.5) * least)
 }
 
 /// Cells with this share of the light are looked at more closely, up to [`CLOSER`].
@@ -646,14 +648,14 @@ impl Kernel for Write<'_, '_> {
         }
         let divided = stage.heaviest.cells();
         let groups = divided.chunks(LANES).zip(parts.chunks_exact_mut(MIDDLES));
-        for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(PART_ENDS)).enumerate() {
-            let Some(middles) = ends.last_chunk::<MIDDLES>() else { break };
+        for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(OF_DIVIDED)).enumerate() {
+            let Some((ends, borders)) = ends.split_at_mut_checked(PART_ENDS) else { break };
+            let (Some(middles), Some(borders)) = (ends.last_chunk::<MIDDLES>(), borders.first_chunk()) else { break };
             let mut means = [<F as Num>::splat(0.0); MIDDLES];
             let least = stage.least::<F>(cells);
             let kept = least * <F as Num>::splat(stage.kept);
-            for (((index, mean), out), middle) in means.iter_mut().enumerate().zip(out).zip(middles) {
-                let least = <F as Num>::select(is_wasted::<F>(<F as Num>::load(*middle), least), kept, least);
-                let corners = part::<F>(middles, index % PARTS, index / PARTS, least);
+            for ((index, mean), out) in means.iter_mut().enumerate().zip(out) {
+                let corners = divide::part::<F>(middles, index % PARTS, index / PARTS, least, kept);
                 let [a, b, c, d] = corners;
                 let mut corners = [a * scale, b * scale, c * scale, d * scale];
                 if stage.constant {
@@ -662,7 +664,7 @@ impl Kernel for Write<'_, '_> {
                 }
                 *mean = store::<F>(&corners, out);
             }
-            let mean = Num::store(tops::write_parts(&means, ends));
+            let mean = Num::store(tops::write_parts(&means, borders, ends));
             for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
                 if let Some(weight) = stage.work.weights.get_mut(cell as usize) {
                     *weight = stage.guide.number(Column::Mass, cell as usize) * mean;

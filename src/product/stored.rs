@@ -2,7 +2,8 @@
 
 use super::peak::Peak;
 use crate::brdf::material::MAX_LOBES;
-use crate::light::guide::{MAX_CELLS, MIDDLES};
+use crate::light::guide::MAX_CELLS;
+use crate::light::parts::{BORDERS, MIDDLES};
 use crate::object::Magic;
 use crate::simd::{LANES, Table, WINDOW};
 use bytemuck::{Pod, Zeroable, try_cast_slice, try_from_bytes};
@@ -78,7 +79,7 @@ pub struct Header {
 }
 
 impl Magic for Header {
-    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x03\x00");
+    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x04\x00");
 }
 
 impl Header {
@@ -100,6 +101,9 @@ pub fn tops([columns, rows]: [u32; 2]) -> usize {
 
 /// Ends of the rows and of the parts of a divided cell.
 pub const PART_ENDS: usize = 4 + MIDDLES;
+
+/// Numbers of a divided cell: the ends, then the borders of its parts in the light's numbers.
+pub const OF_DIVIDED: usize = PART_ENDS + BORDERS;
 
 /// Groups of lanes that divided cells fill.
 pub fn groups(divided: usize) -> usize {
@@ -125,7 +129,7 @@ impl Lengths {
         Lengths {
             leaves: cells.div_ceil(LANES) + MIDDLES * groups,
             tops: (tops(grid) + WINDOW).next_multiple_of(LANES),
-            ends: PART_ENDS * groups,
+            ends: OF_DIVIDED * groups,
         }
     }
 
@@ -152,7 +156,8 @@ pub struct Product<'a> {
     pub leaves: &'a [Leaves],
     /// Starts of the rows of cells, then of the cells of each row.
     pub tops: Table<'a, f32>,
-    /// Of eight divided cells in lanes: the ends of the rows of parts, then of the parts of each row.
+    /// Of eight divided cells in lanes: the ends of the rows of parts, then of the parts of each row; then the borders
+    /// of their parts.
     pub ends: &'a [[f32; LANES]],
     /// The narrow lobes.
     pub peak: Option<Peak>,

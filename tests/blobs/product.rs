@@ -8,9 +8,10 @@ use wis::ffi::product::*;
 use wis::ffi::sampler::{SamplerConfig, SamplerObject, wis_sampler_init, wis_sampler_size};
 use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
+use wis::light::parts::BORDERS;
 use wis::object::checksum;
 use wis::product::info::GridInfo;
-use wis::product::stored::{Header, Leaves, Lengths};
+use wis::product::stored::{Header, Leaves, Lengths, PART_ENDS};
 use wis::sample::Sample;
 use wis::status::Status;
 
@@ -185,7 +186,6 @@ fn products_that_no_point_has() {
         refuses(offset_of!(Header, axes), &value.to_ne_bytes(), "axes");
         refuses(offset_of!(Header, local_wo), &(value + 0.25).to_ne_bytes(), "wo along the axes");
         refuses(offset_of!(Header, normal), &value.to_ne_bytes(), "normal");
-        refuses(object.len() - 16 - size_of::<[f32; 8]>(), &value.to_ne_bytes(), "ends");
     }
     for value in [f32::NAN, f32::INFINITY, -1.0, 1.0] {
         refuses(offset_of!(Header, peak), &value.to_ne_bytes(), "share of lobes");
@@ -214,6 +214,15 @@ fn products_that_no_point_has() {
     for index in [1, grid[1] as usize + 3] {
         refuses(starts + 4 * index, &f32::NAN.to_ne_bytes(), "a start");
         refuses(starts + 4 * index, &1e9f32.to_ne_bytes(), "a start");
+    }
+    // The borders of a divided cell's parts are those of the light.
+    let borders = starts + 4 * lengths.tops + size_of::<[f32; 8]>() * PART_ENDS;
+    for value in [f32::NAN, f32::INFINITY, -1.0, 0.5] {
+        refuses(borders - size_of::<[f32; 8]>(), &value.to_ne_bytes(), "ends");
+    }
+    for (border, value) in (0..BORDERS).flat_map(|border| [0.0f32, 0.999, f32::NAN].map(|value| (border, value))) {
+        let at = borders + size_of::<[f32; 8]>() * border;
+        refuses(at, &value.to_ne_bytes(), "a border");
     }
     assert!(CONTENT_ID == offset_of!(Header, checksum));
 }

@@ -17,6 +17,7 @@ mod floor;
 mod invert;
 pub mod lookup;
 pub mod maps;
+mod parts;
 mod reach;
 mod weights;
 mod words;

@@ -13,8 +13,8 @@ use wis::brdf::material::{Kind, Material, Shape};
 use wis::light::chart::Layout;
 use wis::light::plan::Filter;
 
-/// A sliver of the lamp at 8 degrees stands above the horizon, too small for a part of its cell: 429 was measured, where rule 33 asks for 50.
-const OF_A_SLIVER: f64 = 500.0;
+/// A sliver of the lamp at 8 degrees stands above the horizon, too small for a part of its cell: 59 was measured, where rule 33 asks for 50.
+const OF_A_SLIVER: f64 = 60.0;
 
 /// Of `light` times the light of a white sky, 3 degrees wide, `degrees` above the map's equator.
 fn lamp(light: f64, degrees: f64) -> Map {
@@ -27,7 +27,7 @@ fn lamp(light: f64, degrees: f64) -> Map {
 }
 
 /// The horizon rises by 11 degrees towards the lamp, which stands below it in a cell that reaches above: nearly all light of the cell is
-/// the lamp's, and so all parts of the cell are found there, where the BRDF is 0.
+/// the lamp's, and so all parts of the cell are found there, where the BRDF is 0. At 8 degrees a sliver of the lamp stands above the horizon.
 #[test]
 fn the_sky_about_a_lamp_below_the_horizon_has_no_huge_weight() {
     let mut failures = Vec::new();
@@ -41,7 +41,7 @@ fn the_sky_about_a_lamp_below_the_horizon_has_no_huge_weight() {
                 let prepared = Prepared::new(&built, &point);
                 let (weight, at) = largest(&map, &built, &prepared, &Client::new(&point), 4000);
                 println!("{degrees} degrees, {light}, {shape:?}: {weight:.1} at {at:?}");
-                let bound = if degrees == 8.0 && light > 10.0 { OF_A_SLIVER } else { LARGEST };
+                let bound = if degrees == 8.0 && light > 1e3 { OF_A_SLIVER } else { LARGEST };
                 if weight > bound {
                     failures.push(format!("{degrees} degrees, {light}, {shape:?}: {weight:.0}"));
                 }

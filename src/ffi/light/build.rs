@@ -198,7 +198,8 @@ impl Build {
                 work.light = *light;
             }
             let writer = Writer::new(plan, work, memory).map_err(|error| build_failure(error, [1, 2]))?;
-            let finished = writer.finish(&totals, work, block.finished().all(arrays.rgb), frame);
+            let (rgb, room) = (block.finished().all(arrays.rgb), block.all::<f32>(arrays.luminance));
+            let finished = writer.finish(&totals, work, rgb, frame, room);
             finished.map_err(|status| Failure::new(status, 1))
         }
     }

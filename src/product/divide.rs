@@ -6,7 +6,7 @@ use super::corners::{Cone, respond};
 use super::leaves::{Corners, FLOOR, largest};
 use crate::brdf::surface::Surface;
 use crate::light::guide::Guide;
-use crate::light::parts::{BORDERS, MIDDLES, PARTS};
+use crate::light::parts::{MIDDLES, PARTS};
 use crate::simd::{LANES, Lanes, Num};
 
 /// A part reflects nothing if F is not above 0 up to this far beyond its middle, over the way to its corners: slopes are no more than a guess, and
@@ -34,12 +34,13 @@ pub fn middles<F: Lanes>(surface: &Surface, cone: &Cone, guide: &Guide<'_>, cell
 /// Writes the borders of the parts of up to eight cells; 1 in lanes without a cell.
 #[inline(always)]
 pub fn borders(guide: &Guide<'_>, cells: &[u32], out: &mut [[f32; LANES]]) {
-    let mut own = [&[1.0; BORDERS]; LANES];
-    for (own, &cell) in own.iter_mut().zip(cells) {
-        *own = guide.borders(cell as usize);
-    }
-    for (border, out) in (0..BORDERS).zip(out) {
-        *out = own.map(|of| of[border]);
+    out.fill([1.0; LANES]);
+    for (lane, &cell) in cells.iter().enumerate() {
+        for (out, &border) in out.iter_mut().zip(guide.borders(cell as usize)) {
+            if let Some(out) = out.get_mut(lane) {
+                *out = border;
+            }
+        }
     }
 }
 

@@ -236,14 +236,14 @@ impl<'a> Segment<'a> {
 /// Puts points in order of their numbers along an axis, by Shell's method (1959): fewer bytes of code than the standard library's.
 fn sort(points: &mut [Point], axis: usize) {
     for gap in GAPS {
-        for i in gap..points.len() {
-            let mut at = i;
+        for mut at in gap..points.len() {
             while let Some(before) = at.checked_sub(gap) {
-                let number = |k: usize| points.get(k).map_or(0.0, |point| point.numbers[axis & 1]);
-                if !(number(at) < number(before)) {
+                let (low, high) = points.split_at_mut_checked(at).unwrap_or_default();
+                let (Some(before_it), Some(it)) = (low.get_mut(before), high.first_mut()) else { break };
+                if !(it.numbers[axis & 1] < before_it.numbers[axis & 1]) {
                     break;
                 }
-                points.swap(at, before);
+                core::mem::swap(before_it, it);
                 at = before;
             }
         }

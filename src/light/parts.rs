@@ -239,11 +239,11 @@ fn sort(points: &mut [Point], axis: usize) {
         for mut at in gap..points.len() {
             while let Some(before) = at.checked_sub(gap) {
                 let (low, high) = points.split_at_mut_checked(at).unwrap_or_default();
-                let (Some(before_it), Some(it)) = (low.get_mut(before), high.first_mut()) else { break };
-                if !(it.numbers[axis & 1] < before_it.numbers[axis & 1]) {
+                let (Some(earlier), Some(later)) = (low.get_mut(before), high.first_mut()) else { break };
+                if !(later.numbers[axis & 1] < earlier.numbers[axis & 1]) {
                     break;
                 }
-                core::mem::swap(before_it, it);
+                core::mem::swap(earlier, later);
                 at = before;
             }
         }

@@ -59,7 +59,7 @@ pub struct Map<'p> {
     pub exact_zero: bool,
     /// Proportional to max(L - mean, L / 64) (Karlik et al. 2019), for multiple importance sampling with BRDF samples.
     pub compensated: bool,
-    /// No products will be prepared with it: 41 kB less.
+    /// No products will be prepared with it: 21 kB less.
     pub light_only: bool,
     /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0 keeps every texel.
     pub error_budget: f32,

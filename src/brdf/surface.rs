@@ -143,6 +143,12 @@ impl Surface {
         self.whole
     }
 
+    /// Whether BRDF x cosine is a constant times the cosine, above the horizon alone.
+    pub fn is_diffuse(&self) -> bool {
+        let mut lobes = self.lobes.iter().take(self.count);
+        !self.whole && lobes.all(|lobe| matches!(lobe.shape, LobeShape::Lambert))
+    }
+
     /// The normal, in map space, on the side of wo if both sides count.
     pub fn normal(&self) -> [f32; 3] {
         self.axes[2]

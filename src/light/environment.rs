@@ -113,7 +113,7 @@ impl Sections {
             cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
-            guide: put(guide, 4, LINE)?,
+            guide: put(guide, 2, LINE)?,
             starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
             words: put(lengths.words.checked_add(WINDOW)?, 2, LINE)?,
@@ -669,11 +669,12 @@ fn write_guide(plan: &Plan, start: usize, bytes: &mut [u8], room: &mut [f32]) {
 /// Writes the corners of the guide. Apart, so that its stack is free again.
 #[inline(never)]
 fn write_corners(plan: &Plan, start: usize, bytes: &mut [u8]) {
-    let mut corners = [0.0; 3 * guide::MAX_CORNERS];
+    let mut corners = [0; 3 * guide::MAX_CORNERS];
     if let Some(environment) = Environment::view(bytes) {
         guide::write_corners(&environment.light(), &mut corners);
     }
-    for (out, &x) in part_mut::<f32>(bytes, start, guide_length(plan)).iter_mut().zip(&corners) {
+    let numbers = part_mut(bytes, start, guide_length(plan));
+    for (out, &x) in guide::corners_mut(plan.grid, plan.chart.faces(), numbers).iter_mut().zip(&corners) {
         *out = x;
     }
 }

@@ -2,6 +2,9 @@
 //!
 //! Written once with the light, so that preparing a product needs no trigonometry and no walk. The light of a cell is known by
 //! the directions that the middles of 4 x 4 parts of its numbers (w, v) lead to.
+//!
+//! All but the light of cells is kept in 16 bits: F between corners is known far less exactly, and a preparation from cold caches waits for
+//! half as many lines.
 
 use super::area::{Area, Sampled, splat};
 use super::parts::{self, BORDERS, Borders, EVEN, MIDDLES, PARTS};
@@ -17,25 +20,50 @@ pub enum Column {
     Across = 0,
     /// The same along rows.
     Down = 4,
-    /// The cell's share of the light.
-    Mass = 8,
     /// The axis of a cone that contains the cell.
-    AxisX = 9,
+    AxisX = 8,
     /// The axis.
-    AxisY = 10,
+    AxisY = 9,
     /// The axis.
-    AxisZ = 11,
+    AxisZ = 10,
     /// The sine of the cone's half-angle.
-    Sine = 12,
+    Sine = 11,
     /// The cosine of the cone's half-angle.
-    Cosine = 13,
+    Cosine = 12,
 }
 
-/// Numbers of the parts of a cell.
-const OF_PARTS: usize = 3 * MIDDLES + BORDERS;
+/// How many of these numbers a cell has.
+const COLUMNS: usize = 13;
 
-/// How many numbers a cell has.
-const COLUMNS: usize = 14;
+/// Numbers of the parts of a cell, filled up to two cache lines.
+const OF_PARTS: usize = (3 * MIDDLES + BORDERS).next_multiple_of(32);
+
+/// A number from -1 to 1, in steps of 2^-15; 1 is one step less.
+pub type Short = i16;
+
+/// Steps in 1.
+const STEPS: f32 = 32768.0;
+
+/// No number differs by more from what it was.
+pub const ROUNDING: f32 = 1.0 / STEPS;
+
+/// The nearest step.
+fn short(x: f32) -> Short {
+    // Conversions end at the ends of their range.
+    (x * STEPS + 0.5f32.copysign(x)) as Short
+}
+
+/// The number of a step.
+#[inline(always)]
+pub fn value(x: Short) -> f32 {
+    f32::from(x) * ROUNDING
+}
+
+/// The first numbers of a slice; zeros if it is too short.
+#[inline(always)]
+pub fn read<F: Num>(numbers: &[Short]) -> F {
+    F::each(|lane| numbers.get(lane).map_or(0.0, |&x| f32::from(x))) * F::splat(ROUNDING)
+}
 
 /// The most corners of cells: lat-long and octahedral maps have 17 x 9, cubes six times 5 x 5.
 pub const MAX_CORNERS: usize = 160;
@@ -45,7 +73,7 @@ pub const MAX_CELLS: usize = 128;
 /// Numbers along each axis of the lattice that finds how far a cell reaches.
 const LATTICE: usize = 9;
 
-/// No number of a sound guide is larger: directions may exceed 1 by rounding.
+/// No cell of a sound guide has a larger share of the light: it may exceed 1 by rounding.
 const LARGEST: f32 = 1.0 + 1e-5;
 
 /// The guide of a light.
@@ -54,13 +82,15 @@ pub struct Guide<'a> {
     /// Cells along columns, and along the rows of one face.
     face_grid: [usize; 2],
     cells: usize,
-    /// x, then y, then z of all corners, face by face, row by row.
-    corners: &'a [f32],
     corner_count: usize,
+    /// Of each cell x, then y, then z of the middles of its parts, row by row; then their borders. First, so that no cell begins inside a line.
+    parts: &'a [Short],
+    /// The light of each cell.
+    masses: &'a [[f32; LANES]],
     /// [`COLUMNS`] numbers of all cells, column by column.
-    columns: &'a [f32],
-    /// Of each cell x, then y, then z of the middles of its parts, row by row; then their borders.
-    parts: &'a [f32],
+    columns: &'a [[Short; LANES]],
+    /// x, then y, then z of all corners, face by face, row by row.
+    corners: &'a [Short],
 }
 
 /// Corners of so many cells, filled up to whole lanes.
@@ -68,20 +98,36 @@ fn corner_count([columns, rows]: [u32; 2], faces: u32) -> usize {
     ((columns as usize + 1) * (rows as usize / faces.max(1) as usize + 1) * faces as usize).next_multiple_of(LANES)
 }
 
-/// The numbers of a guide for cells along columns and rows of all faces.
+/// Where the parts, the masses, the columns and the corners of a guide end, in numbers of 16 bits.
+fn ends(grid: [u32; 2], faces: u32) -> [usize; 4] {
+    let cells = grid[0] as usize * grid[1] as usize;
+    let parts = OF_PARTS * cells;
+    let masses = parts + size_of::<f32>() / size_of::<Short>() * cells;
+    let columns = masses + COLUMNS * cells;
+    [parts, masses, columns, columns + 3 * corner_count(grid, faces)]
+}
+
+/// The numbers of 16 bits that a guide takes, for cells along columns and rows of all faces.
 pub fn length(grid: [u32; 2], faces: u32) -> usize {
-    3 * corner_count(grid, faces) + grid[0] as usize * grid[1] as usize * (COLUMNS + OF_PARTS)
+    let [.., end] = ends(grid, faces);
+    end
 }
 
 impl<'a> Guide<'a> {
     /// The guide that numbers hold; empty if they are too few.
     #[inline(always)]
-    pub fn new(grid: [u32; 2], faces: u32, numbers: &'a [f32]) -> Guide<'a> {
-        let (corner_count, cells) = (corner_count(grid, faces), grid[0] as usize * grid[1] as usize);
-        let (corners, rest) = numbers.split_at_checked(3 * corner_count).unwrap_or_default();
-        let (columns, parts) = rest.split_at_checked(COLUMNS * cells).unwrap_or_default();
-        let face_grid = [grid[0] as usize, grid[1] as usize / faces.max(1) as usize];
-        Guide { face_grid, cells, corners, corner_count, columns, parts }
+    pub fn new(grid: [u32; 2], faces: u32, numbers: &'a [Short]) -> Guide<'a> {
+        let [parts, masses, columns, corners] = ends(grid, faces);
+        let of = |from: usize, to: usize| numbers.get(from..to).unwrap_or(&[]);
+        Guide {
+            face_grid: [grid[0] as usize, grid[1] as usize / faces.max(1) as usize],
+            cells: grid[0] as usize * grid[1] as usize,
+            corner_count: corner_count(grid, faces),
+            parts: of(0, parts),
+            masses: bytemuck::try_cast_slice(of(parts, masses)).unwrap_or(&[]),
+            columns: bytemuck::try_cast_slice(of(masses, columns)).unwrap_or(&[]),
+            corners: of(columns, corners),
+        }
     }
 
     /// The number of cells, whole lanes of them.
@@ -97,34 +143,40 @@ impl<'a> Guide<'a> {
     }
 
     /// The directions of all corners: x, y and z.
-    pub fn corner_directions(&self) -> [&'a [f32]; 3] {
+    pub fn corner_directions(&self) -> [&'a [Short]; 3] {
         columns(self.corners, self.corner_count)
     }
 
     /// The directions of the middles of a cell's parts: x, y and z.
     #[inline(always)]
-    pub fn middles(&self, cell: usize) -> [&'a [f32]; 3] {
+    pub fn middles(&self, cell: usize) -> [&'a [Short]; 3] {
         columns(self.parts.get(OF_PARTS * cell..).unwrap_or(&[]), MIDDLES)
     }
 
     /// The borders of a cell's parts.
     #[inline(always)]
-    pub fn borders(&self, cell: usize) -> &'a Borders {
-        let numbers = self.parts.get(OF_PARTS * cell + 3 * MIDDLES..).and_then(|rest| rest.first_chunk());
-        numbers.unwrap_or(&EVEN)
+    pub fn borders(&self, cell: usize) -> Borders {
+        let numbers = self.parts.get(OF_PARTS * cell + 3 * MIDDLES..).and_then(|rest| rest.first_chunk::<BORDERS>());
+        numbers.map_or(EVEN, |numbers| numbers.map(value))
     }
 
-    /// A number of a cell.
+    /// A cell's share of the light.
     #[inline(always)]
-    pub fn number(&self, column: Column, cell: usize) -> f32 {
-        self.columns.get(column as usize * self.cells + cell).copied().unwrap_or(0.0)
+    pub fn mass(&self, cell: usize) -> f32 {
+        self.masses.as_flattened().get(cell).copied().unwrap_or(0.0)
     }
 
-    /// A number of all cells, eight by eight: the one that stands `further` behind a column.
+    /// The shares of all cells, eight by eight.
     #[inline(always)]
-    pub fn groups(&self, column: Column, further: usize) -> &'a [[f32; LANES]] {
-        let first = (column as usize + further) * self.cells;
-        bytemuck::try_cast_slice(self.columns.get(first..first + self.cells).unwrap_or(&[])).unwrap_or(&[])
+    pub fn masses(&self) -> &'a [[f32; LANES]] {
+        self.masses
+    }
+
+    /// A number of all cells, eight by eight: the one that is `further` columns behind.
+    #[inline(always)]
+    pub fn groups(&self, column: Column, further: usize) -> &'a [[Short; LANES]] {
+        let (first, groups) = (column as usize + further, self.cells / LANES);
+        self.columns.get(first * groups..(first + 1) * groups).unwrap_or(&[])
     }
 
     /// The first corner of a cell, and from there to the one below it.
@@ -143,19 +195,18 @@ impl<'a> Guide<'a> {
         columns
     }
 
-    /// Whether all numbers are such that products of them are finite.
+    /// Whether all numbers are there, shares of the light are such that products of them are finite, and parts have a width.
     pub fn is_sound(&self) -> bool {
-        let all = [self.corners, self.columns, self.parts];
-        let length = self.cells * (COLUMNS + OF_PARTS) + 3 * self.corner_count;
-        all.iter().map(|part| part.len()).sum::<usize>() == length
-            && all.iter().all(|part| part.iter().all(|x| x.abs() <= LARGEST))
-            && (0..self.cells).all(|cell| parts::are_sound(self.borders(cell)))
+        self.masses.as_flattened().len() == self.cells
+            && self.corners.len() == 3 * self.corner_count
+            && self.masses.as_flattened().iter().all(|mass| mass.abs() <= LARGEST)
+            && (0..self.cells).all(|cell| parts::are_sound(&self.borders(cell)))
     }
 }
 
 /// The first three columns of `count` numbers each; empty if they are too few.
 #[inline(always)]
-fn columns(numbers: &[f32], count: usize) -> [&[f32]; 3] {
+fn columns(numbers: &[Short], count: usize) -> [&[Short]; 3] {
     let column = |k: usize| numbers.get(k * count..(k + 1) * count).unwrap_or(&[]);
     [column(0), column(1), column(2)]
 }
@@ -163,16 +214,21 @@ fn columns(numbers: &[f32], count: usize) -> [&[f32]; 3] {
 /// What is written of one cell.
 #[derive(Clone, Copy, Debug)]
 pub struct CellGuide {
+    mass: f32,
     columns: [f32; COLUMNS],
     middles: [[f32; MIDDLES]; 3],
-    borders: Borders,
+    borders: [Short; BORDERS],
 }
 
 impl CellGuide {
     /// Measures a cell of a light whose tables are complete, eight directions at a time. `room`: as for [`parts::borders`].
     pub fn of(light: &Light<'_>, cell: u32, room: &mut [f32]) -> CellGuide {
-        let mut guide = CellGuide { columns: [0.0; COLUMNS], middles: [[0.0; MIDDLES]; 3], borders: EVEN };
-        let Some(c) = light.cells.get(cell as usize) else { return guide };
+        let mut guide = CellGuide {
+            mass: light.cell(cell).probability,
+            columns: [0.0; COLUMNS],
+            middles: [[0.0; MIDDLES]; 3],
+            borders: EVEN.map(short),
+        };
         let area = Area::new(light, cell);
         for first in (0..MIDDLES).step_by(LANES) {
             let sampled = middles(&area, &EVEN, first);
@@ -181,17 +237,19 @@ impl CellGuide {
             }
         }
         let (axis, [sine, cosine]) = cone(&area);
-        guide.borders = parts::borders(&area, axis, room);
+        guide.borders = parts::borders(&area, axis, room).map(short);
+        // As they are read.
+        let borders = guide.borders.map(value);
         for first in (0..MIDDLES).step_by(LANES) {
-            let sampled = middles(&area, &guide.borders, first);
+            let sampled = middles(&area, &borders, first);
             for (out, x) in guide.middles.iter_mut().zip(sampled.direction) {
                 for (out, x) in out.iter_mut().skip(first).zip(x.store()) {
                     *out = x;
                 }
             }
         }
-        let rest = [c.probability, axis[0], axis[1], axis[2], sine, cosine];
-        for (out, x) in guide.columns.iter_mut().skip(Column::Mass as usize).zip(rest) {
+        let rest = [axis[0], axis[1], axis[2], sine, cosine];
+        for (out, x) in guide.columns.iter_mut().skip(Column::AxisX as usize).zip(rest) {
             *out = x;
         }
         guide
@@ -266,26 +324,19 @@ fn chord_squared(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 /// Writes the directions of the corners of all cells.
-pub fn write_corners(light: &Light<'_>, numbers: &mut [f32]) {
+pub fn write_corners(light: &Light<'_>, out: &mut [Short]) {
     let faces = light.chart.faces();
     let count = corner_count(light.grid, faces);
     let columns = light.grid[0] as usize;
     let rows = (light.grid[1] / faces.max(1)) as usize;
-    let mut corner = 0;
-    for (face, (j, i)) in (0..faces).flat_map(|f| (0..=rows).flat_map(move |j| (0..=columns).map(move |i| (f, (j, i)))))
-    {
-        let direction = corner_direction(light, face, [i, j], [columns, rows]);
-        for (k, x) in direction.into_iter().enumerate() {
-            if let Some(out) = numbers.get_mut(corner + k * count) {
-                *out = x;
-            }
-        }
-        corner += 1;
-    }
+    let corners = (0..faces).flat_map(|f| (0..=rows).flat_map(move |j| (0..=columns).map(move |i| (f, [i, j]))));
+    let directions = corners.map(|(face, at)| corner_direction(light, face, at, [columns, rows]));
     // What fills up the lanes is a direction, too.
-    for at in (corner..count).flat_map(|at| [at, at + count, at + 2 * count].map(|k| (k, k == at))) {
-        if let Some(out) = numbers.get_mut(at.0) {
-            *out = if at.1 { 1.0 } else { 0.0 };
+    for (corner, direction) in directions.chain(core::iter::repeat([1.0, 0.0, 0.0])).enumerate().take(count) {
+        for (k, x) in direction.into_iter().enumerate() {
+            if let Some(out) = out.get_mut(corner + k * count) {
+                *out = short(x);
+            }
         }
     }
 }
@@ -301,17 +352,29 @@ fn corner_direction(light: &Light<'_>, face: u32, at: [usize; 2], [columns, rows
     light.chart.direction(face as f32, [edge(0, at[0] == columns), edge(1, at[1] == rows)])
 }
 
+/// The corners among the numbers of a guide.
+pub fn corners_mut(grid: [u32; 2], faces: u32, numbers: &mut [Short]) -> &mut [Short] {
+    let [.., first, end] = ends(grid, faces);
+    numbers.get_mut(first..end).unwrap_or_default()
+}
+
 /// Writes what was measured of a cell into the numbers of a guide.
-pub fn write_cell(grid: [u32; 2], faces: u32, cell: u32, guide: &CellGuide, numbers: &mut [f32]) {
+pub fn write_cell(grid: [u32; 2], faces: u32, cell: u32, guide: &CellGuide, numbers: &mut [Short]) {
     let (cells, cell) = (grid[0] as usize * grid[1] as usize, cell as usize);
-    let first = 3 * corner_count(grid, faces);
-    for (k, &x) in guide.columns.iter().enumerate() {
+    let [first_mass, first, ..] = ends(grid, faces);
+    let CellGuide { mass, columns, middles, borders } = guide;
+    for (k, &x) in columns.iter().enumerate() {
         if let Some(out) = numbers.get_mut(first + k * cells + cell) {
-            *out = x;
+            *out = short(x);
         }
     }
-    let first = first + COLUMNS * cells + OF_PARTS * cell;
-    for (out, &x) in numbers.iter_mut().skip(first).zip(guide.middles.as_flattened().iter().chain(&guide.borders)) {
+    let (parts, rest) = numbers.split_at_mut_checked(first_mass).unwrap_or_default();
+    let masses = rest.get_mut(..first - first_mass).and_then(|masses| bytemuck::try_cast_slice_mut(masses).ok());
+    if let Some(out) = masses.and_then(|masses: &mut [f32]| masses.get_mut(cell)) {
+        *out = *mass;
+    }
+    let filled = middles.as_flattened().iter().map(|&x| short(x)).chain(*borders).chain(core::iter::repeat(0));
+    for (out, x) in parts.iter_mut().skip(OF_PARTS * cell).take(OF_PARTS).zip(filled) {
         *out = x;
     }
 }

@@ -39,7 +39,7 @@ pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// +Inf by the largest finite luminance of the map.
 pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
-/// No products will be prepared with it, nor shared by hits, nor used for several rays: 41 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+/// No products will be prepared with it, nor shared by hits, nor used for several rays: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
 
 const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES

@@ -10,7 +10,7 @@ use super::stored::{
 use super::tops::{write, write_parts};
 use crate::brdf::material::{Kind, MAX_LOBES, Shape};
 use crate::light::environment::Environment;
-use crate::light::guide::{Column, Guide, MAX_CELLS};
+use crate::light::guide::{Guide, MAX_CELLS};
 use crate::light::parts::{Borders, MIDDLES};
 use crate::numeric::{exp2i, exponent};
 use crate::object::{Magic, has_checksum, write_checksum};
@@ -76,14 +76,14 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
             [0, number, ..] if number > 0 => {
                 let number = number - 1;
                 let is_new = u32::from(number) < header.divided && used & 1 << number == 0;
-                let is_own = is_new && borders_are(product, number, guide.borders(cell));
+                let is_own = is_new && borders_are(product, number, &guide.borders(cell));
                 used |= 1 << if is_own { number } else { return None };
                 *means.get(usize::from(number))?
             }
             [0, ..] if words != [0; 4] => return None,
             _ => mean(words),
         };
-        *weight = guide.number(Column::Mass, cell) * mean;
+        *weight = guide.mass(cell) * mean;
     }
     if used != (1 << header.divided) - 1 {
         return None;

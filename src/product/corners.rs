@@ -1,6 +1,7 @@
 //! BRDF x cosine in directions of map space, as the grid interpolates it.
 
 use crate::brdf::surface::Surface;
+use crate::light::guide::{Short, read};
 use crate::simd::{Apart, Num};
 
 /// How far normals of other hits may lie from this one, for which cosines are widened.
@@ -18,14 +19,14 @@ pub struct Cone {
 /// A cell that crosses the horizon would otherwise waste samples below: interpolation between corners that are clamped at 0
 /// reaches 0 at the lower corners only.
 #[inline(always)]
-pub fn respond<F: Num>(surface: &Surface, cone: &Cone, directions: [&[f32]; 3], out: &mut [f32]) {
+pub fn respond<F: Num>(surface: &Surface, cone: &Cone, directions: [&[Short]; 3], out: &mut [f32]) {
     F::apart(Respond { surface, cone, directions, out });
 }
 
 struct Respond<'a> {
     surface: &'a Surface,
     cone: &'a Cone,
-    directions: [&'a [f32]; 3],
+    directions: [&'a [Short]; 3],
     out: &'a mut [f32],
 }
 
@@ -38,7 +39,7 @@ impl<F: Num> Apart<F> for Respond<'_> {
         let width = F::WIDTH;
         let groups = x.chunks_exact(width).zip(y.chunks_exact(width)).zip(z.chunks_exact(width));
         for (((x, y), z), out) in groups.zip(out.chunks_exact_mut(width)) {
-            let mut w = surface.to_local([F::read(x), F::read(y), F::read(z)]);
+            let mut w = surface.to_local([read::<F>(x), read::<F>(y), read::<F>(z)]);
             let mut value = F::splat(f32::MIN);
             // Once more if normals may turn: one loop, so that the lobes stand here once.
             let mut again = cone.sine != 0.0;

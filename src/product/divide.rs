@@ -36,7 +36,7 @@ pub fn middles<F: Lanes>(surface: &Surface, cone: &Cone, guide: &Guide<'_>, cell
 pub fn borders(guide: &Guide<'_>, cells: &[u32], out: &mut [[f32; LANES]]) {
     out.fill([1.0; LANES]);
     for (lane, &cell) in cells.iter().enumerate() {
-        for (out, &border) in out.iter_mut().zip(guide.borders(cell as usize)) {
+        for (out, border) in out.iter_mut().zip(guide.borders(cell as usize)) {
             if let Some(out) = out.get_mut(lane) {
                 *out = border;
             }

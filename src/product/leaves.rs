@@ -1,7 +1,7 @@
 //! Leaves: F as a bilinear function of the light's numbers, from values at directions, and in 16 bits.
 
 use super::stored::Leaves;
-use crate::light::guide::{Column, Guide};
+use crate::light::guide::{Column, Guide, Short, read};
 use crate::light::tables::{decode_wide, encode_wide};
 use crate::simd::{LANES, Lanes, Num};
 
@@ -30,7 +30,7 @@ pub fn corner_values<F: Lanes>(guide: &Guide<'_>, values: &[f32], first: usize) 
 }
 
 /// Where the light of the quadrants of cells is, eight cells by eight: positions across and down.
-pub type Quadrants<'a> = [[&'a [[f32; LANES]]; 2]; 4];
+pub type Quadrants<'a> = [[&'a [[Short; LANES]]; 2]; 4];
 
 /// Those of all cells.
 #[inline(always)]
@@ -44,7 +44,7 @@ pub fn tilted<F: Lanes>(quadrants: &Quadrants<'_>, corners: &Corners<F>, group: 
     let [a, b, c, d] = *corners;
     let mut at = [a; 4];
     for ([across, down], out) in quadrants.iter().zip(&mut at) {
-        let (across, down) = (group_of::<F>(across, group), group_of::<F>(down, group));
+        let (across, down) = (shorts_of::<F>(across, group), shorts_of::<F>(down, group));
         let (top, bottom) = (a + (b - a) * across, c + (d - c) * across);
         *out = top + (bottom - top) * down;
     }
@@ -55,6 +55,12 @@ pub fn tilted<F: Lanes>(quadrants: &Quadrants<'_>, corners: &Corners<F>, group: 
 #[inline(always)]
 pub fn group_of<F: Lanes>(groups: &[[f32; LANES]], group: usize) -> F {
     <F as Num>::load(groups.get(group).copied().unwrap_or([0.0; LANES]))
+}
+
+/// Eight of the short numbers of all cells.
+#[inline(always)]
+pub fn shorts_of<F: Lanes>(groups: &[[Short; LANES]], group: usize) -> F {
+    read(groups.get(group).unwrap_or(&[0; LANES]))
 }
 
 /// The corners of a bilinear function from its values at the middles of the quadrants.

@@ -12,7 +12,7 @@ use wis::light::chart::Layout;
 use wis::light::density::Inverted;
 use wis::light::environment::Environment;
 use wis::light::guide;
-use wis::light::parts::BORDERS;
+use wis::light::parts::{BORDERS, MIDDLES};
 use wis::light::plan::{Description, Filter};
 use wis::numeric::ContentHash;
 use wis::simd::Level;
@@ -246,21 +246,22 @@ fn starts_that_descend_are_refused() {
     }
 }
 
-/// The borders of a cell's parts, which end the guide: none is opened whose parts have no width.
+/// The borders of a cell's parts: none is opened whose parts have no width.
 #[test]
 fn parts_without_a_width_are_refused() {
+    /// Where the borders of the first cell begin in the guide, in bytes: behind the middles of its parts.
+    const FIRST: usize = 2 * 3 * MIDDLES;
     for (layout, width, height) in layouts(64) {
         let map = Map::of_directions(layout, width, height, rough);
         let built = Built::new(&map, &map.description(Filter::Bilinear));
         let mut words = vec![0u128; built.bytes().len().div_ceil(16)];
         let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..built.bytes().len()];
-        let faces = if layout == Layout::Cube { 6 } else { 1 };
-        let end = section(built.bytes(), 6) + 4 * guide::length(built.environment().light().grid, faces);
-        for (border, value) in (1..=BORDERS).flat_map(|border| [0.0f32, 1.0, -0.5].map(|value| (border, value))) {
+        let first = section(built.bytes(), 6) + FIRST;
+        for (border, value) in (0..BORDERS).flat_map(|border| [0, -1, guide::Short::MIN].map(|value| (border, value))) {
             copy.copy_from_slice(built.bytes());
-            copy[end - 4 * border..][..4].copy_from_slice(&value.to_le_bytes());
+            copy[first + 2 * border..][..2].copy_from_slice(&value.to_le_bytes());
             sign(copy);
-            assert!(Environment::open(copy).is_err(), "{layout:?}: border {border} from the last is {value}");
+            assert!(Environment::open(copy).is_err(), "{layout:?}: border {border} is {value}");
         }
     }
 }

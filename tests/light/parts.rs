@@ -4,7 +4,7 @@ use super::built::Built;
 use super::lookup::{Map, V3, unit};
 use super::maps::{rough, sky};
 use wis::light::chart::Layout;
-use wis::light::guide::{Column, Guide};
+use wis::light::guide::{Guide, value};
 use wis::light::parts::{Borders, EVEN, PARTS};
 use wis::light::plan::{Description, Filter};
 
@@ -38,10 +38,10 @@ fn the_sky_about_a_sun_has_parts_of_its_own() {
         for light in [300.0, 1000.0, 4000.0] {
             let radiance = |d: V3| if is_sun(d) { light } else { 1.0 };
             let (share, in_sky) = with_guide(layout, [width, height], radiance, |guide| {
-                let mass = |cell: &usize| guide.number(Column::Mass, *cell);
+                let mass = |cell: &usize| guide.mass(*cell);
                 let cell = (0..guide.cells()).max_by(|a, b| mass(a).total_cmp(&mass(b))).expect("a cell");
                 let [x, y, z] = guide.middles(cell);
-                let middles = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| [x, y, z].map(f64::from));
+                let middles = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| [x, y, z].map(|x| f64::from(value(x))));
                 (mass(&cell), middles.filter(|&d| !is_sun(d)).count())
             });
             println!("{layout:?} {light}: the cell has {share:.2} of the light, {in_sky} of 16 parts lie in the sky");
@@ -58,7 +58,7 @@ fn even_light_has_equal_parts() {
             [width, height],
             |_| 0.3,
             |guide| {
-                assert!((0..guide.cells()).all(|cell| *guide.borders(cell) == EVEN), "{layout:?}");
+                assert!((0..guide.cells()).all(|cell| guide.borders(cell) == EVEN), "{layout:?}");
             },
         );
     }
@@ -74,7 +74,7 @@ fn parts_are_not_too_narrow() {
         for (name, radiance) in lights {
             with_guide(layout, [width, height], radiance, |guide| {
                 for cell in 0..guide.cells() {
-                    let narrowest = widths(guide.borders(cell)).into_iter().fold(1.0, f32::min);
+                    let narrowest = widths(&guide.borders(cell)).into_iter().fold(1.0, f32::min);
                     assert!(narrowest >= 0.999 * LEAST, "{layout:?} {name}, cell {cell}: {narrowest}");
                 }
             });

@@ -7,6 +7,7 @@ use super::maps::layouts;
 use super::points::{phong, view};
 use super::prepared::Prepared;
 use wis::brdf::material::{Material, Shape};
+use wis::light::guide::value;
 use wis::light::plan::Filter;
 use wis::product::prepare::Config;
 
@@ -25,7 +26,7 @@ fn no_cell_above_the_horizon_is_darker_than_its_floor() {
         let built = Built::new(&map, &map.description(Filter::Bilinear));
         let (environment, light) = (built.environment(), built.environment().light());
         let guide = environment.guide().expect("it was built");
-        let [x, y, z] = guide.corner_directions();
+        let [x, y, z] = guide.corner_directions().map(|column| column.iter().map(|&x| value(x)).collect::<Vec<f32>>());
         for shape in [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.2, 0.2), phong(4.0), phong(9.0)] {
             let material = Material::new(&[shape]).unwrap();
             let point = view(&material, random.direction(), 60.0 * random.f64(), random.f64());

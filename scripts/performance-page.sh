@@ -132,7 +132,7 @@ $(map '2048 x 1024')
 $(map '4096 x 2048')
 $(map '8192 x 4096')
 
-From [light.md](light.md). \`WIS_ENVIRONMENT_LIGHT_ONLY\` takes $(quoted include/wis.h '41 kB less'), and then has no products.
+From [light.md](light.md). \`WIS_ENVIRONMENT_LIGHT_ONLY\` takes $(quoted include/wis.h '21 kB less'), and then has no products.
 
 | object | bytes | page |
 | --- | --- | --- |

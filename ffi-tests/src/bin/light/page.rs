@@ -235,7 +235,7 @@ fn budgets(out: &mut String, results: &Results) -> Result<()> {
         out,
         "\n## Error budgets\n
 Standard deviations of L / pdf for a bilinear client: the one allowed, the one added as the library states it, the one measured.
-`error` of the info states it. The lights are built for themselves; what products read takes 41 kB more
+`error` of the info states it. The lights are built for themselves; what products read takes 21 kB more
 (WIS_ENVIRONMENT_LIGHT_ONLY).\n
 | light | budget | bytes | stated | measured | within budget |\n|---|---:|---:|---:|---:|---|"
     )?;

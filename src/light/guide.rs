@@ -329,16 +329,22 @@ pub fn write_corners(light: &Light<'_>, out: &mut [Short]) {
     let count = corner_count(light.grid, faces);
     let columns = light.grid[0] as usize;
     let rows = (light.grid[1] / faces.max(1)) as usize;
-    let corners = (0..faces).flat_map(|f| (0..=rows).flat_map(move |j| (0..=columns).map(move |i| (f, [i, j]))));
-    let directions = corners.map(|(face, at)| corner_direction(light, face, at, [columns, rows]));
-    // What fills up the lanes is a direction, too.
-    for (corner, direction) in directions.chain(core::iter::repeat([1.0, 0.0, 0.0])).enumerate().take(count) {
+    let mut put = |corner: usize, direction: [f32; 3]| {
         for (k, x) in direction.into_iter().enumerate() {
             if let Some(out) = out.get_mut(corner + k * count) {
                 *out = short(x);
             }
         }
+    };
+    let mut corner = 0;
+    for face in 0..faces {
+        for at in (0..=rows).flat_map(|j| (0..=columns).map(move |i| [i, j])) {
+            put(corner, corner_direction(light, face, at, [columns, rows]));
+            corner += 1;
+        }
     }
+    // What fills up the lanes is a direction, too.
+    (corner..count).for_each(|corner| put(corner, [1.0, 0.0, 0.0]));
 }
 
 /// The direction of corner (i, j) of a face: where a cell begins, or the last one ends.

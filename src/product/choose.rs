@@ -1,4 +1,4 @@
-//! Which cells are divided: the heaviest.
+//! Which cells are divided: those with the largest numbers, which say what their division is worth.
 
 use super::stored::MAX_DIVIDED;
 use crate::simd::{LANES, Lanes, Num};

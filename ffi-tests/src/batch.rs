@@ -154,17 +154,31 @@ impl Batch {
         density.pdf_n(&self.drawn, &mut self.pdf_drawn[first..])
     }
 
-    /// Evaluates BRDF, radiance and both pdfs for all samples, and spends what that costs.
+    /// Evaluates BRDF, its pdf and radiance for all samples, and spends what that costs.
+    pub fn reflect(&mut self, bsdf: &Bsdf, light: &Light, texels: &Texels, cost: Cost) {
+        for i in (0..self.count).step_by(LANES) {
+            let (f_cos, wi, used) = self.scatter(i, bsdf, cost);
+            store(&mut self.reflected, i, f_cos * texels.radiance(light, wi, used));
+        }
+    }
+
+    /// The same and the pdf of the light, which costs a look-up of its own.
     pub fn evaluate(&mut self, bsdf: &Bsdf, light: &Light, texels: &Texels, cost: Cost) {
         for i in (0..self.count).step_by(LANES) {
-            let (wi, used) = (self.wi.load(i), (self.count - i).min(LANES));
-            cost.evaluate(used);
-            let (f_cos, pdf_bsdf) = bsdf.eval(wi, used);
+            let (f_cos, wi, used) = self.scatter(i, bsdf, cost);
             let (radiance, pdf_light) = texels.eval(light, wi, used);
             store(&mut self.reflected, i, f_cos * radiance);
-            store(&mut self.pdf_bsdf, i, pdf_bsdf);
             store(&mut self.pdf_light, i, pdf_light);
         }
+    }
+
+    /// BRDF x cosine of the samples from number `i` on, their directions, and how many of them are in use; keeps the pdf.
+    fn scatter(&mut self, i: usize, bsdf: &Bsdf, cost: Cost) -> (F8, V8, usize) {
+        let (wi, used) = (self.wi.load(i), (self.count - i).min(LANES));
+        cost.evaluate(used);
+        let (f_cos, pdf) = bsdf.eval(wi, used);
+        store(&mut self.pdf_bsdf, i, pdf);
+        (f_cos, wi, used)
     }
 
     /// Divides each sample by a density of both pdfs; those whose density is 0 add nothing.

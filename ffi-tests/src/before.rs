@@ -93,7 +93,7 @@ impl Pool {
         sampler.batch.from_density(density, counts[0])?;
         sampler.batch.from_bsdf(bsdf, counts[1]);
         sampler.batch.ask(density)?;
-        sampler.evaluate(setting, bsdf);
+        sampler.reflect(setting, bsdf);
         let counts = counts.map(|count| F8::splat(count as f32));
         sampler.batch.weigh_by_drawn(|drawn, bsdf| counts[0] * drawn + counts[1] * bsdf);
         if k == 1 {

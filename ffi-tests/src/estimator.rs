@@ -164,7 +164,12 @@ impl Estimator {
 }
 
 impl Sampler {
-    /// Evaluates BRDF, radiance and the pdfs of plain light and BRDF for all samples.
+    /// Evaluates BRDF, its pdf and radiance for all samples: all that a method needs that has a pdf of its own.
+    pub fn reflect(&mut self, setting: &Setting, bsdf: &Bsdf) {
+        self.batch.reflect(bsdf, setting.light, setting.plain, setting.cost);
+    }
+
+    /// The same and the pdf of the plain light.
     pub fn evaluate(&mut self, setting: &Setting, bsdf: &Bsdf) {
         self.batch.evaluate(bsdf, setting.light, setting.plain, setting.cost);
     }
@@ -173,7 +178,7 @@ impl Sampler {
         const CANDIDATES: usize = 4;
         let drawn = if limit == Limit::Pooled { n * CANDIDATES } else { n };
         self.batch.from_dense((dense, setting.grid), drawn);
-        self.evaluate(setting, bsdf);
+        self.reflect(setting, bsdf);
         self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(drawn as f32));
         match limit {
             Limit::Sampled => self.take_all(),

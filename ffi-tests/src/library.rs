@@ -155,7 +155,7 @@ impl Sampler {
     /// Those of the library.
     pub fn density(&mut self, density: &dyn Density, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         self.batch.from_density(density, n)?;
-        self.evaluate(setting, bsdf);
+        self.reflect(setting, bsdf);
         self.batch.weigh_by_drawn(|pdf, _| pdf * F8::splat(n as f32));
         self.take_all();
         Ok(())
@@ -176,7 +176,7 @@ impl Sampler {
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(density)?;
-        self.evaluate(setting, bsdf);
+        self.reflect(setting, bsdf);
         let expected = expected.map(F8::splat);
         self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
         self.take_all();
@@ -188,7 +188,7 @@ impl Sampler {
         for ray in rays {
             self.batch.push_drawn(ray.wi, 1.0 / ray.weight);
         }
-        self.evaluate(setting, bsdf);
+        self.reflect(setting, bsdf);
         self.batch.weigh_by_drawn(|density, _| density);
         self.take_all();
     }

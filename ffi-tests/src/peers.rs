@@ -102,7 +102,7 @@ impl Sampler {
 
     fn bsdf(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) {
         self.batch.from_bsdf(bsdf, n);
-        self.evaluate(setting, bsdf);
+        self.reflect(setting, bsdf);
         self.batch.weigh(|_, _, pdf| pdf * F8::splat(n as f32));
         self.take_all();
     }
@@ -166,7 +166,7 @@ impl Sampler {
     fn structured(&mut self, setting: &Setting, bsdf: &Bsdf, n: usize) -> client::Result<()> {
         let strata = setting.strata.of(n);
         self.batch.from_each(strata.count(), |i, u| strata.sample(i, u))?;
-        self.evaluate(setting, bsdf);
+        self.reflect(setting, bsdf);
         self.batch.weigh_by_drawn(|pdf, _| pdf);
         self.take_all();
         Ok(())

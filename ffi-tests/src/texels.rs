@@ -68,18 +68,27 @@ impl Texels {
         }
     }
 
-    /// Radiance from the first `used` directions, and the pdf of `sample`; 0 for the others.
+    /// Radiance from the first `used` directions; 0 for the others, unless the light is interpolated.
+    #[inline]
+    pub fn radiance(&self, light: &Light, wi: V8, used: usize) -> F8 {
+        light.interpolated(wi).unwrap_or_else(|| look_up(&self.radiance, light.texels(wi).0, used))
+    }
+
+    /// The same, and the pdf of `sample`.
     #[inline]
     pub fn eval(&self, light: &Light, wi: V8, used: usize) -> (F8, F8) {
         let (texels, density) = self.fine.as_ref().unwrap_or(light).texels(wi);
-        let look_up = |from: &[f32]| {
-            let mut values = [0.0; LANES];
-            values.iter_mut().zip(texels).take(used).for_each(|(value, texel)| *value = from[texel]);
-            F8::new(values)
-        };
-        let radiance = light.interpolated(wi).unwrap_or_else(|| look_up(&self.radiance));
-        (radiance, look_up(&self.probability) * density)
+        let radiance = light.interpolated(wi).unwrap_or_else(|| look_up(&self.radiance, texels, used));
+        (radiance, look_up(&self.probability, texels, used) * density)
     }
+}
+
+/// Values of the first `used` texels; 0 for the others.
+#[inline]
+fn look_up(from: &[f32], texels: [usize; LANES], used: usize) -> F8 {
+    let mut values = [0.0; LANES];
+    values.iter_mut().zip(texels).take(used).for_each(|(value, texel)| *value = from[texel]);
+    F8::new(values)
 }
 
 /// The inverses of cumulative distributions over cells.

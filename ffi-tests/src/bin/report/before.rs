@@ -2,7 +2,7 @@
 //! `wis_direct` gains over that.
 
 use crate::gains::{self, METRICS, Scale, geometric_mean};
-use crate::studies::{HITS, MAIN, TEXTURED, is_under_sun};
+use crate::studies::{HITS, MAIN, TEXTURED, is_sun};
 use crate::tables::{of_study, ours, verdict};
 use wis_ffi_tests::before::Before;
 use wis_ffi_tests::cost::MODELS;
@@ -32,7 +32,7 @@ fn rule(cell: &Cell, rays: usize) -> Method {
     let is_narrow = cell.material == NARROW && rays < MANY;
     match rays {
         0..=FEW => Peer::Pool(8, Candidates::Compensated).into(),
-        _ if is_narrow || is_under_sun(cell) => Peer::Pool(4, Candidates::Compensated).into(),
+        _ if is_narrow || is_sun(&cell.light) => Peer::Pool(4, Candidates::Compensated).into(),
         _ => Mode::Before(Before::Product).into(),
     }
 }

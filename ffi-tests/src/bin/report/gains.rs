@@ -63,7 +63,12 @@ pub fn limit(cell: &Cell, count: usize) -> Option<f64> {
 
 /// Variance x time of the repeats of one parity, or of all.
 fn costs(row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
-    let ns = row.times[usize::from(scale.warm)][scale.model].ns();
+    costs_in_time_of(row, row, parity, scale)
+}
+
+/// The same, in the time of another method.
+fn costs_in_time_of(timed: &Row, row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
+    let ns = timed.times[usize::from(scale.warm)][scale.model].ns();
     let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
     kept.map(|(_, repeat)| METRICS[scale.metric].1(&repeat.errors[scale.region]) * ns).collect()
 }
@@ -76,6 +81,12 @@ fn comparable(ratio: [f64; 3]) -> Option<[f64; 3]> {
 pub fn over(cell: &Cell, ours: &str, theirs: &str, count: usize, scale: Scale) -> Option<[f64; 3]> {
     let [theirs, ours] = [row(cell, theirs, count)?, row(cell, ours, count)?];
     comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs(ours, None, scale)))
+}
+
+/// The gain that the samples of one method would have over another if they took the time of a third.
+pub fn in_time_of(cell: &Cell, timed: &str, ours: &str, theirs: &str, count: usize, scale: Scale) -> Option<f64> {
+    let [timed, ours, theirs] = [row(cell, timed, count)?, row(cell, ours, count)?, row(cell, theirs, count)?];
+    Some(comparable(bootstrap_ratio(&costs(theirs, None, scale), &costs_in_time_of(timed, ours, None, scale)))?[0])
 }
 
 /// The peer of a list with the smallest variance x time on the even repeats.

@@ -97,9 +97,10 @@ fn main() -> Result<()> {
         points: studies[0].scene.points.len(),
         repeats,
     };
-    let page = tables::page(&run, &cells, &goals, pictures)?;
-    write(&page, &options)?;
-    check(&cells)
+    let (suns, cells): (Vec<_>, Vec<_>) = cells.into_iter().partition(|cell| cell.study == studies::SUNS);
+    write(&tables::page(&run, &cells, &suns, &goals, pictures)?, &options)?;
+    check(&cells)?;
+    check(&suns)
 }
 
 fn write(page: &Page, options: &Options) -> Result<()> {
@@ -147,8 +148,10 @@ impl Bench {
         let kept = |m: &Method| {
             (study.limit && !measured || !m.is_limit()) && m.mode().is_none_or(|mode| mode.differs(is_shared, measured))
         };
-        let methods = Method::all().filter(kept).map(Method::name).collect();
-        let effort = Effort { methods, counts: study.counts.clone(), repeats: self.repeats, timed: study.timed };
+        let named = |name: &String| study.only.is_empty() || study.only.contains(&name.as_str());
+        let methods = Method::all().filter(kept).map(Method::name).filter(named).collect();
+        let (counts, repeats) = (study.counts.clone(), self.repeats * study.repeats);
+        let effort = Effort { methods, counts, repeats, timed: study.timed };
         let inputs = inputs(&study.scene, setting, most);
         let key = hash(&(study.name, inputs, format!("{effort:?}"), programs()?));
         let file = self.cache.join(format!("cell-{key:016x}.json"));

@@ -23,6 +23,10 @@ pub struct Study {
     pub timed: usize,
     /// Whether the limit is measured, too.
     pub limit: bool,
+    /// The methods, if not all.
+    pub only: &'static [&'static str],
+    /// Repeats, in multiples of the usual number.
+    pub repeats: u32,
 }
 
 /// The study of a mesh under every light with every lobe; the first screen is about it.
@@ -37,6 +41,8 @@ pub const TEXTURED: &str = "64 hits, textured";
 pub const SMOOTH: &str = "smooth mesh";
 /// A room with one window.
 pub const ROOM: &str = "room";
+/// Suns that are not clipped, with so many repeats that single cells can be judged.
+pub const SUNS: &str = "unclipped suns";
 /// Measured materials.
 pub const MEASURED: &str = "measured BRDFs";
 /// How names of materials begin that are made of lobes which the library knows.
@@ -79,16 +85,44 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
     let inside =
         spot.as_ref().map_or_else(|| Ok(Mesh::sphere(glam::Vec3::Z * 0.4, 0.4, 32)), |path| Mesh::load(path))?;
     let study = |name, scene| -> Result<Study> {
-        let (materials, lights) = (lobes.clone(), lights.clone());
-        Ok(Study { name, scene, bilinear: true, lights, materials, counts: vec![1, 4, 16, 64], timed: 6, limit: true })
+        let (materials, lights, counts) = (lobes.clone(), lights.clone(), vec![1, 4, 16, 64]);
+        Ok(Study {
+            name,
+            scene,
+            bilinear: true,
+            lights,
+            materials,
+            counts,
+            timed: 6,
+            limit: true,
+            only: &[],
+            repeats: 1,
+        })
     };
     let small = |name, scene, materials: &[Material], counts: &[usize]| -> Result<Study> {
         let (lights, materials, counts) = (fewer(&lights), materials.to_vec(), counts.to_vec());
-        Ok(Study { name, scene, bilinear: true, lights, materials, counts, timed: 5, limit: false })
+        Ok(Study {
+            name,
+            scene,
+            bilinear: true,
+            lights,
+            materials,
+            counts,
+            timed: 5,
+            limit: false,
+            only: &[],
+            repeats: 1,
+        })
+    };
+    let suns = || -> Result<Study> {
+        let all = study(SUNS, of_spot(View::Points(points))?)?;
+        let lights = all.lights.iter().filter(|light| is_sun(&light.name)).cloned().collect();
+        let (counts, only) = (vec![4, 16], &["MIS compensated", "product", "product + MIS", "limit"]);
+        Ok(Study { lights, counts, only, ..all })
     };
     if options.quick {
         let main = study(MAIN, of_spot(View::Points(points))?)?;
-        return Ok(vec![Study { counts: vec![1, 16], timed: 4, ..main }]);
+        return Ok(vec![Study { counts: vec![1, 16], timed: 4, ..main }, suns()?]);
     }
     let per_pixel = View::Hits(points.div_ceil(12), 64);
     let mut studies = vec![
@@ -104,6 +138,7 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
         small(TEXTURED, of_spot(per_pixel)?, &[Material::mix(0.1).textured(), Material::mix(0.3).textured()], &[1])?,
         small(SMOOTH, smooth(View::Points(points))?, &broad, &[1, 4, 16])?,
         small(ROOM, Scene::room(inside, View::Points(points))?, &broad, &[1, 4, 16])?,
+        Study { timed: 48, repeats: 8, ..suns()? },
     ];
     let measured = MEASURED_FILES.map(|name| Path::new(data::FOLDER).join("brdfs").join(name));
     if measured.iter().all(|path| path.exists()) {
@@ -126,9 +161,9 @@ pub fn has_known_lobes(cell: &Cell) -> bool {
     LOBES.iter().any(|kind| name.starts_with(kind))
 }
 
-/// Whether a cell's light has a sun that is not clipped.
-pub fn is_under_sun(cell: &Cell) -> bool {
-    cell.light == SUN || cell.light.starts_with("rooitou")
+/// Whether the light of this name has a sun that is not clipped.
+pub fn is_sun(light: &str) -> bool {
+    light == SUN || light.starts_with("rooitou")
 }
 
 /// The mesh that was asked for, or one of the data if it is there.

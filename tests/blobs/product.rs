@@ -2,13 +2,14 @@
 
 use super::{CONTENT_ID, Kind, assert_refuses, assert_rejected, light, put, word};
 use crate::arguments::block::Block;
+use std::mem::offset_of;
 use std::ptr::{dangling, null, null_mut};
 use wis::ffi::material::*;
 use wis::ffi::product::*;
 use wis::ffi::sampler::{SamplerConfig, SamplerObject, wis_sampler_init, wis_sampler_size};
 use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::light::parts::BORDERS;
+use wis::light::parts::{BORDERS, MIDDLES, PARTS};
 use wis::object::checksum;
 use wis::product::info::GridInfo;
 use wis::product::stored::{Header, Leaves, Lengths, PART_ENDS};
@@ -113,7 +114,7 @@ fn open(block: &Block, bytes: usize) -> (Status, Diagnostic) {
 }
 
 fn content_id(bytes: &[u8]) -> Option<u64> {
-    let length = std::mem::offset_of!(Header, bytes);
+    let length = offset_of!(Header, bytes);
     Some(checksum(bytes.get(..word(bytes.get(..size_of::<Header>())?, length) as usize)?))
 }
 
@@ -175,10 +176,29 @@ fn another_light_is_a_mismatch() {
     }
 }
 
+/// Where F is the same everywhere, a border can move with the end of its part: all tables still follow from the leaves.
+#[test]
+fn borders_that_the_light_does_not_have_are_refused() {
+    const OF_LANES: usize = size_of::<[f32; 8]>();
+    let even = product((&[], 8, WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED), WIS_PRODUCT_CHECKSUM);
+    let grid = [word(&even, offset_of!(Header, grid)), word(&even, offset_of!(Header, grid) + 4)];
+    let lengths = Lengths::new(grid, word(&even, offset_of!(Header, divided)) as usize);
+    let ends = size_of::<Header>() + size_of::<Leaves>() * lengths.leaves + 4 * lengths.tops;
+    // Of the first cell that is divided: its first part, and that part's end along its row.
+    let (end, border) = (ends + OF_LANES * (PART_ENDS - MIDDLES), ends + OF_LANES * (PART_ENDS + PARTS - 1));
+    let number = |at| f32::from_bits(word(&even, at));
+    assert_eq!((number(border), number(end)), (0.25, 0.25 * number(end + OF_LANES * (PARTS - 1))));
+    assert_eq!(KIND.open_sealed(&even), Status::Ok);
+    let mut moved = even.clone();
+    for at in [border, end] {
+        put(&mut moved, at, &(0.5 * number(at)).to_ne_bytes());
+    }
+    assert_rejected(KIND.open_sealed(&moved), "a border with the end of its part");
+}
+
 /// Whatever the leaves do not give, and what no point has.
 #[test]
 fn products_that_no_point_has() {
-    use std::mem::offset_of;
     let object = product(CASES[2], WIS_PRODUCT_CHECKSUM);
     let refuses = |place, value: &[u8], what: &str| assert_refuses(&KIND, &object, place, value, what);
     for value in [f32::NAN, f32::INFINITY, -1.0, 0.5] {

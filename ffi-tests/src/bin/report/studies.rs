@@ -101,18 +101,7 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
     };
     let small = |name, scene, materials: &[Material], counts: &[usize]| -> Result<Study> {
         let (lights, materials, counts) = (fewer(&lights), materials.to_vec(), counts.to_vec());
-        Ok(Study {
-            name,
-            scene,
-            bilinear: true,
-            lights,
-            materials,
-            counts,
-            timed: 5,
-            limit: false,
-            only: &[],
-            repeats: 1,
-        })
+        Ok(Study { lights, materials, counts, timed: 5, limit: false, ..study(name, scene)? })
     };
     let suns = || -> Result<Study> {
         let all = study(SUNS, of_spot(View::Points(points))?)?;

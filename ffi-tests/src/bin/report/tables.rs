@@ -402,7 +402,7 @@ fn sun(suns: &[Cell]) -> Vec<Part> {
     let text = format!(
         "The product against compensated MIS at equal time, with 4 and 16 samples and a bilinear client. Goal: at least 1 in the \
          absolute metric and 0.9 in the relative one, in every column. Reached by {}. Limit: samples of the exact product of light and \
-         BRDF x cosine, if they took no longer than those of `product`. Of the {} rows that the product misses, that limit misses \
+         BRDF x cosine, if they took at most the time of those of `product`. Of the {} rows that the product misses, that limit misses \
          {}, too. {} independent repeats. The sun of the project's own has 2 x 2 texels, 10^5 times as bright as its sky.",
         rows.collect::<Vec<_>>().join("; "),
         missed().count(),

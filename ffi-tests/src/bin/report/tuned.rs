@@ -125,11 +125,13 @@ pub fn parts(main: &[&Cell], lights: &[String]) -> Vec<Part> {
     let or_none = |names: Vec<&str>| if names.is_empty() { "none".into() } else { names.join("; ") };
     let text = format!(
         "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. [tuning.md](tuning.md) tries the constants in \
-         force against other values on four development maps alone. One whose variance x time is within 3 % of the best stays. **Stays: {}. \
-         Does not stay: {}.** They were frozen before this report was measured. Judged maps were in sight when these were first chosen: {}.",
+         force against other values on four development maps alone. One whose variance x time is within 3 % of the best stays. **{} of {} \
+         stay. Does not stay: {}.** They were frozen before this report was measured. Judged maps were in sight when these were first \
+         chosen: {}.",
         list(&is_developer),
         list(&|light| !is_developer(light) && light != SUN),
-        or_none(stay),
+        stay.len(),
+        stay.len() + others.len(),
         or_none(others),
         or_none(late)
     );

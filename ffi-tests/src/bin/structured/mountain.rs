@@ -136,8 +136,8 @@ fn draw(page: &mut Paper, map: &Map, mesh: &Mesh, material: &Material, rows: &[R
     Ok(writeln!(page.text, "\nThe same exposure in all. What the second adds to the first is the bounce.")?)
 }
 
-const TEXT: &str = "A procedural mountain stands in for the paper's. One bounce of 16 cosine-distributed rays a point stands in for its
-irradiance cache: at their hits the strata light a Lambert surface again. Differences are to the picture without sorting.
+const TEXT: &str = "The mountain is procedural: the paper's is not at hand. In place of its irradiance cache there is one bounce, of 16
+cosine-distributed rays a point: at their hits the strata light a Lambert surface again. Differences are to the picture without sorting.
 ";
 
 /// Direct light and, if asked for, that of one bounce, with the colours of the shader.

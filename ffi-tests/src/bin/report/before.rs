@@ -1,7 +1,7 @@
 //! Against version 0.1, whose clients chose a sampler for each hit and kept products themselves: what choosing and keeping by
 //! `wis_direct` gains over that.
 
-use crate::gains::{self, METRICS, Scale, geometric_mean};
+use crate::gains::{self, METRICS, Scale, geometric_mean, row};
 use crate::studies::{HITS, MAIN, TEXTURED, is_sun};
 use crate::tables::{of_study, ours, verdict};
 use wis_ffi_tests::before::Before;
@@ -37,28 +37,58 @@ fn rule(cell: &Cell, rays: usize) -> Method {
     }
 }
 
-/// The mean gain of `wis_direct` over the rule: over cells and both cost models, in each metric.
-fn over_rule(cells: &[&Cell], rays: usize) -> [f64; METRICS.len()] {
-    let groups = || cells.iter().flat_map(|cell| (0..MODELS.len()).map(move |model| (*cell, model)));
-    std::array::from_fn(|metric| {
-        let gain = |(cell, model)| {
-            let scale = Scale { metric, model, ..Scale::default() };
-            Some(gains::over(cell, ours(MAIN), &rule(cell, rays).name(), rays, scale)?[0])
+/// `wis_direct` beside the rule at so many rays, in the mean over cells and both cost models.
+struct Beside {
+    /// The gain at equal time, in each metric.
+    gains: [f64; METRICS.len()],
+    /// The same for as many rays: the rule's variance over that of `wis_direct`.
+    variance: [f64; METRICS.len()],
+    /// Microseconds for a hit with its rays: of `wis_direct`, and of the rule.
+    us: [f64; 2],
+}
+
+impl Beside {
+    fn of(cells: &[&Cell], rays: usize) -> Beside {
+        let ours = ours(MAIN);
+        let groups = || cells.iter().flat_map(|cell| (0..MODELS.len()).map(move |model| (*cell, model)));
+        let mean = |of: &dyn Fn(&Cell, &str, usize) -> Option<f64>| {
+            geometric_mean(groups().filter_map(|(cell, model)| of(cell, &rule(cell, rays).name(), model)))
         };
-        geometric_mean(groups().filter_map(gain))
-    })
+        let scale = |metric, model| Scale { metric, model, ..Scale::default() };
+        let us = |cell: &Cell, method: &str, model: usize| Some(row(cell, method, rays)?.times[0][model].ns() * 1e-3);
+        Beside {
+            gains: std::array::from_fn(|metric| {
+                mean(&|cell, rule, model| Some(gains::over(cell, ours, rule, rays, scale(metric, model))?[0]))
+            }),
+            variance: std::array::from_fn(|metric| {
+                mean(&|cell, rule, model| gains::in_time_of(cell, rule, ours, rule, rays, scale(metric, model)))
+            }),
+            us: [mean(&|cell, _, model| us(cell, ours, model)), mean(&|cell, rule, model| us(cell, rule, model))],
+        }
+    }
 }
 
 fn ruled(cells: &[&Cell]) -> Vec<Part> {
     let Some(first) = cells.first() else { return Vec::new() };
-    let mut table = Table::new(2, &["rays at a hit", "verdict", "absolute", "relative", "both metrics"]);
-    let (mut reached, counts) = ([0; 3], gains::counts(first));
+    let head = [
+        "rays at a hit",
+        "verdict",
+        "absolute",
+        "relative",
+        "both metrics",
+        "absolute, equal rays",
+        "relative, equal rays",
+        "us of `wis_direct`",
+        "us of the rule",
+    ];
+    let (mut table, mut reached, counts) = (Table::new(2, &head), [0; 3], gains::counts(first));
     for &rays in &counts {
-        let [absolute, relative] = over_rule(cells, rays);
+        let Beside { gains: [absolute, relative], variance, us } = Beside::of(cells, rays);
         let gains = [absolute, relative, (absolute * relative).sqrt()];
         reached.iter_mut().zip(gains).for_each(|(reached, gain)| *reached += usize::from(gain >= 1.0));
         let words = [rays.to_string(), verdict(gains[2] >= 1.0).into()];
-        table.row(words.into_iter().chain(gains.map(times)));
+        let numbers = gains.into_iter().chain(variance).map(times).chain(us.map(|us| format!("{us:.1}")));
+        table.row(words.into_iter().chain(numbers));
     }
     let [absolute, relative, both] = reached;
     let text = format!(
@@ -70,8 +100,10 @@ fn ruled(cells: &[&Cell]) -> Vec<Part> {
         n = counts.len()
     );
     let words = format!(
-        "Gain of `wis_direct` over the rule at equal time with cold caches: above 1 it is ahead. Each number is the geometric mean over \
-         {} cells of \"{MAIN}\" and both cost models. Reached: at least 1 in the mean of both metrics.",
+        "Gain of `wis_direct` over the rule at equal time with cold caches: above 1 it is ahead. A gain is the rule's variance over that of \
+         `wis_direct` with as many rays, times the time of the rule over that of `wis_direct`: both stand beside. Times are for a hit with \
+         its rays. Each number is the geometric mean over {} cells of \"{MAIN}\" and both cost models. Reached: at least 1 in the mean of \
+         both metrics.",
         cells.len()
     );
     vec![Part::Text(text), Part::Table(table), Part::Text(words)]
@@ -155,8 +187,10 @@ mod tests {
         assert_eq!(rule(&sun, 64).name(), "P(4) comp.");
         let narrow = Cell { material: NARROW.into(), ..cell(MAIN, "sky", &methods) };
         assert_eq!([16, 64].map(|rays| rule(&narrow, rays).name()), ["P(4) comp.", "wavelet product"]);
-        let gains = over_rule(&[&sun, &sky], RAYS);
+        let Beside { gains, variance, us } = Beside::of(&[&sun, &sky], RAYS);
         assert!(gains.iter().all(|gain| (gain - 4.0).abs() < 1e-9), "{gains:?}");
+        assert!(variance.iter().all(|ratio| (ratio - 1.0).abs() < 1e-9), "{variance:?}");
+        assert!((us[0] - 1e-3).abs() < 1e-12 && (us[1] - 4e-3).abs() < 1e-12, "{us:?}");
     }
 
     #[test]

@@ -50,7 +50,7 @@ static float bsdf_times_cosine(const float normal[3], const float wi[3]) {
 static int occluded(const float wi[3]) { return wi[0] < 0.0f; }
 
 int main(void) {
-    /* 1. The light, once: built in your memory from your map, then shared by all threads. */
+    /* What describes the light, a thread's sampler, a material and a hit. */
     make_map();
     wis_environment_config light = {0};
     light.size = sizeof light;
@@ -61,45 +61,41 @@ int main(void) {
     light.format = WIS_FORMAT_F32;
     light.filter = WIS_FILTER_BILINEAR;
     light.pixels = map;
-    wis_memory_size size;
-    check(wis_environment_size(&light, &size, NULL));
-    void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
-    const wis_environment *environment;
-    check(wis_environment_init(&light, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
-    free(scratch);
-
-    /* 2. A sampler for each thread. */
     wis_sampler_config config = {0};
     config.size = sizeof config;
-    check(wis_sampler_size(&config, &size, NULL));
-    void *sampler_memory = allocate(size.bytes);
-    wis_sampler *sampler;
-    check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, NULL));
-
-    /* 3. A material: the shapes of its lobes. */
     wis_material material = {0};
     material.size = sizeof material;
     material.lobe_count = 1;
     material.lobe[0].kind = WIS_LOBE_LAMBERT;
-    check(wis_material_init(&material, NULL));
-
-    /* 4. A hit: normal, view, and how strongly each lobe reflects there. */
     wis_point point = {0};
     point.size = sizeof point;
-    point.material = &material;
     point.normal[2] = 1.0f;
     point.wo[0] = 0.6f;
     point.wo[2] = 0.8f;
     point.weight[0][0] = point.weight[0][1] = point.weight[0][2] = 0.8f;
 
-    /* 5. The rays to trace, each with its weight. Here as for many hits of one pixel. */
+    const wis_environment *environment;
+    wis_sampler *sampler;
+    wis_memory_size size;
+    wis_ray ray[RAYS];
+    uint32_t count, pixel = 7;
     double sum = 0.0;
-    point.seed = 7; /* the pixel */
+
+    /* Once: the light, built in your memory from your map, then shared by all threads. */
+    check(wis_environment_size(&light, &size, NULL));
+    void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
+    check(wis_environment_init(&light, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
+    free(scratch);
+    /* Once for each thread a sampler, and for each material the shapes of its lobes. */
+    check(wis_sampler_size(&config, &size, NULL));
+    void *sampler_memory = allocate(size.bytes);
+    check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, NULL));
+    check(wis_material_init(&material, NULL));
+
     check(wis_sampler_begin_pixel(sampler));
-    for (uint32_t hit = 0; hit < HITS; hit++) {
-        wis_ray ray[RAYS];
-        uint32_t count;
-        point.turn = hit;
+    point.seed = pixel;         /* any number that tells pixels apart */
+    point.material = &material; /* at each hit, with normal, wo, and weight and f0 of each lobe: textures go here */
+    for (point.turn = 0; point.turn < HITS; point.turn++) { /* the hits of this pixel, over all its samples */
         check(wis_direct(sampler, environment, &point, RAYS, NULL, ray, &count));
         for (uint32_t i = 0; i < count; i++) {
             if (!occluded(ray[i].wi)) {

@@ -24,13 +24,6 @@ while read -r line; do
     (cd "$out/readme" && rm -f main && env -u PKG_CONFIG_PATH PREFIX="$prefix" sh -c "$line && ./main")
 done < "$out/readme/lines"
 
-# The README's loop, as it is printed: at most 25 lines.
-awk '/^```/ { inside = $0 == "```c"; next } inside' README.md > "$out/readme/loop.inc"
-[ "$(wc -l < "$out/readme/loop.inc")" -le 25 ]
-cc -std=c99 -O2 -Wall -Wextra -Werror -I"$out/readme" -I"$prefix/include" c-examples/consumers/readme.c "$prefix/lib/libwis.a" \
-    -o "$out/readme/loop"
-"$out/readme/loop"
-
 # From the sources, in the target folder of this repository, so that nothing is compiled twice.
 cmake -S c-examples/consumers/fetchcontent -B "$out/fetchcontent" -DFETCHCONTENT_SOURCE_DIR_WIS="$PWD" \
     -DWIS_CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"

@@ -94,3 +94,17 @@ fn the_wrapper_covers_the_header() {
     let missing: Vec<&String> = functions.iter().filter(|name| !wrapper.contains(name) && !allowed(name)).collect();
     assert!(missing.is_empty(), "not in wis.hpp: {missing:?}");
 }
+
+/// The most lines of the README's loop with its set-up.
+const LOOP: usize = 25;
+
+#[test]
+fn the_loop_of_the_readme_is_that_of_minimal() {
+    let (readme, minimal) = (read("README.md"), read("c-examples/minimal.c"));
+    let (_, rest) = readme.split_once("```c\n").expect("a program in C");
+    let (printed, _) = rest.split_once("```").expect("its end");
+    let indented = |line: &str| if line.is_empty() { String::new() } else { format!("    {line}") };
+    let lines: Vec<String> = printed.lines().map(indented).collect();
+    assert!(lines.len() <= LOOP && printed.contains("wis_direct("), "{} lines", lines.len());
+    assert!(minimal.contains(&lines.join("\n")), "c-examples/minimal.c has other lines");
+}

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "wis.h"
+#include "direct.h"
 
 #define WIDTH 64u
 #define HEIGHT 32u
@@ -49,6 +49,17 @@ static float bsdf_times_cosine(const float normal[3], const float wi[3]) {
 /* A wall hides the half of the sky with x < 0. */
 static int occluded(const float wi[3]) { return wi[0] < 0.0f; }
 
+struct Reflected {
+    const wis_point *point;
+    double light;
+};
+
+static void add_light(Reflected *sum, const float wi[3], float weight) {
+    if (!occluded(wi)) {
+        sum->light += bsdf_times_cosine(sum->point->normal, wi) * radiance(wi) * weight;
+    }
+}
+
 int main(void) {
     /* What describes the light, a thread's sampler, a material and a hit. */
     make_map();
@@ -78,8 +89,8 @@ int main(void) {
     wis_sampler *sampler;
     wis_memory_size size;
     wis_ray ray[RAYS];
-    uint32_t count, pixel = 7;
-    double sum = 0.0;
+    uint32_t pixel = 7;
+    Reflected sum = {&point, 0.0};
 
     /* Once: the light, built in your memory from your map, then shared by all threads. */
     check(wis_environment_size(&light, &size, NULL));
@@ -91,19 +102,13 @@ int main(void) {
     void *sampler_memory = allocate(size.bytes);
     check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, NULL));
     check(wis_material_init(&material, NULL));
-
-    check(wis_sampler_begin_pixel(sampler));
+    check(wis_sampler_begin_pixel(sampler)); /* for each pixel */
     point.seed = pixel;         /* any number that tells pixels apart */
     point.material = &material; /* at each hit, with normal, wo, and weight and f0 of each lobe: textures go here */
     for (point.turn = 0; point.turn < HITS; point.turn++) { /* the hits of this pixel, over all its samples */
-        check(wis_direct(sampler, environment, &point, RAYS, NULL, ray, &count));
-        for (uint32_t i = 0; i < count; i++) {
-            if (!occluded(ray[i].wi)) {
-                sum += bsdf_times_cosine(point.normal, ray[i].wi) * radiance(ray[i].wi) * ray[i].weight;
-            }
-        }
+        check(direct_light(sampler, environment, &point, RAYS, NULL, ray, &sum));
     }
-    printf("reflected light: %.3f (exactly 0.400)\n", sum / HITS);
+    printf("reflected light: %.3f (exactly 0.400)\n", sum.light / HITS);
 
     free(sampler_memory);
     free(memory);

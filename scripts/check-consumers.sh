@@ -17,6 +17,7 @@ LD_LIBRARY_PATH="$prefix/lib" "$out/pkgconfig/check"
 # The README's command lines, as they are printed.
 mkdir -p "$out/readme"
 cp c-examples/minimal.c "$out/readme/main.c"
+cp c-examples/direct.h "$out/readme"
 grep -o '`cc main\.c [^`]*`' README.md | tr -d '`' > "$out/readme/lines"
 [ "$(wc -l < "$out/readme/lines")" = 2 ]
 while read -r line; do

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Compiles the headers alone and included twice, as C and C++ of several years, with each compiler.
+# Compiles the headers alone and included twice, and minimal programs, as C and C++ of several years, with each compiler.
 set -eu
 cd "$(dirname "$0")/../c-examples/header"
 
@@ -18,6 +18,7 @@ for compiler in gcc clang; do
             compile $compiler -std=$standard -x c ../../include/$header.h
         done
         compile $compiler -std=$standard twice.c
+        compile $compiler -std=$standard ../minimal.c
     done
 done
 

@@ -14,7 +14,7 @@ mkdir -p "$doc/docs/gallery" "$doc/c-examples"
 cp README.md CHANGELOG.md "$doc"
 cp docs/*.md docs/*.png "$doc/docs"
 cp docs/gallery/*.png "$doc/docs/gallery"
-cp c-examples/minimal.c c-examples/minimal.cpp "$doc/c-examples"
+cp c-examples/minimal.c c-examples/direct.h c-examples/minimal.cpp "$doc/c-examples"
 # The same bytes for the same sources: no owner, no time, names in order.
 tar --create --sort=name --owner=0 --group=0 --numeric-owner --mtime=@0 --directory "$stage" "$name" | gzip -n > "$build/$name.tar.gz"
 echo "$build/$name.tar.gz: $(du -h "$build/$name.tar.gz" | cut -f 1)"

@@ -99,12 +99,52 @@ fn the_wrapper_covers_the_header() {
 const LOOP: usize = 25;
 
 #[test]
-fn the_loop_of_the_readme_is_that_of_minimal() {
-    let (readme, minimal) = (read("README.md"), read("c-examples/minimal.c"));
-    let (_, rest) = readme.split_once("```c\n").expect("a program in C");
-    let (printed, _) = rest.split_once("```").expect("its end");
-    let indented = |line: &str| if line.is_empty() { String::new() } else { format!("    {line}") };
-    let lines: Vec<String> = printed.lines().map(indented).collect();
-    assert!(lines.len() <= LOOP && printed.contains("wis_direct("), "{} lines", lines.len());
-    assert!(minimal.contains(&lines.join("\n")), "c-examples/minimal.c has other lines");
+fn the_loop_of_the_readme_is_that_of_the_examples() {
+    let (readme, minimal, direct) = (read("README.md"), read("c-examples/minimal.c"), read("c-examples/direct.h"));
+    let blocks = readme.split("```c\n").skip(1).map(|rest| rest.split_once("```").expect("the end of a block").0);
+    let [calls, whole] = blocks.collect::<Vec<_>>()[..] else { panic!("not two blocks of C in the README") };
+    let indented: String = calls.lines().map(|line| format!("    {line}\n")).collect();
+    assert!(minimal.contains(&format!("\n{indented}")), "c-examples/minimal.c has other lines");
+    assert!(calls.contains("direct_light("), "the call is missing");
+    let begin = direct.find("static wis_status direct_light(").expect("the loop");
+    assert_eq!(direct[begin..].split_inclusive("\n}\n").next(), Some(whole), "c-examples/direct.h has other lines");
+    let lines = calls.lines().count() + whole.lines().count();
+    assert!(lines <= LOOP && readme.contains(&format!("All of it is {lines} lines")), "{lines} lines");
+}
+
+/// Programs that run the loop of direct.h, each by a file that includes it.
+const CLIENTS: [&str; 5] = [
+    "c-examples/minimal.c",
+    "c-examples/render/integrate.c",
+    "c-examples/pathtracer/path.h",
+    "c-examples/pathtracer/small.c",
+    "ffi-tests/src/direct.c",
+];
+
+#[test]
+fn the_demo_the_tracer_and_the_report_run_the_loop_of_the_readme() {
+    for client in CLIENTS {
+        let text = read(client);
+        assert!(text.contains("direct.h\"\n"), "{client} does not include direct.h");
+        assert!(
+            text.contains(" direct_light(") || text.contains("(direct_light("),
+            "{client} does not call direct_light"
+        );
+    }
+    let through = [("library", ".direct_light("), ("environment", " harness_direct_light(self")];
+    for (module, call) in through {
+        assert!(read(&format!("ffi-tests/src/{module}.rs")).contains(call), "{module} does not call direct_light");
+    }
+    // Nothing calls wis_direct beside the loop, but a look of the hard cases at what a call that fails writes.
+    let mut sources = vec![root().join(CLIENTS[0])];
+    for folder in ["c-examples/render", "c-examples/pathtracer", "c-examples/gallery", "ffi-tests/src"] {
+        files(&root().join(folder), &["c", "h", "rs"], &mut sources);
+    }
+    let calls = |path: &PathBuf| fs::read_to_string(path).expect("a source").matches("wis_direct(").count();
+    let callers: Vec<(&PathBuf, usize)> = sources.iter().map(|path| (path, calls(path))).filter(|c| c.1 > 0).collect();
+    assert_eq!(callers, [(&root().join("ffi-tests/src/environment.rs"), 1)]);
+    let environment = read("ffi-tests/src/environment.rs");
+    let (_, after) = environment.split_once("pub fn direct_into(").expect("the look at a call that fails");
+    let (body, _) = after.split_once("pub fn ").expect("what follows");
+    assert!(body.contains("raw::wis_direct("), "wis_direct is called by another function");
 }

@@ -2,11 +2,11 @@
 #ifndef PATHTRACER_PATH_H
 #define PATHTRACER_PATH_H
 
+#include "../direct.h"
 #include "../render/light.h"
 #include "scene.h"
 
-#define MAX_DEPTH 4
-#define MAX_RAYS 4
+enum { MAX_DEPTH = 4, MAX_RAYS = 4 };
 
 typedef struct Method {
     const char *name;
@@ -50,12 +50,18 @@ static Vec3 radiance(const Tracer *t, Vec3 wi, bool escapes) {
     return vec3_scale(light, escapes ? base : 1 - base);
 }
 
+struct Reflected { const Tracer *t; const Hit *hit; const Bsdf *b; Vec3 light; }; /* a hit, and the light that it reflects */
+
 /* BSDF x cosine x light x visibility. */
-static Vec3 reflected(const Tracer *t, const Hit *hit, const Bsdf *b, const float wi[3], float *pdf) {
-    Vec3 direction = vec3_load(wi), f = bsdf_eval(b, direction, pdf);
+static Vec3 reflected(const Reflected *at, const float wi[3], float *pdf) {
+    Vec3 direction = vec3_load(wi), f = bsdf_eval(at->b, direction, pdf);
     Hit blocker;
-    bool is_black = luminance(f) <= 0 || scene_trace(hit->position, direction, &blocker);
-    return is_black ? vec3_make(0, 0, 0) : vec3_mul(f, radiance(t, direction, false));
+    bool is_black = luminance(f) <= 0 || scene_trace(at->hit->position, direction, &blocker);
+    return is_black ? vec3_make(0, 0, 0) : vec3_mul(f, radiance(at->t, direction, false));
+}
+
+static void add_light(Reflected *sum, const float wi[3], float weight) {
+    sum->light = vec3_axpy(sum->light, weight, reflected(sum, wi, NULL));
 }
 
 /* The product at a hit: a new one, or one that an earlier hit of this pixel on the same material left. */
@@ -79,20 +85,19 @@ static const wis_product *product_at(Tracer *t, const Hit *hit, const wis_point 
 
 /* The light at a hit: by the rays that wis_direct asks for, or by samples of the map (no product) or of a product. */
 static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *point, const wis_product *product, const float *u) {
-    Vec3 sum = {0, 0, 0};
-    bool direct = t->method.kind == BY_DIRECT;
+    Reflected sum = {t, hit, b, {0, 0, 0}};
     wis_ray rays[MAX_RAYS];
     wis_drawn drawn[MAX_RAYS];
-    uint32_t count = t->rays;
-    check(direct ? wis_direct(t->sampler, t->environment, point, t->rays, t->method.keeps ? u : NULL, rays, &count)
+    bool direct = t->method.kind == BY_DIRECT;
+    check(direct ? direct_light(t->sampler, t->environment, point, t->rays, t->method.keeps ? u : NULL, rays, &sum)
                  : wis_sample(t->sampler, t->environment, product, t->rays, u, 0, drawn, 0));
-    for (uint32_t i = 0; i < count; i++) {
-        float pdf, density = direct ? 0 : (float)t->rays * drawn[i].pdf;
-        Vec3 light = reflected(t, hit, b, direct ? rays[i].wi : drawn[i].wi, &pdf);
+    for (uint32_t i = 0; i < t->rays && !direct; i++) {
+        float pdf, density = (float)t->rays * drawn[i].pdf;
+        Vec3 light = reflected(&sum, drawn[i].wi, &pdf);
         density += t->method.escape == BALANCE ? pdf : 0;
-        sum = direct || density > 0 ? vec3_axpy(sum, direct ? rays[i].weight : 1 / density, light) : sum;
+        sum.light = density > 0 ? vec3_axpy(sum.light, 1 / density, light) : sum.light;
     }
-    return sum;
+    return sum.light;
 }
 
 /* The balance heuristic's share of a BSDF sample. */
@@ -110,24 +115,20 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
     const Method *m = &t->method;
     Hit hit;
     for (; scene_trace(origin, direction, &hit); bounce++) {
-        const wis_product *product;
-        float u[2 * MAX_RAYS];
-        wis_point point;
-        Material material;
-        Bsdf b;
         if (bounce == t->depth) {
             return color;
         }
-        material = material_at(&hit);
-        b = bsdf_begin(&material, hit.normal, vec3_scale(direction, -1));
-        point = bsdf_point(&b, &shapes[hit.material]);
+        float u[2 * MAX_RAYS];
+        Material material = material_at(&hit);
+        Bsdf b = bsdf_begin(&material, hit.normal, vec3_scale(direction, -1));
+        wis_point point = bsdf_point(&b, &shapes[hit.material]);
         point.seed = t->pixel;
         point.turn = t->hits[bounce]++;
         point.stream = bounce;
         if (m->kind != BY_DIRECT || m->keeps) {
             numbers(t, 1 + 2 * bounce, t->rays, u);
         }
-        product = m->kind == BY_PRODUCT ? product_at(t, &hit, &point) : NULL;
+        const wis_product *product = m->kind == BY_PRODUCT ? product_at(t, &hit, &point) : NULL;
         color = vec3_add(color, vec3_mul(beta, gather(t, &hit, &b, &point, product, u)));
         if (bounce == t->depth - 1 && m->escape == NOTHING) {
             return color;

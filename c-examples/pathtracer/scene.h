@@ -35,8 +35,7 @@ static void check(wis_status status) {
     }
 }
 
-/* Triangles stand in the order of the tube, so halving them again and again gives a tree of boxes: node n has the children
- * 2n + 1 and 2n + 2. */
+/* Triangles in the order of the tube, halved again and again, are a tree of boxes: node n has the children 2n + 1 and 2n + 2. */
 static struct Vertex { Vec3 position, normal; } triangles[TRIANGLES][3];
 static Vec3 boxes[TRIANGLES][2];
 

@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "../direct.h"
 #include "../render/vec3.h"
-#include "wis.h"
 
 #define WIDTH 64
 #define HEIGHT 32
@@ -59,33 +59,37 @@ static float trace(Vec3 o, Vec3 d, Vec3 *normal) {
     return nearest < FLT_MAX ? nearest : 0;
 }
 
+/* The hit, what the camera sees of its light, and the light of all hits. */
+struct Reflected { Vec3 position, normal; float beta, color; };
+
+static void add_light(Reflected *sum, const float wi[3], float weight) {
+    Vec3 direction = vec3_load(wi), hidden;
+    float light = radiance(direction), cosine = vec3_dot(sum->normal, direction);
+    if (cosine > 0 && trace(sum->position, direction, &hidden) == 0) {
+        sum->color += sum->beta * (0.6f / PI) * cosine * light * (1 - base(light)) * weight;
+    }
+}
+
 static float path(wis_sampler *sampler, const wis_environment *environment, wis_point point, Vec3 o, Vec3 d) {
-    float color = 0, beta = 1;
+    Reflected sum = {o, {0, 0, 1}, 1, 0};
     for (uint32_t bounce = 0;; bounce++) {
-        Vec3 normal = {0, 0, 1}, tangent, hidden;
-        float distance = trace(o, d, &normal), phi, r;
+        Vec3 normal, tangent;
+        float distance = trace(sum.position, d, &sum.normal), phi, r;
         wis_ray ray[1];
-        uint32_t count;
         if (distance == 0) {
             float light = radiance(d);
-            return color + beta * light * (bounce == 0 ? 1 : base(light));
+            return sum.color + sum.beta * light * (bounce == 0 ? 1 : base(light));
         }
         if (bounce == DEPTH) {
-            return color;
+            return sum.color;
         }
-        o = vec3_axpy(o, distance, d);
+        sum.position = vec3_axpy(sum.position, distance, d);
+        normal = sum.normal;
         vec3_store(normal, point.normal);
         vec3_store(vec3_scale(d, -1), point.wo);
         point.stream = bounce;
-        check(wis_direct(sampler, environment, &point, 1, NULL, ray, &count));
-        for (uint32_t i = 0; i < count; i++) {
-            Vec3 wi = vec3_load(ray[i].wi);
-            float light = radiance(wi), cosine = vec3_dot(normal, wi);
-            if (cosine > 0 && trace(o, wi, &hidden) == 0) {
-                color += beta * (0.6f / PI) * cosine * light * (1 - base(light)) * ray[i].weight;
-            }
-        }
-        beta *= 0.6f;
+        check(direct_light(sampler, environment, &point, 1, NULL, ray, &sum));
+        sum.beta *= 0.6f;
         phi = 2 * PI * uniform();
         r = uniform();
         tangent = vec3_normalise(vec3_cross(fabsf(normal.x) < 0.7f ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0), normal));

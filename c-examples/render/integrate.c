@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include "../direct.h"
+
 const char *method_name(Method method) {
     static const char *const names[METHOD_COUNT] = {
         "environment", "BRDF", "MIS", "compensated MIS", "wis_direct",
@@ -152,22 +154,33 @@ wis_point visibility_point(const Workspace *w, const ShadingPoint *at, uint32_t 
     return point;
 }
 
+/* The samples of a hit, one after the other. */
+struct Reflected {
+    const Lighting *lighting;
+    const Bsdf *bsdf;
+    LightSample *next;
+};
+
+static void add_light(Reflected *sum, const float wi[3], float weight) {
+    Vec3 direction = vec3_load(wi);
+    *sum->next++ = weigh(sum->lighting, direction, bsdf_eval(sum->bsdf, direction, NULL), weight);
+}
+
 /* The rays that wis chooses. There may be fewer than `count`: the others add nothing. */
 static wis_status by_wis(const Lighting *l, Workspace *w, const Bsdf *b, const ShadingPoint *at, uint32_t pass,
                          uint32_t count, LightSample *out) {
     const LightSample nothing = {{0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
     wis_point point = bsdf_point(b, &l->shapes[at->object]);
     wis_point place = visibility_point(w, at, pass);
-    uint32_t rays = 0;
+    Reflected sum = {l, b, out};
     wis_status status;
     point.seed = place.seed;
     point.visibility = place.visibility;
     point.visibility_key = place.visibility_key;
     point.turn = at->turn;
-    status = wis_direct(w->sampler, l->environment.handle, &point, count, NULL, w->ray, &rays);
-    for (uint32_t i = 0; i < count && status == WIS_OK; i++) {
-        Vec3 wi = vec3_load(w->ray[i < rays ? i : 0].wi);
-        out[i] = i < rays ? weigh(l, wi, bsdf_eval(b, wi, NULL), w->ray[i].weight) : nothing;
+    status = direct_light(w->sampler, l->environment.handle, &point, count, NULL, w->ray, &sum);
+    while (sum.next < out + count) {
+        *sum.next++ = nothing;
     }
     return status;
 }

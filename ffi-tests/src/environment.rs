@@ -3,6 +3,7 @@
 
 use crate::client::{Block, Brdf, Density, Result, Texels, brdf_batch, check, check_with, raw, row_f16, row_f32};
 use std::cell::RefCell;
+use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 
 /// A map and what to build from it: the fields of `wis_environment_config`.
@@ -135,6 +136,36 @@ impl Environment {
     }
 }
 
+/// Where the loop in C hands over each ray.
+#[repr(C)]
+struct Reflected {
+    add: unsafe extern "C" fn(*mut c_void, *const f32, f32),
+    client: *mut c_void,
+}
+
+unsafe extern "C" {
+    /// `direct_light` of c-examples/direct.h, as direct.c compiles it.
+    fn harness_direct_light(
+        sampler: *mut raw::wis_sampler,
+        environment: *const raw::wis_environment,
+        point: *const raw::wis_point,
+        rays: u32,
+        u: *const f32,
+        ray: *mut raw::wis_ray,
+        sum: *mut Reflected,
+    ) -> raw::wis_status;
+}
+
+/// What the loop calls for a function of Rust. A panic in it ends the program.
+///
+/// # Safety
+/// `client` is the address of an `F` that is alive and not in use; `wi` has three elements.
+unsafe extern "C" fn add_ray<F: FnMut([f32; 3], f32)>(client: *mut c_void, wi: *const f32, weight: f32) {
+    // SAFETY: direct_light names the type and gives the address of its own function; the loop gives a ray that was written.
+    let (add, wi) = unsafe { (&mut *client.cast::<F>(), *wi.cast::<[f32; 3]>()) };
+    add(wi, weight);
+}
+
 /// One thread's sampler and its memory.
 pub struct Sampler {
     memory: Block,
@@ -178,8 +209,36 @@ impl Sampler {
         check(unsafe { raw::wis_sampler_begin_pixel(self.handle()) })
     }
 
-    /// Writes the rays to trace at a point and answers how many there are; `u` are numbers of the caller's own, one pair for
-    /// each ray.
+    /// The README's loop: writes the rays to trace at a point and adds each with its weight. `u` are numbers of the caller's own,
+    /// one pair for each ray; candidates are weighed by the `target` if there is one.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn direct_light<F: FnMut([f32; 3], f32)>(
+        &mut self,
+        environment: &Environment,
+        point: &raw::wis_point,
+        u: Option<&[[f32; 2]]>,
+        mut target: Option<Brdf>,
+        ray: &mut [raw::wis_ray],
+        mut add: F,
+    ) -> Result<()> {
+        assert!(u.is_none_or(|u| u.len() == ray.len()));
+        let mut point = *point;
+        if let Some(brdf) = &mut target {
+            point.target = Some(brdf_batch);
+            point.target_user = std::ptr::from_mut(brdf).cast();
+        }
+        let mut sum = Reflected { add: add_ray::<F>, client: std::ptr::from_mut(&mut add).cast() };
+        // SAFETY: handles, material, BRDF and `add` are alive, and there is a pair of numbers and room for each ray.
+        check(unsafe {
+            let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
+            let u = u.map_or(null(), |u| u.as_ptr().cast());
+            harness_direct_light(self.handle(), environment.handle(), &point, rays, u, out, &mut sum)
+        })
+    }
+
+    /// [`Sampler::direct_light`] for the rays alone: answers how many there are.
     ///
     /// # Errors
     /// Those of the library.
@@ -190,15 +249,9 @@ impl Sampler {
         u: Option<&[[f32; 2]]>,
         ray: &mut [raw::wis_ray],
     ) -> Result<usize> {
-        assert!(u.is_none_or(|u| u.len() == ray.len()));
         let mut count = 0;
-        // SAFETY: handles, point and material are alive, and there is room for the rays.
-        check(unsafe {
-            let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
-            let u = u.map_or(null(), |u| u.as_ptr().cast());
-            raw::wis_direct(self.handle(), environment.handle(), point, rays, u, out, &mut count)
-        })?;
-        Ok(count as usize)
+        self.direct_light(environment, point, u, None, ray, |_, _| count += 1)?;
+        Ok(count)
     }
 
     /// [`Sampler::direct_by`], or [`Sampler::direct`] without a BRDF, for a look at what a call that fails writes.
@@ -233,12 +286,12 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         point: &raw::wis_point,
-        mut brdf: Brdf,
+        brdf: Brdf,
         ray: &mut [raw::wis_ray],
     ) -> Result<usize> {
-        let user = std::ptr::from_mut(&mut brdf).cast();
-        let point = raw::wis_point { target: Some(brdf_batch), target_user: user, ..*point };
-        self.direct(environment, &point, None, ray)
+        let mut count = 0;
+        self.direct_light(environment, point, None, Some(brdf), ray, |_, _| count += 1)?;
+        Ok(count)
     }
 
     /// Prepares products at points, in memory that grows as it must; writes where each begins and answers the bytes of all.

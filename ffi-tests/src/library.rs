@@ -3,7 +3,7 @@
 
 use crate::batch::Stream;
 use crate::before::{self, Before};
-use crate::client::{self, Block, Density, raw};
+use crate::client::{self, Block, Brdf, Density, raw};
 use crate::environment::{self, Light};
 use crate::estimator::{Sampler, Setting};
 use crate::kept::Kept;
@@ -71,6 +71,7 @@ pub struct Library {
     material: raw::wis_material,
     product: Block,
     kept: Kept,
+    numbers: Vec<[f32; 2]>,
     rays: Vec<raw::wis_ray>,
     before: before::State,
 }
@@ -83,9 +84,9 @@ impl Library {
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
         let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, hits)?);
-        let (product, kept, rays) = (Block::new(0), Kept::new()?, Vec::new());
+        let (product, kept, numbers, rays) = (Block::new(0), Kept::new()?, Vec::new(), Vec::new());
         let material = environment::material(&setting.material.lobes())?;
-        Ok(Library { sampler, material, product, kept, rays, before: before::State::new(setting)? })
+        Ok(Library { sampler, material, product, kept, numbers, rays, before: before::State::new(setting)? })
     }
 
     /// What calls on the new light take.
@@ -105,7 +106,7 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, material, product, kept, rays, before } = self;
+        let Library { sampler: own, material, product, kept, numbers, rays, before } = self;
         let mut at = setting.material.point(point, material);
         match mode {
             Mode::Direct | Mode::Shared | Mode::Target => {
@@ -115,17 +116,23 @@ impl Library {
                     own.get_mut().begin_pixel()?;
                 }
                 rays.resize(n, Default::default());
-                let u = (mode == Mode::Shared).then(|| sampler.batch.points(Stream::Light, n));
+                numbers.clear();
+                if mode == Mode::Shared {
+                    numbers.extend_from_slice(sampler.batch.points(Stream::Light, n));
+                }
                 let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
                     setting.cost.evaluate(wi.len());
                     bsdf.values(wi, f_cos);
                     true
                 };
-                let count = match mode {
-                    Mode::Target => own.get_mut().direct_by(setting.tables, &at, &mut weigh, rays)?,
-                    _ => own.get_mut().direct(setting.tables, &at, u, rays)?,
-                };
-                sampler.rays(&rays[..count], setting, bsdf);
+                let u = (mode == Mode::Shared).then_some(&numbers[..]);
+                let target: Option<Brdf> = if mode == Mode::Target { Some(&mut weigh) } else { None };
+                // BRDF and radiance are evaluated for the rays alone, after the loop: eight side by side.
+                let add = |wi, weight: f32| sampler.batch.push_drawn(wi, 1.0 / weight);
+                own.get_mut().direct_light(setting.tables, &at, u, target, rays, add)?;
+                sampler.reflect(setting, bsdf);
+                sampler.batch.weigh_by_drawn(|density, _| density);
+                sampler.take_all();
                 Ok(())
             }
             Mode::Product => {
@@ -181,15 +188,5 @@ impl Sampler {
         self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
         self.take_all();
         Ok(())
-    }
-
-    /// The client's loop: BRDF and radiance are evaluated for the rays alone.
-    fn rays(&mut self, rays: &[raw::wis_ray], setting: &Setting, bsdf: &Bsdf) {
-        for ray in rays {
-            self.batch.push_drawn(ray.wi, 1.0 / ray.weight);
-        }
-        self.reflect(setting, bsdf);
-        self.batch.weigh_by_drawn(|density, _| density);
-        self.take_all();
     }
 }

@@ -14,16 +14,16 @@ export PKG_CONFIG_PATH="$prefix/lib/pkgconfig"
 make --no-print-directory -C c-examples/consumers/pkgconfig OUT="$out/pkgconfig"
 LD_LIBRARY_PATH="$prefix/lib" "$out/pkgconfig/check"
 
-# The README's command lines, as they are printed.
-mkdir -p "$out/readme"
-cp c-examples/minimal.c "$out/readme/main.c"
-cp c-examples/direct.h "$out/readme"
-grep -o '`cc main\.c [^`]*`' README.md | tr -d '`' > "$out/readme/lines"
-[ "$(wc -l < "$out/readme/lines")" = 2 ]
+# The command lines of README.md and docs/integrating.md, as they are printed.
+mkdir -p "$out/printed"
+cp c-examples/minimal.c "$out/printed/main.c"
+cp c-examples/direct.h "$out/printed"
+grep -h -o '`cc main\.c [^`]*`' README.md docs/integrating.md | tr -d '`' | sort -u > "$out/printed/lines"
+[ "$(wc -l < "$out/printed/lines")" = 2 ]
 while read -r line; do
     echo "$line"
-    (cd "$out/readme" && rm -f main && env -u PKG_CONFIG_PATH PREFIX="$prefix" sh -c "$line && ./main")
-done < "$out/readme/lines"
+    (cd "$out/printed" && rm -f main && env -u PKG_CONFIG_PATH PREFIX="$prefix" sh -c "$line && ./main")
+done < "$out/printed/lines"
 
 # From the sources, in the target folder of this repository, so that nothing is compiled twice.
 cmake -S c-examples/consumers/fetchcontent -B "$out/fetchcontent" -DFETCHCONTENT_SOURCE_DIR_WIS="$PWD" \

@@ -95,8 +95,15 @@ fn the_wrapper_covers_the_header() {
     assert!(missing.is_empty(), "not in wis.hpp: {missing:?}");
 }
 
-/// The most lines of the README's loop with its set-up.
+/// The most lines of the README, and of its loop with its set-up.
+const README: usize = 120;
 const LOOP: usize = 25;
+
+#[test]
+fn the_readme_is_short() {
+    let lines = read("README.md").lines().count();
+    assert!(lines <= README, "{lines} lines");
+}
 
 #[test]
 fn the_loop_of_the_readme_is_that_of_the_examples() {

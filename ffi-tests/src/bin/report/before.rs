@@ -101,7 +101,7 @@ fn ruled(cells: &[&Cell]) -> Vec<Part> {
     );
     let words = format!(
         "Gain of `wis_direct` over the rule at equal time with cold caches: above 1 it is ahead. A gain is the rule's variance over that of \
-         `wis_direct` with as many rays, times the time of the rule over that of `wis_direct`: both stand beside. Times are for a hit with \
+         `wis_direct` with as many rays, times the time of the rule over that of `wis_direct`: both have columns. Times are for a hit with \
          its rays. Each number is the geometric mean over {} cells of \"{MAIN}\" and both cost models. Reached: at least 1 in the mean of \
          both metrics.",
         cells.len()

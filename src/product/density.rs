@@ -291,11 +291,12 @@ impl<'a> Shaded<'a> {
         leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
     }
 
-    /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to.
+    /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to, and what [`Shaded::grid_and_light`] answers
+    /// for them.
     #[inline(always)]
-    pub fn direction<F: Num>(&self, frame: &Frame, u: [F; 2]) -> [F; 3] {
-        let (world, ..) = F::apart(SampleGrid { shaded: self, frame, u });
-        self.light.valid(frame, world).0
+    pub fn draw_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], (F, F)) {
+        let FromGrid { world, pdf, light, .. } = F::apart(SampleGrid { shaded: self, frame, u, mixed: false });
+        (self.light.valid(frame, world).0, (pdf, light))
     }
 
     /// The densities of directions of map space, of unit length, by the grid and in the light.
@@ -324,7 +325,8 @@ impl<'a> Shaded<'a> {
     /// World directions for numbers of the grid, and their densities.
     #[inline(always)]
     fn sample_grid<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
-        let (mut world, mut pdf, strayed) = F::apart(SampleGrid { shaded: self, frame, u });
+        let sample = SampleGrid { shaded: self, frame, u, mixed: true };
+        let FromGrid { mut world, mut pdf, strayed, .. } = F::apart(sample);
         settle_lanes(u, strayed, &mut world, &mut pdf, |u| self.settled(frame, u));
         (world, pdf)
     }
@@ -335,13 +337,12 @@ impl<'a> Shaded<'a> {
     fn settled(&self, frame: &Frame, u: [f32; 2]) -> Drawn {
         let ([cell], numbers) = self.cells::<f32>(u);
         let (wi, located) = self.light.settle(frame, cell, numbers);
-        Drawn { wi, pdf: self.of_grid(frame, wi, &located) }
+        Drawn { wi, pdf: self.with_lobes(frame, wi, self.grid(&located)) }
     }
 
-    /// The densities of located world directions.
+    /// The densities of world directions for those of the grid.
     #[inline(always)]
-    fn of_grid<F: Num>(&self, frame: &Frame, world: [F; 3], located: &Located<F>) -> F {
-        let grid = self.grid(located);
+    fn with_lobes<F: Num>(&self, frame: &Frame, world: [F; 3], grid: F) -> F {
         if self.product.peak.is_none() {
             return grid;
         }
@@ -509,17 +510,31 @@ struct SampleGrid<'a, F: Num> {
     shaded: &'a Shaded<'a>,
     frame: &'a Frame,
     u: [F; 2],
+    /// Whether densities are those of the product; else those of its grid alone.
+    mixed: bool,
+}
+
+/// What numbers of the grid lead to.
+struct FromGrid<F: Num> {
+    world: [F; 3],
+    pdf: F,
+    /// The density in the light.
+    light: F,
+    /// The lanes that rounding carried out of their patch.
+    strayed: u32,
 }
 
 impl<F: Num> Apart<F> for SampleGrid<'_, F> {
-    type Output = ([F; 3], F, u32);
+    type Output = FromGrid<F>;
 
     #[inline(always)]
-    fn run(self) -> ([F; 3], F, u32) {
-        let SampleGrid { shaded, frame, u } = self;
+    fn run(self) -> FromGrid<F> {
+        let SampleGrid { shaded, frame, u, mixed } = self;
         let (cells, numbers) = shaded.cells(u);
         let (world, located, strayed) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
-        (world, shaded.of_grid(frame, world, &located), strayed)
+        let grid = shaded.grid(&located);
+        let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
+        FromGrid { world, pdf, light: shaded.light.alone(&located), strayed }
     }
 }
 

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Compares the digests of the renderer's calls (fuzz/digests) between levels of optimisation and platforms:
-# check-bits.sh OUTPUT_FOLDER [--all]
+# Compares the digests of the renderer's calls between levels of optimisation and platforms with those on record:
+# check-bits.sh OUTPUT_FOLDER [--all]. After a change of bits on purpose, fuzz/digests/record.txt becomes what wis-digests prints.
 # 32-bit x86 and AArch64 take a compiler with their standard library, rustup's or Debian's, and what `setup.sh bits` installs.
 # A platform without them is left out, and the last line says so. With --all rustup adds them, and one that is left out is a failure.
 set -eu
@@ -8,6 +8,7 @@ cd "$(dirname "$0")/.."
 mkdir -p "$1"
 out=$(cd "$1" && pwd)
 all=${2:-}
+record=fuzz/digests/record.txt
 ran="" left=""
 target=${CARGO_TARGET_DIR:-target}/bits
 
@@ -29,15 +30,14 @@ compiler() {
     done
 }
 
-# compare NAME COMMAND...: with the first that ran.
+# compare NAME COMMAND...: with the record.
 compare() {
     name=$1
     shift
     "$@" > "$out/$name.txt"
-    [ -s "$out/reference.txt" ] || cp "$out/$name.txt" "$out/reference.txt"
-    if ! cmp -s "$out/reference.txt" "$out/$name.txt"; then
+    if ! cmp -s "$record" "$out/$name.txt"; then
         echo "check-bits: $name has other bits" >&2
-        diff "$out/reference.txt" "$out/$name.txt" | head -n 10 >&2
+        diff "$record" "$out/$name.txt" | head -n 10 >&2
         exit 1
     fi
     echo "$name: $(wc -l < "$out/$name.txt") digests"
@@ -66,7 +66,6 @@ other() {
     unset RUSTC
 }
 
-rm -f "$out/reference.txt"
 build native --release
 compare release "$target/native/release/wis-digests"
 build native

@@ -4,7 +4,8 @@
 set -eu
 cd "$(dirname "$0")/.."
 sources() {
-    find tests -name '*.rs' -exec grep -l 'const RECORD' {} +
+    echo tests/exactness/platform.rs
+    echo fuzz/digests/record.txt
     case $1 in
         gallery)
             find c-examples/direct.h c-examples/gallery c-examples/relight/mesh.c c-examples/relight/tracer.c c-examples/render -name '*.[ch]' -not -name 'page.*' ;;

@@ -1,5 +1,5 @@
 //! Digests of what the renderer's calls answer: the same on every platform, at every level of optimisation and of instructions.
-//! `scripts/check-bits.sh` compares them.
+//! They are on record in record.txt, which every test run compares, and `scripts/check-bits.sh` on other platforms.
 
 use std::error::Error;
 use wis::numeric::ContentHash;

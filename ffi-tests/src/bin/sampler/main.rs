@@ -3,11 +3,13 @@
 //! The second file is what `ablation` wrote.
 
 mod cost;
+mod estimators;
 mod own;
 mod page;
 
 use anyhow::{Context, Result};
 use cost::{Cost, costs};
+use estimators::Figures;
 use own::Own;
 use wis_ffi_tests::client::{Density, Preparation, Product};
 use wis_ffi_tests::light::Light;
@@ -29,6 +31,8 @@ pub struct Results {
 pub struct Errors {
     pub light: String,
     pub each: Vec<[f64; 2]>,
+    /// Of estimators by the stated integral.
+    pub estimators: Vec<Figures>,
 }
 
 fn main() -> Result<()> {
@@ -73,7 +77,8 @@ fn errors(lights: &[Light], materials: &[Material], points: &[ShadingPoint]) -> 
             each.push([now, before]);
         }
         eprintln!("{}", light.name);
-        all.push(Errors { light: light.name.clone(), each });
+        let estimators = estimators::figures(light, materials, &points[..points.len().min(estimators::POINTS)])?;
+        all.push(Errors { light: light.name.clone(), each, estimators });
     }
     Ok(all)
 }

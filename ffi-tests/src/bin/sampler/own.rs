@@ -66,6 +66,14 @@ impl Own {
         Ok(used)
     }
 
+    /// The integral that it states.
+    pub fn integral(&self) -> Result<f64> {
+        let mut info = raw::wis_product_info { size: size_of::<raw::wis_product_info>() as u32, ..Default::default() };
+        // SAFETY: environment and product are alive, and `info` is a live local.
+        check(unsafe { raw::wis_product_describe(self.environment.handle(), self.product.start().cast(), &mut info) })?;
+        Ok(info.integral)
+    }
+
     /// Draws up to 64 directions from it.
     pub fn sample(&mut self, u: &[[f32; 2]]) -> Result<&[raw::wis_drawn]> {
         assert!(u.len() <= self.drawn.len());

@@ -1,6 +1,7 @@
 //! The page: verdicts first, then the tables that they come from.
 
 use crate::cost::NAMES;
+use crate::estimators::{self, COUNTS, Figures};
 use crate::{Errors, Results};
 use anyhow::Result;
 use std::fmt::Write;
@@ -34,6 +35,7 @@ pub fn write(results: &Results, ablation: &str) -> Result<String> {
     writeln!(out, "\n{}", METHOD.replace("POINTS", &POINTS.to_string()))?;
     costs(&mut out, results)?;
     errors(&mut out, results)?;
+    integrals(&mut out, results)?;
     out.push('\n');
     out.push_str(ablation);
     Ok(out + "\n" + &page::provenance("sampler")?)
@@ -109,6 +111,59 @@ fn errors(out: &mut String, results: &Results) -> Result<()> {
         let cells =
             (0..results.materials.len()).map(|i| format!("**{:.3} / {:.3}**", mean(errors, i, 0), mean(errors, i, 1)));
         writeln!(out, "| **{name}** | {} |", cells.collect::<Vec<_>>().join(" | "))?;
+    }
+    Ok(())
+}
+
+const INTEGRALS: &str = "\
+`wis_product_describe` states an approximation I of the integral, and two estimators use it. V is the visibility; f, L and p are BRDF x
+cosine, radiance and density of a sample. *Unbiased*: the mean of f L V / p. *Ratio*: I times the sum of f L V / p over the sum of f L / p.
+*Biased*: I times the mean of V, which evaluates no BRDF and no radiance. The errors of both stop falling at that of I. Rows of I have no
+occlusion. In the others a quarter of the sphere is blocked at each of POINTS points, elsewhere at each. Errors are relative to the mean of all points.
+";
+
+/// A figure of estimators with a material, mean of maps.
+fn over(maps: &[Errors], material: usize, of: impl Fn(&Figures) -> f64) -> f64 {
+    geometric(maps.iter().map(|map| of(&map.estimators[material])))
+}
+
+/// For how many materials an estimator has less error than the unbiased one, by number of samples.
+fn less_often(maps: &[Errors], materials: usize, which: usize) -> String {
+    let each = COUNTS.iter().enumerate().map(|(number, count)| {
+        let ratio = |f: &Figures| f.errors[number][which] / f.errors[number][0];
+        let less = (0..materials).filter(|&i| over(maps, i, ratio) < 1.0).count();
+        format!("{less} with {count}{}", if number == 0 { " samples" } else { "" })
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// The stated integral under each map, and the estimators that use it.
+fn integrals(out: &mut String, results: &Results) -> Result<()> {
+    let materials = results.materials.len();
+    let groups = || results.errors.iter().zip(GROUPS).filter(|(errors, _)| !errors.is_empty());
+    writeln!(out, "\n## Estimators by the stated integral\n")?;
+    for (maps, group) in groups() {
+        let [ratio, biased] = [1, 2].map(|which| less_often(maps, materials, which));
+        writeln!(
+            out,
+            "- Less error than *unbiased*, {group}, of {materials} materials: *ratio* for {ratio}; *biased* for {biased}."
+        )?;
+    }
+    writeln!(out, "\n{}", INTEGRALS.replace("POINTS", &estimators::POINTS.to_string()))?;
+    writeln!(out, "| error | {} |\n|---|{}", results.materials.join(" | "), "---:|".repeat(materials))?;
+    for (maps, group) in groups() {
+        for map in maps {
+            let cells = map.estimators.iter().map(|figures| format!("{:.3}", figures.integral));
+            writeln!(out, "| I, {} | {} |", map.light, cells.collect::<Vec<_>>().join(" | "))?;
+        }
+        for (number, count) in COUNTS.iter().enumerate() {
+            let cell = |material: usize| {
+                let each = (0..estimators::NAMES.len()).map(|which| over(maps, material, |f| f.errors[number][which]));
+                each.map(|error| format!("{error:.3}")).collect::<Vec<_>>().join(" / ")
+            };
+            let cells = (0..materials).map(cell).collect::<Vec<_>>().join(" | ");
+            writeln!(out, "| {group}, {count} samples: {} | {cells} |", estimators::NAMES.join(" / "))?;
+        }
     }
     Ok(())
 }

@@ -1,5 +1,5 @@
 //! Digests of what the renderer's calls answer: the same on every platform, at every level of optimisation and of instructions.
-//! They are on record in record.txt, which every test run compares, and `scripts/check-bits.sh` on other platforms.
+//! They are on record in record.txt. A test compares them here, and `scripts/check-bits.sh` elsewhere.
 
 use std::error::Error;
 use wis::numeric::ContentHash;
@@ -128,4 +128,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{digest:016x} {name}");
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    /// After a change of bits on purpose the record becomes what this program prints.
+    #[test]
+    fn digests_are_on_record() {
+        let found = super::digests(wis::Level::detect()).expect("all is valid");
+        let found: Vec<String> = found.iter().map(|(name, digest)| format!("{digest:016x} {name}")).collect();
+        let changed: Vec<_> =
+            include_str!("record.txt").lines().zip(&found).filter(|(record, found)| record != found).collect();
+        assert!(changed.is_empty(), "{} of {}, first {:?}", changed.len(), found.len(), changed[0]);
+        assert_eq!(include_str!("record.txt").lines().count(), found.len());
+    }
 }

@@ -669,8 +669,8 @@ typedef struct wis_product_info {
   /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples.
   /// 0: none does.
   float lobe_share;
-  /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility. Off by about 1 %
-  /// for wide lobes and 5 to 10 % for an alpha of 0.2. Below 0.1 it can be wrong by a factor of 2: do not estimate with it there.
+  /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility. Off by up to 2 %
+  /// for wide lobes and 4 to 9 % for an alpha of 0.2. Below 0.1 it can be wrong by a factor of 2: do not estimate with it there.
   double integral;
   /// The same for the colour of the light; the BRDF counts by its luminance.
   float rgb[3];

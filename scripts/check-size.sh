@@ -1,18 +1,18 @@
 #!/bin/sh
 # The code that a renderer links: check-size.sh <folder of the whole library> <output folder>
 #
-# Prints .text beside its goal. Fails where it is above the goal and has grown by more than 5 % since it was last recorded here.
+# Prints .text beside its goal. Fails where it is above the goal and above the most that is allowed.
 set -eu
 cd "$(dirname "$0")/.."
 whole=$1
 out=$2
 mkdir -p "$out"
 
-# name, goal, bytes on record
+# name, goal, the most bytes (sizes of 2026-11-25 and 5 %), bytes on record
 goals="
-renderer-shared 200000 563966
-whole-shared    400000 1036270
-static-minimal  128000 480072
+renderer-shared 200000 568342 563966
+whole-shared    400000 1065454 1036270
+static-minimal  128000 485108 480072
 "
 
 text() { size -A "$1" | awk '$1 == ".text" { print $2 }'; }
@@ -34,13 +34,13 @@ measured() {
 grown=0
 printf '%-16s %8s %8s %8s\n' .text bytes goal recorded
 for name in renderer-shared whole-shared static-minimal; do
-    read -r goal recorded << END
-$(echo "$goals" | awk -v name="$name" '$1 == name { print $2, $3 }')
+    read -r goal most recorded << END
+$(echo "$goals" | awk -v name="$name" '$1 == name { print $2, $3, $4 }')
 END
     bytes=$(measured "$name")
     verdict=""
     [ "$bytes" -le "$goal" ] || verdict="above its goal"
-    if [ "$bytes" -gt "$goal" ] && [ "$bytes" -gt $((recorded + recorded / 20)) ]; then
+    if [ "$bytes" -gt "$goal" ] && [ "$bytes" -gt "$most" ]; then
         verdict="has grown"
         grown=$((grown + 1))
     fi

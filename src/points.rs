@@ -9,6 +9,7 @@
 //! would take the lower side of every split, however improbable.
 
 use crate::numeric::{ONE_MINUS_EPSILON, min};
+use crate::simd::{Num, Whole};
 
 /// A seed for a pixel in a pass: neighbours and passes are decorrelated.
 #[inline]
@@ -39,18 +40,30 @@ pub fn sobol(seed: u32, index: u32) -> [f32; 2] {
 /// Point `order` of the Owen-scrambled Sobol sequence of a seed, whose order is not shuffled.
 #[inline(always)]
 pub(crate) fn sobol_in_order(seed: u32, order: u32) -> [f32; 2] {
-    let x = permute(order, mix(seed ^ 0x5851_f42d));
-    let y = permute(pascal(order), mix(seed ^ 0x1405_7b7e));
-    [centred(x.reverse_bits()), centred(y.reverse_bits())]
+    sobol_points::<f32>(seed, <f32 as Num>::whole([order]))
+}
+
+/// The points with these numbers of the Owen-scrambled Sobol sequence of a seed, whose order is not shuffled.
+#[inline(always)]
+pub(crate) fn sobol_points<F: Num>(seed: u32, order: F::Whole) -> [F; 2] {
+    let x = permuted(order, mix(seed ^ 0x5851_f42d));
+    let y = permuted(pascal(order), mix(seed ^ 0x1405_7b7e));
+    [x, y].map(|digits| {
+        // The centre of the cell of 2^-23.
+        let cell = digits.reverse_bits().shr::<9>().shl::<1>() + F::Whole::splat(1);
+        F::of_whole(cell) * (1.0 / 16_777_216.0)
+    })
 }
 
 /// The digits of the second Sobol coordinate, least significant first: digit j is the parity of the digits i of
 /// the index with binomial(i, j) odd, which are the i that contain the bits of j (Lucas).
 #[inline(always)]
-fn pascal(index: u32) -> u32 {
-    [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)]
-        .iter()
-        .fold(index, |digits, (shift, without_bit)| digits ^ ((digits >> shift) & without_bit))
+fn pascal<W: Whole>(index: W) -> W {
+    let digits = index ^ (index.shr::<1>() & W::splat(0x5555_5555));
+    let digits = digits ^ (digits.shr::<2>() & W::splat(0x3333_3333));
+    let digits = digits ^ (digits.shr::<4>() & W::splat(0x0f0f_0f0f));
+    let digits = digits ^ (digits.shr::<8>() & W::splat(0x00ff_00ff));
+    digits ^ (digits.shr::<16>() & W::splat(0x0000_ffff))
 }
 
 /// The third Sobol coordinate of an index, its digits least significant first: the sequence of the primitive polynomial
@@ -73,9 +86,16 @@ pub(crate) fn third_sobol(index: u32) -> u32 {
 
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
 #[inline(always)]
+fn permuted<W: Whole>(x: W, seed: u32) -> W {
+    let x = x + W::splat(seed);
+    [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6].iter().fold(x, |x, &even| x ^ x * W::splat(even))
+}
+
+/// The permutation of one number.
+#[inline(always)]
 pub(crate) fn permute(x: u32, seed: u32) -> u32 {
-    let x = x.wrapping_add(seed);
-    [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6].iter().fold(x, |x, &even| x ^ x.wrapping_mul(even))
+    let [permuted] = <f32 as Num>::ints_of(permuted(<f32 as Num>::whole([x]), seed));
+    permuted
 }
 
 /// An integer hash with nearly ideal avalanche (Wellons 2018, "lowbias32").

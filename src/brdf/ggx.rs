@@ -5,7 +5,7 @@
 
 use crate::light::chart::sin_cos_turns;
 use crate::simd::Num;
-use core::f32::consts::PI;
+use core::f32::consts::FRAC_1_PI;
 
 /// How far below the surface a half vector may seem to lie by rounding.
 const LEVEL: f32 = 1e-6;
@@ -13,13 +13,16 @@ const LEVEL: f32 = 1e-6;
 /// A distribution of microfacets seen from a direction, in the frame of the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Ggx {
-    /// Roughness along tangent and bitangent.
+    /// Roughness along tangent and bitangent, and its inverse.
     alpha: [f32; 2],
+    inverse: [f32; 2],
     /// 1 / (pi alpha_x alpha_y).
     norm: f32,
     wo: [f32; 3],
     /// The length of wo stretched by alpha.
     wo_length: f32,
+    /// The density of a visible normal is this times D times its cosine to wo.
+    visible: f32,
     /// wo stretched and normalised.
     stretched: [f32; 3],
 }
@@ -40,15 +43,18 @@ impl Ggx {
     pub fn new(alpha: [f32; 2], wo: [f32; 3]) -> Ggx {
         let [x, y, z] = [alpha[0] * wo[0], alpha[1] * wo[1], wo[2]];
         let wo_length = Num::sqrt(x * x + y * y + z * z);
-        let stretched = [x / wo_length, y / wo_length, z / wo_length];
-        Ggx { alpha, norm: 1.0 / (PI * alpha[0] * alpha[1]), wo, wo_length, stretched }
+        let scale = 1.0 / wo_length;
+        let stretched = [x * scale, y * scale, z * scale];
+        let inverse = alpha.map(|a| 1.0 / a);
+        let norm = FRAC_1_PI * inverse[0] * inverse[1];
+        Ggx { alpha, inverse, norm, wo, wo_length, visible: 2.0 / (wo[2] + wo_length), stretched }
     }
 
     /// D of a half vector of any length, and its squared length.
     #[inline(always)]
     fn distribution<F: Num>(&self, h: [F; 3]) -> (F, F) {
         let squared = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
-        let (x, y) = (h[0] * F::splat(1.0 / self.alpha[0]), h[1] * F::splat(1.0 / self.alpha[1]));
+        let (x, y) = (h[0] * self.inverse[0], h[1] * self.inverse[1]);
         let ratio = squared / (x * x + y * y + h[2] * h[2]).max(F::splat(f32::MIN_POSITIVE));
         (F::splat(self.norm) * ratio * ratio, squared)
     }
@@ -70,7 +76,7 @@ impl Ggx {
         let smith = wi[2] * F::splat(self.wo_length) + wo_z * self.length(wi);
         let above = zero.lt(wi[2]);
         let value = half * d / smith.max(F::splat(f32::MIN_POSITIVE));
-        let pdf = half * d / F::splat(self.wo[2] + self.wo_length);
+        let pdf = d * (0.25 * self.visible);
         Response {
             value: F::only(above, finite(value)),
             pdf: F::only(above, finite(pdf)),
@@ -93,7 +99,7 @@ impl Ggx {
         let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
         // wo . h + eta wi . h is the length of h with its sign.
         let jacobian = eta * eta * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
-        let visible = F::splat(2.0 / (self.wo[2] + self.wo_length));
+        let visible = F::splat(self.visible);
         let smith = wi[2].abs() * F::splat(self.wo_length) + wo[2] * self.length(wi);
         let below = F::and(wi[2].lt(zero), F::and(zero.lt(cos_o), cos_i.lt(zero)));
         let value = F::splat(2.0) * d * cos_o * jacobian / smith.max(F::splat(f32::MIN_POSITIVE));
@@ -110,7 +116,7 @@ impl Ggx {
         let zero = F::splat(0.0);
         let [x, y, z] = self.wo;
         let (d, _) = self.distribution([wi[0] + F::splat(x), wi[1] + F::splat(y), wi[2] + F::splat(z)]);
-        let density = F::splat(0.5) * d / F::splat(z + self.wo_length);
+        let density = d * (0.25 * self.visible);
         // Normals have an upper side, but for rounding.
         F::only((zero - F::splat(LEVEL)).lt(wi[2] + F::splat(z)), finite(density))
     }
@@ -126,7 +132,7 @@ impl Ggx {
         let cos_o = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * scale;
         let cos_i = (wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2]) * scale;
         let jacobian = index * index * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
-        let visible = F::splat(2.0 / (self.wo[2] + self.wo_length));
+        let visible = F::splat(self.visible);
         let through = F::only(F::and(zero.lt(cos_o), cos_i.lt(zero)), finite(d * visible * cos_o * jacobian));
         // Normals that let nothing through reflect.
         let half = [wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2]];
@@ -139,7 +145,7 @@ impl Ggx {
     #[inline(always)]
     pub fn sample_refraction<F: Num>(&self, u: [F; 2], eta: f32) -> [F; 3] {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let h = self.normal(u);
+        let h = self.unit_normal(u);
         let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
         let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
         let inverse = F::splat(1.0 / eta);
@@ -150,9 +156,9 @@ impl Ggx {
         [along * h[0] - back * wo[0], along * h[1] - back * wo[1], along * h[2] - back * wo[2]]
     }
 
-    /// A visible normal, of unit length.
+    /// A visible normal of any length, and that squared.
     #[inline(always)]
-    fn normal<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+    fn normal<F: Num>(&self, u: [F; 2]) -> ([F; 3], F) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let [sx, sy, sz] = self.stretched;
         let (sine, cosine) = sin_cos_whole(u[0]);
@@ -162,16 +168,23 @@ impl Ggx {
         let x = (radius * cosine + F::splat(sx)) * F::splat(ax);
         let y = (radius * sine + F::splat(sy)) * F::splat(ay);
         let z = (z + F::splat(sz)).max(zero);
-        let length = (x * x + y * y + z * z).sqrt().max(F::splat(f32::MIN_POSITIVE));
-        [x / length, y / length, z / length]
+        ([x, y, z], (x * x + y * y + z * z).max(F::splat(f32::MIN_POSITIVE)))
+    }
+
+    /// A visible normal, of unit length.
+    #[inline(always)]
+    fn unit_normal<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+        let (h, squared) = self.normal(u);
+        let scale = F::splat(1.0) / squared.sqrt();
+        h.map(|h| h * scale)
     }
 
     /// A reflected direction; below the surface if it is none.
     #[inline(always)]
     pub fn sample_reflection<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        let h = self.normal(u);
+        let (h, squared) = self.normal(u);
         let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
-        let twice = F::splat(2.0) * (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]);
+        let twice = (wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2]) * 2.0 / squared;
         [twice * h[0] - wo[0], twice * h[1] - wo[1], twice * h[2] - wo[2]]
     }
 
@@ -179,7 +192,7 @@ impl Ggx {
     #[inline(always)]
     pub fn sample_transmission<F: Num>(&self, u: [F; 2], eta: f32) -> [F; 3] {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let h = self.normal(u);
+        let h = self.unit_normal(u);
         let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
         let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
         let inverse = F::splat(1.0 / eta);

@@ -8,6 +8,9 @@ use crate::visibility::Factors;
 /// product have a lower variance than 16 picks among 128 candidates for 0.5, and a higher one for 0.2.
 const WIDE: f32 = 0.25;
 
+/// The roughness below which more candidates pay.
+const NARROW: f32 = 0.1;
+
 /// The client's BRDF as what candidates are weighed by.
 pub trait Target: core::fmt::Debug {
     /// Writes the luminance of BRDF x |cosine| for world directions, finite and not negative; false if that failed.
@@ -68,6 +71,11 @@ impl<'a> Point<'a> {
             Kind::Ggx => min(shape.a, shape.b) >= WIDE,
             Kind::GgxTransmission | Kind::Phong => false,
         })
+    }
+
+    /// Whether a lobe that has a weight is so narrow that lamps make its candidates differ much.
+    pub fn is_narrow(&self) -> bool {
+        !self.all_lobes(|shape| !shape.kind.is_ggx() || min(shape.a, shape.b) >= NARROW)
     }
 
     fn all_lobes(&self, is: impl Fn(&Shape) -> bool) -> bool {

@@ -18,8 +18,9 @@ pub struct Lobe {
     shape: LobeShape,
     /// The luminance that does not depend on the angle to the half vector, and what Schlick's (1 - cos)^5 is multiplied by.
     fresnel: [f32; 2],
-    /// The share of directions that are drawn from it.
+    /// The share of directions that are drawn from it, and its inverse.
     share: f32,
+    inverse: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +103,7 @@ impl Surface {
             wo,
             whole,
             cosine_included: point.cosine_included,
-            lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0 }; MAX_LOBES],
+            lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0, inverse: 1.0 }; MAX_LOBES],
             count: material.lobes().len(),
         };
         let visible = wo[2] > 0.0;
@@ -128,12 +129,13 @@ impl Surface {
                 Kind::LambertTransmission => LobeShape::LambertTransmission,
             };
             let fresnel = if visible { fresnel } else { [0.0; 2] };
-            *slot = Lobe { shape: prepared, fresnel, share };
+            *slot = Lobe { shape: prepared, fresnel, share, inverse: 1.0 };
             total += share;
         }
         let count = surface.count;
         for lobe in surface.lobes.iter_mut().take(count) {
             lobe.share = share(lobe.share, total, count);
+            lobe.inverse = 1.0 / lobe.share;
         }
         Ok(surface)
     }
@@ -210,8 +212,9 @@ impl Surface {
         self.eval_here(wi).0
     }
 
+    /// As [`Surface::eval`], inlined.
     #[inline(always)]
-    fn eval_here<F: Num>(&self, wi: [F; 3]) -> (F, F) {
+    pub fn eval_here<F: Num>(&self, wi: [F; 3]) -> (F, F) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let cosine = wi[2];
         let factor = if self.cosine_included { one } else { cosine.abs() };
@@ -265,8 +268,9 @@ impl Surface {
         F::apart(Sample { surface: self, u })
     }
 
+    /// As [`Surface::sample`], inlined.
     #[inline(always)]
-    fn sample_here<F: Num>(&self, u: [F; 2]) -> [F; 3] {
+    pub fn sample_here<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (zero, half) = (F::splat(0.0), F::splat(0.5));
         if self.count == 0 {
             let upper = u[0].lt(half);
@@ -279,7 +283,7 @@ impl Surface {
         for lobe in self.lobes.iter().take(self.count).filter(|lobe| lobe.share > 0.0) {
             let here = F::splat(before).le(u[0]);
             let last = F::splat(ONE_MINUS_EPSILON);
-            let first = ((u[0] - F::splat(before)) * F::splat(1.0 / lobe.share)).max(zero).min(last);
+            let first = ((u[0] - before) * lobe.inverse).max(zero).min(last);
             before += lobe.share;
             let u = [first, u[1]];
             let [x, y, z] = match &lobe.shape {

@@ -15,14 +15,7 @@ pub mod sampler;
 pub mod several;
 pub mod shared;
 
-use crate::brdf::point::Target;
-use crate::brdf::surface::Surface;
-use crate::light::tables::Light;
-use crate::simd::{Kernel, LANES, Lanes};
-use crate::sphere::Frame;
-use crate::visibility::Factors;
-use candidates::{Candidates, Counts, Draw};
-use joint::Turn;
+use candidates::FEWEST;
 pub use ray::Ray;
 
 /// Candidates for each ray, by the number of rays and by whether all lobes are diffuse: what has the least variance x time on four
@@ -39,51 +32,5 @@ pub fn candidates_per_ray(rays: usize, diffuse: bool) -> usize {
 
 /// The candidates of a call: from each source a power of two and whole lanes, so that each is a net, which can be ordered.
 pub fn candidate_count(rays: usize, per_ray: usize) -> usize {
-    (rays * per_ray).next_power_of_two().max(2 * LANES)
-}
-
-/// A call for rays.
-#[derive(Debug)]
-pub struct Request<'a, 'b> {
-    /// The light.
-    pub light: &'a Light<'a>,
-    /// From map space to the world.
-    pub frame: &'a Frame,
-    /// The point, in map space.
-    pub surface: &'a Surface,
-    /// Its random numbers.
-    pub turn: Turn,
-    /// What was seen from there.
-    pub seen: Option<&'a Factors>,
-    /// The client's own target.
-    pub target: Option<&'a dyn Target>,
-    /// How many rays may be traced.
-    pub rays: usize,
-    /// How many candidates come from each source.
-    pub counts: Counts,
-    /// Room for the candidates.
-    pub candidates: &'a mut Candidates<'b>,
-    /// The rays, at least as many as may be traced.
-    pub out: &'a mut [Ray],
-}
-
-impl Kernel for Request<'_, '_> {
-    type Output = Option<usize>;
-
-    /// How many rays there are; `None` if the target failed.
-    #[inline(always)]
-    fn run<F: Lanes>(self) -> Option<usize> {
-        let Request { light, frame, surface, turn, seen, target, rays, counts, candidates, out } = self;
-        let draw = Draw { light, surface, turn, frame, counts, without_lobes: target.is_some(), seen };
-        draw.run::<F>(candidates);
-        if let Some(target) = target {
-            candidates.weigh_by(target, frame)?;
-        }
-        Some(pick::pick(candidates, rays, turn.pick(counts.light), |ray, direction, weight| {
-            if let Some(out) = out.get_mut(ray) {
-                let [x, y, z] = crate::light::density::to_world(frame, direction);
-                *out = Ray { wi: [x, y, z], weight };
-            }
-        }))
-    }
+    (rays * per_ray).next_power_of_two().max(2 * FEWEST)
 }

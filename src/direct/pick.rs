@@ -1,7 +1,11 @@
 //! Systematic picks: of all candidates as many as there are rays, each as often as its share of the weights says.
 
-use super::candidates::{Candidates, FLOOR};
+use super::candidates::Candidates;
+use crate::simd::{Four, Num};
 
+/// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
+/// library's meets no huge weight.
+pub const FLOOR: f32 = 0.05;
 /// Sums of weights from here on are too close to the end of f32 to work with: every candidate that counts is then as good as another.
 const LARGEST: f32 = f32::MAX / 4.0;
 
@@ -9,44 +13,75 @@ const LARGEST: f32 = f32::MAX / 4.0;
 /// Answers how many there are: none if no candidate counts.
 #[inline(always)]
 pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl FnMut(usize, [f32; 3], f32)) -> usize {
-    let Candidates { x, y, z, density, weight } = candidates;
-    let sum: f32 = weight.iter().sum();
-    // Without any target every candidate that counts is as good as another.
-    let (scale, least) = if sum > 0.0 && sum < LARGEST { (1.0, FLOOR * sum / weight.len() as f32) } else { (0.0, 1.0) };
-    let (mut total, mut last) = (0.0, None);
-    for (i, (weight, density)) in weight.iter_mut().zip(density.iter()).enumerate() {
-        *weight = if *density < f32::INFINITY { *weight * scale + least } else { 0.0 };
-        total += *weight;
-        if *weight > 0.0 {
-            // The last candidate takes what rounding leaves.
-            last = Some(i);
-        }
+    let Candidates { direction, density, weight } = candidates;
+    let total = sum_up(weight, density);
+    if !(total > 0.0) {
+        return 0;
     }
-    let Some(last) = last else { return 0 };
     let step = total / rays as f32;
-    let mut next = u * step;
-    let (mut before, mut taken) = (0.0f32, 0);
-    let mut written = 0;
-    let columns = x.iter().zip(y.iter()).zip(z.iter()).zip(density.iter()).zip(weight.iter());
-    for (i, ((((x, y), z), density), &w)) in columns.enumerate() {
-        let end = if i == last { f32::INFINITY } else { before + w };
-        before = end;
-        if !(w > 0.0) {
-            continue;
-        }
-        let mut times = 0;
-        while next < end && taken < rays {
-            times += 1;
+    let (mut from, mut written, mut taken) = (0, 0, 0);
+    while taken < rays {
+        let threshold = (taken as f32 + u) * step;
+        let index = first_above(weight, from, threshold).unwrap_or_else(|| last_picked(weight));
+        let before = index.checked_sub(1).and_then(|i| weight.get(i)).copied().unwrap_or(0.0);
+        let end = weight.get(index).copied().unwrap_or(0.0);
+        let first = taken;
+        taken += 1;
+        // The last one takes what rounding leaves.
+        while taken < rays && ((taken as f32 + u) * step < end || end == total) {
             taken += 1;
-            next = (taken as f32 + u) * step;
         }
-        if times > 0 {
-            put(written, [*x, *y, *z], (times as f32 * step / (w * density)).min(f32::MAX));
-            written += 1;
-        }
-        if taken == rays {
-            break;
-        }
+        let of = |column: &[f32]| column.get(index).copied().unwrap_or(0.0);
+        let times = (taken - first) as f32;
+        let density = of(density);
+        put(
+            written,
+            [of(direction[0]), of(direction[1]), of(direction[2])],
+            (times * step / ((end - before) * density)).min(f32::MAX),
+        );
+        written += 1;
+        from = index;
     }
     written
+}
+
+/// Turns weights into their sums up to each, after adding the least weight of those that count. Answers the sum of all.
+#[inline(always)]
+fn sum_up(weight: &mut [f32], density: &[f32]) -> f32 {
+    let mut sums = Four::splat(0.0);
+    for four in weight.chunks_exact(Four::WIDTH) {
+        sums = sums + Four::read(four);
+    }
+    let [a, b, c, d] = sums.store();
+    let sum = (a + b) + (c + d);
+    // Without any target every candidate that counts is as good as another.
+    let (scale, least) = if sum > 0.0 && sum < LARGEST { (1.0, FLOOR * sum / weight.len() as f32) } else { (0.0, 1.0) };
+    let mut total = 0.0;
+    for (weight, density) in weight.chunks_exact_mut(Four::WIDTH).zip(density.chunks_exact(Four::WIDTH)) {
+        let counts = Four::read(density).lt(Four::splat(f32::INFINITY));
+        let sums = Four::only(counts, Four::read(weight) * scale + least).sums() + total;
+        sums.write(weight, 0);
+        [.., total] = sums.store();
+    }
+    total
+}
+
+/// The first of ascending sums that is above a threshold, from an index on before which none is.
+#[inline(always)]
+fn first_above(sums: &[f32], from: usize, threshold: f32) -> Option<usize> {
+    let begin = from - from % Four::WIDTH;
+    for (at, four) in (begin..).step_by(Four::WIDTH).zip(sums.get(begin..)?.chunks_exact(Four::WIDTH)) {
+        let above = Four::bits(Four::splat(threshold).lt(Four::read(four)));
+        if above != 0 {
+            return Some(at + above.trailing_zeros() as usize);
+        }
+    }
+    None
+}
+
+/// The last candidate with a weight, where rounding carried a threshold to the sum of all.
+#[cold]
+fn last_picked(sums: &[f32]) -> usize {
+    let total = sums.last().copied().unwrap_or(0.0);
+    sums.iter().position(|&sum| sum == total).unwrap_or(0)
 }

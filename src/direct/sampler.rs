@@ -1,16 +1,18 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
-use super::candidates::{Candidates, Counts, MOST_MULTIPLIED};
+use super::candidates::{Candidates, Counts, Draw, MOST_MULTIPLIED};
 use super::effort;
 use super::joint::Turn;
+use super::pick::pick;
 use super::several;
 use super::shared::{self, Shared};
-use super::{Ray, Request, candidate_count, candidates_per_ray};
+use super::{Ray, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
+use crate::light::density::to_world;
 use crate::light::environment::Environment;
 use crate::product::prepare::Work;
-use crate::simd::{Level, run};
+use crate::simd::{Level, compute};
 use bytemuck::{Pod, Zeroable};
 
 /// The most rays of a call that a sampler can be made for.
@@ -262,27 +264,34 @@ impl Call<'_> {
         let frame = environment.frame();
         let surface = Surface::new(point, &frame)?;
         let rays = out.len();
-        let light = environment.light();
+        let light = environment.source();
         let mut counts = config.counts(rays, environment, point);
         if self.multiplies() {
-            let deviation = run(level, effort::Deviation { light: &light, surface: &surface });
-            counts = counts.times(effort::factor(deviation));
+            counts = counts.times(effort::factor(point));
         }
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
-        let mut candidates = Candidates { x: column(), y: column(), z: column(), density: column(), weight: column() };
-        let request = Request {
+        let mut candidates =
+            Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
+        let draw = Draw {
             light: &light,
             frame: &frame,
             surface: &surface,
             turn,
             seen: point.seen,
-            target: point.target,
-            rays,
+            without_lobes: point.target.is_some(),
+            compensated: environment.is_compensated(),
             counts,
-            candidates: &mut candidates,
-            out,
+            out: &mut candidates,
         };
-        run(level, request).ok_or(Fault::Target)
+        compute(level, draw);
+        if let Some(target) = point.target {
+            candidates.weigh_by(target, &frame).ok_or(Fault::Target)?;
+        }
+        Ok(pick(&mut candidates, rays, turn.pick(counts.light), |ray, direction, weight| {
+            if let Some(out) = out.get_mut(ray) {
+                *out = Ray { wi: to_world(&frame, direction), weight };
+            }
+        }))
     }
 }

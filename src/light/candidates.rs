@@ -1,109 +1,51 @@
-//! What candidates for rays read of the light: walks down of those that are drawn from it, looks of those that are drawn from lobes.
-//!
-//! Both go on side by side, stage by stage: what one asks for arrives while the other works.
+//! What candidates for rays read of a light: strata to draw from, and the radiance at any direction.
 
-use super::chart::Place;
-use super::glance::Look;
-pub use super::glance::Looked;
-use super::tables::Light;
-use super::walk::{Floats, NUMBER, OfCells, Walk, clamp_u};
-use crate::simd::{LANES, Num, prefetch};
+use super::chart::{Chart, Layout};
+use super::radiance::Radiance;
+use crate::simd::Num;
 
-/// Candidates of each source that are read together: those of one ray.
-pub const TOGETHER: usize = 16;
-
-/// What is read for up to [`TOGETHER`] candidates of each source.
-pub struct Reads {
-    walk: Walk<TOGETHER>,
-    numbers: [Floats<TOGETHER>; 2],
-    of_cells: OfCells<TOGETHER>,
-    look: Look<TOGETHER>,
+/// A light as a source of candidates.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// Directions and positions.
+    pub chart: Chart,
+    /// The map.
+    pub radiance: Radiance<'a>,
+    /// Rectangles of equal probability that tile all faces: column, row (counted over all faces), width and height.
+    pub strata: &'a [[f32; 4]],
+    /// The mean radiance over the sphere.
+    pub mean: f32,
+    /// One over the integral of what candidates are drawn by; 0 for a black light.
+    pub inverse_power: f32,
 }
 
-impl Default for Reads {
+/// What candidates are drawn by keeps this part of the radiance below the mean.
+pub const DIM: f32 = 0.25;
+
+impl Source<'_> {
+    /// What stands for the density of candidates where the light has a radiance: a function of it alone.
     #[inline(always)]
-    fn default() -> Self {
-        Reads { walk: Walk::new(), numbers: [[NUMBER; TOGETHER]; 2], of_cells: OfCells::new(), look: Look::new() }
-    }
-}
-
-impl Reads {
-    /// Begins in the cells of as many candidates of the light as there are numbers, across and down.
-    // Functions of their own, here and below: they are the same at all levels. Counts are no constants, so that loops stay short code.
-    #[inline(never)]
-    pub fn begin(&mut self, light: &Light<'_>, across: &[f32], down: &[f32]) {
-        let [numbers_across, numbers_down] = &mut self.numbers;
-        let lanes = self.walk.cell.iter_mut().zip(numbers_across).zip(numbers_down);
-        for (((cell, w), v), (&x, &y)) in lanes.zip(across.iter().zip(down)) {
-            let (found, numbers) = light.cell_at(&light.candidates, [clamp_u(x), clamp_u(y)]);
-            prefetch(light.cells, found);
-            *cell = found as u32;
-            [*w, *v] = numbers;
-        }
+    pub fn stand_in<F: Num>(&self, radiance: F) -> F {
+        (radiance - self.mean).max(radiance * DIM) * self.inverse_power
     }
 
-    /// Notes where candidates of lobes are, from number `first` on.
+    /// Directions of map space for two numbers in (0, 1); the face and position of each, and one over its density.
     #[inline(always)]
-    pub fn aim<F: Num>(&mut self, light: &Light<'_>, first: usize, place: &Place<F>) {
-        self.look.aim(light, first, place);
-    }
-
-    /// Reads what so many candidates of both sources need.
-    #[inline(never)]
-    pub fn read(&mut self, light: &Light<'_>, walks: usize, looks: usize) {
-        let Reads { walk, numbers, of_cells, look } = self;
-        look.find_cells(light, looks);
-        walk.ask_for_starts(light, walks);
-        look.find_blocks(light, looks);
-        walk.find_block_rows(light, numbers, Some(of_cells), walks);
-        look.ask_for_corners(light, looks);
-        walk.find_blocks(light, numbers, Some(of_cells), walks);
-        walk.ask_for_rows(light, walks);
-        look.read_corners(light, looks);
-        walk.find_rows(light, numbers, walks);
-        walk.find_patches(light, numbers, walks);
-    }
-
-    /// The candidates of the light from number `first` on: directions of map space, their densities over [`Looked::candidates`], and
-    /// what a look would find there.
-    #[inline(always)]
-    pub fn drawn<F: Num>(&self, light: &Light<'_>, first: usize) -> ([F; 3], F, Looked<F>) {
-        let drawn = self.walk.drawn::<F>(light, &self.numbers, Some(&self.of_cells), first);
-        let direction = light.direction_of(&drawn);
-        let density = light.alone(&light.drawn_at(&light.chart.place(direction), &drawn));
-        (
-            direction,
-            density,
-            Looked { radiance: light.radiance_at(&drawn, density), candidates: drawn.patch.candidates },
-        )
-    }
-
-    /// What the candidates of lobes found, from number `first` on.
-    #[inline(always)]
-    pub fn looked<F: Num>(&self, light: &Light<'_>, first: usize) -> Looked<F> {
-        self.look.looked(light, first)
-    }
-}
-
-/// Eight looks that stop at blocks.
-pub struct Glance {
-    look: Look<LANES>,
-}
-
-impl Glance {
-    /// The mean radiance of the blocks that places lie in, over the power.
-    #[inline(always)]
-    pub fn means<F: Num>(light: &Light<'_>, place: &Place<F>) -> F {
-        let mut glance = Glance { look: Look::new() };
-        glance.look.aim(light, 0, place);
-        glance.find(light, LANES);
-        F::read(&glance.look.scale) / place.solid_angle
-    }
-
-    #[inline(never)]
-    fn find(&mut self, light: &Light<'_>, count: usize) {
-        self.look.find_cells(light, count);
-        self.look.find_blocks(light, count);
-        self.look.average(light, count);
+    pub fn sample<F: Num>(&self, [u, v]: [F; 2]) -> ([F; 3], F, [F; 2], F) {
+        let count = self.strata.len() as f32;
+        let scaled = u * count;
+        let index = scaled.to_whole();
+        let [column, row, width, height] = F::rows(self.strata, index);
+        let (x, y) = (column + width * (scaled - F::of_whole(index)), row + height * v);
+        let (face, y) = if self.chart.layout == Layout::Cube {
+            let rows = self.chart.axes[1].length;
+            // By its middle: no stratum spans two faces, and rounding leads to none from there.
+            let face = F::of_whole(((row + height * 0.5) * (1.0 / rows)).to_whole());
+            (face, y - face * rows)
+        } else {
+            (F::splat(0.0), y)
+        };
+        let (direction, angle) = self.chart.direction_and_angle(face, [x, y]);
+        (direction, face, [x, y], width * height * (angle * count))
     }
 }

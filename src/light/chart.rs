@@ -110,8 +110,8 @@ macro_rules! apart {
 
 apart!(PlaceCube, Place<F>, |of| of.0.place_cube(of.1));
 apart!(PlaceOctahedral, Place<F>, |of| of.0.place_octahedral(of.1));
-apart!(DirectionCube, [F; 3], |of| of.0.direction_cube(of.1, of.2));
-apart!(DirectionOctahedral, [F; 3], |of| of.0.direction_octahedral(of.1));
+apart!(DirectionCube, ([F; 3], F), |of| of.0.direction_cube(of.1, of.2));
+apart!(DirectionOctahedral, ([F; 3], F), |of| of.0.direction_octahedral(of.1));
 apart!(ProfilesCube, Profiles<F>, |of| of.0.profiles_cube(of.1, of.2));
 
 impl Chart {
@@ -140,6 +140,12 @@ impl Chart {
     /// The direction of a position on a face.
     #[inline(always)]
     pub fn direction<F: Num>(&self, face: F, position: [F; 2]) -> [F; 3] {
+        self.direction_and_angle(face, position).0
+    }
+
+    /// The direction of a position on a face, and the steradians for each unit of position in both axes.
+    #[inline(always)]
+    pub fn direction_and_angle<F: Num>(&self, face: F, position: [F; 2]) -> ([F; 3], F) {
         match self.layout {
             Layout::LatLong => self.direction_latlong(position),
             Layout::Cube => F::apart(DirectionCube(self, face, position)),
@@ -166,7 +172,7 @@ impl Chart {
     }
 
     #[inline(always)]
-    fn direction_latlong<F: Num>(&self, [column, row]: [F; 2]) -> [F; 3] {
+    fn direction_latlong<F: Num>(&self, [column, row]: [F; 2]) -> ([F; 3], F) {
         let [columns, rows] = [self.axes[0].length, self.axes[1].length];
         let one = F::splat(1.0);
         let (sine, cosine) = polar_sine_cosine(row, rows);
@@ -181,7 +187,8 @@ impl Chart {
         let (minor, major) = sin_cos_turns(eighth);
         let swapped = F::splat(0.5).lt(quarter);
         let (cos, sin) = (F::select(swapped, minor, major), F::select(swapped, major, minor));
-        [(sine * cos).copysign(one - half), (sine * sin).copysign(F::splat(2.0) - turned), z]
+        let solid_angle = (sine + F::splat(POLE)) * F::splat(self.latlong_unit());
+        ([(sine * cos).copysign(one - half), (sine * sin).copysign(F::splat(2.0) - turned), z], solid_angle)
     }
 
     #[inline(always)]
@@ -206,7 +213,7 @@ impl Chart {
     }
 
     #[inline(always)]
-    fn direction_cube<F: Num>(&self, face: F, [column, row]: [F; 2]) -> [F; 3] {
+    fn direction_cube<F: Num>(&self, face: F, [column, row]: [F; 2]) -> ([F; 3], F) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let unit = F::splat(2.0 / self.axes[0].length);
         let (s, t) = (column * unit - one, row * unit - one);
@@ -217,36 +224,25 @@ impl Chart {
         let pair = F::select(along_x, zero, F::select(along_y, F::splat(2.0), F::splat(4.0)));
         let sign = F::select(pair.lt(face), zero - one, one);
         let axis = (along_x, along_y);
-        [
+        let direction = [
             pick::<F>(axis, [m * sign, s, s * sign]),
             pick::<F>(axis, [zero - t, m * sign, zero - t]),
             pick::<F>(axis, [zero - s * sign, t * sign, m * sign]),
-        ]
+        ];
+        (direction, m * m * m * unit * unit)
     }
 
-    /// As [`crate::sphere::square`], in texels.
+    /// As [`square_of`], in texels.
     #[inline(always)]
-    fn place_octahedral<F: Num>(&self, [x, y, z]: [F; 3]) -> Place<F> {
-        let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
-        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();
-        let minor = radius * atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
-        let major = radius - minor;
-        let steep = ax.lt(ay);
-        let (along_x, along_y) = (F::select(steep, minor, major), F::select(steep, major, minor));
-        let south = z.lt(zero);
+    fn place_octahedral<F: Num>(&self, d: [F; 3]) -> Place<F> {
         let side = self.axes[0].length;
-        let lower_x = F::select(south, half * along_y, half - half * along_x);
-        let lower_y = F::select(south, half * along_x, half - half * along_y);
-        let s = F::select(zero.lt(x), one - lower_x, lower_x).max(zero).min(one);
-        let t = F::select(zero.lt(y), one - lower_y, lower_y).max(zero).min(one);
-        let position = [s * F::splat(side), t * F::splat(side)];
-        Place { face: zero, position, solid_angle: F::splat(4.0 * PI / (side * side)) }
+        let position = square_of(d).map(|s| s * side);
+        Place { face: F::splat(0.0), position, solid_angle: F::splat(4.0 * PI / (side * side)) }
     }
 
     /// As [`crate::sphere::direction`], from texels.
     #[inline(always)]
-    fn direction_octahedral<F: Num>(&self, position: [F; 2]) -> [F; 3] {
+    fn direction_octahedral<F: Num>(&self, position: [F; 2]) -> ([F; 3], F) {
         let (half, one, two) = (F::splat(0.5), F::splat(1.0), F::splat(2.0));
         let unit = F::splat(1.0 / self.axes[0].length);
         let s = [position[0] * unit, position[1] * unit];
@@ -260,11 +256,13 @@ impl Chart {
         let steep = a.lt(b);
         let (dx, dy) = (F::select(steep, sin, cos), F::select(steep, cos, sin));
         let z = one - squared;
-        [
+        let direction = [
             (horizontal * dx).copysign(s[0] - half),
             (horizontal * dy).copysign(s[1] - half),
             F::select(south, F::splat(0.0) - z, z),
-        ]
+        ];
+        let side = self.axes[0].length;
+        (direction, F::splat(4.0 * PI / (side * side)))
     }
 
     /// How the solid angle varies down and across a patch, each as a parabola in its own coordinate; but for a constant factor
@@ -315,6 +313,24 @@ impl Chart {
         let last = F::select(F::splat(rows).le(low + size), zero, (mean - drop + tilt).max(zero)) + pole;
         Profile { first, last, bulge: F::splat(4.0) * drop }
     }
+}
+
+/// As [`crate::sphere::square`].
+#[inline(always)]
+pub fn square_of<F: Num>([x, y, z]: [F; 3]) -> [F; 2] {
+    let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    let radius = ((ax * ax + ay * ay) / (one + az)).sqrt();
+    let minor = radius * atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));
+    let major = radius - minor;
+    let steep = ax.lt(ay);
+    let (along_x, along_y) = (F::select(steep, minor, major), F::select(steep, major, minor));
+    let south = z.lt(zero);
+    let lower_x = F::select(south, half * along_y, half - half * along_x);
+    let lower_y = F::select(south, half * along_x, half - half * along_y);
+    let s = F::select(zero.lt(x), one - lower_x, lower_x).max(zero).min(one);
+    let t = F::select(zero.lt(y), one - lower_y, lower_y).max(zero).min(one);
+    [s, t]
 }
 
 /// The first where the major axis is x, the second where it is y, the third elsewhere.

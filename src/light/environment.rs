@@ -3,10 +3,12 @@
 
 use super::blocks::{CellTables, Lengths, SINGLE, Steps};
 use super::build::{self, CellWork, Totals};
+use super::candidates::Source;
 use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
 use super::guide::{self, CellGuide, Guide};
 use super::plan::{Description, Filter, Plan};
+use super::radiance::Radiance;
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::light::pixels::RowError;
@@ -379,6 +381,16 @@ impl<'a> Environment<'a> {
     fn lengths(&self) -> Lengths {
         let [starts, blocks, words] = self.header.lengths.map(|n| n as usize);
         Lengths { starts, blocks, words }
+    }
+
+    /// What candidates read of it.
+    #[inline(always)]
+    pub fn source(&self) -> Source<'a> {
+        let h = self.header;
+        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
+        let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
+        let radiance = Radiance { words: &[], tiles: &[], tile: 31, bilinear: h.flags & BILINEAR != 0 };
+        Source { chart, radiance, strata: &[], mean: 0.0, inverse_power: 0.0 }
     }
 
     /// The tables.

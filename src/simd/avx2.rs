@@ -305,3 +305,5 @@ fn transpose_registers([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
         ]
     }
 }
+
+super::num::scalars!(Avx2);

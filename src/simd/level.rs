@@ -1,7 +1,7 @@
 //! Which lanes a kernel runs on. Detection takes microseconds in a virtual machine, so its answer is kept by the caller,
 //! and that a level was detected is said by its type.
 
-use super::{Lanes, Native};
+use super::{Four, Lanes, Native, Num};
 
 /// Instructions that this processor has: a level above [`Level::BASELINE`] comes from [`Level::detect`] alone, in safe code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +87,38 @@ fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx2")]
 unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<super::avx2::Avx2>()
+}
+
+/// A computation that is generic over numbers of any width. What it calls must be inlined into it to be fast.
+pub trait Compute {
+    /// What it answers.
+    type Output;
+    /// Computes on numbers of one kind.
+    fn run<F: Num>(self) -> Self::Output;
+}
+
+/// Runs a computation on the numbers of a level.
+#[inline(always)]
+pub fn compute<K: Compute>(level: Level, computation: K) -> K::Output {
+    match level.0 {
+        Instructions::Baseline => compute_baseline(computation),
+        #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
+        // SAFETY: as in `run`.
+        Instructions::Avx2 => unsafe { compute_avx2(computation) },
+    }
+}
+
+#[inline(never)]
+fn compute_baseline<K: Compute>(computation: K) -> K::Output {
+    computation.run::<Four>()
+}
+
+/// # Safety
+/// The processor has AVX2.
+#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
+#[target_feature(enable = "avx2")]
+unsafe fn compute_avx2<K: Compute>(computation: K) -> K::Output {
+    computation.run::<super::x86::X8>()
 }
 
 /// Whether the processor has AVX2 and the operating system keeps its registers.

@@ -41,6 +41,7 @@
 //! ```
 
 mod apart;
+mod array;
 #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
 mod avx2;
 mod level;
@@ -52,12 +53,14 @@ mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 mod table;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 pub use apart::Apart;
-pub use level::{Kernel, Level, detect, run};
+pub use level::{Compute, Kernel, Level, compute, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
-pub use num::Num;
+pub use num::{Num, Whole};
 pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
@@ -76,6 +79,13 @@ pub type Native = Neon;
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub type Native = Portable;
 
+/// Four numbers, as every processor of this target has them.
+#[cfg(target_arch = "x86_64")]
+pub type Four = x86::X4;
+/// Four numbers, as every processor of this target has them.
+#[cfg(not(target_arch = "x86_64"))]
+pub type Four = array::A4;
+
 /// Numbers in a [`Lanes`].
 pub const LANES: usize = 8;
 
@@ -84,7 +94,16 @@ pub const WINDOW: usize = 16;
 
 /// Eight numbers.
 pub trait Lanes:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + 'static
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f32, Output = Self>
+    + Sub<f32, Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<f32, Output = Self>
+    + 'static
 {
     /// A truth value for each lane.
     type Mask: Copy;

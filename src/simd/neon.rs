@@ -330,3 +330,5 @@ fn transpose_registers([a, b, c, d]: [float32x4_t; 4]) -> [float32x4_t; 4] {
         columns.map(|column| vreinterpretq_f32_f64(column))
     }
 }
+
+super::num::scalars!(Neon);

@@ -4,19 +4,50 @@
 use super::apart::{Apart, apart};
 use super::{LANES, Lanes};
 use crate::numeric;
-use core::ops::{Add, Div, Mul, Sub};
+use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
+
+/// A whole number of 32 bits for each lane; sums and products wrap.
+pub trait Whole:
+    Copy
+    + Add<Output = Self>
+    + Mul<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+    + 'static
+{
+    /// The same number in all lanes.
+    fn splat(x: u32) -> Self;
+    /// Moved up by so many bits.
+    fn shl<const N: i32>(self) -> Self;
+    /// Moved down by so many bits.
+    fn shr<const N: i32>(self) -> Self;
+    /// The bits from the other end.
+    fn reverse_bits(self) -> Self;
+}
 
 /// One number, or one for each lane.
 pub trait Num:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + 'static
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f32, Output = Self>
+    + Sub<f32, Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<f32, Output = Self>
+    + 'static
 {
     /// How many numbers stand side by side.
     const WIDTH: usize;
     /// A truth value for each lane.
     type Mask: Copy;
+    /// A whole number for each lane, to compute with.
+    type Whole: Whole;
     /// The numbers as an array.
     type Floats: Copy + AsRef<[f32]> + AsMut<[f32]>;
-    /// A whole number for each lane.
+    /// Whole numbers as an array.
     type Ints: Copy + AsRef<[u32]> + AsMut<[u32]>;
 
     /// The same number in all lanes.
@@ -60,8 +91,53 @@ pub trait Num:
     /// The numbers nearest to whole numbers below 2^31.
     fn of_ints(ints: Self::Ints) -> Self;
 
+    /// The whole numbers of an array.
+    fn whole(ints: Self::Ints) -> Self::Whole;
+    /// Whole numbers as an array.
+    fn ints_of(whole: Self::Whole) -> Self::Ints;
+    /// The bits of the numbers.
+    fn to_bits(self) -> Self::Whole;
+    /// The numbers with these bits.
+    fn from_bits(bits: Self::Whole) -> Self;
+    /// As [`Num::truncate`].
+    fn to_whole(self) -> Self::Whole;
+    /// As [`Num::of_ints`].
+    fn of_whole(whole: Self::Whole) -> Self;
+    /// The highest bits of whole numbers, lane 0 lowest.
+    fn sign_bits(whole: Self::Whole) -> u32;
+    /// Columns of the rows with these numbers, of lane i in lane i; zeros if one of them does not exist.
+    fn rows(table: &[[f32; 4]], index: Self::Whole) -> [Self; 4];
+    /// The pairs of 16 bits that begin at these places, the first one lower; zeros if one of them does not exist.
+    fn pairs(table: &[u16], index: Self::Whole) -> Self::Whole;
+
+    /// In each four lanes the sum of the first, of the first two, of three and of four; of one number, itself.
+    fn sums(self) -> Self;
+
+    /// Writes the numbers from a place on; nothing if they do not fit.
+    #[inline(always)]
+    fn write(self, out: &mut [f32], at: usize) {
+        if let Some(out) = out.get_mut(at..at + Self::WIDTH) {
+            out.copy_from_slice(self.store().as_ref());
+        }
+    }
+
+    /// Writes each number to a place of its own; none of those that do not exist.
+    #[inline(always)]
+    fn scatter(self, out: &mut [f32], places: Self::Whole) {
+        let (numbers, places) = (self.store(), Self::ints_of(places));
+        for (&place, &number) in places.as_ref().iter().zip(numbers.as_ref()) {
+            if let Some(out) = out.get_mut(place as usize) {
+                *out = number;
+            }
+        }
+    }
+
     /// The low and the high half of each whole number, moved up by 12 bits and added to `add`: the bits of two numbers.
-    fn halves(ints: Self::Ints, add: u32) -> [Self; 2];
+    #[inline(always)]
+    fn halves(ints: Self::Ints, add: u32) -> [Self; 2] {
+        let (of, add, low) = (Self::whole(ints), Self::Whole::splat(add), Self::Whole::splat(0xffff << 12));
+        [(of.shl::<12>() & low) + add, (of.shr::<4>() & low) + add].map(Self::from_bits)
+    }
     /// Runs a computation as a function of its own, compiled for these numbers.
     fn apart<K: Apart<Self>>(computation: K) -> K::Output;
 
@@ -95,6 +171,7 @@ pub trait Num:
 impl Num for f32 {
     const WIDTH: usize = 1;
     type Mask = bool;
+    type Whole = One;
     type Floats = [f32; 1];
     type Ints = [u32; 1];
 
@@ -204,14 +281,103 @@ impl Num for f32 {
     }
 
     #[inline(always)]
-    fn halves([i]: [u32; 1], add: u32) -> [f32; 2] {
-        [f32::from_bits(((i & 0xffff) << 12).wrapping_add(add)), f32::from_bits(((i >> 16) << 12).wrapping_add(add))]
+    fn whole([i]: [u32; 1]) -> One {
+        One(i)
+    }
+
+    #[inline(always)]
+    fn ints_of(One(i): One) -> [u32; 1] {
+        [i]
+    }
+
+    #[inline(always)]
+    fn to_bits(self) -> One {
+        One(f32::to_bits(self))
+    }
+
+    #[inline(always)]
+    fn from_bits(One(bits): One) -> f32 {
+        f32::from_bits(bits)
+    }
+
+    #[inline(always)]
+    fn to_whole(self) -> One {
+        One(self as i32 as u32)
+    }
+
+    #[inline(always)]
+    fn of_whole(One(i): One) -> f32 {
+        i as i32 as f32
+    }
+
+    #[inline(always)]
+    fn sums(self) -> f32 {
+        self
+    }
+
+    #[inline(always)]
+    fn sign_bits(One(i): One) -> u32 {
+        i >> 31
+    }
+
+    #[inline(always)]
+    fn rows(table: &[[f32; 4]], One(i): One) -> [f32; 4] {
+        table.get(i as usize).copied().unwrap_or([0.0; 4])
+    }
+
+    #[inline(always)]
+    fn pairs(table: &[u16], One(i): One) -> One {
+        let pair = table.get(i as usize..).and_then(|rest| rest.first_chunk::<2>());
+        One(pair.map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16))
+    }
+}
+
+/// One whole number.
+#[derive(Clone, Copy, Debug)]
+pub struct One(u32);
+
+macro_rules! one {
+    ($($operator:ident $method:ident $of:path),*) => {$(
+        impl $operator for One {
+            type Output = One;
+
+            #[inline(always)]
+            fn $method(self, b: One) -> One {
+                One($of(self.0, b.0))
+            }
+        }
+    )*};
+}
+
+one!(Add add u32::wrapping_add, Mul mul u32::wrapping_mul);
+one!(BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bitxor BitXor::bitxor);
+
+impl Whole for One {
+    #[inline(always)]
+    fn splat(x: u32) -> One {
+        One(x)
+    }
+
+    #[inline(always)]
+    fn shl<const N: i32>(self) -> One {
+        One(self.0 << (N & 31))
+    }
+
+    #[inline(always)]
+    fn shr<const N: i32>(self) -> One {
+        One(self.0 >> (N & 31))
+    }
+
+    #[inline(always)]
+    fn reverse_bits(self) -> One {
+        One(self.0.reverse_bits())
     }
 }
 
 impl<F: Lanes> Num for F {
     const WIDTH: usize = LANES;
     type Mask = <F as Lanes>::Mask;
+    type Whole = Eight;
     type Floats = [f32; LANES];
     type Ints = [u32; LANES];
 
@@ -321,7 +487,121 @@ impl<F: Lanes> Num for F {
     }
 
     #[inline(always)]
+    fn whole(ints: [u32; LANES]) -> Eight {
+        Eight(ints)
+    }
+
+    #[inline(always)]
+    fn ints_of(Eight(ints): Eight) -> [u32; LANES] {
+        ints
+    }
+
+    #[inline(always)]
+    fn to_bits(self) -> Eight {
+        Eight(self.to_array().map(f32::to_bits))
+    }
+
+    #[inline(always)]
+    fn from_bits(Eight(bits): Eight) -> F {
+        F::from_array(bits.map(f32::from_bits))
+    }
+
+    #[inline(always)]
+    fn to_whole(self) -> Eight {
+        Eight(Num::truncate(self))
+    }
+
+    #[inline(always)]
+    fn of_whole(Eight(ints): Eight) -> F {
+        <F as Num>::of_ints(ints)
+    }
+
+    #[inline(always)]
+    fn sums(self) -> F {
+        let [a, b, c, d, e, f, g, h] = self.to_array();
+        F::from_array([a, b + a, (c + b) + a, (d + c) + (b + a), e, f + e, (g + f) + e, (h + g) + (f + e)])
+    }
+
+    #[inline(always)]
+    fn sign_bits(Eight(ints): Eight) -> u32 {
+        ints.iter().rev().fold(0, |bits, i| bits << 1 | i >> 31)
+    }
+
+    #[inline(always)]
+    fn rows(table: &[[f32; 4]], Eight(index): Eight) -> [F; 4] {
+        F::transpose(index.map(|i| table.get(i as usize).unwrap_or(&[0.0; 4])))
+    }
+
+    #[inline(always)]
+    fn pairs(table: &[u16], Eight(index): Eight) -> Eight {
+        Eight(index.map(|i| {
+            let pair = table.get(i as usize..).and_then(|rest| rest.first_chunk::<2>());
+            pair.map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16)
+        }))
+    }
+
+    #[inline(always)]
     fn halves(ints: [u32; LANES], add: u32) -> [F; 2] {
         <F as Lanes>::halves(F::index(ints), add)
     }
 }
+
+/// Eight whole numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Eight([u32; LANES]);
+
+macro_rules! eight {
+    ($($operator:ident $method:ident $of:path),*) => {$(
+        impl $operator for Eight {
+            type Output = Eight;
+
+            #[inline(always)]
+            fn $method(self, b: Eight) -> Eight {
+                let mut lanes = self.0;
+                lanes.iter_mut().zip(b.0).for_each(|(a, b)| *a = $of(*a, b));
+                Eight(lanes)
+            }
+        }
+    )*};
+}
+
+eight!(Add add u32::wrapping_add, Mul mul u32::wrapping_mul);
+eight!(BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bitxor BitXor::bitxor);
+
+impl Whole for Eight {
+    #[inline(always)]
+    fn splat(x: u32) -> Eight {
+        Eight([x; LANES])
+    }
+
+    #[inline(always)]
+    fn shl<const N: i32>(self) -> Eight {
+        Eight(self.0.map(|x| x << (N & 31)))
+    }
+
+    #[inline(always)]
+    fn shr<const N: i32>(self) -> Eight {
+        Eight(self.0.map(|x| x >> (N & 31)))
+    }
+
+    #[inline(always)]
+    fn reverse_bits(self) -> Eight {
+        Eight(self.0.map(u32::reverse_bits))
+    }
+}
+
+/// Operators with a number on the right, for lanes.
+macro_rules! scalars {
+    ($name:ty: $($operator:ident $method:ident),*) => {$(
+        impl core::ops::$operator<f32> for $name {
+            type Output = $name;
+
+            #[inline(always)]
+            fn $method(self, b: f32) -> $name {
+                core::ops::$operator::$method(self, <$name as crate::simd::Num>::splat(b))
+            }
+        }
+    )*};
+    ($name:ty) => { crate::simd::num::scalars!($name: Add add, Sub sub, Mul mul, Div div); };
+}
+pub(super) use scalars;

@@ -235,3 +235,5 @@ impl Lanes for Portable {
         mask
     }
 }
+
+super::num::scalars!(Portable);

@@ -308,3 +308,5 @@ fn transpose_registers([a, b, c, d]: [__m128; 4]) -> [__m128; 4] {
         ]
     }
 }
+
+super::num::scalars!(Sse2);

@@ -223,7 +223,7 @@ fn residuals<F: Lanes>(grid: &[Row; SIDE + 1], level: u32) -> [Row; SIDE + 1] {
     for (x, to) in residuals.iter_mut().enumerate().take(side + 1) {
         let row = &grid[x.min(SIDE)];
         // The mean of the neighbours along axis 2 in columns between those of the coarser grid.
-        let along = |row: &Row| F::select(odd, half * (eight::<F>(row, 0) + eight(row, 2)), eight(row, 1));
+        let along = |row: &Row| F::select(odd, half * (eight::<F>(row, 0) + eight::<F>(row, 2)), eight(row, 1));
         let mut coarse = along(row);
         if x % 2 == 1 {
             let (before, behind) = (&grid[(x - 1).min(SIDE)], &grid[(x + 1).min(SIDE)]);

@@ -1,0 +1,76 @@
+//! The radiance of a light at a position of its chart: two reads in a map of 16-bit luminances.
+//!
+//! A word is the upper half of an f32. Corner (i, j) of a face lies at position (i, j) less the axes' shift; between corners radiance is
+//! bilinear, and for a light of nearest texels constant. Words stand in tiles of square parts of a face, each with a step of its own:
+//! an error budget leaves out what the map does not need. Without a budget one tile holds all faces.
+
+use super::chart::Chart;
+use crate::simd::{Num, Whole};
+
+/// log2 of the words that a tile's first word is a multiple of.
+pub const TILE_ALIGNMENT: i32 = 3;
+/// Where the step of a tile begins in its record.
+pub const STEP_SHIFT: i32 = 28;
+/// [`Radiance::tile`] of a map of one tile.
+pub const ONE_TILE: u32 = 31;
+
+/// The map.
+#[derive(Clone, Copy, Debug)]
+pub struct Radiance<'a> {
+    /// Luminances, tile by tile; two more than any look-up reads.
+    pub words: &'a [u16],
+    /// Of each tile of each face, row by row: its first word over 8, and in the upper four bits log2 of the patches between its corners.
+    pub tiles: &'a [u32],
+    /// log2 of the patches along a tile.
+    pub tile: u32,
+    /// Whether radiance is bilinear between corners.
+    pub bilinear: bool,
+}
+
+impl Radiance<'_> {
+    /// The radiance at positions on faces.
+    #[inline(always)]
+    pub fn at<F: Num>(&self, chart: &Chart, face: F, [column, row]: [F; 2]) -> F {
+        let [columns, rows] = chart.axes;
+        let zero = F::splat(0.0);
+        let (x, y) = ((column + columns.shift).max(zero), (row + rows.shift).max(zero));
+        let (first, stride, [x, y], [last_x, last_y]) = if self.tile == ONE_TILE {
+            let first = (face * (rows.patches + 1) as f32).to_whole() * F::Whole::splat(columns.patches + 1);
+            let last = [columns.patches, rows.patches].map(|patches| F::splat(patches.wrapping_sub(1) as f32));
+            (first, F::Whole::splat(columns.patches + 1), [x, y], last)
+        } else {
+            self.in_tile(chart, face, [x, y])
+        };
+        let (i, j) = (x.min(last_x).to_whole(), y.min(last_y).to_whole());
+        let at = first + j * stride + i;
+        let (above, below) = (F::pairs(self.words, at), F::pairs(self.words, at + stride));
+        let part = if self.bilinear { 1.0 } else { 0.0 };
+        let (s, t) = ((x - F::of_whole(i)) * part, (y - F::of_whole(j)) * part);
+        let line = |pair: F::Whole| {
+            let left = F::from_bits(pair.shl::<16>());
+            let right = F::from_bits(pair & F::Whole::splat(0xffff_0000));
+            left + (right - left) * s
+        };
+        let (above, below) = (line(above), line(below));
+        above + (below - above) * t
+    }
+
+    /// The first words and the strides of the tiles at patches of faces; the places in them in units of their steps, and the last ones.
+    #[inline(always)]
+    fn in_tile<F: Num>(&self, chart: &Chart, face: F, place: [F; 2]) -> (F::Whole, F::Whole, [F; 2], [F; 2]) {
+        let side = (1u32 << (self.tile & 31)) as f32;
+        let tiles = chart.axes.map(|axis| axis.patches.div_ceil(1 << (self.tile & 31)));
+        let along =
+            |k: usize| F::of_whole(place[k & 1].min(F::splat((chart.axes[k & 1].patches - 1) as f32)).to_whole());
+        let [column, row] = [0, 1].map(|k: usize| F::of_whole((along(k) * (1.0 / side)).to_whole()));
+        let number = (face * tiles[1] as f32 + row) * tiles[0] as f32 + column;
+        let record = F::pairs(bytemuck::cast_slice(self.tiles), number.to_whole().shl::<1>());
+        // 127 less the step, as a float's exponent.
+        let scale = F::from_bits((record.shr::<STEP_SHIFT>() ^ F::Whole::splat(127)).shl::<23>());
+        let first = (record & F::Whole::splat((1 << STEP_SHIFT) - 1)).shl::<TILE_ALIGNMENT>();
+        let (x, y) = ((place[0] - column * side) * scale, (place[1] - row * side) * scale);
+        let corners = scale * side;
+        let last = corners - 1.0;
+        (first, corners.to_whole() + F::Whole::splat(1), [x, y], [last, last])
+    }
+}

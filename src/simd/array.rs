@@ -1,0 +1,232 @@
+//! Four numbers in an array: lanes for any processor, and what those of instruction sets are tested against.
+
+use super::{Apart, Num, Whole, apart::apart};
+use crate::numeric;
+use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
+
+/// Numbers side by side.
+const WIDTH: usize = 4;
+
+/// Four numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct A4([f32; WIDTH]);
+
+/// Four whole numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct I4([u32; WIDTH]);
+
+/// A value of each lane of two arrays.
+#[inline(always)]
+fn lanes<A: Copy, B: Copy, R: Copy>(a: [A; WIDTH], b: [B; WIDTH], of: impl Fn(A, B) -> R) -> [R; WIDTH] {
+    let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a, b);
+    [of(a0, b0), of(a1, b1), of(a2, b2), of(a3, b3)]
+}
+
+macro_rules! operators {
+    ($name:ident: $($operator:ident $method:ident $of:expr),*) => {$(
+        impl $operator for $name {
+            type Output = $name;
+
+            #[inline(always)]
+            fn $method(self, b: $name) -> $name {
+                $name(lanes(self.0, b.0, $of))
+            }
+        }
+    )*};
+}
+
+operators!(A4: Add add Add::add, Sub sub Sub::sub, Mul mul Mul::mul, Div div Div::div);
+operators!(I4: Add add u32::wrapping_add, Mul mul u32::wrapping_mul);
+operators!(I4: BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bitxor BitXor::bitxor);
+super::num::scalars!(A4);
+
+impl Whole for I4 {
+    #[inline(always)]
+    fn splat(x: u32) -> I4 {
+        I4([x; WIDTH])
+    }
+
+    #[inline(always)]
+    fn shl<const N: i32>(self) -> I4 {
+        I4(self.0.map(|x| x << (N & 31)))
+    }
+
+    #[inline(always)]
+    fn shr<const N: i32>(self) -> I4 {
+        I4(self.0.map(|x| x >> (N & 31)))
+    }
+
+    #[inline(always)]
+    fn reverse_bits(self) -> I4 {
+        I4(self.0.map(u32::reverse_bits))
+    }
+}
+
+impl Num for A4 {
+    const WIDTH: usize = WIDTH;
+    type Mask = [bool; WIDTH];
+    type Whole = I4;
+    type Floats = [f32; WIDTH];
+    type Ints = [u32; WIDTH];
+
+    #[inline(always)]
+    fn splat(x: f32) -> A4 {
+        A4([x; WIDTH])
+    }
+
+    #[inline(always)]
+    fn load(lanes: [f32; WIDTH]) -> A4 {
+        A4(lanes)
+    }
+
+    #[inline(always)]
+    fn store(self) -> [f32; WIDTH] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn read(numbers: &[f32]) -> A4 {
+        A4(numbers.first_chunk().copied().unwrap_or([0.0; WIDTH]))
+    }
+
+    #[inline(always)]
+    fn read_ints(numbers: &[u32]) -> [u32; WIDTH] {
+        numbers.first_chunk().copied().unwrap_or([0; WIDTH])
+    }
+
+    #[inline(always)]
+    fn floats() -> [f32; WIDTH] {
+        [0.0; WIDTH]
+    }
+
+    #[inline(always)]
+    fn ints() -> [u32; WIDTH] {
+        [0; WIDTH]
+    }
+
+    #[inline(always)]
+    fn whole(ints: [u32; WIDTH]) -> I4 {
+        I4(ints)
+    }
+
+    #[inline(always)]
+    fn ints_of(whole: I4) -> [u32; WIDTH] {
+        whole.0
+    }
+
+    #[inline(always)]
+    fn to_bits(self) -> I4 {
+        I4(self.0.map(f32::to_bits))
+    }
+
+    #[inline(always)]
+    fn from_bits(bits: I4) -> A4 {
+        A4(bits.0.map(f32::from_bits))
+    }
+
+    #[inline(always)]
+    fn to_whole(self) -> I4 {
+        I4(self.0.map(|x| x as i32 as u32))
+    }
+
+    #[inline(always)]
+    fn of_whole(whole: I4) -> A4 {
+        A4(whole.0.map(|i| i as i32 as f32))
+    }
+
+    #[inline(always)]
+    fn sums(self) -> A4 {
+        let [a, b, c, d] = self.0;
+        A4([a, b + a, (c + b) + a, (d + c) + (b + a)])
+    }
+
+    #[inline(always)]
+    fn sign_bits(whole: I4) -> u32 {
+        Self::bits(whole.0.map(|i| i >> 31 == 1))
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> A4 {
+        A4(self.0.map(super::sqrt))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> A4 {
+        A4(self.0.map(f32::abs))
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: A4) -> A4 {
+        A4(lanes(self.0, sign.0, f32::copysign))
+    }
+
+    #[inline(always)]
+    fn min(self, b: A4) -> A4 {
+        A4(lanes(self.0, b.0, numeric::min))
+    }
+
+    #[inline(always)]
+    fn max(self, b: A4) -> A4 {
+        A4(lanes(self.0, b.0, numeric::max))
+    }
+
+    #[inline(always)]
+    fn lt(self, b: A4) -> [bool; WIDTH] {
+        lanes(self.0, b.0, |a, b| a < b)
+    }
+
+    #[inline(always)]
+    fn le(self, b: A4) -> [bool; WIDTH] {
+        lanes(self.0, b.0, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    fn select(mask: [bool; WIDTH], a: A4, b: A4) -> A4 {
+        A4(lanes(mask, lanes(a.0, b.0, |a, b| (a, b)), |mask, (a, b)| numeric::select(mask, a, b)))
+    }
+
+    #[inline(always)]
+    fn and(a: [bool; WIDTH], b: [bool; WIDTH]) -> [bool; WIDTH] {
+        lanes(a, b, |a, b| a & b)
+    }
+
+    #[inline(always)]
+    fn or(a: [bool; WIDTH], b: [bool; WIDTH]) -> [bool; WIDTH] {
+        lanes(a, b, |a, b| a | b)
+    }
+
+    #[inline(always)]
+    fn bits(mask: [bool; WIDTH]) -> u32 {
+        mask.iter().rev().fold(0, |bits, &set| bits << 1 | u32::from(set))
+    }
+
+    #[inline(always)]
+    fn truncate(self) -> [u32; WIDTH] {
+        self.to_whole().0
+    }
+
+    #[inline(always)]
+    fn of_ints(ints: [u32; WIDTH]) -> A4 {
+        Self::of_whole(I4(ints))
+    }
+
+    #[inline(always)]
+    fn rows(table: &[[f32; 4]], index: I4) -> [A4; 4] {
+        let [a, b, c, d] = index.0.map(|i| table.get(i as usize).copied().unwrap_or([0.0; 4]));
+        let column = |k: usize| A4([a[k & 3], b[k & 3], c[k & 3], d[k & 3]]);
+        [column(0), column(1), column(2), column(3)]
+    }
+
+    #[inline(always)]
+    fn pairs(table: &[u16], index: I4) -> I4 {
+        I4(index.0.map(|i| {
+            let pair = table.get(i as usize..).and_then(|rest| rest.first_chunk::<2>());
+            pair.map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16)
+        }))
+    }
+
+    #[inline(always)]
+    fn apart<K: Apart<A4>>(computation: K) -> K::Output {
+        apart(computation)
+    }
+}

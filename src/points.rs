@@ -48,11 +48,14 @@ pub(crate) fn sobol_in_order(seed: u32, order: u32) -> [f32; 2] {
 pub(crate) fn sobol_points<F: Num>(seed: u32, order: F::Whole) -> [F; 2] {
     let x = permuted(order, mix(seed ^ 0x5851_f42d));
     let y = permuted(pascal(order), mix(seed ^ 0x1405_7b7e));
-    [x, y].map(|digits| {
-        // The centre of the cell of 2^-23.
-        let cell = digits.reverse_bits().shr::<9>().shl::<1>() + F::Whole::splat(1);
-        F::of_whole(cell) * (1.0 / 16_777_216.0)
-    })
+    [centres(x), centres(y)]
+}
+
+/// The centres of the cells of 2^-23 that hold fractions, whose digits stand least significant first.
+#[inline(always)]
+fn centres<F: Num>(digits: F::Whole) -> F {
+    let cell = digits.reverse_bits().shr::<9>().shl::<1>() + F::Whole::splat(1);
+    F::of_whole(cell) * (1.0 / 16_777_216.0)
 }
 
 /// The digits of the second Sobol coordinate, least significant first: digit j is the parity of the digits i of
@@ -69,7 +72,8 @@ fn pascal<W: Whole>(index: W) -> W {
 /// The third Sobol coordinate of an index, its digits least significant first: the sequence of the primitive polynomial
 /// x^2 + x + 1 with the initial numbers 1 and 3 (Joe and Kuo 2008, "Constructing Sobol sequences with better two-dimensional
 /// projections").
-pub(crate) fn third_sobol(index: u32) -> u32 {
+#[inline(always)]
+pub(crate) fn third_sobol<F: Num>(index: u32) -> u32 {
     const DIRECTIONS: [u32; 32] = {
         let mut v = [0; 32];
         (v[0], v[1]) = (1 << 31, 3 << 30);
@@ -80,15 +84,37 @@ pub(crate) fn third_sobol(index: u32) -> u32 {
         }
         v
     };
-    let set = DIRECTIONS.iter().enumerate().filter(|(k, _)| index >> k & 1 == 1);
-    set.fold(0, |digits, (_, direction)| digits ^ direction).reverse_bits()
+    /// Bit k of a number times this is its highest bit.
+    const TO_HIGHEST: [u32; 32] = {
+        let mut v = [1; 32];
+        let mut k = 0;
+        while k < 32 {
+            v[k] = 1 << (31 - k);
+            k += 1;
+        }
+        v
+    };
+    let mut digits = F::Whole::splat(0);
+    for (directions, to_highest) in DIRECTIONS.chunks_exact(F::WIDTH).zip(TO_HIGHEST.chunks_exact(F::WIDTH)) {
+        let bits = (F::Whole::splat(index) * F::whole(F::read_ints(to_highest))).shr::<31>();
+        digits = digits ^ bits * F::whole(F::read_ints(directions));
+    }
+    let mut all = 0;
+    for digits in F::ints_of(digits).as_ref() {
+        all ^= digits;
+    }
+    all.reverse_bits()
 }
 
 /// A permutation in which each bit depends on itself and lower bits: Burley 2020, Section 3 (constants from there).
 #[inline(always)]
 fn permuted<W: Whole>(x: W, seed: u32) -> W {
     let x = x + W::splat(seed);
-    [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6].iter().fold(x, |x, &even| x ^ x * W::splat(even))
+    // Without a closure: that would be compiled for the baseline's instructions.
+    let x = x ^ x * W::splat(0x6c50_b47c);
+    let x = x ^ x * W::splat(0xb82f_1e52);
+    let x = x ^ x * W::splat(0xc7af_e638);
+    x ^ x * W::splat(0x8d22_f6e6)
 }
 
 /// The permutation of one number.

@@ -176,7 +176,7 @@ impl Ggx {
     fn unit_normal<F: Num>(&self, u: [F; 2]) -> [F; 3] {
         let (h, squared) = self.normal(u);
         let scale = F::splat(1.0) / squared.sqrt();
-        h.map(|h| h * scale)
+        [h[0] * scale, h[1] * scale, h[2] * scale]
     }
 
     /// A reflected direction; below the surface if it is none.

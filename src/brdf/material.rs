@@ -1,7 +1,8 @@
 //! The shape of a material: what its lobes are, apart from where they are used and how strongly they reflect there.
 
-use crate::numeric::ContentHash;
+use crate::numeric::{ContentHash, min, sqrt};
 use crate::status::{Result, Status};
+use bytemuck::{Pod, Zeroable};
 
 /// The most lobes of a material.
 pub const MAX_LOBES: usize = 4;
@@ -14,38 +15,34 @@ pub const ETA_RANGE: [f32; 2] = [0.1, 10.0];
 /// How near to 1 a ratio may be.
 pub const ETA_DISTANCE: f32 = 1e-3;
 
-/// A kind of lobe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+/// A kind of lobe: the number that C has for it.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Kind(u32);
+
+#[allow(non_upper_case_globals)]
+impl Kind {
     /// weight / pi.
-    Lambert,
+    pub const Lambert: Kind = Kind(1);
     /// weight F D G / (4 cos cos), Schlick's Fresnel term.
-    Ggx,
+    pub const Ggx: Kind = Kind(2);
     /// weight (a + 2) / (2 pi) max(0, r.wi)^a with r the mirror direction of wo.
-    Phong,
+    pub const Phong: Kind = Kind(3);
     /// Transmission through GGX microfacets: weight (1 - F) times Walter et al. 2007, Eq. 21.
-    GgxTransmission,
+    pub const GgxTransmission: Kind = Kind(5);
     /// weight / pi on the side opposite to wo.
-    LambertTransmission,
+    pub const LambertTransmission: Kind = Kind(6);
 }
 
 impl Kind {
     /// The kind with this number.
     pub fn from_code(code: u32) -> Option<Kind> {
-        [Kind::Lambert, Kind::Ggx, Kind::Phong, Kind::GgxTransmission, Kind::LambertTransmission]
-            .into_iter()
-            .find(|kind| kind.code() == code)
+        matches!(code, 1..=3 | 5..=6).then_some(Kind(code))
     }
 
     /// Its number.
-    pub fn code(self) -> u32 {
-        match self {
-            Kind::Lambert => 1,
-            Kind::Ggx => 2,
-            Kind::Phong => 3,
-            Kind::GgxTransmission => 5,
-            Kind::LambertTransmission => 6,
-        }
+    pub const fn code(self) -> u32 {
+        self.0
     }
 
     /// Whether the lobe lies on the side opposite to wo.
@@ -60,7 +57,8 @@ impl Kind {
 }
 
 /// The shape of a lobe.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Shape {
     /// What it is.
     pub kind: Kind,
@@ -92,11 +90,19 @@ impl Shape {
         Shape { kind: Kind::Ggx, a, b, eta: 1.0 }
     }
 
+    /// The smaller alpha, or that of microfacets about as narrow; f32::MAX if it is diffuse.
+    pub fn alpha(&self) -> f32 {
+        match self.kind {
+            Kind::Ggx | Kind::GgxTransmission => min(self.a, self.b),
+            Kind::Phong => sqrt(2.0 / (self.a + 2.0)),
+            _ => f32::MAX,
+        }
+    }
+
     /// The first field that is out of its range.
     pub fn invalid(&self) -> Option<Field> {
         let alpha = |a: f32| (ALPHA_RANGE[0]..=ALPHA_RANGE[1]).contains(&a);
         match self.kind {
-            Kind::Lambert | Kind::LambertTransmission => None,
             Kind::Phong => (!(0.0..=MAX_EXPONENT).contains(&self.a)).then_some(Field::A),
             Kind::Ggx | Kind::GgxTransmission if !alpha(self.a) => Some(Field::A),
             Kind::Ggx | Kind::GgxTransmission if !alpha(self.b) => Some(Field::B),
@@ -105,21 +111,27 @@ impl Shape {
                 let bends = (ETA_RANGE[0]..=ETA_RANGE[1]).contains(&self.eta) && (self.eta - 1.0).abs() >= ETA_DISTANCE;
                 (!bends).then_some(Field::Eta)
             }
+            _ => None,
         }
     }
 }
 
-/// Up to four lobes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Up to four lobes, as C has them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Material {
+    /// Its bytes: `wis_material.size`.
+    size: u32,
+    count: u32,
     lobes: [Shape; MAX_LOBES],
-    count: usize,
+    /// The seal: a hash of the lobes, which [`Material::new`] checked; 0 without lobes that were.
     hash: u64,
 }
 
 impl Material {
     /// A material without lobes: reflects alike in all directions.
-    pub const NONE: Material = Material { lobes: [Shape::LAMBERT; MAX_LOBES], count: 0, hash: 0 };
+    pub const NONE: Material =
+        Material { size: size_of::<Material>() as u32, count: 0, lobes: [Shape::LAMBERT; MAX_LOBES], hash: 0 };
 
     /// The material of some lobes.
     ///
@@ -129,29 +141,41 @@ impl Material {
         if shapes.len() > MAX_LOBES || shapes.iter().any(|shape| shape.invalid().is_some()) {
             return Err(Status::InvalidArgument);
         }
-        let mut material = Material { count: shapes.len(), ..Material::NONE };
-        let mut hash = ContentHash::new();
+        let mut material = Material { count: shapes.len() as u32, ..Material::NONE };
         for (slot, shape) in material.lobes.iter_mut().zip(shapes) {
             *slot = *shape;
-            hash.add(shape.kind.code().into());
-            hash.add_floats(&[shape.a, shape.b, shape.eta]);
         }
-        material.hash = hash.finish();
+        material.hash = material.seal();
         Ok(material)
     }
 
-    /// The material of shapes that [`Material::new`] checked, which gave this hash.
-    pub fn checked(shapes: &[Shape], hash: u64) -> Material {
-        let mut material = Material { count: shapes.len().min(MAX_LOBES), hash, ..Material::NONE };
-        for (slot, shape) in material.lobes.iter_mut().zip(shapes) {
-            *slot = *shape;
+    /// A hash of the lobes.
+    #[inline(always)]
+    fn seal(&self) -> u64 {
+        let mut hash = ContentHash::new();
+        for Shape { kind, a, b, eta } in self.lobes() {
+            hash.add(u64::from(kind.code()) << 32 | u64::from(a.to_bits()));
+            hash.add(u64::from(b.to_bits()) << 32 | u64::from(eta.to_bits()));
         }
-        material
+        hash.finish()
+    }
+
+    /// Whether it is one that [`Material::new`] made.
+    #[inline(always)]
+    pub fn is_sealed(&self) -> bool {
+        self.size as usize == size_of::<Material>() && self.count as usize <= MAX_LOBES && self.hash == self.seal()
+    }
+
+    /// The same material, to tell apart from others, with lobes of other shapes.
+    pub fn with_shapes(mut self, of: impl Fn(&Shape) -> Shape) -> Material {
+        self.lobes.iter_mut().take(self.count as usize).for_each(|lobe| *lobe = of(lobe));
+        self
     }
 
     /// Its lobes.
+    #[inline(always)]
     pub fn lobes(&self) -> &[Shape] {
-        self.lobes.get(..self.count).unwrap_or(&[])
+        self.lobes.get(..self.count as usize).unwrap_or(&[])
     }
 
     /// A hash of its content.

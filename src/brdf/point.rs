@@ -8,9 +8,6 @@ use crate::visibility::Factors;
 /// product have a lower variance than 16 picks among 128 candidates for 0.5, and a higher one for 0.2.
 const WIDE: f32 = 0.25;
 
-/// The roughness below which more candidates pay.
-const NARROW: f32 = 0.1;
-
 /// The client's BRDF as what candidates are weighed by.
 pub trait Target: core::fmt::Debug {
     /// Writes the luminance of BRDF x |cosine| for world directions, finite and not negative; false if that failed.
@@ -59,23 +56,13 @@ impl<'a> Point<'a> {
         }
     }
 
-    /// Whether every lobe that has a weight is diffuse.
-    pub fn is_diffuse(&self) -> bool {
-        self.all_lobes(|shape| matches!(shape.kind, Kind::Lambert | Kind::LambertTransmission))
-    }
-
     /// Whether every lobe that has a weight is wide: products then err little.
     pub fn is_wide(&self) -> bool {
         self.all_lobes(|shape| match shape.kind {
-            Kind::Lambert | Kind::LambertTransmission => true,
             Kind::Ggx => min(shape.a, shape.b) >= WIDE,
             Kind::GgxTransmission | Kind::Phong => false,
+            _ => true,
         })
-    }
-
-    /// Whether a lobe that has a weight is so narrow that lamps make its candidates differ much.
-    pub fn is_narrow(&self) -> bool {
-        !self.all_lobes(|shape| !shape.kind.is_ggx() || min(shape.a, shape.b) >= NARROW)
     }
 
     fn all_lobes(&self, is: impl Fn(&Shape) -> bool) -> bool {

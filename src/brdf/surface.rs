@@ -44,6 +44,8 @@ pub struct Surface {
     cosine_included: bool,
     lobes: [Lobe; MAX_LOBES],
     count: usize,
+    /// The least alpha of lobes that scatter; f32::MAX if all are diffuse.
+    least_alpha: f32,
 }
 
 fn luminance([r, g, b]: [f32; 3]) -> f32 {
@@ -105,6 +107,7 @@ impl Surface {
             cosine_included: point.cosine_included,
             lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0, inverse: 1.0 }; MAX_LOBES],
             count: material.lobes().len(),
+            least_alpha: f32::MAX,
         };
         let visible = wo[2] > 0.0;
         let mut total = 0.0;
@@ -122,13 +125,16 @@ impl Surface {
             let share = if visible { reflectance(fresnel, wo[2]) } else { 0.0 };
             let seen = if visible { wo } else { [0.0, 0.0, 1.0] };
             let prepared = match shape.kind {
-                Kind::Lambert => LobeShape::Lambert,
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
                 Kind::Phong => LobeShape::Phong(Phong::new(shape.a, seen)),
                 Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
                 Kind::LambertTransmission => LobeShape::LambertTransmission,
+                _ => LobeShape::Lambert,
             };
             let fresnel = if visible { fresnel } else { [0.0; 2] };
+            if share > 0.0 {
+                surface.least_alpha = min(surface.least_alpha, shape.alpha());
+            }
             *slot = Lobe { shape: prepared, fresnel, share, inverse: 1.0 };
             total += share;
         }
@@ -149,6 +155,11 @@ impl Surface {
     pub fn is_diffuse(&self) -> bool {
         let mut lobes = self.lobes.iter().take(self.count);
         !self.whole && lobes.all(|lobe| matches!(lobe.shape, LobeShape::Lambert))
+    }
+
+    /// The least alpha of lobes that scatter, and what corresponds to it of others; f32::MAX if all are diffuse.
+    pub fn least_alpha(&self) -> f32 {
+        self.least_alpha
     }
 
     /// The normal, in map space, on the side of wo if both sides count.
@@ -294,11 +305,11 @@ impl Surface {
                 }
                 LobeShape::Ggx(ggx) => {
                     let wi = ggx.sample_reflection(u);
-                    wi.map(|w| F::only(zero.lt(wi[2]), w))
+                    only(zero.lt(wi[2]), wi)
                 }
                 LobeShape::GgxTransmission(ggx, eta) => {
                     let wi = ggx.sample_transmission(u, *eta);
-                    wi.map(|w| F::only(wi[2].lt(zero), w))
+                    only(wi[2].lt(zero), wi)
                 }
                 LobeShape::Phong(phong) => phong.sample(u),
             };
@@ -344,6 +355,12 @@ impl Lobe {
         let squared = grazing * grazing;
         F::splat(self.fresnel[0]) + F::splat(self.fresnel[1]) * (squared * squared * grazing)
     }
+}
+
+/// A direction where the mask is set, elsewhere 0.
+#[inline(always)]
+fn only<F: Num>(mask: F::Mask, [x, y, z]: [F; 3]) -> [F; 3] {
+    [F::only(mask, x), F::only(mask, y), F::only(mask, z)]
 }
 
 fn fifth_power(x: f32) -> f32 {

@@ -20,8 +20,6 @@ use crate::visibility::{CELLS, Factors, cell};
 
 /// The fewest candidates of a source that has any: a multiple of all widths of lanes.
 pub const FEWEST: usize = 8;
-/// Candidates are not multiplied to more than so many: they take 20 bytes each.
-pub const MOST_MULTIPLIED: usize = 2048;
 
 /// Candidates of a hit, component by component.
 #[derive(Debug)]
@@ -47,12 +45,6 @@ impl Counts {
     /// All candidates.
     pub fn sum(&self) -> usize {
         self.light + self.lobes
-    }
-
-    /// So many times as many of each source, as long as there is room: `factor` is a power of two.
-    pub fn times(&self, factor: usize) -> Counts {
-        let factor = factor.min(MOST_MULTIPLIED / self.sum().clamp(1, MOST_MULTIPLIED));
-        Counts { light: self.light * factor, lobes: self.lobes * factor }
     }
 }
 
@@ -118,14 +110,15 @@ impl Draw<'_, '_> {
             return;
         };
         let bits = count.max(1).trailing_zeros();
-        let [columns, rows] = [bits.div_ceil(2), bits / 2].map(|bits| (1u32 << (bits & 31)) as f32);
+        let power = |bits: u32| (1u32 << (bits & 31)) as f32;
+        let (columns, rows) = (power(bits.div_ceil(2)), power(bits / 2));
         for group in (0..count as u32).step_by(F::WIDTH) {
             let index = F::whole(F::each_int(|lane| first.wrapping_add(group + lane as u32)));
             let [x, y] = sobol_points::<F>(seed, index);
             let slot = if matches!(set, Set::Light) {
                 (x * count as f32).to_whole()
             } else {
-                let [column, row] = [(x * columns).to_whole(), (y * rows).to_whole()];
+                let (column, row) = ((x * columns).to_whole(), (y * rows).to_whole());
                 // With an odd number of bits the first one is of the first number.
                 if columns == rows { morton(row, column) } else { morton(column, row) }
             };
@@ -138,7 +131,8 @@ impl Draw<'_, '_> {
     #[inline(always)]
     fn draw<F: Num>(&mut self, at: usize) {
         let Draw { light, surface, counts, .. } = *self;
-        let numbers = [0, 1].map(|k: usize| F::read(self.out.direction[k & 1].get(at..).unwrap_or_default()));
+        let number = |of: &[f32]| F::read(of.get(at..).unwrap_or_default());
+        let numbers = [number(self.out.direction[0]), number(self.out.direction[1])];
         let of_light = at < counts.light;
         let (direction, face, position, own) = if of_light {
             light.sample(numbers)
@@ -177,10 +171,11 @@ impl Draw<'_, '_> {
 /// How much of the light along directions of map space was seen.
 #[inline(always)]
 fn visible<F: Num>(frame: &Frame, factors: &Factors, direction: [F; 3]) -> F {
-    let [x, y] = square_of(to_world(frame, direction)).map(Num::store);
+    let [x, y] = square_of(to_world(frame, direction));
+    let (x, y) = (x.store(), y.store());
     F::each(|lane| {
-        let [x, y] = [&x, &y].map(|of| of.as_ref().get(lane).copied().unwrap_or(0.0));
-        f32::from(factors[cell([x, y]) % CELLS])
+        let of = |lanes: &F::Floats| lanes.as_ref().get(lane).copied().unwrap_or(0.0);
+        f32::from(factors[cell([of(&x), of(&y)]) % CELLS])
     })
 }
 

@@ -1,14 +1,78 @@
-//! How many candidates a point is worth: more where a narrow lobe may meet a lamp.
+//! How many candidates a call has.
 //!
 //! An image's squared error is the sum over its points, so candidates should be spread over points as their standard deviations are
-//! (Neyman 1934). Those of narrow lobes are the largest by far, under bright and small lights.
+//! (Neyman 1934): narrow lobes, which meet lamps, have the largest by far.
 
-use crate::brdf::point::Point;
+use super::candidates::{Counts, FEWEST};
+use crate::brdf::surface::Surface;
 
-/// The most that candidates are multiplied by.
-pub const MOST: usize = 4;
+/// The roughness below which a lobe is narrow.
+const NARROW: f32 = 0.1;
+/// What candidates of narrow lobes are multiplied by.
+const IF_NARROW: usize = 4;
+/// The roughness from which on a lobe is wide.
+const WIDE: f32 = 0.25;
+/// Candidates of each source for a ray under a compensated light.
+const OF_LAMPS: usize = 2;
+/// The most candidates of a source in a call for which the library chooses their number.
+pub const MOST: usize = 1024;
 
-/// What the candidates of a point are multiplied by.
-pub fn factor(point: &Point<'_>) -> usize {
-    if point.is_narrow() { MOST } else { 1 }
+/// Candidates of each source for a ray, by the number of rays and by whether all lobes are diffuse.
+fn per_ray(rays: usize, diffuse: bool) -> usize {
+    let full = match rays {
+        0..=1 => 16,
+        2..=3 => 8,
+        _ => 4,
+    };
+    if diffuse { full / 2 } else { full }
+}
+
+/// A power of two of candidates, whole lanes: a net that can be ordered.
+fn rounded(candidates: usize) -> usize {
+    candidates.next_power_of_two().max(FEWEST)
+}
+
+/// How many candidates a call has from each source.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Rays of the call.
+    pub rays: usize,
+    /// Candidates for each ray that the client wants; 0: the library's choice.
+    pub wanted: usize,
+    /// Whether rays bring only the radiance above the mean.
+    pub compensated: bool,
+    /// Whether a client's own target weighs candidates, which takes long.
+    pub targeted: bool,
+}
+
+impl Effort {
+    /// Those of a point.
+    #[inline(always)]
+    pub fn counts(&self, surface: &Surface) -> Counts {
+        let &Effort { rays, wanted, compensated, targeted } = self;
+        if wanted != 0 {
+            let each = rounded((rays * wanted).div_ceil(2));
+            return Counts { light: each, lobes: each };
+        }
+        let least = surface.least_alpha();
+        if compensated {
+            // What is left of the light is lamps: they are found by drawing the light, however wide lobes reflect.
+            let each = rounded(rays * OF_LAMPS);
+            return Counts { light: each, lobes: if least < WIDE { each } else { 0 } };
+        }
+        let factor = if least < NARROW && !targeted { IF_NARROW } else { 1 };
+        let each = rounded(rays * per_ray(rays, least == f32::MAX) * factor).min(MOST);
+        Counts { light: each, lobes: each }
+    }
+
+    /// The most candidates of any call for as many rays or fewer.
+    pub fn most(&self) -> usize {
+        let of = |rays: usize| {
+            let wanted = if self.wanted == 0 { 2 * per_ray(rays, false) * IF_NARROW } else { self.wanted };
+            let each = rounded((rays * wanted).div_ceil(2));
+            2 * if self.wanted == 0 { each.min(MOST) } else { each }
+        };
+        // From four rays on the number for each of them no longer falls.
+        (1..=self.rays.min(4)).map(of).fold(of(self.rays), usize::max)
+    }
 }

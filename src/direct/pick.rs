@@ -1,7 +1,11 @@
 //! Systematic picks: of all candidates as many as there are rays, each as often as its share of the weights says.
 
+use super::Ray;
 use super::candidates::Candidates;
-use crate::simd::{Four, Num};
+use super::joint::Turn;
+use crate::simd::{Compute, Four, Num};
+use crate::sphere::Frame;
+use glam::Vec3;
 
 /// The share of the mean weight that every candidate has at least, so that a client whose BRDF or radiance is another than the
 /// library's meets no huge weight.
@@ -9,40 +13,58 @@ pub const FLOOR: f32 = 0.05;
 /// Sums of weights from here on are too close to the end of f32 to work with: every candidate that counts is then as good as another.
 const LARGEST: f32 = f32::MAX / 4.0;
 
-/// Picks `rays` candidates, merged where one is picked more than once, and hands their number, direction and weight to `put`.
-/// Answers how many there are: none if no candidate counts.
-#[inline(always)]
-pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl FnMut(usize, [f32; 3], f32)) -> usize {
-    let Candidates { direction, density, weight } = candidates;
-    let total = sum_up(weight, density);
-    if !(total > 0.0) {
-        return 0;
-    }
-    let step = total / rays as f32;
-    let (mut from, mut written, mut taken) = (0, 0, 0);
-    while taken < rays {
-        let threshold = (taken as f32 + u) * step;
-        let index = first_above(weight, from, threshold).unwrap_or_else(|| last_picked(weight));
-        let before = index.checked_sub(1).and_then(|i| weight.get(i)).copied().unwrap_or(0.0);
-        let end = weight.get(index).copied().unwrap_or(0.0);
-        let first = taken;
-        taken += 1;
-        // The last one takes what rounding leaves.
-        while taken < rays && ((taken as f32 + u) * step < end || end == total) {
-            taken += 1;
+/// Picks as many candidates as there is room for rays, merged where one is picked more than once, and writes a ray for each.
+pub struct Pick<'a, 'b> {
+    /// The candidates.
+    pub candidates: &'a mut Candidates<'b>,
+    /// From map space to the world.
+    pub frame: &'a Frame,
+    /// The random numbers of the hit.
+    pub turn: Turn,
+    /// How many candidates a set has.
+    pub count: usize,
+    /// The rays.
+    pub out: &'a mut [Ray],
+}
+
+impl Compute for Pick<'_, '_> {
+    type Output = usize;
+
+    /// How many rays there are: none if no candidate counts.
+    #[inline(always)]
+    fn run<F: Num>(self) -> usize {
+        let Candidates { direction, density, weight } = self.candidates;
+        let total = sum_up(weight, density);
+        if !(total > 0.0) {
+            return 0;
         }
-        let of = |column: &[f32]| column.get(index).copied().unwrap_or(0.0);
-        let times = (taken - first) as f32;
-        let density = of(density);
-        put(
-            written,
-            [of(direction[0]), of(direction[1]), of(direction[2])],
-            (times * step / ((end - before) * density)).min(f32::MAX),
-        );
-        written += 1;
-        from = index;
+        let (rays, u) = (self.out.len(), self.turn.pick::<F>(self.count));
+        let step = total / rays as f32;
+        let threshold = |taken: usize| (taken as f32 + u) * step;
+        let (mut from, mut taken) = (0, 0);
+        for (written, out) in self.out.iter_mut().enumerate() {
+            if taken == rays {
+                return written;
+            }
+            let index = first_above(weight, from, threshold(taken)).unwrap_or_else(|| last_picked(weight));
+            let of = |column: &[f32], index: usize| column.get(index).copied().unwrap_or(0.0);
+            let (before, end) = (of(weight, index.wrapping_sub(1)), of(weight, index));
+            let first = taken;
+            taken += 1;
+            // The last one takes what rounding leaves.
+            while taken < rays && (threshold(taken) < end || end == total) {
+                taken += 1;
+            }
+            let share = (end - before) * of(density, index);
+            let [x, y, z] = [of(direction[0], index), of(direction[1], index), of(direction[2], index)];
+            *out = Ray {
+                wi: self.frame.to_world(Vec3::new(x, y, z)).to_array(),
+                weight: ((taken - first) as f32 * step / share).min(f32::MAX),
+            };
+            from = index;
+        }
+        rays
     }
-    written
 }
 
 /// Turns weights into their sums up to each, after adding the least weight of those that count. Answers the sum of all.

@@ -1,15 +1,14 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
-use super::candidates::{Candidates, Counts, Draw, MOST_MULTIPLIED};
-use super::effort;
+use super::Ray;
+use super::candidates::{Candidates, Draw};
+use super::effort::Effort;
 use super::joint::Turn;
-use super::pick::pick;
+use super::pick::Pick;
 use super::several;
 use super::shared::{self, Shared};
-use super::{Ray, candidate_count, candidates_per_ray};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
-use crate::light::density::to_world;
 use crate::light::environment::Environment;
 use crate::product::prepare::Work;
 use crate::simd::{Level, compute};
@@ -21,13 +20,6 @@ pub const MAX_RAYS: usize = 4096;
 pub const WAVE_RAYS: usize = 64;
 /// The most candidates per ray.
 pub const MAX_PER_RAY: usize = 256;
-
-/// Beyond this many rays, more of them never mean fewer candidates.
-const FEW_RAYS: usize = 4;
-
-/// Candidates for each ray under a compensated light. More of them cost time and leave the variance as it is: `c-examples/pathtracer` with 1
-/// and 4 rays under four maps.
-const OF_LAMPS: usize = 4;
 
 /// What a sampler is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -44,30 +36,9 @@ pub struct Config {
 }
 
 impl Config {
-    /// Candidates of a call for so many rays, where all lobes are diffuse or not.
-    fn candidates(&self, rays: usize, diffuse: bool) -> usize {
-        let own = self.candidates_per_ray as usize;
-        candidate_count(rays, if own == 0 { candidates_per_ray(rays, diffuse) } else { own })
-    }
-
-    /// How many candidates a call has from each source.
-    fn counts(&self, rays: usize, environment: &Environment<'_>, point: &Point<'_>) -> Counts {
-        // What is left of a compensated light is lamps: they are found by drawing the light, however wide lobes reflect.
-        let lights_suffice = environment.is_compensated() && point.is_wide();
-        let all = if environment.is_compensated() && self.candidates_per_ray == 0 {
-            candidate_count(rays, OF_LAMPS)
-        } else {
-            self.candidates(rays, point.is_diffuse())
-        };
-        Counts { light: all / 2, lobes: if lights_suffice { 0 } else { all / 2 } }
-    }
-
-    /// The most candidates of any call: the library's own number for each ray falls as rays grow.
-    fn most_candidates(&self) -> usize {
-        let rays = self.rays as usize;
-        let most = |n: usize| self.candidates(n, false);
-        let most = (1..=rays.min(FEW_RAYS)).map(most).fold(most(rays), usize::max);
-        if self.candidates_per_ray == 0 { most.max((most * effort::MOST).min(MOST_MULTIPLIED)) } else { most }
+    /// How many candidates a call has.
+    fn effort(&self, rays: usize) -> Effort {
+        Effort { rays, wanted: self.candidates_per_ray as usize, compensated: false, targeted: false }
     }
 
     /// Bytes of working memory.
@@ -89,7 +60,7 @@ impl Config {
     /// Bytes of what a call works in: candidates, or what a product is prepared with.
     fn scratch_bytes(&self) -> usize {
         let prepares = self.takes_products() || shared::is_worth(self.hits_per_pixel);
-        let candidates = 5 * 4 * self.most_candidates();
+        let candidates = 5 * 4 * self.effort(self.rays as usize).most();
         if prepares { candidates.max(size_of::<Work>()) } else { candidates }
     }
 
@@ -250,48 +221,34 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
-    /// Whether some points get more candidates than others: those of wide lobes differ little, lamps are found by the light, and a client's
-    /// own target is slow.
-    fn multiplies(&self) -> bool {
-        let own = self.config.candidates_per_ray != 0 || self.point.target.is_some();
-        !own && !self.environment.is_compensated() && !self.point.is_wide()
-    }
-
     /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
         let &Call { level, config, environment, point, turn } = self;
-        let frame = environment.frame();
-        let surface = Surface::new(point, &frame)?;
-        let rays = out.len();
-        let light = environment.source();
-        let mut counts = config.counts(rays, environment, point);
-        if self.multiplies() {
-            counts = counts.times(effort::factor(point));
-        }
+        let frame = &environment.frame();
+        let surface = &Surface::new(point, frame)?;
+        let (compensated, targeted) = (environment.is_compensated(), point.target.is_some());
+        let counts = Effort { compensated, targeted, ..config.effort(out.len()) }.counts(surface);
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
-        let mut candidates =
-            Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
+        let candidates =
+            &mut Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
+        let light = &environment.source();
         let draw = Draw {
-            light: &light,
-            frame: &frame,
-            surface: &surface,
+            light,
+            surface,
             turn,
-            seen: point.seen,
-            without_lobes: point.target.is_some(),
-            compensated: environment.is_compensated(),
+            frame,
             counts,
-            out: &mut candidates,
+            without_lobes: targeted,
+            compensated,
+            seen: point.seen,
+            out: candidates,
         };
         compute(level, draw);
         if let Some(target) = point.target {
-            candidates.weigh_by(target, &frame).ok_or(Fault::Target)?;
+            candidates.weigh_by(target, frame).ok_or(Fault::Target)?;
         }
-        Ok(pick(&mut candidates, rays, turn.pick(counts.light), |ray, direction, weight| {
-            if let Some(out) = out.get_mut(ray) {
-                *out = Ray { wi: to_world(&frame, direction), weight };
-            }
-        }))
+        Ok(compute(level, Pick { candidates, frame, turn, count: counts.light, out }))
     }
 }

@@ -53,7 +53,7 @@ pub unsafe extern "C" fn wis_direct(
             let counted = out(ray_count, 7)?;
             let at = Sequence { seed: data.seed, turn: data.turn, stream: data.stream };
             let got = sampler
-                .direct(&environment, &data.kernel(&material, seen, target.as_ref()), at, rays as usize, u, room)
+                .direct(&environment, &data.kernel(material, seen, target.as_ref()), at, rays as usize, u, room)
                 .map_err(|fault| failure(fault, 3))?;
             counted.write(got as u32);
             Ok(())

@@ -166,29 +166,28 @@ fn shapes(data: &MaterialData) -> Checked<([Shape; MAX_LOBES], usize)> {
 ///
 /// # Safety
 /// The pointer is null or points to a material.
-pub(super) unsafe fn material(data: *const MaterialData, argument: u32) -> Checked<Material> {
+#[inline(always)]
+pub(super) unsafe fn material<'a>(data: *const MaterialData, argument: u32) -> Checked<&'a Material> {
+    const { assert!(size_of::<Material>() == size_of::<MaterialData>()) };
     if data.is_null() {
-        return Ok(Material::NONE);
+        return Ok(&Material::NONE);
     }
     let at = |failure: Failure| failure.instead(argument).of(c"material");
-    // SAFETY: not null, and aligned; the caller states what it points to.
-    let data = unsafe { &*pointer(data, argument).map_err(at)? };
-    if data.hash == 0 || data.size as usize != size_of::<MaterialData>() {
-        // wis_material_init was forgotten, or failed.
-        return Err(Failure::new(Status::NotBuilt, argument).of(c"material"));
-    }
-    let (shapes, count) = shapes(data).map_err(at)?;
-    Ok(Material::checked(shapes.get(..count).unwrap_or(&[]), data.hash))
+    // SAFETY: not null, and aligned; the caller states what it points to, and both structs are the same plain numbers.
+    let material: &Material = unsafe { &*pointer(data, argument).map_err(at)?.cast() };
+    // wis_material_init was forgotten, or failed, or the lobes were changed after it.
+    if material.is_sealed() { Ok(material) } else { Err(Failure::new(Status::NotBuilt, argument).of(c"material")) }
 }
 
 /// A point with its material.
 ///
 /// # Safety
 /// The pointer is null or points to a point, whose material is null or a material.
-pub(super) unsafe fn point(data: *const PointData, argument: u32) -> Checked<(PointData, Material)> {
+#[inline(always)]
+pub(super) unsafe fn point<'a>(data: *const PointData, argument: u32) -> Checked<(&'a PointData, &'a Material)> {
     // SAFETY: the caller's contract.
     unsafe {
-        let data = *super::sized(data, argument)?;
+        let data: &PointData = super::sized(data, argument)?;
         if data.flags & !(WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED) != 0 {
             return Err(Failure::new(Status::InvalidArgument, argument).of(c"flags"));
         }

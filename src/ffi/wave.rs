@@ -186,9 +186,9 @@ impl DirectWave {
 
     /// # Safety
     /// The arrays hold point `i`.
-    unsafe fn material(&self, i: usize) -> Checked<Material> {
+    unsafe fn material(&self, i: usize) -> Checked<&Material> {
         if self.material_count == 0 {
-            return Ok(Material::NONE);
+            return Ok(&Material::NONE);
         }
         // SAFETY: the caller's contract; the number is below the count.
         unsafe {
@@ -214,7 +214,7 @@ impl DirectWave {
         // SAFETY: the caller's contract.
         unsafe {
             let material = self.material(i)?;
-            let mut point = Point::new(&material, self.normal.three(i, 0, 0.0), self.wo.three(i, 0, 0.0));
+            let mut point = Point::new(material, self.normal.three(i, 0, 0.0), self.wo.three(i, 0, 0.0));
             point.tangent = self.tangent.three(i, 0, 0.0);
             point.whole_sphere = self.flags & WIS_POINT_WHOLE_SPHERE != 0;
             point.cosine_included = self.flags & WIS_POINT_COSINE_INCLUDED != 0;

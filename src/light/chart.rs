@@ -236,7 +236,8 @@ impl Chart {
     #[inline(always)]
     fn place_octahedral<F: Num>(&self, d: [F; 3]) -> Place<F> {
         let side = self.axes[0].length;
-        let position = square_of(d).map(|s| s * side);
+        let [s, t] = square_of(d);
+        let position = [s * side, t * side];
         Place { face: F::splat(0.0), position, solid_angle: F::splat(4.0 * PI / (side * side)) }
     }
 

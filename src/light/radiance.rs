@@ -36,7 +36,8 @@ impl Radiance<'_> {
         let (x, y) = ((column + columns.shift).max(zero), (row + rows.shift).max(zero));
         let (first, stride, [x, y], [last_x, last_y]) = if self.tile == ONE_TILE {
             let first = (face * (rows.patches + 1) as f32).to_whole() * F::Whole::splat(columns.patches + 1);
-            let last = [columns.patches, rows.patches].map(|patches| F::splat(patches.wrapping_sub(1) as f32));
+            let last =
+                [F::splat(columns.patches.wrapping_sub(1) as f32), F::splat(rows.patches.wrapping_sub(1) as f32)];
             (first, F::Whole::splat(columns.patches + 1), [x, y], last)
         } else {
             self.in_tile(chart, face, [x, y])
@@ -59,11 +60,12 @@ impl Radiance<'_> {
     #[inline(always)]
     fn in_tile<F: Num>(&self, chart: &Chart, face: F, place: [F; 2]) -> (F::Whole, F::Whole, [F; 2], [F; 2]) {
         let side = (1u32 << (self.tile & 31)) as f32;
-        let tiles = chart.axes.map(|axis| axis.patches.div_ceil(1 << (self.tile & 31)));
+        let tiles = |k: usize| chart.axes[k & 1].patches.div_ceil(1 << (self.tile & 31)) as f32;
         let along =
             |k: usize| F::of_whole(place[k & 1].min(F::splat((chart.axes[k & 1].patches - 1) as f32)).to_whole());
-        let [column, row] = [0, 1].map(|k: usize| F::of_whole((along(k) * (1.0 / side)).to_whole()));
-        let number = (face * tiles[1] as f32 + row) * tiles[0] as f32 + column;
+        let tile = |k: usize| F::of_whole((along(k) * (1.0 / side)).to_whole());
+        let (column, row) = (tile(0), tile(1));
+        let number = (face * tiles(1) + row) * tiles(0) + column;
         let record = F::pairs(bytemuck::cast_slice(self.tiles), number.to_whole().shl::<1>());
         // 127 less the step, as a float's exponent.
         let scale = F::from_bits((record.shr::<STEP_SHIFT>() ^ F::Whole::splat(127)).shl::<23>());

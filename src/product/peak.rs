@@ -75,30 +75,25 @@ pub struct Peak {
 /// The smaller width of a lobe, seen from a direction whose cosine is given: the alpha of microfacets that reflect into it.
 pub fn width(shape: &Shape, cosine: f32) -> f32 {
     match shape.kind {
-        Kind::Lambert | Kind::LambertTransmission => core::f32::consts::FRAC_PI_2,
         // At grazing views a lobe of microfacets narrows across the plane of incidence.
         Kind::Ggx | Kind::GgxTransmission => min(shape.a, shape.b) * crate::numeric::sqrt(min(max(cosine, 1e-4), 1.0)),
         // Directions turn by twice the angle of half vectors.
         Kind::Phong => 0.5 * libm::acosf(libm::powf(2.0, -1.0 / (shape.a + 1.0))),
+        _ => core::f32::consts::FRAC_PI_2,
     }
 }
 
 /// A material whose lobes are all as wide as the grid resolves; `None` if they are.
 pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
-    let mut shapes = [Shape::LAMBERT; MAX_LOBES];
-    let lobes = material.lobes();
     let least = mixture.resolved;
-    if lobes.iter().all(|shape| width(shape, 1.0) >= least) {
+    if material.lobes().iter().all(|shape| width(shape, 1.0) >= least) {
         return None;
     }
-    for (out, shape) in shapes.iter_mut().zip(lobes) {
-        *out = match shape.kind {
-            Kind::Phong => Shape { a: min(shape.a, exponent(least)), ..*shape },
-            _ if shape.kind.is_ggx() => Shape { a: max(shape.a, least), b: max(shape.b, least), ..*shape },
-            _ => *shape,
-        };
-    }
-    Some(Material::checked(shapes.get(..lobes.len()).unwrap_or(&[]), material.hash()))
+    Some(material.with_shapes(|shape| match shape.kind {
+        Kind::Phong => Shape { a: min(shape.a, exponent(least)), ..*shape },
+        _ if shape.kind.is_ggx() => Shape { a: max(shape.a, least), b: max(shape.b, least), ..*shape },
+        _ => *shape,
+    }))
 }
 
 /// The exponent of a Phong lobe of this width.

@@ -392,9 +392,16 @@ macro_rules! lanes {
             fn rows(table: &[[f32; 4]], index: $whole) -> [Self; 4] {
                 let (none, start) = ([0.0; 4], table.as_ptr());
                 let inside = all_below::<Self>(index, table.len());
-                let row = |i: u32| if inside { start.wrapping_add(i as usize).cast() } else { none.as_ptr() };
+                let mut rows = [none.as_ptr(); $width];
+                if inside {
+                    // Loops in place of `map`, which would be compiled for the baseline's instructions.
+                    for (row, i) in rows.iter_mut().zip(Self::ints_of(index)) {
+                        *row = start.wrapping_add(i as usize).cast();
+                    }
+                }
                 // SAFETY: as in `splat`; each row is one of the table, or zeros.
-                unsafe { $isa::transpose(Self::ints_of(index).map(row)).map($name) }
+                let [a, b, c, d] = unsafe { $isa::transpose(rows) };
+                [$name(a), $name(b), $name(c), $name(d)]
             }
 
             #[inline(always)]
@@ -403,8 +410,12 @@ macro_rules! lanes {
                 if !all_below::<Self>(index, table.len().saturating_sub(1)) {
                     return $whole::splat(0);
                 }
-                // SAFETY: each pair begins before the last number of the table.
-                Self::whole(Self::ints_of(index).map(|i| unsafe { start.add(i as usize).cast::<u32>().read_unaligned() }))
+                let mut pairs = [0; $width];
+                for (pair, i) in pairs.iter_mut().zip(Self::ints_of(index)) {
+                    // SAFETY: the pair begins before the last number of the table.
+                    *pair = unsafe { start.add(i as usize).cast::<u32>().read_unaligned() };
+                }
+                Self::whole(pairs)
             }
 
             #[inline(always)]

@@ -17,12 +17,19 @@ pub struct Lengths {
     pub blocks: usize,
     /// Words of row starts and lines.
     pub words: usize,
+    /// Groups of words of the texel map's tiles.
+    pub groups: usize,
 }
 
 impl Lengths {
     /// Both.
     pub fn plus(self, b: Lengths) -> Lengths {
-        Lengths { starts: self.starts + b.starts, blocks: self.blocks + b.blocks, words: self.words + b.words }
+        Lengths {
+            starts: self.starts + b.starts,
+            blocks: self.blocks + b.blocks,
+            words: self.words + b.words,
+            groups: self.groups + b.groups,
+        }
     }
 
     /// Bytes of all.

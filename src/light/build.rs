@@ -5,6 +5,7 @@ use super::blocks::{CellBlocks, CellTables, Lengths, SINGLE, Steps, write_cell};
 use super::budget::{Choice, choose};
 use super::decode::RowSummary;
 use super::guide::MAX_CELLS;
+use super::map;
 use super::plan::Plan;
 use super::search::{stored_cell, write_table};
 use super::tables::Cell;
@@ -63,8 +64,8 @@ impl Totals {
 pub struct CellWork {
     /// How often its blocks are doubled.
     pub level: u64,
-    /// What it takes of each table: starts, blocks, words.
-    pub lengths: [u64; 3],
+    /// What it takes of each table: starts, blocks, words, groups of the texel map.
+    pub lengths: [u64; 4],
     /// Its light.
     pub light: f64,
     /// The variance that coarser grids add, times the light.
@@ -74,8 +75,8 @@ pub struct CellWork {
 impl CellWork {
     /// What the cell takes.
     pub fn lengths(&self) -> Lengths {
-        let [starts, blocks, words] = self.lengths.map(|n| n as usize);
-        Lengths { starts, blocks, words }
+        let [starts, blocks, words, groups] = self.lengths.map(|n| n as usize);
+        Lengths { starts, blocks, words, groups }
     }
 }
 
@@ -86,7 +87,10 @@ fn shared() -> Lengths {
 
 /// The tables of all cells of a plan without a budget: the most that any build of it takes.
 pub fn full_lengths(plan: &Plan) -> Lengths {
-    (0..plan.cells()).fold(shared(), |sum, index| sum.plus(CellBlocks::new(plan, index, 0).full(plan)))
+    (0..plan.cells()).fold(shared(), |sum, index| {
+        let tiles = Lengths { groups: map::full_groups(plan, index), ..Lengths::default() };
+        sum.plus(CellBlocks::new(plan, index, 0).full(plan)).plus(tiles)
+    })
 }
 
 /// The blocks of cell `index` before they are doubled, and those of all cells before it.
@@ -103,9 +107,10 @@ pub fn weights(plan: &Plan, weights: &mut [[f64; 2]]) {
 }
 
 /// The second pass, for a cell.
-pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps]) -> CellWork {
+pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps], tile_steps: &mut [u8]) -> CellWork {
     let Choice { level, lengths, variance } = choose(texels, index, steps);
-    let lengths = [lengths.starts, lengths.blocks, lengths.words].map(|n| n as u64);
+    let groups = map::choose(&Texels { plan: &texels.plan.plain(), ..*texels }, index, tile_steps);
+    let lengths = [lengths.starts, lengths.blocks, lengths.words, groups].map(|n| n as u64);
     CellWork { level: level.into(), lengths, light: 0.0, variance }
 }
 

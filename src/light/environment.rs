@@ -7,8 +7,10 @@ use super::candidates::Source;
 use super::chart::{Axis, Chart, Layout};
 use super::decode::{Pixels, RowSummary, decode_row};
 use super::guide::{self, CellGuide, Guide};
+use super::map;
 use super::plan::{Description, Filter, Plan};
 use super::radiance::Radiance;
+use super::strata;
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
 use crate::light::pixels::RowError;
@@ -40,9 +42,11 @@ pub struct Header {
     pub error: f64,
     /// Texels that were replaced.
     pub sanitised: u64,
-    /// Elements of: in-cell starts, blocks, words.
-    lengths: [u64; 3],
+    /// Elements of: in-cell starts, blocks, words, groups of the texel map.
+    lengths: [u64; 4],
     sections: Sections,
+    /// What stands in for the exact tables.
+    pub stand_in: StandIn,
     layout: u32,
     flags: u32,
     /// Texels in a row.
@@ -61,8 +65,27 @@ pub struct Header {
     reserved: u32,
 }
 
+/// The texel map and its strata.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct StandIn {
+    /// Words of the texel map, and of the zeros behind.
+    words: u64,
+    /// Records of tiles.
+    tiles: u32,
+    tile_side: u32,
+    /// The mean radiance of the map.
+    pub mean: f32,
+    /// 1 / the integral of max(L - mean, L / 4).
+    pub inverse_power: f32,
+    /// E[(p^ / p)^2] for p the density of strata and p^ that function over its integral: what strata lose is what it exceeds 1 by.
+    pub second_moment: f32,
+    /// Strata.
+    pub strata: u32,
+}
+
 impl Magic for Header {
-    const MAGIC: u64 = u64::from_le_bytes(*b"wisenv\x02\x00");
+    const MAGIC: u64 = u64::from_le_bytes(*b"wisenv\x03\x00");
 }
 
 impl Header {
@@ -95,13 +118,18 @@ struct Sections {
     starts: u64,
     blocks: u64,
     words: u64,
+    tiles: u64,
+    texels: u64,
+    /// Last: how many there are is known when all else is written.
+    strata: u64,
     end: u64,
 }
 
 impl Sections {
     /// `None` if the sum overflows.
-    fn new(grid: [u32; 2], guide: usize, small_blocks: [u32; 2], lengths: Lengths) -> Option<Sections> {
-        let cells = grid[0] as usize * grid[1] as usize;
+    fn new(plan: &Plan, lengths: Lengths, strata: usize) -> Option<Sections> {
+        let Plan { grid, .. } = *plan;
+        let cells = plan.cells() as usize;
         let mut at = size_of::<Header>();
         let mut put = |count: usize, size: usize, align: usize| {
             let start = at.checked_next_multiple_of(align)?;
@@ -112,20 +140,19 @@ impl Sections {
         let sections = Sections {
             tops: put(tops(grid) + WINDOW, 4, 4)?,
             candidates: put(tops(grid) + WINDOW, 4, 4)?,
-            cell_of: [put(small_blocks[0] as usize, 1, 1)?, put(small_blocks[1] as usize, 1, 1)?],
+            cell_of: [put(plan.small_blocks(0) as usize, 1, 1)?, put(plan.small_blocks(1) as usize, 1, 1)?],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
-            guide: put(guide, 2, LINE)?,
+            guide: put(guide_length(plan), 2, LINE)?,
             starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
             words: put(lengths.words.checked_add(WINDOW)?, 2, LINE)?,
+            tiles: put(map::tile_count(plan), 4, 4)?,
+            texels: put(map::words(plan, lengths.groups)?, 2, LINE)?,
+            strata: put(strata, size_of::<[f32; 4]>(), LINE)?,
             end: 0,
         };
         Some(Sections { end: put(0, 1, 16)?, ..sections })
-    }
-
-    fn of_plan(plan: &Plan, lengths: Lengths) -> Option<Sections> {
-        Sections::new(plan.grid, guide_length(plan), [plan.small_blocks(0), plan.small_blocks(1)], lengths)
     }
 }
 
@@ -171,7 +198,7 @@ impl Plan {
         if full.words as u64 > u64::from(u32::MAX) {
             return Err(Status::Overflow);
         }
-        let sections = Sections::of_plan(self, full).ok_or(Status::Overflow)?;
+        let sections = Sections::new(self, full, strata::MOST).ok_or(Status::Overflow)?;
         Ok(Size { bytes: sections.end as usize, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
     }
 }
@@ -193,11 +220,13 @@ pub struct Scratch<'a> {
     pub luminance: &'a mut [f32],
     /// The grid of each block.
     pub steps: &'a mut [Steps],
+    /// The step of each tile of the texel map, cell by cell.
+    pub tile_steps: &'a mut [u8],
 }
 
 impl<'a> Scratch<'a> {
     /// Lengths and sizes of elements of the parts, in the order of the fields, with so many blocks at most.
-    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 7]> {
+    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 8]> {
         let rows = plan.rows() as usize;
         Some([
             (rows, size_of::<RowSummary>()),
@@ -205,8 +234,10 @@ impl<'a> Scratch<'a> {
             (plan.chart.axes[1].patches as usize, 16),
             (plan.cells() as usize, size_of::<CellWork>()),
             (blocks, 8),
-            (rows.checked_mul(plan.of.width as usize)?, 4),
+            // Sums of the strata stand there when all is decoded.
+            (rows.checked_mul(plan.of.width as usize)?.max(strata::room(plan)), 4),
             (blocks, 2),
+            (map::tile_count(plan), 1),
         ])
     }
 
@@ -225,7 +256,7 @@ impl<'a> Scratch<'a> {
             return Err(Status::MemoryTooSmall);
         }
         let blocks = build::full_lengths(plan).blocks;
-        let [rows, rgb, weights, work, light, luminance, steps] =
+        let [rows, rgb, weights, work, light, luminance, steps, tile_steps] =
             Self::counts(plan, blocks).ok_or(Status::Overflow)?.map(|(n, _)| n);
         let misaligned = Status::Misaligned;
         Ok(Scratch {
@@ -236,6 +267,7 @@ impl<'a> Scratch<'a> {
             block_light: take(&mut memory, light).ok_or(misaligned)?,
             luminance: take(&mut memory, luminance).ok_or(misaligned)?,
             steps: take(&mut memory, steps).ok_or(misaligned)?,
+            tile_steps: take(&mut memory, tile_steps).ok_or(misaligned)?,
         })
     }
 }
@@ -282,12 +314,11 @@ impl<'a> Environment<'a> {
         let totals = Totals::of(scratch.rows);
         build::weights(plan, scratch.weights);
         let texels = totals.texels(plan, scratch.luminance, scratch.weights);
-        let mut steps: &mut [Steps] = scratch.steps;
         for (index, work) in (0..).zip(scratch.work.iter_mut()) {
-            let (_, count) = build::block_range(plan, index);
-            let (own, rest) = steps.split_at_mut_checked(count).unwrap_or_default();
-            *work = build::choose_cell(&texels, index, own);
-            steps = rest;
+            let ((first, count), (tile, tiles)) = (build::block_range(plan, index), map::tile_range(plan, index));
+            let steps = scratch.steps.get_mut(first..first + count).unwrap_or(&mut []);
+            let tile_steps = scratch.tile_steps.get_mut(tile..tile + tiles).unwrap_or(&mut []);
+            *work = build::choose_cell(&texels, index, steps, tile_steps);
         }
         let mut writer = Writer::new(plan, scratch.work, memory)?;
         for index in 0..plan.cells() {
@@ -295,8 +326,9 @@ impl<'a> Environment<'a> {
             let steps = scratch.steps.get(first..first + count).unwrap_or(&[]);
             let light = scratch.block_light.get_mut(first..first + count).unwrap_or(&mut []);
             writer.cell(&texels, index, scratch.work, steps, light);
+            writer.map(&texels, index, scratch.work, scratch.tile_steps);
         }
-        writer.finish(&totals, scratch.work, scratch.rgb, frame, scratch.luminance)?;
+        writer.finish(&totals, scratch.work, scratch.tile_steps, scratch.rgb, frame, scratch.luminance)?;
         Environment::view(memory).ok_or(BuildError::Status(Status::Misaligned))
     }
 
@@ -365,22 +397,26 @@ impl<'a> Environment<'a> {
         let Ok(plan) = Plan::new(&self.description()) else { return false };
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
-        let sections =
-            Sections::new(h.grid, guide_length(&plan), [plan.small_blocks(0), plan.small_blocks(1)], self.lengths());
+        let sections = Sections::new(&plan, self.lengths(), h.stand_in.strata as usize);
         let hash = hash(self.bytes);
         plan.chart == chart
             && plan.grid == h.grid
             && plan.side == h.side
             && sections.is_some_and(|s| s == h.sections && s.end == h.bytes)
+            && map::words(&plan, self.lengths().groups).is_some_and(|words| words as u64 == h.stand_in.words)
+            && map::tile_count(&plan) as u64 == u64::from(h.stand_in.tiles)
             && h.tables_hash == hash
             && h.content_id == content_id(hash, &h.frame)
             && [h.power, h.mean, h.largest_share, h.error].iter().all(|x| (0.0..f64::INFINITY).contains(x))
+            && [h.stand_in.mean, h.stand_in.inverse_power, h.stand_in.second_moment]
+                .iter()
+                .all(|x| (0.0..f32::INFINITY).contains(x))
             && Frame::new(&h.frame).is_some()
     }
 
     fn lengths(&self) -> Lengths {
-        let [starts, blocks, words] = self.header.lengths.map(|n| n as usize);
-        Lengths { starts, blocks, words }
+        let [starts, blocks, words, groups] = self.header.lengths.map(|n| n as usize);
+        Lengths { starts, blocks, words, groups }
     }
 
     /// What candidates read of it.
@@ -389,8 +425,15 @@ impl<'a> Environment<'a> {
         let h = self.header;
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
-        let radiance = Radiance { words: &[], tiles: &[], tile: 31, bilinear: h.flags & BILINEAR != 0 };
-        Source { chart, radiance, strata: &[], mean: 0.0, inverse_power: 0.0 }
+        let (blob, s, of) = (Blob::new(self.bytes), &h.sections, &h.stand_in);
+        let radiance = Radiance {
+            words: blob.part(s.texels, of.words),
+            tiles: blob.part(s.tiles, of.tiles.into()),
+            tile: of.tile_side,
+            bilinear: h.flags & BILINEAR != 0,
+        };
+        let strata = blob.part(s.strata, of.strata.into());
+        Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
     }
 
     /// The tables.
@@ -400,7 +443,7 @@ impl<'a> Environment<'a> {
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let s = &h.sections;
-        let [starts, blocks, words] = h.lengths;
+        let [starts, blocks, words, _] = h.lengths;
         let cells = h.grid[0] as usize * h.grid[1] as usize;
         let blob = Blob::new(self.bytes);
         Light {
@@ -420,6 +463,12 @@ impl<'a> Environment<'a> {
             starts: Table::new(blob.part(s.starts, starts.wrapping_add(WINDOW as u64)), &[0.0; WINDOW]),
             blocks: blob.part(s.blocks, blocks),
             words: Table::new(blob.part(s.words, words.wrapping_add(WINDOW as u64)), &[0; WINDOW]),
+            texels: blob.part(s.texels, h.stand_in.words),
+            tiles: blob.part(s.tiles, h.stand_in.tiles.into()),
+            tile_side: h.stand_in.tile_side,
+            strata: blob.part(s.strata, h.stand_in.strata.into()),
+            mean: h.stand_in.mean,
+            inverse_power: h.stand_in.inverse_power,
         }
     }
 
@@ -481,6 +530,8 @@ pub struct Places {
     pub blocks: usize,
     /// Of words.
     pub words: usize,
+    /// Of words of the texel map.
+    pub texels: usize,
     end: usize,
 }
 
@@ -491,13 +542,14 @@ impl Places {
     /// [`Status::Overflow`].
     pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
         let lengths = build::offset(work, plan.cells());
-        let Sections { cells, starts, blocks, words, end, .. } =
-            Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
-        let [cells, starts, blocks, words, end] = [cells, starts, blocks, words, end].map(|place| place as usize);
-        Ok(Places { cells, starts, blocks, words, end })
+        let Sections { cells, starts, blocks, words, texels, end, .. } =
+            Sections::new(plan, lengths, strata::MOST).ok_or(Status::Overflow)?;
+        let [cells, starts, blocks, words, texels, end] =
+            [cells, starts, blocks, words, texels, end].map(|place| place as usize);
+        Ok(Places { cells, starts, blocks, words, texels, end })
     }
 
-    /// The bytes of the environment.
+    /// The bytes of the environment, at most.
     pub fn bytes(&self) -> usize {
         self.end
     }
@@ -519,7 +571,7 @@ impl<'a> Writer<'a> {
     /// [`BuildError::TooSmall`].
     pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, BuildError> {
         let lengths = build::offset(work, plan.cells());
-        let sections = Sections::of_plan(plan, lengths).ok_or(Status::Overflow)?;
+        let sections = Sections::new(plan, lengths, strata::MOST).ok_or(Status::Overflow)?;
         let end = sections.end as usize;
         let bytes = memory.get_mut(..end).ok_or(BuildError::TooSmall(end))?;
         Ok(Writer { plan: *plan, sections, lengths, bytes })
@@ -550,6 +602,18 @@ impl<'a> Writer<'a> {
         }
     }
 
+    /// Writes a cell's part of the texel map; `steps` of all tiles.
+    pub fn map(&mut self, texels: &Texels<'_>, index: u32, work: &[CellWork], steps: &[u8]) {
+        let plan = self.plan.plain();
+        let texels = Texels { plan: &plan, ..*texels };
+        let first = build::offset(work, index).groups;
+        let (tile, count) = map::tile_range(&plan, index);
+        for piece in map::pieces(&plan, index, first, steps.get(tile..tile + count).unwrap_or(&[])) {
+            let start = self.sections.texels as usize + 2 * piece.start;
+            map::write(&texels, &piece, part_mut(self.bytes, start, piece.length));
+        }
+    }
+
     /// Writes all that is known when every cell is written. `room`: the luminances, which nobody reads any more.
     ///
     /// # Errors
@@ -558,12 +622,18 @@ impl<'a> Writer<'a> {
         mut self,
         totals: &Totals,
         work: &[CellWork],
+        tile_steps: &[u8],
         rgb: &[[f64; 3]],
         frame: &Frame,
         room: &mut [f32],
     ) -> Result<()> {
+        let table = part_mut(self.bytes, self.sections.tiles as usize, map::tile_count(&self.plan));
+        map::write_table(&self.plan, tile_steps, table);
         self.tables(totals, work, rgb, frame);
-        let Writer { plan, sections, bytes, .. } = self;
+        let Writer { plan, sections, lengths, bytes } = self;
+        let count = write_strata(&plan, &sections, bytes, room);
+        let sections = Sections::new(&plan, lengths, count).ok_or(Status::Overflow)?;
+        let bytes = bytes.get_mut(..sections.end as usize).ok_or(Status::Misaligned)?;
         write_guide(&plan, sections.guide as usize, bytes, room);
         let tables_hash = hash(bytes);
         let header =
@@ -580,6 +650,7 @@ impl<'a> Writer<'a> {
         let Writer { plan, sections, lengths, bytes } = self;
         let (plan, sections, lengths) = (*plan, *sections, *lengths);
         let count = plan.cells() as usize;
+        let (tiles, words) = (map::tile_count(&plan), map::words(&plan, lengths.groups).unwrap_or(0));
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.tops),
@@ -590,7 +661,9 @@ impl<'a> Writer<'a> {
             (sections.guide, 0, sections.starts),
             (sections.starts, 4 * lengths.starts, sections.blocks),
             (sections.blocks, size_of::<Block>() * lengths.blocks, sections.words),
-            (sections.words, 2 * lengths.words, sections.end),
+            (sections.words, 2 * lengths.words, sections.tiles),
+            (sections.tiles, 4 * tiles, sections.texels),
+            (sections.texels, 2 * (words - map::PAD), sections.strata),
         ] {
             bytes.get_mut(start as usize + length..end as usize).unwrap_or(&mut []).fill(0);
         }
@@ -614,7 +687,8 @@ impl<'a> Writer<'a> {
         let axis = plan.chart.axes;
         let header = Header {
             magic: Header::MAGIC,
-            bytes: sections.end,
+            // Those of the strata are written next.
+            bytes: sections.strata,
             content_id: 0,
             tables_hash: 0,
             power,
@@ -622,8 +696,14 @@ impl<'a> Writer<'a> {
             largest_share: build::largest_share(totals),
             error: if power > 0.0 { libm::sqrt((variance / power).max(0.0)) } else { 0.0 },
             sanitised: totals.sanitised,
-            lengths: [lengths.starts, lengths.blocks, lengths.words].map(|n| n as u64),
+            lengths: [lengths.starts, lengths.blocks, lengths.words, lengths.groups].map(|n| n as u64),
             sections,
+            stand_in: StandIn {
+                words: words as u64,
+                tiles: tiles as u32,
+                tile_side: map::tile_side(&plan),
+                ..StandIn::zeroed()
+            },
             layout: match plan.of.layout {
                 Layout::LatLong => 0,
                 Layout::Cube => 1,
@@ -653,6 +733,26 @@ impl<'a> Writer<'a> {
         }
         scale_blocks(part_mut(bytes, sections.blocks as usize, lengths.blocks), power);
     }
+}
+
+/// Builds the strata of an environment whose texel map is complete, and notes them in the header. Answers how many there are.
+#[inline(never)]
+fn write_strata(plan: &Plan, sections: &Sections, bytes: &mut [u8], room: &mut [f32]) -> usize {
+    let (before, rest) = bytes.split_at_mut_checked(sections.strata as usize).unwrap_or_default();
+    let Some(environment) = Environment::view(before) else { return 0 };
+    let built = strata::build(&environment.light(), plan.of.budget, room, part_mut(rest, 0, strata::MOST));
+    let header = before.get_mut(..size_of::<Header>()).and_then(|start| bytemuck::try_from_bytes_mut(start).ok());
+    let Some::<&mut Header>(header) = header else { return 0 };
+    header.bytes = sections.strata + (built.count * size_of::<[f32; 4]>()) as u64;
+    header.sections.end = header.bytes;
+    header.stand_in = StandIn {
+        strata: built.count as u32,
+        mean: built.mean,
+        inverse_power: built.inverse_power,
+        second_moment: built.second_moment,
+        ..header.stand_in
+    };
+    built.count
 }
 
 /// Makes radiance a share of the power.

@@ -55,6 +55,8 @@ pub struct Arrays {
     pub luminance: Part,
     /// The grid of each block.
     pub steps: Part,
+    /// The step of each tile of the texel map, cell by cell.
+    pub tile_steps: Part,
     /// The light of each cell.
     pub cell_light: Part,
     /// Of the whole block.
@@ -65,7 +67,7 @@ impl Arrays {
     /// The arrays of a build; `None` if no memory is as long.
     pub fn of(plan: &Plan) -> Option<Arrays> {
         let counts = Scratch::counts(plan, full_lengths(plan).blocks)?;
-        let [rows, rgb, weights, work, block_light, luminance, steps] = counts.map(|(count, _)| count as u64);
+        let [rows, rgb, weights, work, block_light, luminance, steps, tiles] = counts.map(|(count, _)| count as u64);
         let mut whole = Layout::behind::<Begun>();
         let arrays = Arrays {
             rows: whole.part::<RowSummary>(rows),
@@ -75,6 +77,7 @@ impl Arrays {
             block_light: whole.part::<f64>(block_light),
             luminance: whole.part::<f32>(luminance),
             steps: whole.part::<Steps>(steps),
+            tile_steps: whole.part::<u8>(tiles),
             cell_light: whole.part::<f64>(u64::from(plan.cells())),
             bytes: 0,
         };

@@ -110,6 +110,11 @@ impl Plan {
         Ok(Plan { of: *of, texels, refined, chart, grid: [face_grid[0], face_grid[1] * faces], side })
     }
 
+    /// The same without compensation.
+    pub fn plain(&self) -> Plan {
+        Plan { of: Description { compensated: false, ..self.of }, ..*self }
+    }
+
     /// Cells of all faces.
     pub fn cells(&self) -> u32 {
         self.grid[0] * self.grid[1]

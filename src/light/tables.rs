@@ -87,6 +87,18 @@ pub struct Light<'a> {
     pub blocks: &'a [Block],
     /// Row starts and lines of blocks.
     pub words: Table<'a, u16>,
+    /// The texel map, with zeros behind it: see [`super::map`].
+    pub texels: &'a [u16],
+    /// Where its tiles begin, and their steps.
+    pub tiles: &'a [u32],
+    /// log2 of the patches along a side of a tile; 31 if the map is one tile.
+    pub tile_side: u32,
+    /// Rectangles of equal probability that cover all faces, in kD order: x, y, width, height. Rows count over all faces.
+    pub strata: &'a [[f32; 4]],
+    /// The mean radiance of the texel map over the sphere.
+    pub mean: f32,
+    /// 1 / the integral of max(L - mean, L / 4) over the sphere, L the texel map's radiance; 0 for a black one.
+    pub inverse_power: f32,
 }
 
 impl Cell {

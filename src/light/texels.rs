@@ -2,6 +2,7 @@
 //! and the exact integrals over patches.
 
 use super::chart::Layout;
+use super::map::encode;
 use super::plan::{Filter, Plan};
 use super::tables::BLOCK;
 use core::f64::consts::PI;
@@ -120,7 +121,11 @@ impl Texels<'_> {
     /// The texel before an edge between patches, and how far the edge lies towards the next.
     fn texel_at(&self, axis: usize, edge: u32) -> (i64, f32) {
         let a = self.plan.chart.axes[axis];
-        let position = (f64::from(edge) - f64::from(a.shift)).max(0.0).min(f64::from(a.length));
+        self.texel_before(axis, (f64::from(edge) - f64::from(a.shift)).max(0.0).min(f64::from(a.length)))
+    }
+
+    /// The texel before a position, and how far the position lies towards the next.
+    fn texel_before(&self, axis: usize, position: f64) -> (i64, f32) {
         let latlong = self.plan.of.layout == Layout::LatLong;
         let poles = latlong && axis == 1 && self.plan.of.rows_at_poles && self.plan.texels[1] > 1;
         // Columns of a lat-long map begin at the first texel centre, rows at the poles at the first row.
@@ -128,6 +133,62 @@ impl Texels<'_> {
         let texel = position / f64::from(self.plan.refined) - half;
         let before = libm::floor(texel);
         (before as i64, (texel - before) as f32)
+    }
+
+    /// The light at a corner of the texel map: beyond a border where half a patch lies there, at a texel's centre. For a nearest client
+    /// that of the patches which a coarse corner stands for.
+    pub fn node(&self, face: u32, corner: [u32; 2], step: u8) -> f32 {
+        let axes = &self.plan.chart.axes;
+        let at = [0, 1].map(|k: usize| corner[k].min(axes[k].patches));
+        if self.plan.of.filter == Filter::Nearest {
+            return self.mean_of_patches(face, at, step);
+        }
+        let [(x, right), (y, below)] =
+            [0, 1].map(|k: usize| self.texel_before(k, f64::from(at[k]) - f64::from(axes[k].shift)));
+        let row = |y: i64| {
+            let here = self.texel(face, x, y);
+            if right == 0.0 { here } else { here + (self.texel(face, x + 1, y) - here) * right }
+        };
+        let here = row(y);
+        let light = if below == 0.0 { here } else { here + (row(y + 1) - here) * below };
+        if self.black_is_dark() && !(light > 0.0) { self.spread_from(face, [x, y], -2..=2) } else { light }
+    }
+
+    /// The mean light of the patches of a coarse grid's cell.
+    fn mean_of_patches(&self, face: u32, at: [u32; 2], step: u8) -> f32 {
+        let patches = self.plan.chart.axes.map(|axis| axis.patches);
+        let first = [0, 1].map(|k: usize| at[k].min((patches[k] - 1) >> step << step));
+        let end = [0, 1].map(|k: usize| (first[k] + (1 << step)).min(patches[k]));
+        let (mut sum, mut count) = (0.0f64, 0.0f64);
+        for y in first[1]..end[1] {
+            for x in first[0]..end[0] {
+                sum += f64::from(self.patch(face, x, y));
+                count += 1.0;
+            }
+        }
+        (sum / count) as f32
+    }
+
+    /// Writes words of the texel map from a corner on, if these are a row of texels as they stand. Answers whether they were.
+    pub fn corner_row(&self, face: u32, corner: [u32; 2], words: &mut [u16]) -> bool {
+        let Plan { refined, texels, chart, of, .. } = self.plan;
+        let before = |k: usize| self.texel_before(k, f64::from(corner[k]) - f64::from(chart.axes[k].shift));
+        let [(x, right), (y, below)] = [before(0), before(1)];
+        let plain = right == 0.0 && below == 0.0 && (0..i64::from(texels[1])).contains(&y) && *refined == 1;
+        if !plain || of.filter == Filter::Nearest || self.black_is_dark() {
+            return false;
+        }
+        let width = i64::from(texels[0]);
+        let row = (i64::from(face * texels[1]) + y) * width;
+        let source = self.luminance.get(row as usize..(row + width) as usize).unwrap_or(&[]);
+        for (i, word) in (x..).zip(words.iter_mut()) {
+            let light = match source.get(i as usize) {
+                Some(&luminance) if i >= 0 => self.light(luminance),
+                _ => self.texel(face, i, y),
+            };
+            *word = encode(light);
+        }
+        true
     }
 
     /// The values at the corners of a tile's grid, row by row, [`BLOCK`] + 1 in each.

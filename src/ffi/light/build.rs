@@ -7,6 +7,7 @@ use crate::light::blocks::{CellTables, Steps};
 use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{Places, Writer};
+use crate::light::map;
 use crate::light::passes::{self, Arrays, Begun, PASSES};
 use crate::light::pixels::{RowError, Rows};
 use crate::light::request::Request;
@@ -145,7 +146,9 @@ impl Build {
             let texels = self.texels(&totals);
             for index in items {
                 let (first, count) = kernel::block_range(plan, index);
-                let chosen = kernel::choose_cell(&texels, index, block.part(arrays.steps, first, count));
+                let (tile, tiles) = map::tile_range(plan, index);
+                let tile_steps = block.part(arrays.tile_steps, tile, tiles);
+                let chosen = kernel::choose_cell(&texels, index, block.part(arrays.steps, first, count), tile_steps);
                 block.part::<CellWork>(arrays.work, index as usize, 1).fill(chosen);
             }
         }
@@ -163,6 +166,7 @@ impl Build {
             let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
             let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
             let table = |offset| Part { offset, count: 0 };
+            let plain = plan.plain();
             for index in items {
                 let (first, count) = kernel::block_range(plan, index);
                 let steps = block.finished().part::<Steps>(arrays.steps, first, count);
@@ -176,6 +180,12 @@ impl Build {
                     light: block.part(arrays.block_light, first, count),
                 };
                 let (cell, light) = kernel::write(&texels, index, own, steps, parts);
+                let (tile, tiles) = map::tile_range(plan, index);
+                let tile_steps = block.finished().part::<u8>(arrays.tile_steps, tile, tiles);
+                for piece in map::pieces(&plain, index, offset.groups, tile_steps) {
+                    let words = tables.part(table(places.texels), piece.start, piece.length);
+                    map::write(&Texels { plan: &plain, ..texels }, &piece, words);
+                }
                 tables.part::<Cell>(table(places.cells), index as usize, 1).fill(cell);
                 block.part(arrays.cell_light, index as usize, 1).fill(light);
             }
@@ -199,7 +209,8 @@ impl Build {
             }
             let writer = Writer::new(plan, work, memory).map_err(|error| build_failure(error, [1, 2]))?;
             let (rgb, room) = (block.finished().all(arrays.rgb), block.all::<f32>(arrays.luminance));
-            let finished = writer.finish(&totals, work, rgb, frame, room);
+            let tile_steps = block.finished().all::<u8>(arrays.tile_steps);
+            let finished = writer.finish(&totals, work, tile_steps, rgb, frame, room);
             finished.map_err(|status| Failure::new(status, 1))
         }
     }

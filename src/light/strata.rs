@@ -1,0 +1,579 @@
+//! Strata: rectangles of equal probability that cover all faces. A candidate is a stratum, and a uniform position inside.
+//!
+//! They are the leaves of a kD-tree: each node cuts its box and divides its strata (the kD warp of Clarberg et al. 2005, run once; the
+//! strata of Agarwal et al. 2003 for random numbers). What they follow is g = max(L - mean, L / 4) x solid angle; of a cut, the sum over
+//! both sides of area x integral of g^2 / strata counts, which is the second moment of g over the strata's density.
+//!
+//! A node looks at its box as a grid of at most 64 x 64 cells and cuts at their borders: cells are 2^k patches wide, whose sums
+//! stand in a pyramid, or parts of a patch, which are looked up. So the work is that of the strata, besides one pass over all patches.
+
+use super::chart::Layout;
+use super::map::{WHOLE, decode, solid_angle};
+use super::plan::Plan;
+use super::tables::Light;
+use core::f64::consts::PI;
+
+/// The most strata of a light.
+pub const MOST: usize = 16384;
+/// How many there may be: the fewest that follow the light well enough.
+const COUNTS: [usize; 4] = [256, 1024, 4096, MOST];
+/// The second moment of p^ / p that is well enough, above 1. An error budget above this allows as much as itself.
+const GOAL: f32 = 0.03;
+
+/// What is below the mean keeps this share of its light, at least.
+const DIM: f32 = 0.25;
+/// Strata are divided by a mass that is the light but for this share, which is the root of its mean square in a cell, ...
+const ROOT: f32 = 0.2;
+/// ... at most so many times the light, ...
+const MOST_ROOT: f32 = 4.0;
+/// ... and by a little for every direction: of the mean.
+const EVERYWHERE: f32 = 0.005;
+/// A cut that leaves long boxes counts more by this share.
+const LONG: f64 = 0.3;
+/// Where all cuts are equal, so many squares of the mass decide by the shape of boxes.
+const EVEN: f64 = 0.01;
+
+/// log2 of the units that a patch is wide: where strata can begin and end.
+const PATCH: u32 = 8;
+/// The most cells of a node's grid along an axis.
+const CELLS: usize = 64;
+/// Cells at the top of the pyramid along an axis.
+const TOP: u32 = 16;
+/// Numbers of a pyramid's cell: mass and square.
+const NUMBERS: usize = 2;
+
+/// Nodes of the tree that wait: the smaller one of two goes first.
+const WAITING: usize = 16;
+
+/// What was built.
+#[derive(Clone, Copy, Debug)]
+pub struct Built {
+    /// How many strata.
+    pub count: usize,
+    /// The mean radiance.
+    pub mean: f32,
+    /// 1 / the integral of max(L - mean, L / 4); 0 for a black map.
+    pub inverse_power: f32,
+    /// E[(p^ / p)^2].
+    pub second_moment: f32,
+}
+
+/// Levels of the pyramid over a face: the first has cells of two patches.
+fn levels(patches: [u32; 2]) -> u32 {
+    (1..16).find(|level| patches.iter().all(|n| n.div_ceil(1 << level) <= TOP)).unwrap_or(16)
+}
+
+/// Cells of a level along both axes.
+fn level_cells(patches: [u32; 2], level: u32) -> [usize; 2] {
+    patches.map(|n| n.div_ceil(1 << level) as usize)
+}
+
+/// Cells of all levels below one.
+fn cells_below(patches: [u32; 2], level: u32) -> usize {
+    (1..level).map(|level| level_cells(patches, level)).map(|[columns, rows]| columns * rows).sum()
+}
+
+/// How many numbers a build needs room for.
+pub fn room(plan: &Plan) -> usize {
+    let patches = plan.chart.axes.map(|axis| axis.patches);
+    plan.chart.faces() as usize * cells_below(patches, levels(patches) + 1) * NUMBERS
+}
+
+/// A rectangle of a face in units: low and high ends of columns, then of rows.
+type Box = [[u32; 2]; 2];
+
+/// A node of the tree.
+#[derive(Clone, Copy, Debug, Default)]
+struct Node {
+    face: u32,
+    extent: Box,
+    first: u32,
+    count: u32,
+}
+
+/// Integrals over a cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Integrals {
+    light: f32,
+    square: f32,
+    angle: f32,
+    area: f32,
+}
+
+impl Integrals {
+    /// What strata are divided by.
+    fn mass(&self) -> f32 {
+        let root = crate::numeric::sqrt(self.square * self.area).min(MOST_ROOT * self.light);
+        (1.0 - ROOT) * self.light + ROOT * root + EVERYWHERE * self.angle
+    }
+}
+
+/// Cells along an axis: the number of the first, and how many.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    ends: [u32; 2],
+    /// log2 of the units of a cell.
+    size: u32,
+    first: u32,
+    count: usize,
+}
+
+impl Span {
+    fn new(ends: [u32; 2], size: u32) -> Span {
+        let first = ends[0] >> size;
+        Span { ends, size, first, count: (ends[1].div_ceil(1 << size) - first) as usize }
+    }
+
+    /// Where cell `i` begins.
+    fn border(&self, i: usize) -> u32 {
+        ((self.first + i as u32) << self.size).clamp(self.ends[0], self.ends[1])
+    }
+}
+
+/// Light and solid angle along a line.
+struct Line {
+    light: [f32; CELLS + 1],
+    angle: [f32; CELLS + 1],
+}
+
+impl Line {
+    const EMPTY: Line = Line { light: [0.0; CELLS + 1], angle: [0.0; CELLS + 1] };
+}
+
+/// Sums of the columns or rows of a node's grid: mass and square.
+type Sums = [[f64; NUMBERS]; CELLS];
+
+/// A cut, and what it is worth.
+#[derive(Clone, Copy)]
+struct Cut {
+    cost: f64,
+    axis: usize,
+    at: u32,
+    /// Strata before it.
+    count: u32,
+    /// Area x integral of the square of both sides.
+    squares: [f64; 2],
+}
+
+/// The light as strata see it.
+#[derive(Clone, Copy)]
+struct Field<'a> {
+    light: &'a Light<'a>,
+    patches: [u32; 2],
+    mean: f32,
+    /// What light is multiplied by, so that neither huge nor tiny maps leave the range of f32.
+    scale: f64,
+}
+
+#[doc(hidden)]
+pub fn build_count(light: &Light<'_>, count: usize, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
+    build_of(light, 0.0, &[count], room, out)
+}
+
+/// Builds the strata of a light whose texel map is written. `room`: as many numbers as [`room`] says; `out` has room for [`MOST`].
+pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
+    build_of(light, budget, &COUNTS, room, out)
+}
+
+fn build_of(light: &Light<'_>, budget: f32, counts: &[usize], room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
+    let patches = light.chart.axes.map(|axis| axis.patches);
+    let scale = if light.power > 0.0 { 1.0 / light.power } else { 1.0 };
+    // Above a mean of 0, all light counts.
+    let all = Field { light, patches, mean: 0.0, scale };
+    let mean = all.sum_up(room) / scale / (4.0 * PI);
+    let scale = if mean > 0.0 { 1.0 / mean } else { 1.0 };
+    let field = Field { light, patches, mean: mean as f32, scale };
+    let power = field.sum_up(room);
+    field.raise(room);
+    let inverse = if power > 0.0 { (scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
+    let goal = 1.0 + GOAL.max(budget);
+    let mut built = Built { count: 0, mean: mean as f32, inverse_power: inverse, second_moment: 1.0 };
+    for &count in counts {
+        let out = out.get_mut(..count).unwrap_or_default();
+        let squares = field.strata(room, out);
+        built.count = count;
+        built.second_moment = if power > 0.0 { (count as f64 * squares / (power * power)) as f32 } else { 1.0 };
+        if built.second_moment <= goal {
+            break;
+        }
+    }
+    built
+}
+
+impl Field<'_> {
+    /// The box of a face.
+    fn face(&self) -> Box {
+        let axis = |k: usize| {
+            let a = &self.light.chart.axes[k];
+            [a.shift, a.shift + a.length].map(|x| (x * (1 << PATCH) as f32) as u32)
+        };
+        [axis(0), axis(1)]
+    }
+
+    /// The position of a unit along an axis.
+    fn position(&self, axis: usize, unit: u32) -> f32 {
+        unit as f32 * (1.0 / (1 << PATCH) as f32) - self.light.chart.axes[axis & 1].shift
+    }
+
+    /// What exceeds the mean, or a share of the light.
+    #[inline(always)]
+    fn excess(&self, light: f32) -> f32 {
+        (f64::from((light - self.mean).max(DIM * light)) * self.scale) as f32
+    }
+
+    /// Light and solid angle at the borders of cells along a line.
+    #[inline(never)]
+    fn read_line(&self, face: u32, row: u32, columns: &Span, out: &mut Line) {
+        let light = self.light;
+        let (y, t) = self.inside(1, row);
+        let words = self.rows_of_words(face, y);
+        for (i, out) in (0..=columns.count).zip(out.light.iter_mut()) {
+            let (x, s) = self.inside(0, columns.border(i));
+            *out = match words {
+                Some([above, below]) => {
+                    let word = |row: &[u16], i: usize| decode(row.get(i).copied().unwrap_or(0));
+                    let x = x as usize;
+                    let line =
+                        |row| if s > 0.0 { word(row, x) * (1.0 - s) + word(row, x + 1) * s } else { word(row, x) };
+                    if t > 0.0 { line(above) * (1.0 - t) + line(below) * t } else { line(above) }
+                }
+                None => light.radiance_in(face, [x, y], [s, t]),
+            };
+        }
+        let at = |i: usize| {
+            let position = [self.position(0, columns.border(i)), self.position(1, row)];
+            solid_angle(&light.chart, position)
+        };
+        if light.chart.layout == Layout::Cube {
+            for (i, out) in (0..=columns.count).zip(out.angle.iter_mut()) {
+                *out = at(i);
+            }
+        } else {
+            out.angle.fill(at(0));
+        }
+    }
+
+    /// The rows of words above and below the patches of a row, if the map is one tile.
+    fn rows_of_words(&self, face: u32, row: u32) -> Option<[&[u16]; 2]> {
+        let stride = self.patches[0] as usize + 1;
+        let first = (face * (self.patches[1] + 1) + row) as usize * stride;
+        let rows = self.light.texels.get(first..first + 2 * stride).filter(|_| self.light.tile_side == WHOLE)?;
+        let (above, below) = rows.split_at_checked(stride)?;
+        Some([above, below])
+    }
+
+    /// The patch that holds a unit, and where in the patch that lies; for a nearest client at its beginning.
+    #[inline(always)]
+    fn inside(&self, axis: usize, unit: u32) -> (u32, f32) {
+        let patch = (unit >> PATCH).min(self.patches[axis & 1] - 1);
+        let rest = (unit - (patch << PATCH)) as f32 * (1.0 / (1 << PATCH) as f32);
+        (patch, if self.light.bilinear { rest } else { 0.0 })
+    }
+
+    /// Hands out the integrals over the cells of a grid that are at most a patch wide, with their columns and rows.
+    #[inline(always)]
+    fn each_cell(&self, face: u32, [columns, rows]: [Span; 2], mut each: impl FnMut(usize, usize, &Integrals)) {
+        let mut lines = [Line::EMPTY; 2];
+        let unit = 1.0 / (1 << PATCH) as f32;
+        self.read_line(face, rows.border(0), &columns, &mut lines[0]);
+        for j in 0..rows.count {
+            let height = (rows.border(j + 1) - rows.border(j)) as f32 * unit;
+            let [above, below] = &mut lines;
+            self.read_line(face, rows.border(j + 1), &columns, below);
+            for i in 0..columns.count.min(CELLS) {
+                let width = (columns.border(i + 1) - columns.border(i)) as f32 * unit;
+                let angle = [above.angle[i], above.angle[i + 1], below.angle[i], below.angle[i + 1]];
+                let light = if self.light.bilinear {
+                    [above.light[i], above.light[i + 1], below.light[i], below.light[i + 1]]
+                } else {
+                    [above.light[i]; 4]
+                };
+                each(i, j, &self.integrals(light, angle, width * height));
+            }
+            lines.swap(0, 1);
+        }
+    }
+
+    /// The integrals over a cell in which light is bilinear.
+    #[inline(always)]
+    fn integrals(&self, light: [f32; 4], angle: [f32; 4], area: f32) -> Integrals {
+        let kink = self.mean * (1.0 / (1.0 - DIM));
+        let (least, most) =
+            (light[0].min(light[1]).min(light[2].min(light[3])), light[0].max(light[1]).max(light[2].max(light[3])));
+        let whole = 0.25 * area * ((angle[0] + angle[1]) + (angle[2] + angle[3]));
+        if least < kink && kink < most {
+            return self.integrals_across(light, whole, area);
+        }
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| self.excess(light[k]) * angle[k]);
+        let sides = a * b + c * d + a * c + b * d;
+        let square = (a * a + b * b + c * c + d * d + sides + 0.5 * (a * d + b * c)) * (1.0 / 9.0);
+        Integrals { light: 0.25 * area * ((a + b) + (c + d)), square: area * square, angle: whole, area }
+    }
+
+    /// The same where light crosses what the mean leaves: at 4 x 4 places.
+    #[inline(never)]
+    fn integrals_across(&self, light: [f32; 4], angle: f32, area: f32) -> Integrals {
+        const AT: [f32; 4] = [0.125, 0.375, 0.625, 0.875];
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for t in AT {
+            let [left, right] = [light[0] * (1.0 - t) + light[2] * t, light[1] * (1.0 - t) + light[3] * t];
+            for s in AT {
+                let excess = self.excess(left * (1.0 - s) + right * s);
+                sum += excess;
+                squares += excess * excess;
+            }
+        }
+        let share = 1.0 / 16.0;
+        Integrals { light: sum * share * angle, square: squares * share * angle * angle / area, angle, area }
+    }
+
+    /// Writes the lowest level of the pyramid, and answers the integral of all light.
+    fn sum_up(&self, room: &mut [f32]) -> f64 {
+        let [columns, rows] = level_cells(self.patches, 1);
+        let per_face = cells_below(self.patches, levels(self.patches) + 1) * NUMBERS;
+        let mut total = 0.0;
+        for (face, numbers) in (0..self.light.chart.faces()).zip(room.chunks_exact_mut(per_face.max(1))) {
+            let [across, down] = self.face();
+            let lines = numbers.chunks_exact_mut((columns * NUMBERS).max(1)).take(rows);
+            for (row, line) in (0..).zip(lines) {
+                let ends = |k: u32, span: u32| [k * span, (k + 1) * span].map(|patch| patch << PATCH);
+                let clip = |[low, high]: [u32; 2], all: [u32; 2]| [low.max(all[0]), high.min(all[1])];
+                let of_rows = Span::new(clip(ends(row, 2), down), PATCH);
+                for (part, out) in (0..).zip(line.chunks_mut(CELLS / 2 * NUMBERS)) {
+                    let of_columns = Span::new(clip(ends(part, CELLS as u32), across), PATCH);
+                    total += self.sum_up_part(face, [of_columns, of_rows], out);
+                }
+            }
+        }
+        total
+    }
+
+    /// The same for a part of a row of cells.
+    #[inline(never)]
+    fn sum_up_part(&self, face: u32, spans: [Span; 2], out: &mut [f32]) -> f64 {
+        let mut sums = [Integrals::default(); CELLS / 2];
+        self.each_cell(face, spans, |column, _, cell| {
+            if let Some(sum) = sums.get_mut(column / 2) {
+                sum.light += cell.light;
+                sum.square += cell.square;
+                sum.angle += cell.angle;
+                sum.area += cell.area;
+            }
+        });
+        for (sum, out) in sums.iter().zip(out.chunks_exact_mut(NUMBERS)) {
+            out.copy_from_slice(&[sum.mass(), sum.square]);
+        }
+        sums.iter().map(|sum| f64::from(sum.light)).sum()
+    }
+
+    /// Writes the other levels of the pyramid.
+    fn raise(&self, room: &mut [f32]) {
+        let per_face = cells_below(self.patches, levels(self.patches) + 1) * NUMBERS;
+        for numbers in room.chunks_exact_mut(per_face.max(1)).take(self.light.chart.faces() as usize) {
+            for level in 2..=levels(self.patches) {
+                let (done, out) = numbers.split_at_mut(cells_below(self.patches, level) * NUMBERS);
+                let [below, above] = [level - 1, level].map(|level| level_cells(self.patches, level));
+                let done = done.get(cells_below(self.patches, level - 1) * NUMBERS..).unwrap_or(&[]);
+                let at =
+                    |x: usize, y: usize, k: usize| done.get((y * below[0] + x) * NUMBERS + k).copied().unwrap_or(0.0);
+                for (number, out) in out.chunks_exact_mut(NUMBERS).enumerate().take(above[0] * above[1]) {
+                    let [x, y] = [number % above[0], number / above[0]].map(|n| 2 * n);
+                    let across = [x, x + 1].map(|x| (x, x < below[0]));
+                    let down = [y, y + 1].map(|y| (y, y < below[1]));
+                    for (k, out) in out.iter_mut().enumerate() {
+                        let row = |(y, exists): (usize, bool)| {
+                            let [a, b] = across.map(|(x, inside)| if inside && exists { at(x, y, k) } else { 0.0 });
+                            a + b
+                        };
+                        *out = row(down[0]) + row(down[1]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Writes strata of all faces, and answers the sum of area x integral of the square.
+    fn strata(&self, room: &[f32], out: &mut [[f32; 4]]) -> f64 {
+        let faces = self.light.chart.faces();
+        let extent = self.face();
+        let of_face = |face: u32| {
+            let mut sums = [[0.0; NUMBERS]; 2];
+            let root = Node { face, extent, first: 0, count: 1 };
+            let (mut columns, mut rows) = ([[0.0; NUMBERS]; CELLS], [[0.0; NUMBERS]; CELLS]);
+            self.read(room, &root, &mut columns, &mut rows);
+            for column in columns {
+                sums[0] = [sums[0][0] + column[0], sums[0][1] + column[1]];
+            }
+            sums[0]
+        };
+        let masses: f64 = (0..faces).map(|face| of_face(face)[0]).sum();
+        let (mut first, mut rest, mut total) = (0, masses, 0.0);
+        for face in 0..faces {
+            let [mass, square] = of_face(face);
+            let (left, behind) = (out.len() as u32 - first, faces - 1 - face);
+            let share = if behind == 0 { left } else { rounded(f64::from(left) * mass / rest) };
+            let count = share.clamp(1, left.saturating_sub(behind).max(1));
+            let node = Node { face, extent, first, count };
+            total += if count == 1 { self.leaf(&node, square, out) } else { self.divide(room, node, out) };
+            first += count;
+            rest -= mass;
+        }
+        total
+    }
+
+    /// Cuts a node until it is strata. Answers the sum of area x integral of the square.
+    fn divide(&self, room: &[f32], node: Node, out: &mut [[f32; 4]]) -> f64 {
+        let mut waiting = [Node::default(); WAITING];
+        let (mut count, mut total) = (1, 0.0);
+        waiting[0] = node;
+        while let Some(&node) = waiting.get(count - 1).filter(|_| count > 0) {
+            count -= 1;
+            let (parts, squares) = self.cut(room, &node);
+            let mut order = [0, 1];
+            if parts[0].count < parts[1].count {
+                order = [1, 0];
+            }
+            for k in order {
+                if parts[k].count == 1 {
+                    total += squares[k];
+                    self.put(&parts[k], out);
+                } else if let Some(place) = waiting.get_mut(count) {
+                    *place = parts[k];
+                    count += 1;
+                }
+            }
+            if count == 0 {
+                break;
+            }
+        }
+        total
+    }
+
+    /// A face that is one stratum.
+    fn leaf(&self, node: &Node, square: f64, out: &mut [[f32; 4]]) -> f64 {
+        self.put(node, out);
+        area(&node.extent) * square
+    }
+
+    /// Writes a stratum.
+    fn put(&self, node: &Node, out: &mut [[f32; 4]]) {
+        let Some(out) = out.get_mut(node.first as usize) else { return };
+        let [x, y] = [0, 1].map(|k: usize| self.position(k, node.extent[k][0]));
+        let [width, height] = node.extent.map(|[low, high]| (high - low) as f32 * (1.0 / (1 << PATCH) as f32));
+        *out = [x, y + node.face as f32 * self.light.chart.axes[1].length, width, height];
+    }
+
+    /// The grid that a node looks at.
+    fn grid(&self, node: &Node) -> [Span; 2] {
+        let finest = match node.count {
+            0..8 => CELLS / 4,
+            8..32 => CELLS / 2,
+            _ => CELLS,
+        };
+        let top = PATCH + levels(self.patches);
+        let fits = |size: &u32| node.extent.iter().all(|&ends| Span::new(ends, *size).count <= finest);
+        let size = (0..top).find(fits).unwrap_or(top);
+        node.extent.map(|ends| Span::new(ends, size))
+    }
+
+    /// Sums up the columns and the rows of a node's grid.
+    #[inline(never)]
+    fn read(&self, room: &[f32], node: &Node, columns: &mut Sums, rows: &mut Sums) -> [Span; 2] {
+        let grid = self.grid(node);
+        let mut add = |i: usize, j: usize, numbers: [f32; NUMBERS]| {
+            let numbers = numbers.map(f64::from);
+            for sums in [columns.get_mut(i), rows.get_mut(j)].into_iter().flatten() {
+                *sums = [sums[0] + numbers[0], sums[1] + numbers[1]];
+            }
+        };
+        let [across, down] = grid;
+        if across.size <= PATCH {
+            self.each_cell(node.face, grid, |i, j, cell| add(i, j, [cell.mass(), cell.square]));
+            return grid;
+        }
+        let level = across.size - PATCH;
+        let per_face = cells_below(self.patches, levels(self.patches) + 1);
+        let first = node.face as usize * per_face + cells_below(self.patches, level);
+        let width = level_cells(self.patches, level)[0];
+        for j in 0..down.count {
+            let start = first + (down.first as usize + j) * width + across.first as usize;
+            let line = room.get(NUMBERS * start..).unwrap_or(&[]);
+            for (i, numbers) in line.chunks_exact(NUMBERS).enumerate().take(across.count) {
+                add(i, j, [numbers[0], numbers[1]]);
+            }
+        }
+        grid
+    }
+
+    /// Cuts a node in two, where that makes the least second moment.
+    fn cut(&self, room: &[f32], node: &Node) -> ([Node; 2], [f64; 2]) {
+        let (mut columns, mut rows) = ([[0.0; NUMBERS]; CELLS], [[0.0; NUMBERS]; CELLS]);
+        let grid = self.read(room, node, &mut columns, &mut rows);
+        let middle = node.extent.map(|[low, high]| low.midpoint(high));
+        let mut best = Cut { cost: f64::INFINITY, axis: 0, at: middle[0], count: node.count / 2, squares: [0.0; 2] };
+        for (axis, sums) in [&columns, &rows].into_iter().enumerate() {
+            self.best_cut(node, &grid[axis], axis, sums, &mut best);
+        }
+        let mut parts = [*node; 2];
+        parts[0].extent[best.axis][1] = best.at;
+        parts[1].extent[best.axis][0] = best.at;
+        parts[0].count = best.count;
+        parts[1].count = node.count - best.count;
+        parts[1].first += best.count;
+        (parts, best.squares)
+    }
+
+    /// The best cut along an axis, if it is better than one that is known.
+    #[inline(never)]
+    fn best_cut(&self, node: &Node, span: &Span, axis: usize, sums: &Sums, best: &mut Cut) {
+        let all = sums.iter().fold([0.0; NUMBERS], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let mut before = [0.0; NUMBERS];
+        let whole = area(&node.extent);
+        let shape = 1.0 + LONG * self.length_across(node, axis);
+        for (i, sum) in sums.iter().enumerate().take(span.count.saturating_sub(1)) {
+            before = [before[0] + sum[0], before[1] + sum[1]];
+            let at = span.border(i + 1);
+            let share = f64::from(at - span.ends[0]) / f64::from(span.ends[1] - span.ends[0]);
+            let areas = [whole * share, whole * (1.0 - share)];
+            let behind = [all[0] - before[0], all[1] - before[1]].map(|x| x.max(0.0));
+            // No side has more strata than units.
+            let [least, most] = areas.map(|area| area * f64::from(1u32 << (2 * PATCH)));
+            let [least, most] = [(f64::from(node.count) - most).max(1.0), least.min(f64::from(node.count - 1))];
+            let wanted = f64::from(node.count) * if all[0] > 0.0 { before[0] / all[0] } else { share };
+            let count = rounded(wanted.min(most).max(least));
+            let counts = [count, node.count - count].map(f64::from);
+            let squares = [areas[0] * before[1], areas[1] * behind[1]];
+            let even = before[0] * before[0] / counts[0] + behind[0] * behind[0] / counts[1];
+            let cost = (squares[0] / counts[0] + squares[1] / counts[1] + EVEN * even) * shape;
+            if cost < best.cost {
+                *best = Cut { cost, axis, at, count, squares };
+            }
+        }
+    }
+
+    /// How long a box is across an axis, as a share of both lengths.
+    fn length_across(&self, node: &Node, axis: usize) -> f64 {
+        let [width, height] = node.extent.map(|[low, high]| f64::from(high - low));
+        let chart = &self.light.chart;
+        let [width, height] = if chart.layout == Layout::LatLong {
+            let row = 0.5 * (self.position(1, node.extent[1][0]) + self.position(1, node.extent[1][1]));
+            let [columns, rows] = chart.axes.map(|axis| f64::from(axis.length));
+            let sine = libm::sin(PI * f64::from(row) / rows);
+            [width * 2.0 * sine / columns, height / rows]
+        } else {
+            [width, height]
+        };
+        (if axis == 0 { height } else { width }) / (width + height)
+    }
+}
+
+/// The nearest whole number.
+fn rounded(x: f64) -> u32 {
+    (x + 0.5) as u32
+}
+
+/// The area of a box, in patches.
+fn area(extent: &Box) -> f64 {
+    let [width, height] = extent.map(|[low, high]| f64::from(high - low) / f64::from(1u32 << PATCH));
+    width * height
+}

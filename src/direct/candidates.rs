@@ -134,7 +134,7 @@ impl Draw<'_, '_> {
         let number = |of: &[f32]| F::read(of.get(at..).unwrap_or_default());
         let numbers = [number(self.out.direction[0]), number(self.out.direction[1])];
         let of_light = at < counts.light;
-        let (direction, face, position, own) = if of_light {
+        let (direction, face, position, inverse) = if of_light {
             light.sample(numbers)
         } else {
             let direction = surface.to_map(surface.sample_here(numbers));
@@ -146,7 +146,7 @@ impl Draw<'_, '_> {
         let local = surface.to_local(direction);
         let (value, lobes) = surface.eval_here(local);
         let mixed = stand_in * counts.light as f32 + lobes * counts.lobes as f32;
-        let density = if of_light { mixed * own / stand_in } else { mixed };
+        let density = if of_light { mixed / (inverse * stand_in) } else { mixed };
         // Lobes answer 0 in all components where they have no direction.
         let height =
             if surface.is_whole() { local[0] * local[0] + local[1] * local[1] + local[2] * local[2] } else { local[2] };

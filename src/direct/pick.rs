@@ -30,41 +30,48 @@ pub struct Pick<'a, 'b> {
 impl Compute for Pick<'_, '_> {
     type Output = usize;
 
-    /// How many rays there are: none if no candidate counts.
+    /// How many rays there are.
     #[inline(always)]
     fn run<F: Num>(self) -> usize {
-        let Candidates { direction, density, weight } = self.candidates;
-        let total = sum_up(weight, density);
-        if !(total > 0.0) {
-            return 0;
-        }
-        let (rays, u) = (self.out.len(), self.turn.pick::<F>(self.count));
-        let step = total / rays as f32;
-        let threshold = |taken: usize| (taken as f32 + u) * step;
-        let (mut from, mut taken) = (0, 0);
-        for (written, out) in self.out.iter_mut().enumerate() {
-            if taken == rays {
-                return written;
+        let Pick { candidates, frame, turn, count, out } = self;
+        pick(candidates, out.len(), turn.pick::<F>(count), |ray, direction, weight| {
+            if let Some(out) = out.get_mut(ray) {
+                *out = Ray { wi: frame.to_world(Vec3::from_array(direction)).to_array(), weight };
             }
-            let index = first_above(weight, from, threshold(taken)).unwrap_or_else(|| last_picked(weight));
-            let of = |column: &[f32], index: usize| column.get(index).copied().unwrap_or(0.0);
-            let (before, end) = (of(weight, index.wrapping_sub(1)), of(weight, index));
-            let first = taken;
-            taken += 1;
-            // The last one takes what rounding leaves.
-            while taken < rays && (threshold(taken) < end || end == total) {
-                taken += 1;
-            }
-            let share = (end - before) * of(density, index);
-            let [x, y, z] = [of(direction[0], index), of(direction[1], index), of(direction[2], index)];
-            *out = Ray {
-                wi: self.frame.to_world(Vec3::new(x, y, z)).to_array(),
-                weight: ((taken - first) as f32 * step / share).min(f32::MAX),
-            };
-            from = index;
-        }
-        rays
+        })
     }
+}
+
+/// Picks `rays` candidates, merged where one is picked more than once, and hands their number, direction and weight to `put`.
+/// Answers how many there are: none if no candidate counts.
+#[inline(always)]
+pub fn pick(candidates: &mut Candidates<'_>, rays: usize, u: f32, mut put: impl FnMut(usize, [f32; 3], f32)) -> usize {
+    let Candidates { direction, density, weight } = candidates;
+    let total = sum_up(weight, density);
+    if !(total > 0.0) {
+        return 0;
+    }
+    let step = total / rays as f32;
+    let threshold = |taken: usize| (taken as f32 + u) * step;
+    let (mut from, mut taken, mut written) = (0, 0, 0);
+    while taken < rays {
+        let index = first_above(weight, from, threshold(taken)).unwrap_or_else(|| last_picked(weight));
+        let of = |column: &[f32], index: usize| column.get(index).copied().unwrap_or(0.0);
+        let (before, end) = (of(weight, index.wrapping_sub(1)), of(weight, index));
+        let first = taken;
+        taken += 1;
+        // The last one takes what rounding leaves.
+        while taken < rays && (threshold(taken) < end || end == total) {
+            taken += 1;
+        }
+        let density = (end - before) * of(density, index);
+        let [x, y, z] = direction;
+        let weight = ((taken - first) as f32 * step / density).min(f32::MAX);
+        put(written, [of(x, index), of(y, index), of(z, index)], weight);
+        written += 1;
+        from = index;
+    }
+    written
 }
 
 /// Turns weights into their sums up to each, after adding the least weight of those that count. Answers the sum of all.

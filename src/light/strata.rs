@@ -18,7 +18,7 @@ pub const MOST: usize = 16384;
 /// How many there may be: the fewest that follow the light well enough.
 const COUNTS: [usize; 4] = [256, 1024, 4096, MOST];
 /// The second moment of p^ / p that is well enough, above 1. An error budget above this allows as much as itself.
-const GOAL: f32 = 0.03;
+const GOAL: f32 = 0.003;
 
 /// What is below the mean keeps this share of its light, at least.
 const DIM: f32 = 0.25;

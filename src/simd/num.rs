@@ -121,7 +121,7 @@ pub trait Num:
         }
     }
 
-    /// Writes each number to a place of its own; none of those that do not exist.
+    /// Writes each number to a place of its own, if all of them exist.
     #[inline(always)]
     fn scatter(self, out: &mut [f32], places: Self::Whole) {
         let (numbers, places) = (self.store(), Self::ints_of(places));

@@ -66,6 +66,20 @@ mod sse2 {
         }
     }
 
+    /// Pairs of 16 bits that begin at these places.
+    #[inline(always)]
+    pub unsafe fn pairs(start: *const u16, index: Ints) -> Ints {
+        // SAFETY: SSE2 is part of x86-64; the caller's places.
+        unsafe {
+            let mut places = [0u32; 4];
+            store(places.as_mut_ptr().cast(), of_bits(index));
+            for place in &mut places {
+                *place = start.add(*place as usize).cast::<u32>().read_unaligned();
+            }
+            bits_of(load(places.as_ptr().cast()))
+        }
+    }
+
     /// Four rows as columns.
     #[inline(always)]
     pub unsafe fn transpose([a, b, c, d]: [*const f32; 4]) -> [Floats; 4] {
@@ -99,8 +113,8 @@ mod avx2 {
     };
     use core::arch::x86_64::{
         _CMP_LE_OQ, _CMP_LT_OQ, _mm_loadu_ps, _mm256_blendv_ps, _mm256_castps128_ps256, _mm256_cmp_ps,
-        _mm256_insertf128_ps, _mm256_set1_epi8, _mm256_setr_epi8, _mm256_shuffle_epi8, _mm256_shuffle_ps,
-        _mm256_slli_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+        _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_set1_epi8, _mm256_setr_epi8, _mm256_shuffle_epi8,
+        _mm256_shuffle_ps, _mm256_slli_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
     };
 
     #[inline(always)]
@@ -147,6 +161,12 @@ mod avx2 {
             let lower = _mm256_shuffle_epi8(nibbles, and_int(shr::<4>(x), low));
             or_int(shl::<4>(upper), lower)
         }
+    }
+
+    #[inline(always)]
+    pub unsafe fn pairs(start: *const u16, index: Ints) -> Ints {
+        // SAFETY: whoever has registers of AVX2 has AVX2; the caller's places.
+        unsafe { _mm256_i32gather_epi32::<2>(start.cast(), index) }
     }
 
     /// Eight rows as columns.
@@ -410,12 +430,19 @@ macro_rules! lanes {
                 if !all_below::<Self>(index, table.len().saturating_sub(1)) {
                     return $whole::splat(0);
                 }
-                let mut pairs = [0; $width];
-                for (pair, i) in pairs.iter_mut().zip(Self::ints_of(index)) {
-                    // SAFETY: the pair begins before the last number of the table.
-                    *pair = unsafe { start.add(i as usize).cast::<u32>().read_unaligned() };
+                // SAFETY: as in `splat`; each pair begins before the last number of the table.
+                $whole(unsafe { $isa::pairs(start, index.0) })
+            }
+
+            #[inline(always)]
+            fn scatter(self, out: &mut [f32], places: $whole) {
+                let start = out.as_mut_ptr();
+                if all_below::<Self>(places, out.len()) {
+                    for (place, number) in Self::ints_of(places).into_iter().zip(self.store()) {
+                        // SAFETY: every place is below the length.
+                        unsafe { start.add(place as usize).write(number) };
+                    }
                 }
-                Self::whole(pairs)
             }
 
             #[inline(always)]

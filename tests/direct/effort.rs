@@ -1,64 +1,57 @@
-//! How many candidates a point has: more where a narrow lobe meets a bright part of the light, by the point alone.
+//! How many candidates a point has: more where a lobe is narrow, by the point alone, and never more than a sampler has room for.
 
 use super::client::{self, Client};
-use super::light::{Light, Thread};
-use crate::support::maps::sun;
-use crate::support::{Map, Random};
+use crate::support::Random;
 use wis::brdf::material::Shape;
 use wis::brdf::surface::Surface;
-use wis::direct::Ray;
-use wis::direct::effort::{Deviation, MOST, factor};
-use wis::direct::sampler::{Config, Sequence};
-use wis::simd::{Level, run};
+use wis::direct::candidates::Counts;
+use wis::direct::effort::Effort;
+use wis::sphere::Frame;
 
-/// Candidates for one ray of lobes that are not all diffuse.
-const USUAL: u32 = 32;
-
-fn white() -> Map {
-    Map::latlong(64, 32, |_, _| 1.0)
+fn surface(shapes: &[Shape]) -> Surface {
+    let client = Client::new(shapes, client::lambert);
+    Surface::new(&client.point(), &Frame::IDENTITY).unwrap()
 }
 
-fn deviation(map: &Map, alpha: f32) -> f32 {
-    let light = Light::of(map);
-    let environment = light.environment();
-    let client = Client::new(&[Shape::ggx(alpha, alpha)], client::lambert);
-    let surface = Surface::new(&client.point(), &environment.frame()).unwrap();
-    run(Level::detect(), Deviation { light: &environment.light(), surface: &surface })
-}
-
-/// The rays of a turn with the library's number of candidates, and with a number of the client's.
-fn rays(map: &Map, alpha: f32, per_ray: u32, at: Sequence) -> Vec<Ray> {
-    let light = Light::of(map);
-    let client = Client::new(&[Shape::ggx(alpha, alpha)], client::lambert);
-    let config = Config { rays: 1, candidates_per_ray: per_ray, hits_per_pixel: 0, reserved: 0 };
-    Thread::with(Level::detect(), config).direct(&light.environment(), &client.point(), at, 1)
+fn counts(rays: usize, wanted: usize, shape: Shape) -> Counts {
+    Effort { rays, wanted, compensated: false, targeted: false }.counts(&surface(&[shape]))
 }
 
 #[test]
-fn candidates_are_multiplied_by_powers_of_two() {
-    let deviations = [0.0, 0.99, 1.0, 1.99, 2.0, 4.0, f32::MAX, f32::INFINITY];
-    assert_eq!(deviations.map(factor), [1, 1, 2, 2, 4, MOST, MOST, MOST]);
+fn narrow_lobes_have_more_candidates_than_wide_ones() {
+    let [diffuse, wide, narrow] =
+        [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.5, 0.05)].map(|shape| counts(1, 0, shape));
+    assert_eq!(diffuse, Counts { light: 8, lobes: 8 });
+    assert_eq!(wide, Counts { light: 16, lobes: 16 });
+    assert_eq!(narrow, Counts { light: 64, lobes: 64 });
 }
 
-/// Under an even light candidates of a lobe bring all the same; near the mirror direction of a sun some bring thousands of times more.
 #[test]
-fn candidates_differ_most_where_a_narrow_lobe_meets_a_lamp() {
-    let (even, lamp) = (white(), sun(512, 256).reduced(8));
-    for alpha in [0.02, 0.1] {
-        let [even, lamp] = [&even, &lamp].map(|map| deviation(map, alpha));
-        assert!(even < 0.5, "{alpha}: {even}");
-        assert!(lamp > 4.0, "{alpha}: {lamp}");
+fn a_number_of_the_clients_is_rounded_up_to_a_power_of_two() {
+    for (rays, wanted, each) in [(1, 1, 8), (1, 16, 8), (1, 32, 16), (1, 33, 32), (3, 16, 32), (4, 256, 512)] {
+        assert_eq!(
+            counts(rays, wanted, Shape::ggx(0.05, 0.05)),
+            Counts { light: each, lobes: each },
+            "{rays} {wanted}"
+        );
     }
 }
 
-/// Where they differ little, rays have the bits that they have with the usual number.
+/// Sources are powers of two and whole lanes, and fit into the room of a sampler for as many rays or more.
 #[test]
-fn an_even_light_leaves_the_usual_number() {
-    let mut random = Random(4);
-    for _ in 0..32 {
-        let at = Sequence { seed: random.bits() as u32, turn: random.bits() as u32 % 1000, stream: 0 };
-        let bits = |rays: Vec<Ray>| rays.iter().map(|ray| (ray.wi, ray.weight)).collect::<Vec<_>>();
-        let map = white();
-        assert_eq!(bits(rays(&map, 0.1, 0, at)), bits(rays(&map, 0.1, USUAL, at)));
+fn candidates_fit_into_the_room() {
+    let mut random = Random(17);
+    let shapes = [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.2, 0.05), Shape::ggx(0.01, 0.01)];
+    for _ in 0..4000 {
+        let bits = random.bits();
+        let most = 1 + (bits as usize % 4096 >> ((bits >> 40) % 12));
+        let wanted = (bits >> 20) as usize % 257 >> ((bits >> 50) % 9);
+        let rays = 1 + (bits >> 32) as usize % most;
+        let (compensated, targeted) = (bits >> 60 & 1 == 1, bits >> 61 & 1 == 1);
+        let counts =
+            Effort { rays, wanted, compensated, targeted }.counts(&surface(&shapes[(bits >> 56) as usize % 4..][..1]));
+        let room = Effort { rays: most, wanted, compensated: false, targeted: false }.most();
+        assert!(counts.sum() <= room, "{rays} of {most} rays, {wanted}: {counts:?} in {room}");
+        assert!([counts.light, counts.lobes].iter().all(|&n| n == 0 || n >= 8 && n.is_power_of_two()), "{counts:?}");
     }
 }

@@ -27,7 +27,7 @@ impl Columns {
     /// The numbers of the picked candidates and the weights of their rays.
     fn pick(&mut self, rays: usize, u: f32) -> Vec<(usize, f64)> {
         let [x, y, z] = &mut self.place;
-        let mut candidates = Candidates { x, y, z, density: &mut self.density, weight: &mut self.weight };
+        let mut candidates = Candidates { direction: [x, y, z], density: &mut self.density, weight: &mut self.weight };
         let mut picked = Vec::new();
         let count = pick(&mut candidates, rays, u, |ray, [x, ..], weight| {
             assert_eq!(ray, picked.len());

@@ -59,7 +59,7 @@ fn numbers_of_a_turn_are_independent() {
         }),
         ("candidates and pick", &|seed, turn| {
             let [x, y] = first(seed, turn, 0, Set::Light);
-            [x, y, Turn::new(seed, turn, 0).pick(1)]
+            [x, y, Turn::new(seed, turn, 0).pick::<f32>(1)]
         }),
     ];
     let significance = corrected(cases.len() * SEEDS.len());

@@ -3,7 +3,7 @@
 use super::ggx::sin_cos_whole;
 use super::vector::{any_tangent, cross};
 use crate::numeric::{max, min};
-use crate::simd::Num;
+use crate::simd::{Apart, Num};
 use core::f32::consts::PI;
 
 /// A lobe seen from a direction, in the frame of the surface.
@@ -15,7 +15,8 @@ pub struct Phong {
 }
 
 impl Phong {
-    /// The lobe seen from `wo`, on the upper side.
+    /// The lobe seen from `wo`, on the upper side. A function of its own: else its axes are made for points without such a lobe.
+    #[inline(never)]
     pub fn new(exponent: f32, wo: [f32; 3]) -> Phong {
         let [x, y, z] = wo;
         let mirror = [-x, -y, z];
@@ -27,11 +28,8 @@ impl Phong {
     #[inline(always)]
     pub fn power<F: Num>(&self, wi: [F; 3]) -> F {
         let [_, _, [x, y, z]] = self.axes;
-        let cosine = (F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2]).store();
-        F::each(|lane| {
-            let cosine = cosine.as_ref().get(lane).copied().unwrap_or(0.0);
-            if cosine > 0.0 { libm::powf(min(cosine, 1.0), self.exponent) } else { 0.0 }
-        })
+        let cosine = F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2];
+        F::apart(Power { of: cosine, exponent: self.exponent, least: 0.0 })
     }
 
     /// The BRDF, without its weight, for a power.
@@ -47,11 +45,8 @@ impl Phong {
     /// A direction in proportion to the power.
     #[inline(always)]
     pub fn sample<F: Num>(&self, u: [F; 2]) -> [F; 3] {
-        let v = u[1].store();
-        let cosine = F::each(|lane| {
-            let v = v.as_ref().get(lane).copied().unwrap_or(0.5);
-            libm::powf(max(1.0 - v, f32::MIN_POSITIVE), 1.0 / (self.exponent + 1.0))
-        });
+        let of = F::splat(1.0) - u[1];
+        let cosine = F::apart(Power { of, exponent: 1.0 / (self.exponent + 1.0), least: f32::MIN_POSITIVE });
         let sine = (F::splat(1.0) - cosine * cosine).max(F::splat(0.0)).sqrt();
         let (sin, cos) = sin_cos_whole(u[0]);
         let (x, y) = (sine * cos, sine * sin);
@@ -61,5 +56,26 @@ impl Phong {
             F::splat(a[1]) * x + F::splat(b[1]) * y + F::splat(c[1]) * cosine,
             F::splat(a[2]) * x + F::splat(b[2]) * y + F::splat(c[2]) * cosine,
         ]
+    }
+}
+
+/// Numbers, at least the least and at most 1, raised to an exponent; 0 for those that are not above 0. A function of its own: few points
+/// have such a lobe.
+struct Power<F> {
+    of: F,
+    exponent: f32,
+    least: f32,
+}
+
+impl<F: Num> Apart<F> for Power<F> {
+    type Output = F;
+
+    #[inline(always)]
+    fn run(self) -> F {
+        let of = self.of.store();
+        F::each(|lane| {
+            let x = max(of.as_ref().get(lane).copied().unwrap_or(0.0), self.least);
+            if x > 0.0 { libm::powf(min(x, 1.0), self.exponent) } else { 0.0 }
+        })
     }
 }

@@ -6,7 +6,7 @@ use super::material::{Kind, MAX_LOBES};
 use super::phong::Phong;
 use super::point::{Fault, Point};
 use super::vector::{any_tangent, dot};
-use crate::numeric::{LUMINANCE, ONE_MINUS_EPSILON, min, sqrt};
+use crate::numeric::{self, ONE_MINUS_EPSILON, min, sqrt};
 use crate::simd::{Apart, Num};
 use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
@@ -48,9 +48,8 @@ pub struct Surface {
     least_alpha: f32,
 }
 
-fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    let [x, y, z] = LUMINANCE;
-    min((x * f64::from(r) + y * f64::from(g) + z * f64::from(b)) as f32, f32::MAX)
+fn luminance(rgb: [f32; 3]) -> f32 {
+    min(numeric::luminance(rgb), f32::MAX)
 }
 
 /// Luminance that does not depend on the angle to the half vector, and what Schlick's (1 - cos)^5 is multiplied by.
@@ -86,34 +85,48 @@ pub fn shares(point: &Point<'_>, cosine: f32) -> [f32; MAX_LOBES] {
 }
 
 impl Surface {
+    /// A point without lobes, seen along its normal.
+    const EMPTY: Surface = Surface {
+        axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        wo: [0.0, 0.0, 1.0],
+        whole: false,
+        cosine_included: false,
+        lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0, inverse: 1.0 }; MAX_LOBES],
+        count: 0,
+        least_alpha: f32::MAX,
+    };
+
     /// Checks a point and prepares it in map space.
     ///
     /// # Errors
     /// What is wrong with it.
+    #[inline(always)]
     pub fn new(point: &Point<'_>, frame: &Frame) -> Result<Surface, Fault> {
+        let mut surface = Surface::EMPTY;
+        surface.set(point, frame)?;
+        Ok(surface)
+    }
+
+    /// As [`Surface::new`], in place.
+    #[inline(never)]
+    fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Fault> {
         let normal = frame.to_map(unit(point.normal).ok_or(Fault::Normal)?);
         let view = frame.to_map(unit(point.wo).ok_or(Fault::Wo)?);
         let material = point.material;
-        let whole = point.whole_sphere || material.transmits();
-        let flip = whole && view.dot(normal) < 0.0;
-        let normal = if flip { -normal } else { normal };
+        self.whole = point.whole_sphere || material.transmits();
+        self.cosine_included = point.cosine_included;
+        let normal = if self.whole && view.dot(normal) < 0.0 { -normal } else { normal };
         let tangent = tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Fault::Tangent)?;
         let bitangent = normal.cross(tangent);
-        let wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
-        let mut surface = Surface {
-            axes: [tangent.to_array(), bitangent.to_array(), normal.to_array()],
-            wo,
-            whole,
-            cosine_included: point.cosine_included,
-            lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0, inverse: 1.0 }; MAX_LOBES],
-            count: material.lobes().len(),
-            least_alpha: f32::MAX,
-        };
-        let visible = wo[2] > 0.0;
+        self.wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
+        self.axes = [tangent.to_array(), bitangent.to_array(), normal.to_array()];
+        self.count = material.lobes().len();
+        let visible = self.wo[2] > 0.0;
+        let seen = if visible { self.wo } else { [0.0, 0.0, 1.0] };
         let mut total = 0.0;
         let parameters = point.weight.iter().zip(&point.f0);
-        for (index, ((slot, shape), (weight, f0))) in
-            surface.lobes.iter_mut().zip(material.lobes()).zip(parameters).enumerate()
+        for (index, ((lobe, shape), (weight, f0))) in
+            self.lobes.iter_mut().zip(material.lobes()).zip(parameters).enumerate()
         {
             if !weight.iter().all(|w| (0.0..=f32::MAX).contains(w)) {
                 return Err(Fault::Weight(index));
@@ -121,29 +134,28 @@ impl Surface {
             if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
                 return Err(Fault::F0(index));
             }
-            let fresnel = schlick(shape.kind, *weight, *f0);
-            let share = if visible { reflectance(fresnel, wo[2]) } else { 0.0 };
-            let seen = if visible { wo } else { [0.0, 0.0, 1.0] };
-            let prepared = match shape.kind {
+            lobe.shape = match shape.kind {
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
                 Kind::Phong => LobeShape::Phong(Phong::new(shape.a, seen)),
                 Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
                 Kind::LambertTransmission => LobeShape::LambertTransmission,
                 _ => LobeShape::Lambert,
             };
-            let fresnel = if visible { fresnel } else { [0.0; 2] };
-            if share > 0.0 {
-                surface.least_alpha = min(surface.least_alpha, shape.alpha());
+            if visible {
+                lobe.fresnel = schlick(shape.kind, *weight, *f0);
+                lobe.share = reflectance(lobe.fresnel, self.wo[2]);
+                total += lobe.share;
+                if lobe.share > 0.0 {
+                    self.least_alpha = min(self.least_alpha, shape.alpha());
+                }
             }
-            *slot = Lobe { shape: prepared, fresnel, share, inverse: 1.0 };
-            total += share;
         }
-        let count = surface.count;
-        for lobe in surface.lobes.iter_mut().take(count) {
+        let count = self.count;
+        for lobe in self.lobes.iter_mut().take(count) {
             lobe.share = share(lobe.share, total, count);
             lobe.inverse = 1.0 / lobe.share;
         }
-        Ok(surface)
+        Ok(())
     }
 
     /// Whether directions on both sides count.
@@ -368,19 +380,22 @@ fn fifth_power(x: f32) -> f32 {
     squared * squared * x
 }
 
-/// A unit tangent in map space: the client's, made orthogonal to the normal, or any if it is not needed and all 0.
+/// A unit tangent in map space: the client's, made orthogonal to the normal, or any where it is not needed.
 fn tangent(normal: Vec3, given: [f32; 3], frame: &Frame, needed: bool) -> Option<Vec3> {
     if !given.iter().all(|t| t.is_finite()) {
         return None;
     }
+    if !needed {
+        return Some(Vec3::from_array(any_tangent(normal.to_array())));
+    }
     let given = frame.to_map(Vec3::from_array(given));
     let rejected = given - normal * normal.dot(given);
     let length = sqrt(rejected.length_squared());
-    if length > 1e-3 && length < f32::MAX {
-        // Once more: a tangent almost along the normal left only digits that rounding had touched.
-        let tangent = rejected / length;
-        let tangent = tangent - normal * normal.dot(tangent);
-        return Some(tangent / sqrt(tangent.length_squared()));
+    if !(length > 1e-3 && length < f32::MAX) {
+        return None;
     }
-    if needed { None } else { Some(Vec3::from_array(any_tangent(normal.to_array()))) }
+    // Once more: a tangent almost along the normal left only digits that rounding had touched.
+    let tangent = rejected / length;
+    let tangent = tangent - normal * normal.dot(tangent);
+    Some(tangent / sqrt(tangent.length_squared()))
 }

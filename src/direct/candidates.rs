@@ -49,7 +49,7 @@ impl Counts {
 }
 
 /// What candidates are drawn for.
-pub struct Draw<'a, 'b> {
+pub struct Draw<'a> {
     /// The light.
     pub light: &'a Source<'a>,
     /// The point, in map space.
@@ -66,9 +66,10 @@ pub struct Draw<'a, 'b> {
     pub compensated: bool,
     /// What was seen from there, by cell of the world's directions.
     pub seen: Option<&'a Factors>,
-    /// Room for as many candidates.
-    pub out: &'a mut Candidates<'b>,
 }
+
+/// Draws all candidates into room for as many.
+pub struct DrawInto<'a, 'b>(pub &'a Draw<'a>, pub &'a mut Candidates<'b>);
 
 /// Bit i of a number below 2^16 as bit 2 i.
 #[inline(always)]
@@ -85,38 +86,53 @@ fn morton<W: Whole>(low: W, high: W) -> W {
     spread(low) | spread(high).shl::<1>()
 }
 
-impl Compute for Draw<'_, '_> {
+impl Compute for DrawInto<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Num>(mut self) {
-        let Counts { light, lobes } = self.counts;
-        self.place::<F>(Set::Light, 0, light);
-        self.place::<F>(Set::Lobes, light, lobes);
-        for at in (0..light + lobes).step_by(F::WIDTH) {
-            self.draw::<F>(at);
+    fn run<F: Num>(self) {
+        let DrawInto(of, out) = self;
+        let Counts { light, lobes } = of.counts;
+        of.place::<F>(out, Set::Light, 0, light);
+        of.place::<F>(out, Set::Lobes, light, lobes);
+        let Candidates { direction: [x, y, z], density, weight } = out;
+        let places = x.chunks_exact_mut(F::WIDTH).zip(y.chunks_exact_mut(F::WIDTH)).zip(z.chunks_exact_mut(F::WIDTH));
+        let weights = density.chunks_exact_mut(F::WIDTH).zip(weight.chunks_exact_mut(F::WIDTH));
+        for (group, (((x, y), z), (density, weight))) in places.zip(weights).enumerate() {
+            let drawn = of.draw([F::read(x), F::read(y)], group * F::WIDTH < light);
+            drawn.direction[0].write(x);
+            drawn.direction[1].write(y);
+            drawn.direction[2].write(z);
+            drawn.density.write(density);
+            drawn.weight.write(weight);
         }
     }
 }
 
-impl Draw<'_, '_> {
+/// Candidates, one for each lane.
+struct Drawn<F: Num> {
+    direction: [F; 3],
+    density: F,
+    weight: F,
+}
+
+impl Draw<'_> {
     /// Writes the numbers of a set in the order of its candidates: a (0, 2)-net has one point in each box of that order.
     #[inline(always)]
-    fn place<F: Num>(&mut self, set: Set, begin: usize, count: usize) {
+    fn place<F: Num>(&self, out: &mut Candidates<'_>, set: Set, begin: usize, count: usize) {
         let (seed, first) = self.turn.set(set, count);
-        let [across, down, _] = &mut self.out.direction;
+        let [across, down, _] = &mut out.direction;
         let (Some(across), Some(down)) = (across.get_mut(begin..begin + count), down.get_mut(begin..begin + count))
         else {
             return;
         };
-        let bits = count.max(1).trailing_zeros();
+        let bits = count.trailing_zeros();
         let power = |bits: u32| (1u32 << (bits & 31)) as f32;
-        let (columns, rows) = (power(bits.div_ceil(2)), power(bits / 2));
+        let (all, columns, rows) = (power(bits), power(bits.div_ceil(2)), power(bits / 2));
         for group in (0..count as u32).step_by(F::WIDTH) {
-            let index = F::whole(F::each_int(|lane| first.wrapping_add(group + lane as u32)));
-            let [x, y] = sobol_points::<F>(seed, index);
+            let [x, y] = sobol_points::<F>(seed, F::Whole::splat(first.wrapping_add(group)) + F::counted());
             let slot = if matches!(set, Set::Light) {
-                (x * count as f32).to_whole()
+                (x * all).to_whole()
             } else {
                 let (column, row) = ((x * columns).to_whole(), (y * rows).to_whole());
                 // With an odd number of bits the first one is of the first number.
@@ -127,13 +143,10 @@ impl Draw<'_, '_> {
         }
     }
 
-    /// Draws and weighs the candidates from `at` on, all of one source.
+    /// Draws and weighs candidates of one source for two numbers of each.
     #[inline(always)]
-    fn draw<F: Num>(&mut self, at: usize) {
+    fn draw<F: Num>(&self, numbers: [F; 2], of_light: bool) -> Drawn<F> {
         let Draw { light, surface, counts, .. } = *self;
-        let number = |of: &[f32]| F::read(of.get(at..).unwrap_or_default());
-        let numbers = [number(self.out.direction[0]), number(self.out.direction[1])];
-        let of_light = at < counts.light;
         let (direction, face, position, inverse) = if of_light {
             light.sample(numbers)
         } else {
@@ -158,13 +171,11 @@ impl Draw<'_, '_> {
         if let Some(seen) = self.seen {
             target = target * visible(self.frame, seen, direction);
         }
-        let weight = F::only(counts, (target / density).min(F::splat(f32::MAX)));
-        let density = F::select(counts, density, F::splat(f32::INFINITY));
-        for (out, x) in self.out.direction.iter_mut().zip(direction) {
-            x.write(out, at);
+        Drawn {
+            direction,
+            density: F::select(counts, density, F::splat(f32::INFINITY)),
+            weight: F::only(counts, (target / density).min(F::splat(f32::MAX))),
         }
-        density.write(self.out.density, at);
-        weight.write(self.out.weight, at);
     }
 }
 

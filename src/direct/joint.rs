@@ -39,16 +39,16 @@ impl Turn {
         Turn { seed, order: permute(turn.reverse_bits(), dimension_seed(seed, 3)).reverse_bits() }
     }
 
-    /// A seed for points of sets of `count` points. Sets of different sizes would share points.
+    /// A seed for points of sets of `count` points, a power of two. Sets of different sizes would share points.
     #[inline(always)]
     fn seed(&self, set: u32, count: usize) -> u32 {
-        dimension_seed(self.seed, set | count.next_power_of_two().trailing_zeros() << 3)
+        dimension_seed(self.seed, set | (count.max(1) as u32).trailing_zeros() << 3)
     }
 
     /// The index of the first point of sets of `count` points.
     #[inline(always)]
     fn first(&self, count: usize) -> u32 {
-        self.order.wrapping_mul(count.next_power_of_two() as u32)
+        self.order.wrapping_mul(count.max(1) as u32)
     }
 
     /// The seed of a set of `count` points, and the index of its first.

@@ -1,7 +1,7 @@
 //! The working memory of one thread: its CPU level, its configuration, and room for candidates.
 
 use super::Ray;
-use super::candidates::{Candidates, Draw};
+use super::candidates::{Candidates, Draw, DrawInto};
 use super::effort::Effort;
 use super::joint::Turn;
 use super::pick::Pick;
@@ -234,18 +234,8 @@ impl Call<'_> {
         let candidates =
             &mut Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
         let light = &environment.source();
-        let draw = Draw {
-            light,
-            surface,
-            turn,
-            frame,
-            counts,
-            without_lobes: targeted,
-            compensated,
-            seen: point.seen,
-            out: candidates,
-        };
-        compute(level, draw);
+        let draw = Draw { light, surface, turn, frame, counts, without_lobes: targeted, compensated, seen: point.seen };
+        compute(level, DrawInto(&draw, candidates));
         if let Some(target) = point.target {
             candidates.weigh_by(target, frame).ok_or(Fault::Target)?;
         }

@@ -64,7 +64,7 @@ pub fn draw(
     let (frame, shaded) = (environment.frame(), Shaded { light: environment.light(), product });
     let source = Source { level, frame: &frame, shaded: &shaded, from_light: FROM_LIGHT };
     let total = out.len();
-    let (seed, first) = turn.set(Set::Product, total);
+    let (seed, first) = turn.set(Set::Product, total.next_power_of_two());
     let mut written = 0;
     for begin in (0..total).step_by(TOGETHER) {
         let mut u = [[0.0; 2]; TOGETHER];

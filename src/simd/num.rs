@@ -110,13 +110,19 @@ pub trait Num:
     /// The pairs of 16 bits that begin at these places, the first one lower; zeros if one of them does not exist.
     fn pairs(table: &[u16], index: Self::Whole) -> Self::Whole;
 
+    /// The numbers of the lanes: 0, 1, 2 ...
+    #[inline(always)]
+    fn counted() -> Self::Whole {
+        Self::whole(Self::each_int(|lane| lane as u32))
+    }
+
     /// In each four lanes the sum of the first, of the first two, of three and of four; of one number, itself.
     fn sums(self) -> Self;
 
-    /// Writes the numbers from a place on; nothing if they do not fit.
+    /// Writes the numbers to the beginning of a slice; nothing if it is too short.
     #[inline(always)]
-    fn write(self, out: &mut [f32], at: usize) {
-        if let Some(out) = out.get_mut(at..at + Self::WIDTH) {
+    fn write(self, out: &mut [f32]) {
+        if let Some(out) = out.get_mut(..Self::WIDTH) {
             out.copy_from_slice(self.store().as_ref());
         }
     }

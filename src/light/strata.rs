@@ -89,6 +89,8 @@ struct Node {
     extent: Box,
     first: u32,
     count: u32,
+    /// log2 of the units of the cells at whose borders it lies.
+    size: u32,
 }
 
 /// Integrals over a cell.
@@ -395,10 +397,10 @@ impl Field<'_> {
     /// Writes strata of all faces, and answers the sum of area x integral of the square.
     fn strata(&self, room: &[f32], out: &mut [[f32; 4]]) -> f64 {
         let faces = self.light.chart.faces();
-        let extent = self.face();
+        let (extent, size) = (self.face(), PATCH + levels(self.patches));
         let of_face = |face: u32| {
             let mut sums = [[0.0; NUMBERS]; 2];
-            let root = Node { face, extent, first: 0, count: 1 };
+            let root = Node { face, extent, first: 0, count: 1, size };
             let (mut columns, mut rows) = ([[0.0; NUMBERS]; CELLS], [[0.0; NUMBERS]; CELLS]);
             self.read(room, &root, &mut columns, &mut rows);
             for column in columns {
@@ -413,7 +415,7 @@ impl Field<'_> {
             let (left, behind) = (out.len() as u32 - first, faces - 1 - face);
             let share = if behind == 0 { left } else { rounded(f64::from(left) * mass / rest) };
             let count = share.clamp(1, left.saturating_sub(behind).max(1));
-            let node = Node { face, extent, first, count };
+            let node = Node { face, extent, first, count, size };
             total += if count == 1 { self.leaf(&node, square, out) } else { self.divide(room, node, out) };
             first += count;
             rest -= mass;
@@ -470,9 +472,9 @@ impl Field<'_> {
             8..32 => CELLS / 2,
             _ => CELLS,
         };
-        let top = PATCH + levels(self.patches);
+        // Never coarser than the cells of which the box is made.
         let fits = |size: &u32| node.extent.iter().all(|&ends| Span::new(ends, *size).count <= finest);
-        let size = (0..top).find(fits).unwrap_or(top);
+        let size = (0..node.size).find(fits).unwrap_or(node.size);
         node.extent.map(|ends| Span::new(ends, size))
     }
 
@@ -515,6 +517,9 @@ impl Field<'_> {
             self.best_cut(node, &grid[axis], axis, sums, &mut best);
         }
         let mut parts = [*node; 2];
+        for part in &mut parts {
+            part.size = grid[0].size;
+        }
         parts[0].extent[best.axis][1] = best.at;
         parts[1].extent[best.axis][0] = best.at;
         parts[0].count = best.count;

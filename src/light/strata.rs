@@ -33,6 +33,9 @@ const LONG: f64 = 0.3;
 /// Where all cuts are equal, so many squares of the mass decide by the shape of boxes.
 const EVEN: f64 = 0.01;
 
+/// A cut that leaves one side with few strata counts more by up to this share.
+const UNEVEN: f64 = 16.0;
+
 /// log2 of the units that a patch is wide: where strata can begin and end.
 const PATCH: u32 = 8;
 /// The most cells of a node's grid along an axis.
@@ -549,7 +552,8 @@ impl Field<'_> {
             let counts = [count, node.count - count].map(f64::from);
             let squares = [areas[0] * before[1], areas[1] * behind[1]];
             let even = before[0] * before[0] / counts[0] + behind[0] * behind[0] / counts[1];
-            let cost = (squares[0] / counts[0] + squares[1] / counts[1] + EVEN * even) * shape;
+            let uneven = (counts[0] - counts[1]) / f64::from(node.count);
+            let cost = (squares[0] / counts[0] + squares[1] / counts[1] + EVEN * even) * shape * (1.0 + UNEVEN * uneven * uneven);
             if cost < best.cost {
                 *best = Cut { cost, axis, at, count, squares };
             }

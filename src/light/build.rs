@@ -49,7 +49,7 @@ impl Totals {
     pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32], rows: &'a [[f64; 2]]) -> Texels<'a> {
         let lifts = !plan.of.exact_zero && self.mean > 0.0;
         let least = if lifts { ((self.mean * FLOOR) as f32).max(LEAST) } else { 0.0 };
-        Texels { plan, luminance, rows, largest: f32::MAX, least, mean: self.mean as f32 }
+        Texels { plan, luminance, rows, least, mean: self.mean as f32 }
     }
 }
 

@@ -21,11 +21,14 @@ ABI     := $(if $(filter 0,$(MAJOR)),$(MAJOR).$(MINOR),$(MAJOR))
 ROOT    := $(DESTDIR)$(PREFIX)
 
 LIB      := $(BUILD)/lib
-DEMO     := $(wildcard c-examples/render/*.c)
-RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,image.c light.c parallel.c progress.c sky.c stb.c)
+# The map that an example reads, or the sky: its OpenEXR part is C++.
+MAP      := $(addprefix c-examples/render/,hdr.c image.c light.c read.c sky.c stb.c) $(BUILD)/exr.o
+EXR_LIBS  = $(shell pkg-config --libs OpenEXR) -lstdc++
+DEMO     := $(wildcard c-examples/render/*.c) $(BUILD)/exr.o
+RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,parallel.c progress.c) $(MAP)
 GALLERY  := $(wildcard c-examples/gallery/*.c) $(addprefix c-examples/relight/,mesh.c tracer.c) \
-	$(addprefix c-examples/render/,environment.c image.c integrate.c light.c material.c parallel.c progress.c sky.c stb.c)
-PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,image.c light.c material.c sky.c stb.c)
+	$(addprefix c-examples/render/,environment.c integrate.c material.c parallel.c progress.c) $(MAP)
+PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,material.c progress.c) $(MAP)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
@@ -79,17 +82,20 @@ $(BUILD)/wavelets-cpp: lib
 $(BUILD)/measured: lib
 	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/measured.c $(LIB)/libwis.a -lm -o $@
 
-$(BUILD)/render: lib
-	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(DEMO) $(LIB)/libwis.a -lm -lpthread -o $@
+$(BUILD)/exr.o: c-examples/render/exr.cpp c-examples/render/read.h
+	$(CXX) -std=c++11 $(CXXFLAGS) $(shell pkg-config --cflags OpenEXR) -c $< -o $@
 
-demo: ## render the demonstration to build/demo.png: ENV=map.hdr for a light of your own
+$(BUILD)/render: lib $(BUILD)/exr.o
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(DEMO) $(LIB)/libwis.a $(EXR_LIBS) -lm -lpthread -o $@
+
+demo: ## render the demonstration to build/demo.png: ENV=map.hdr or .exr for a light of your own
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/render
 	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
 	@echo "The picture is $(BUILD)/demo.png"
 
-$(BUILD)/pathtracer: lib
-	$(CC) -std=c99 $(CFLAGS) -Iinclude $(PATHS) $(LIB)/libwis.a -lm -o $@
+$(BUILD)/pathtracer: lib $(BUILD)/exr.o
+	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(PATHS) $(LIB)/libwis.a $(EXR_LIBS) -lm -o $@
 
 $(BUILD)/pathtracer-small: lib
 	$(CC) -std=c99 $(CFLAGS) -Iinclude c-examples/pathtracer/small.c $(LIB)/libwis.a -lm -o $@
@@ -97,7 +103,7 @@ $(BUILD)/pathtracer-small: lib
 $(BUILD)/pathtracer-small-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -Iinclude c-examples/pathtracer/small.cpp $(LIB)/libwis.a -o $@
 
-pathtracer: ## compare MIS and direct in a path tracer: ENV=map.hdr ARGS='--most 16 --stratified 1'
+pathtracer: ## compare MIS and direct in a path tracer, within two minutes: ENV=map.hdr ARGS='--most 16 --stratified 1'
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer
 	$(BUILD)/pathtracer $(if $(ENV),--map '$(ENV)') $(ARGS)
@@ -107,23 +113,23 @@ pathtracer-page: ## run the path tracer under all lat-long maps of a folder and 
 	$(MAKE) $(BUILD)/pathtracer
 	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/pathtracer.md
 
-$(BUILD)/relight: lib
+$(BUILD)/relight: lib $(BUILD)/exr.o
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \
-		-lassimp -lembree3 -lm -lpthread -o $@
+		-lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
 
 relight: ## relight a mesh while the light turns, into build/relight-*.png: ENV=map.hdr MESH=mesh.obj FRAMES=8
 	scripts/setup.sh relight
 	$(MAKE) $(BUILD)/relight
 	$(BUILD)/relight $(BUILD) $(or $(FRAMES),8) $(or $(ENV),-) $(or $(MESH),-)
 
-$(BUILD)/gallery-program: lib
+$(BUILD)/gallery-program: lib $(BUILD)/exr.o
 	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(GALLERY) $(LIB)/libwis.a \
-		-lassimp -lembree3 -lm -lpthread -o $@
+		-lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
 
-gallery: ## render six pictures by MIS and by wis_direct at equal time, into build/gallery: DATA=folder PAGE=1 for docs/gallery.md
+gallery: ## render six pictures by MIS and by wis_direct at equal time, into build/gallery: DATA=folder ENV=map.exr PAGE=1 for docs/gallery.md
 	scripts/setup.sh relight
 	$(MAKE) $(BUILD)/gallery-program
-	scripts/gallery.sh $(BUILD) '$(DATA)' '$(PAGE)'
+	scripts/gallery.sh $(BUILD) '$(DATA)' '$(PAGE)' '$(ENV)'
 
 hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
 	scripts/setup.sh test

@@ -93,7 +93,7 @@ impl Map {
             let first = y as usize * self.width;
             Some(bytemuck::cast_slice::<f32, u8>(&self.luminance[first..first + self.width]))
         };
-        let pixels = Pixels { channels: 1, format: Format::F32, sanitise: true };
+        let pixels = Pixels { channels: 1, format: Format::F32, sanitise: true, absolute: false };
         let (memory, scratch) = (bytemuck::cast_slice_mut(&mut words), bytemuck::cast_slice_mut(&mut scratch));
         Environment::build_in(&plan, &pixels, &Frame::IDENTITY, row, memory, scratch).expect("a map");
         words

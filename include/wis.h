@@ -76,7 +76,7 @@ typedef enum wis_status {
   /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
   /// float where it is stored as one.
   WIS_OVERFLOW = 6,
-  /// A texel is NaN, infinite or negative, and the policy is to reject it.
+  /// A texel of a light is NaN or infinite: WIS_ENVIRONMENT_SANITISE replaces it. Or a pixel of a tree is NaN, infinite or negative.
   WIS_INVALID_TEXEL = 7,
   /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
   /// that an anisotropic lobe needs is 0 or parallel to the normal.
@@ -170,12 +170,15 @@ uint32_t wis_version(void);
 /// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
-/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
-/// +Inf by the largest finite luminance of the map.
+/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float, in maps
+/// of 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
 #define WIS_ENVIRONMENT_SANITISE 8
 
 /// No products will be prepared with it, nor shared by hits, nor used for several rays: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 #define WIS_ENVIRONMENT_LIGHT_ONLY 16
+
+/// Negative channels count by their size instead of as 0, for renderers that look them up as they are: pdf > 0 wherever |L| > 0.
+#define WIS_ENVIRONMENT_ABSOLUTE 32
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
 /// aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may
@@ -196,7 +199,8 @@ typedef struct wis_environment_config {
   uint32_t width;
   /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
   uint32_t height;
-  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels, as resamplers leave
+  /// them, count as 0: clamp your look-up at 0, or set WIS_ENVIRONMENT_ABSOLUTE.
   uint32_t channels;
   /// WIS_FORMAT_*.
   uint32_t format;
@@ -233,11 +237,11 @@ typedef struct wis_environment_info {
   uint32_t height;
   /// WIS_FILTER_*.
   uint32_t filter;
-  /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE.
+  /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE and WIS_ENVIRONMENT_ABSOLUTE.
   uint32_t flags;
   /// Bytes of the environment: that much of the block is in use and needs to be saved.
   uint64_t bytes;
-  /// Texels that were replaced.
+  /// Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced.
   uint64_t sanitised;
   /// Tells environments apart: a hash of the bytes, also of world_from_map.
   uint64_t content_id;
@@ -853,8 +857,8 @@ typedef struct wis_check_info {
 ///
 /// `radiance` of `config` is called four times, for 64 world directions each: half of them drawn from the light, half spread over the
 /// sphere. What your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
-/// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
-/// 6 ms besides `radiance`. Work: constant.
+/// infinite or negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set
+/// `info->size` before. Costs 1 to 6 ms besides `radiance`. Work: constant.
 enum wis_status wis_check(struct wis_sampler *sampler,
                           const struct wis_environment *environment,
                           const struct wis_check_config *config,

@@ -44,8 +44,8 @@ extern "C" {
 /// RGB averages are stored too, for wis_wavelet_product_estimate_rgb: 48 bytes for four cells, and a third more.
 #define WIS_WAVELET_LIGHT_RGB 4
 
-/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
-/// +Inf by the largest finite luminance of the map.
+/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float. Negative
+/// channels always count as 0: clamp your look-up at 0.
 #define WIS_WAVELET_LIGHT_SANITISE 8
 
 /// An environment: bytes in your memory without pointers, so it may be copied (to any block aligned to

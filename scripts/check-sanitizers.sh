@@ -20,7 +20,7 @@ compile() {
     name=$1 standard=$2
     shift 2
     compiler=$c
-    case $1 in *.cpp) compiler=$cpp ;; esac
+    case $* in *.cpp*) compiler=$cpp ;; esac
     # The flags are split into words on purpose.
     # shellcheck disable=SC2086
     $compiler -std="$standard" $flags "$@" -o "$out/$name-san"
@@ -57,10 +57,16 @@ run consumer c-examples/consumers/check.c c99
 run consumer-cpp c-examples/consumers/check.cpp c++11
 
 parts=c-examples/render
-compile pathtracer c99 c-examples/pathtracer/main.c "$parts/image.c" "$parts/light.c" "$parts/material.c" "$parts/sky.c" "$parts/stb.c" \
-    "$library" -lm
+# The lists are split into words on purpose.
+# shellcheck disable=SC2046
+compile exr.o c++11 -fno-sanitize=vptr $(pkg-config --cflags OpenEXR) -c "$parts/exr.cpp"
+exr="$out/exr.o-san $(pkg-config --libs OpenEXR) -lstdc++"
+# shellcheck disable=SC2086
+compile pathtracer c99 c-examples/pathtracer/main.c "$parts/hdr.c" "$parts/image.c" "$parts/light.c" "$parts/material.c" "$parts/progress.c" \
+    "$parts/read.c" "$parts/sky.c" "$parts/stb.c" "$library" $exr -lm
 execute pathtracer --width 8 --height 4 --most 4 --repeats 1 --reference 4
-compile render c99 "$parts"/*.c "$library" -lm -lpthread
+# shellcheck disable=SC2086
+compile render c99 "$parts"/*.c "$library" $exr -lm -lpthread
 execute render --size 32x16 --spp 2 --reference-spp 2 --threads 2 --out render.png
 
 # Hosts that load copies of the shared library, and one beside another Rust library.

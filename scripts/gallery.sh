@@ -1,13 +1,14 @@
 #!/bin/sh
-# Renders the gallery into BUILD/gallery: gallery.sh BUILD DATA PAGE
+# Renders the gallery into BUILD/gallery: gallery.sh BUILD DATA PAGE MAP
 # DATA: a folder with envmaps/ and meshes/, which may be absent. PAGE: not empty to write docs/gallery.md and its pictures, too.
+# MAP: not empty for one light in all pictures.
 set -eu
 build=$1
 data=$2
 page=$3
 [ -d "$data" ] || echo "gallery: no folder '$data': with a sky and a knot that are made here"
 if [ -z "$page" ]; then
-    "$build/gallery-program" --out "$build/gallery" --data "$data"
+    "$build/gallery-program" --out "$build/gallery" --data "$data" ${4:+--map "$4"}
 else
     "$build/gallery-program" --out "$build/gallery" --data "$data" --page docs/gallery.md
     { echo && scripts/provenance.sh gallery; } >> docs/gallery.md

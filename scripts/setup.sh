@@ -6,9 +6,12 @@ set -eu
 # Each line: the package, and a command or a pattern of files that shows it is there.
 demo_needs="
 binutils    objcopy
+g++         g++
 gcc         gcc
 libc6-dev   /usr/include/stdlib.h
-libstb-dev  /usr/include/stb/stb_image.h
+libopenexr-dev /usr/include/OpenEXR/ImfInputFile.h
+libstb-dev  /usr/include/stb/stb_image_write.h
+pkg-config  pkg-config
 "
 relight_needs="$demo_needs
 libassimp-dev /usr/include/assimp/cimport.h
@@ -17,11 +20,10 @@ libembree-dev /usr/include/embree3/rtcore.h
 test_needs="$relight_needs
 clang         clang
 cmake         cmake
-g++           g++
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
 libclang-rt-dev /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.asan-x86_64.a
 patch         patch
-pkg-config    pkg-config
+python3       python3
 valgrind      valgrind
 "
 

@@ -150,6 +150,7 @@ kernel() {
     step minimal minimal
     step valgrind minimal_valgrind
     step demo demo
+    step maps scripts/check-maps.sh "$build" "$logs/maps"
 }
 
 # and what takes the installed library, for which it builds in others.

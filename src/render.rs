@@ -47,7 +47,8 @@ pub struct Map<'p> {
     pub width: u32,
     /// Rows, 1 to 32768; of a cube map all six faces.
     pub height: u32,
-    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels count as 0: clamp
+    /// your look-up at 0.
     pub channels: u32,
     /// Row by row, `width * height * channels` numbers.
     pub pixels: &'p [f32],
@@ -63,8 +64,10 @@ pub struct Map<'p> {
     pub light_only: bool,
     /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0 keeps every texel.
     pub error_budget: f32,
-    /// NaN, infinite and negative channels are replaced and counted instead of rejected.
+    /// NaN and -Inf count as 0 and +Inf as 65504 instead of being rejected.
     pub sanitise: bool,
+    /// Negative channels count by their size instead of as 0, for renderers that do not clamp their look-up at 0.
+    pub absolute: bool,
     /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4.
     pub world_from_map: [f32; 9],
 }
@@ -85,6 +88,7 @@ impl<'p> Map<'p> {
             light_only: false,
             error_budget: 0.0,
             sanitise: false,
+            absolute: false,
             world_from_map: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         }
     }
@@ -114,7 +118,7 @@ impl<'p> Map<'p> {
     /// Builds the environment in `memory`; `scratch` may be freed afterwards. Sizes are those of [`Map::size`].
     ///
     /// # Errors
-    /// [`BuildError::Row`] tells which row holds a texel that is NaN, infinite or negative, [`BuildError::TooSmall`] how many
+    /// [`BuildError::Row`] tells which row holds a texel that is NaN or infinite, [`BuildError::TooSmall`] how many
     /// bytes are needed, [`BuildError::Status`] what else is wrong.
     pub fn build_in<'a>(
         &self,
@@ -127,7 +131,8 @@ impl<'p> Map<'p> {
         if !matches!(self.channels, 1 | 3 | 4) || Some(self.pixels.len()) != length.checked_mul(self.height as usize) {
             return Err(Status::InvalidArgument.into());
         }
-        let pixels = Pixels { channels: self.channels, format: Format::F32, sanitise: self.sanitise };
+        let &Map { channels, sanitise, absolute, .. } = self;
+        let pixels = Pixels { channels, format: Format::F32, sanitise, absolute };
         let row = |y: u32| {
             let first = y as usize * length;
             self.pixels.get(first..first + length).map(bytemuck::cast_slice)
@@ -200,7 +205,7 @@ impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             BuildError::Row(row, _) => {
-                write!(f, "row {row} of the map holds a texel that is NaN, infinite or negative")
+                write!(f, "row {row} of the map holds a texel that is NaN or infinite: sanitise it")
             }
             BuildError::TooSmall(bytes) => write!(f, "the memory is too small: {bytes} bytes are needed"),
             BuildError::Status(status) => status.fmt(f),

@@ -23,7 +23,7 @@ pub enum Status {
     /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
     /// float where it is stored as one.
     Overflow = 6,
-    /// A texel is NaN, infinite or negative, and the policy is to reject it.
+    /// A texel of a light is NaN or infinite: WIS_ENVIRONMENT_SANITISE replaces it. Or a pixel of a tree is NaN, infinite or negative.
     InvalidTexel = 7,
     /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
     /// that an anisotropic lobe needs is 0 or parallel to the normal.
@@ -54,7 +54,7 @@ impl Status {
             Status::MemoryTooSmall => c"the memory is shorter than the size query said",
             Status::Misaligned => c"a pointer or stride is not aligned as documented",
             Status::Overflow => c"the requested sizes or the results overflow",
-            Status::InvalidTexel => c"a texel is NaN, infinite or negative",
+            Status::InvalidTexel => c"a texel is NaN or infinite: the flag SANITISE of a light replaces it; or a pixel of a tree is negative",
             Status::InvalidTransform => {
                 c"a matrix is no rotation or reflection, a direction not of unit length, or a tangent along the normal"
             }

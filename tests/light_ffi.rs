@@ -229,7 +229,7 @@ fn the_same_bytes_as_in_rust() {
             budget: config.error_budget,
         };
         let plan = Plan::new(&description).unwrap();
-        let pixels = Pixels { channels: config.channels, format: Format::F32, sanitise: false };
+        let pixels = Pixels { channels: config.channels, format: Format::F32, sanitise: false, absolute: false };
         let row_bytes = (4 * config.channels * config.width) as usize;
         let row = |y: u32| {
             let start = config.pixels.cast::<u8>().wrapping_add(y as usize * row_bytes);
@@ -331,43 +331,70 @@ fn strides_of_rows() {
     }
 }
 
-/// Texels that are no light: rejected and named, or replaced and counted.
+/// Texels that are not finite: rejected and named, or replaced and counted.
 #[test]
 fn bad_texels() {
     let plain = texels(20 * 12 * 3);
-    let bad = [f32::NAN, f32::NEG_INFINITY, -1.0, -f32::MIN_POSITIVE, f32::INFINITY];
-    for value in bad {
-        for (x, y, channel) in [(0, 0, 0), (19, 0, 2), (7, 5, 1), (19, 11, 2)] {
-            let place = (y * 20 + x) * 3 + channel;
-            let mut pixels = plain.clone();
-            pixels[place] = value;
+    for (value, replacement) in [(f32::NAN, 0.0), (f32::NEG_INFINITY, 0.0), (f32::INFINITY, 65504.0)] {
+        for (x, y, channel) in PLACES {
+            let [pixels, replaced] = [value, replacement].map(|value| with(&plain, (x, y, channel), value));
             let of = config(WIS_LAYOUT_LATLONG, 20, 12, &pixels);
             let (status, at) = try_build(&of).unwrap_err();
             assert_eq!((status, at.argument), (Status::InvalidTexel, 1));
             assert_eq!((at.x as usize, at.y as usize, field(&at)), (x, y, "pixels"));
-
-            let sanitised = build(&LightConfig { flags: WIS_ENVIRONMENT_SANITISE, ..of });
-            assert_eq!(info_of(&sanitised).sanitised, 1);
-            let mut replaced = plain.clone();
-            if value == f32::INFINITY {
-                let luminance =
-                    |c: &[f32]| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
-                let brightest = plain.chunks_exact(3).map(luminance).fold(0.0, f64::max);
-                let others = plain.chunks_exact(3).enumerate().filter(|(i, _)| *i != y * 20 + x);
-                assert!(others.map(|(_, c)| luminance(c)).fold(0.0, f64::max) == brightest);
-                let (mean, expected) = (info_of(&sanitised).mean, &mut replaced[place - channel..][..3]);
-                expected.fill(brightest as f32);
-                let of = config(WIS_LAYOUT_LATLONG, 20, 12, &replaced);
-                let difference = (info_of(&build(&of)).mean - mean).abs();
-                assert!(difference <= 1e-6 * mean, "{difference}");
-                continue;
-            }
-            replaced[place] = 0.0;
-            let expected = build(&config(WIS_LAYOUT_LATLONG, 20, 12, &replaced));
-            let (sanitised, expected) = (info_of(&sanitised), info_of(&expected));
+            let sanitised = info_of(&build(&LightConfig { flags: WIS_ENVIRONMENT_SANITISE, ..of }));
+            let expected = info_of(&build(&config(WIS_LAYOUT_LATLONG, 20, 12, &replaced)));
+            assert_eq!((sanitised.sanitised, expected.sanitised), (1, 0));
             assert_eq!((sanitised.power, sanitised.mean), (expected.power, expected.mean));
+            assert_eq!(sanitised.largest_share, expected.largest_share);
         }
     }
+    assert!(Status::InvalidTexel.message().to_str().unwrap().contains("SANITISE"));
+}
+
+/// Resamplers leave negative channels: they are 0 as a clamped look-up has them, or their size, and counted.
+#[test]
+fn negative_texels() {
+    let plain = texels(20 * 12 * 3);
+    for value in [-1.0, -0.004, -f32::MIN_POSITIVE] {
+        for place in PLACES {
+            let pixels = with(&plain, place, value);
+            for (flags, replacement) in [(0, 0.0), (WIS_ENVIRONMENT_ABSOLUTE, value.abs())] {
+                let of = config(WIS_LAYOUT_LATLONG, 20, 12, &pixels);
+                let built = info_of(&build(&LightConfig { flags, ..of }));
+                let replaced = with(&plain, place, replacement);
+                let expected = info_of(&build(&config(WIS_LAYOUT_LATLONG, 20, 12, &replaced)));
+                assert_eq!((built.sanitised, expected.sanitised), (1, 0));
+                assert_eq!((built.power, built.mean, built.flags), (expected.power, expected.mean, 0));
+            }
+        }
+    }
+}
+
+/// A sun that overflowed in half floats is as bright as the largest of them, whatever else is in the map.
+#[test]
+fn an_infinite_sun_of_half_floats() {
+    const QUARTER: u16 = 0x3400;
+    let share = |sun: u16| {
+        let mut halves = vec![QUARTER; 64 * 32];
+        halves[9 * 64 + 40] = sun;
+        let mut of = config(WIS_LAYOUT_LATLONG, 64, 32, &[]);
+        (of.channels, of.format, of.pixels) = (1, WIS_FORMAT_F16, halves.as_ptr().cast());
+        of.flags = WIS_ENVIRONMENT_SANITISE;
+        let info = info_of(&build(&of));
+        (info.mean, info.largest_share)
+    };
+    assert_eq!(share(0x7c00), share(0x7bff));
+    assert!(share(0x7c00).1 > 0.99);
+}
+
+const PLACES: [(usize, usize, usize); 4] = [(0, 0, 0), (19, 0, 2), (7, 5, 1), (19, 11, 2)];
+
+/// A map of 20 columns in which a channel of a texel is `value`.
+fn with(pixels: &[f32], (x, y, channel): (usize, usize, usize), value: f32) -> Vec<f32> {
+    let mut pixels = pixels.to_vec();
+    pixels[(y * 20 + x) * 3 + channel] = value;
+    pixels
 }
 
 /// The largest floats are light like any other, also where texels are averaged beyond borders of faces.

@@ -29,11 +29,19 @@ double judge_mean(const Films *films) {
     return count > 0.0 ? sum / count : 0.0;
 }
 
+const char *judge_light(const Result *result) {
+    return result->other_map != NULL ? result->other_map : result->has_map ? result->picture->light : "a sun and windows";
+}
+
 static double luminance_of(const Film *film, size_t pixel) {
     return luminance(film_mean(film, pixel));
 }
 
+/* A black picture has no error. */
 static void add(Score *score, double squared, double truth, double mean) {
+    if (mean <= 0.0) {
+        return;
+    }
     score->relative += squared / (truth * truth + FLOOR * mean * mean);
     score->absolute += squared / (mean * mean);
 }
@@ -45,7 +53,7 @@ static Score divided(Score score, double count) {
 
 void judge(const Films *films, Result *result) {
     double mean = judge_mean(films), covered = 0.0;
-    for (size_t i = 0; mean > 0.0 && i < films->reference[0].count; i++) {
+    for (size_t i = 0; i < films->reference[0].count; i++) {
         double a = luminance_of(&films->reference[0], i), b = luminance_of(&films->reference[1], i);
         if (!judge_covers(films, i)) {
             continue;
@@ -58,6 +66,7 @@ void judge(const Films *films, Result *result) {
         }
         add(&result->reference, 0.25 * (a - b) * (a - b), 0.5 * (a + b), mean);
     }
+    covered = fmax(covered, 1.0);
     for (uint32_t m = 0; m < METHODS; m++) {
         result->seconds[m] = films->method[m].seconds;
         result->score[m] = divided(result->score[m], covered);

@@ -15,6 +15,7 @@ typedef struct Score {
 typedef struct Result {
     const Picture *picture;
     bool has_mesh, has_map; /* those of the data, not the project's own */
+    const char *other_map;  /* in place of both, or NULL */
     double seconds[METHODS], samples[METHODS]; /* processor time; mean number at a pixel */
     Score score[METHODS], reference; /* the reference's own: its error is part of no score */
 } Result;
@@ -30,6 +31,9 @@ Vec3 judge_truth(const Films *films, size_t pixel);
 
 /* Mean luminance of the truth where judge_covers. */
 double judge_mean(const Films *films);
+
+/* What the light is, in words. */
+const char *judge_light(const Result *result);
 
 /* Fills times, samples and scores. */
 void judge(const Films *films, Result *result);

@@ -19,7 +19,7 @@
 #define MAX_THREADS 256u
 
 typedef struct Options {
-    const char *out, *data, *only, *page;
+    const char *out, *data, *map, *only, *page;
     double seconds, reference_seconds;
     unsigned width, height, threads, samples;
 } Options;
@@ -35,6 +35,7 @@ static const char HELP[] =
     "gallery: six pictures by MIS and by wis_direct, with equal processor time\n\n"
     "  --out FOLDER       of pictures and index.html (default: gallery)\n"
     "  --data FOLDER      with envmaps/ and meshes/ (default: a sky and a knot are made)\n"
+    "  --map FILE         a lat-long map, .hdr or .exr, in place of those of the data\n"
     "  --only NAME        one picture\n"
     "  --page FILE.md     also write this page\n"
     "  --seconds S        processor time of each method in each picture (default: 7)\n"
@@ -54,8 +55,8 @@ static unsigned processors(void) {
 
 static bool set_option(Options *o, const char *name, const char *value) {
     const struct { const char *name, **text; double *number; unsigned *count; } known[] = {
-        {"--out", &o->out, NULL, NULL}, {"--data", &o->data, NULL, NULL}, {"--only", &o->only, NULL, NULL},
-        {"--page", &o->page, NULL, NULL}, {"--seconds", NULL, &o->seconds, NULL},
+        {"--out", &o->out, NULL, NULL}, {"--data", &o->data, NULL, NULL}, {"--map", &o->map, NULL, NULL},
+        {"--only", &o->only, NULL, NULL}, {"--page", &o->page, NULL, NULL}, {"--seconds", NULL, &o->seconds, NULL},
         {"--reference", NULL, &o->reference_seconds, NULL}, {"--samples", NULL, NULL, &o->samples}};
     if (strcmp(name, "--size") == 0) {
         return sscanf(value, "%ux%u", &o->width, &o->height) == 2;
@@ -97,9 +98,11 @@ static bool prepare(Studio *s, const Options *o, const Picture *p, Result *r) {
     const char *mesh_path = find(o, "meshes", p->mesh, mesh), *map_path = find(o, "envmaps", p->map, map), *why;
     uint32_t number = 0;
     bool made = true;
+    map_path = o->map != NULL ? o->map : map_path;
     r->picture = p;
     r->has_mesh = mesh_path != NULL;
     r->has_map = map_path != NULL;
+    r->other_map = o->map;
     why = map_path != NULL ? light_read(&s->light, map_path) : light_make_sky(&s->light);
     if (why == NULL) {
         why = set_build(p, mesh_path);
@@ -170,9 +173,12 @@ static bool render(const Options *o, const Picture *p, Result *r) {
     return done;
 }
 
-/* NaN, or an error that is not above 0, says that something is wrong. */
+/* NaN, or an error that is not above 0, says that something is wrong, but for a black map. */
 static bool sound(const Result *r) {
     bool is_sound = true;
+    if (r->reference.absolute == 0.0) {
+        return true;
+    }
     for (int m = 0; m < METHODS; m++) {
         is_sound = is_sound && r->score[m].relative > 0.0 && isfinite(r->score[m].absolute);
     }
@@ -197,7 +203,7 @@ static bool render_small(const Options *options, Result results[PICTURES][COUNTS
 }
 
 int main(int count, char **arguments) {
-    Options o = {"gallery", NULL, NULL, NULL, SECONDS, REFERENCE_SECONDS, 1280, 720, processors(), SAMPLES};
+    Options o = {"gallery", NULL, NULL, NULL, NULL, SECONDS, REFERENCE_SECONDS, 1280, 720, processors(), SAMPLES};
     static const uint32_t counts[COUNTS] = {2, 4, 8, 16};
     static Result results[PICTURES], small[PICTURES][COUNTS];
     Page page;

@@ -7,7 +7,8 @@
 /* The error of method `a` over that of method `b`. */
 static double gain(const Result *r, int a_method, int b_method, bool relative) {
     const Score *a = &r->score[a_method], *b = &r->score[b_method];
-    return relative ? a->relative / b->relative : a->absolute / b->absolute;
+    double of_a = relative ? a->relative : a->absolute, of_b = relative ? b->relative : b->absolute;
+    return of_a == of_b ? 1.0 : of_a / of_b;
 }
 
 static double ratio(const Result *r, int other, bool relative) {
@@ -19,7 +20,7 @@ static const char *mesh_of(const Result *r) {
 }
 
 static const char *map_of(const Result *r) {
-    return r->has_map ? r->picture->map : "sky of the project's own";
+    return r->other_map != NULL ? r->other_map : r->has_map ? r->picture->map : "sky of the project's own";
 }
 
 /* "wis_direct has 2.1 to 9.3 times lower relative MSE than MIS in 6 of 6 pictures" */
@@ -109,7 +110,7 @@ static void write_inputs(FILE *f, const Page *page) {
     for (uint32_t i = 0; i < page->count; i++) {
         const Result *r = &page->results[i];
         fprintf(f, "| %s | %s | %s | %s | %s |\n", r->picture->name, mesh_of(r), r->picture->surface, map_of(r),
-                r->has_map ? r->picture->light : "a sun and windows");
+                judge_light(r));
     }
 }
 

@@ -102,7 +102,7 @@ bool panel_write_pair(const Easel *e, const char *path) {
                  r->seconds[methods[i]], r->samples[methods[i]], r->score[methods[i]].relative);
     }
     snprintf(below, sizeof below, "%s: %s; %s. Left and right took the same time.", e->picture->name, e->picture->surface,
-             r->has_map ? e->picture->light : "a sun and windows");
+             judge_light(r));
     if (!pair(e, &image, all, captions, 1)) {
         return false;
     }

@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include "../render/image.h"
+#include "../render/progress.h"
 #include "path.h"
 
 #define RELATIVE_FLOOR 1e-4 /* relative squared error: d^2 / (reference^2 + this mean^2) */
@@ -34,8 +35,8 @@ typedef struct Result {
 
 static const char HELP[] =
     "pathtracer: the light of an environment map by MIS, by products and by wis_direct\n\n"
-    "  --map FILE.hdr    a lat-long map (default: a sky with a sun and windows)\n"
-    "  --width N --height N --seed N\n"
+    "  --map FILE        a lat-long map, .hdr or .exr (default: a sky with a sun and windows)\n"
+    "  --width N --height N --seed N (default: 96 x 54, seed 1)\n"
     "  --least N         1, 4, 16 ... samples per pixel, from so many (default: 1)\n"
     "  --most N          up to so many (default: 16)\n"
     "  --rays N          rays for light at each hit, 1 to 4 (default: 1)\n"
@@ -45,11 +46,11 @@ static const char HELP[] =
     "  --methods LIST    of mis,compensated,direct,candidates,shared,split,alone,alone-candidates,alone-shared,product,reuse,\n"
     "                    reuse-base\n"
     "  --out FILE.png    the last image\n"
-    "  --reference N     samples per pixel of each of two references (default: 256)\n"
-    "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 4)";
+    "  --reference N     samples per pixel of each of two references (default: 32)\n"
+    "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 2)";
 
 static Options parse(int argc, char **argv) {
-    Options o = {128, 72, 1, 16, 256, 4, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
+    Options o = {96, 54, 1, 16, 32, 2, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
     struct { const char *name; unsigned *number; const char **text; } known[] = {
         {"--width", &o.width, NULL},       {"--height", &o.height, NULL},   {"--least", &o.least, NULL},
         {"--most", &o.most, NULL},         {"--seed", &o.seed, NULL},       {"--reference", &o.reference, NULL},
@@ -101,7 +102,8 @@ static const wis_environment *build_environment(const Light *light, uint32_t fla
 }
 
 /* Answers the seconds it took. */
-static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image) {
+static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image,
+                     Progress *progress) {
     wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = method->hits > 0 ? method->hits : spp};
     wis_memory_size size;
     void *memory;
@@ -116,6 +118,9 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     t->environment = lights[method->flags != 0];
     start = clock();
     for (uint32_t i = 0; i < o->width * o->height; i++) {
+        if (i % o->width == 0) {
+            progress_step(progress);
+        }
         image[i] = vec3_make(0, 0, 0);
         memset(t->hits, 0, sizeof t->hits);
         memset(t->products_of, 0xff, sizeof t->products_of); /* of no pixel */
@@ -140,10 +145,18 @@ static void add_error(Result *result, size_t pixels, const Vec3 *image, Vec3 *co
     for (size_t i = 0; i < pixels; i++) {
         double y = luminance(image[i]), a = luminance(reference[0][i]), b = luminance(reference[1][i]);
         double truth = 0.5 * (a + b), squared = (y - a) * (y - b);
+        if (mean == 0) {
+            continue; /* a black map: no error */
+        }
         result->mean += y / mean * share / (double)pixels;
         result->absolute += squared / (mean * mean) * share / (double)pixels;
         result->relative += squared / (truth * truth + RELATIVE_FLOOR * mean * mean) * share / (double)pixels;
     }
+}
+
+/* What `time` and `error` are worth beside the first method's; two without an error are alike. */
+static double efficiency(double first_error, double first_seconds, double error, double seconds) {
+    return error == first_error ? first_seconds / seconds : first_error * first_seconds / (error * seconds);
 }
 
 static bool write_picture(const Options *o, const Vec3 *image, double mean) {
@@ -165,8 +178,9 @@ int main(int argc, char **argv) {
     const char *fault = o.map != NULL ? light_read(&t.light, o.map) : light_make_sky(&t.light);
     const wis_environment *lights[2];
     void *memory[2];
-    char *names;
+    char *names, task[64];
     bool written;
+    Progress progress;
     wis_environment_info info = {.size = sizeof info};
     Method methods[COUNT];
     double mean = 0;
@@ -189,12 +203,14 @@ int main(int argc, char **argv) {
     }
     free(names);
     t.depth = o.depth;
+    progress = progress_begin("two references", 2 * (size_t)o.height);
     for (int k = 0; k < 2; k++) {
         reference[k] = malloc(pixels * sizeof *image);
         t.rays = MAX_RAYS;
         t.stratified = true;
-        render(&t, &o, &METHODS[2], lights, o.reference, o.seed + 1000000 + (uint32_t)k, reference[k]);
+        render(&t, &o, &METHODS[2], lights, o.reference, o.seed + 1000000 + (uint32_t)k, reference[k], &progress);
     }
+    progress_end(&progress);
     for (size_t i = 0; i < pixels; i++) {
         mean += 0.5 * (double)luminance(vec3_add(reference[0][i], reference[1][i])) / (double)pixels;
     }
@@ -207,19 +223,22 @@ int main(int argc, char **argv) {
     for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
         Result first = {0, 0, 0, 0}, results[COUNT] = {{0, 0, 0, 0}};
         uint32_t repeats = o.repeats * o.most / spp;
+        snprintf(task, sizeof task, "%u images of %u sample%s", (unsigned)(repeats * count), spp, spp > 1 ? "s" : "");
+        progress = progress_begin(task, repeats * count * o.height);
         /* Methods in turns: what disturbs the machine disturbs all. */
         for (uint32_t k = 0; k < repeats; k++) {
             for (size_t m = 0; m < count; m++) {
-                results[m].seconds += render(&t, &o, &methods[m], lights, spp, o.seed + k, image) / repeats;
+                results[m].seconds += render(&t, &o, &methods[m], lights, spp, o.seed + k, image, &progress) / repeats;
                 add_error(&results[m], pixels, image, reference, mean, 1.0 / repeats);
             }
         }
+        progress_end(&progress);
         first = results[0];
         for (size_t m = 0; m < count; m++) {
             Result r = results[m];
             printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
-                   r.relative, first.absolute * first.seconds / (r.absolute * r.seconds),
-                   first.relative * first.seconds / (r.relative * r.seconds));
+                   r.relative, efficiency(first.absolute, first.seconds, r.absolute, r.seconds),
+                   efficiency(first.relative, first.seconds, r.relative, r.seconds));
         }
         fflush(stdout);
     }

@@ -1,6 +1,7 @@
 /* Tone mapping, a bitmap font and PNG output through the stb libraries. */
 #include "image.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,7 +33,9 @@ void image_free(Image *image) {
 }
 
 /* Reinhard et al., "Photographic Tone Reproduction", 2002, Eq. 4, then the sRGB curve. */
-static unsigned char tone_map(float x) {
+static unsigned char tone_map(float exposure, float radiance) {
+    /* The exposure of a map of 1e-40 is beyond a float. */
+    float x = fminf(fminf(exposure, FLT_MAX) * radiance, FLT_MAX);
     float c = x * (1.0f + x / (WHITE * WHITE)) / (1.0f + x);
     c = fminf(1.0f, fmaxf(0.0f, c));
     c = c <= 0.0031308f ? 12.92f * c : 1.055f * powf(c, 1.0f / 2.4f) - 0.055f;
@@ -45,9 +48,9 @@ static unsigned char *pixel(Image *image, uint32_t x, uint32_t y) {
 
 void image_set(Image *image, uint32_t x, uint32_t y, Vec3 radiance, float exposure) {
     unsigned char *rgb = pixel(image, x, y);
-    rgb[0] = tone_map(exposure * radiance.x);
-    rgb[1] = tone_map(exposure * radiance.y);
-    rgb[2] = tone_map(exposure * radiance.z);
+    rgb[0] = tone_map(exposure, radiance.x);
+    rgb[1] = tone_map(exposure, radiance.y);
+    rgb[2] = tone_map(exposure, radiance.z);
 }
 
 static uint32_t clip(float value, uint32_t limit) {

@@ -86,7 +86,9 @@ static wis_status by_environment(const Lighting *l, Workspace *w, const Bsdf *b,
     wis_status status = draw_light(&l->environment, w, count);
     for (uint32_t i = 0; i < count && status == WIS_OK; i++) {
         Vec3 wi = vec3_load(w->drawn[i].wi);
-        out[i] = weigh(l, wi, bsdf_eval(b, wi, NULL), 1.0f / (w->drawn[i].pdf * (float)count));
+        /* The pdf is 0 where the map is black: such a sample counts, and brings nothing. */
+        float weight = w->drawn[i].pdf > 0.0f ? 1.0f / (w->drawn[i].pdf * (float)count) : 0.0f;
+        out[i] = weigh(l, wi, bsdf_eval(b, wi, NULL), weight);
     }
     return status;
 }

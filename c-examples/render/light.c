@@ -1,52 +1,36 @@
-/* Reading a lat-long map and looking radiance up in it. */
+/* Looking radiance up in a lat-long map. */
 #include "light.h"
 
 #include <stddef.h>
 #include <stdlib.h>
 
-#include <stb/stb_image.h>
-
 const float light_world_from_map[9] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
-
-const char *light_read(Light *light, const char *path) {
-    int width = 0, height = 0, channels = 0;
-    float *texels = NULL;
-    if (!stbi_is_hdr(path)) {
-        return "not a readable Radiance .hdr file";
-    }
-    texels = stbi_loadf(path, &width, &height, &channels, 3);
-    if (texels == NULL) {
-        return stbi_failure_reason();
-    }
-    if (width != 2 * height) {
-        stbi_image_free(texels);
-        return "not a lat-long map: the width is not twice the height";
-    }
-    light->width = (uint32_t)width;
-    light->height = (uint32_t)height;
-    light->texels = texels;
-    return NULL;
-}
 
 void light_free(Light *light) {
     free(light->texels);
     light->texels = NULL;
 }
 
-/* Texel (x, y); a row beyond a pole is the row before it, seen from the other side. */
-static Vec3 texel(const Light *light, int32_t x, int32_t y) {
-    int32_t width = (int32_t)light->width, height = (int32_t)light->height;
-    if (y < 0 || y >= height) {
-        y = y < 0 ? 0 : height - 1;
-        x += width / 2;
-    }
+static Vec3 lerp(Vec3 a, Vec3 b, float t) {
+    return vec3_axpy(vec3_scale(a, 1.0f - t), t, b);
+}
+
+/* Texel (x, y) of a row that is there; columns wrap. */
+static Vec3 inner_texel(const Light *light, int32_t x, int32_t y) {
+    int32_t width = (int32_t)light->width;
     x = x < 0 ? x + width : x;
     x = x >= width ? x - width : x;
     return vec3_load(light->texels + 3 * ((size_t)y * light->width + (size_t)x));
 }
 
-static Vec3 lerp(Vec3 a, Vec3 b, float t) {
-    return vec3_axpy(vec3_scale(a, 1.0f - t), t, b);
+/* A row beyond a pole is the row before it, half a turn on: between two texels if their number is odd. */
+static Vec3 texel(const Light *light, int32_t x, int32_t y) {
+    int32_t width = (int32_t)light->width, height = (int32_t)light->height;
+    if (y < 0 || y >= height) {
+        y = y < 0 ? 0 : height - 1;
+        return lerp(inner_texel(light, (x + width / 2) % width, y), inner_texel(light, (x + (width + 1) / 2) % width, y), 0.5f);
+    }
+    return inner_texel(light, x, y);
 }
 
 static Vec3 bilinear(const Light *light, float column, float row) {

@@ -17,7 +17,8 @@ typedef struct Light {
 /* The world is y-up and the map z-up: row-major 3x3, world (x, y, z) = map (x, z, -y). */
 extern const float light_world_from_map[9];
 
-/* Reads a Radiance .hdr file; returns NULL, or why it cannot. */
+/* Reads a Radiance or OpenEXR file, and clamps it to 0 to 1e30: no channel is negative, NaN or infinite. Returns NULL, or the path, what was
+ * found and what is wanted. Free the light even on failure. */
 const char *light_read(Light *light, const char *path);
 
 /* Makes the built-in map: a dim sky, a small sun and bright windows. Returns NULL, or why it cannot. */

@@ -21,7 +21,7 @@ static bool load(Session *s) {
     const Options *o = &s->options;
     const char *fault = o->env != NULL ? light_read(&s->light, o->env) : light_make_sky(&s->light);
     if (fault != NULL) {
-        return complain(o->env != NULL ? o->env : "the built-in sky", fault);
+        return complain("light", fault);
     }
     s->light.nearest = o->nearest;
     return check(lighting_init(&s->lighting, &s->light, o->threads), "building the environment") &&

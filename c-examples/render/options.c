@@ -15,7 +15,7 @@
 void options_help(void) {
     puts("render: direct light from an environment map, sampled in five ways at equal sample counts\n"
          "\n"
-         "  --env FILE.hdr         lat-long light in Radiance format (default: $ENV, else a built-in sky)\n"
+         "  --env FILE             lat-long light, .hdr or .exr (default: $ENV, else a built-in sky)\n"
          "  --out FILE.png         the picture (default: render.png)\n"
          "  --spp N                samples per shading point, 2 to 4096 (default: 16)\n"
          "  --size WxH             pixels of one panel (default: 640x240)\n"

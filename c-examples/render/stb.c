@@ -1,7 +1,3 @@
-/* The only translation unit that holds the code of the stb image libraries. */
-#define STB_IMAGE_IMPLEMENTATION
-#define STBI_ONLY_HDR
-#include <stb/stb_image.h>
-
+/* The only translation unit that holds the code of stb. */
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>

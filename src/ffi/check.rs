@@ -33,8 +33,8 @@ pub struct CheckConfig {
 ///
 /// `radiance` of `config` is called four times, for 64 world directions each: half of them drawn from the light, half spread over the
 /// sphere. What your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
-/// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
-/// 6 ms besides `radiance`. Work: constant.
+/// infinite or negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set
+/// `info->size` before. Costs 1 to 6 ms besides `radiance`. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

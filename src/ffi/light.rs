@@ -37,7 +37,8 @@ pub struct LightConfig {
     pub width: u32,
     /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
     pub height: u32,
-    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance.
+    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels, as resamplers leave
+    /// them, count as 0: clamp your look-up at 0, or set WIS_ENVIRONMENT_ABSOLUTE.
     pub channels: u32,
     /// WIS_FORMAT_*.
     pub format: u32,

@@ -25,11 +25,9 @@ const LEAST: f32 = f32::from_bits(2 * 64);
 pub struct Totals {
     /// The mean luminance over the sphere.
     pub mean: f64,
-    /// The largest finite luminance.
-    pub largest: f64,
     /// The largest luminance times solid angle of a texel.
     pub brightest: f64,
-    /// Texels that were replaced.
+    /// Texels that were negative, or replaced.
     pub sanitised: u64,
 }
 
@@ -39,14 +37,12 @@ impl Totals {
         let mut totals = Totals::default();
         let mut sum = RowSummary::default();
         for row in rows {
-            totals.largest = totals.largest.max(row.largest);
             totals.brightest = totals.brightest.max(row.brightest);
             totals.sanitised += row.sanitised;
             sum.light += row.light;
-            sum.infinite += row.infinite;
             sum.angle += row.angle;
         }
-        totals.mean = if sum.angle > 0.0 { (sum.light + sum.infinite * totals.largest) / sum.angle } else { 0.0 };
+        totals.mean = if sum.angle > 0.0 { sum.light / sum.angle } else { 0.0 };
         totals
     }
 
@@ -54,7 +50,7 @@ impl Totals {
     pub fn texels<'a>(&self, plan: &'a Plan, luminance: &'a [f32], rows: &'a [[f64; 2]]) -> Texels<'a> {
         let lifts = !plan.of.exact_zero && self.mean > 0.0;
         let least = if lifts { ((self.mean * FLOOR) as f32).max(LEAST) } else { 0.0 };
-        Texels { plan, luminance, rows, largest: self.largest as f32, least, mean: self.mean as f32 }
+        Texels { plan, luminance, rows, least, mean: self.mean as f32 }
     }
 }
 

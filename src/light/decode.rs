@@ -2,7 +2,7 @@
 
 use super::chart::Layout;
 use super::plan::Plan;
-use crate::light::pixels::{Format, InvalidTexel, RowError, clean, half};
+use crate::light::pixels::{Format, InvalidTexel, RowError, half, mended};
 use crate::numeric::LUMINANCE;
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -14,8 +14,10 @@ pub struct Pixels {
     pub channels: u32,
     /// The number format of a channel.
     pub format: Format,
-    /// Whether invalid texels are replaced and counted instead of rejected.
+    /// Whether texels that are NaN or infinite are replaced instead of rejected.
     pub sanitise: bool,
+    /// Whether negative channels count by their size instead of as 0.
+    pub absolute: bool,
 }
 
 impl Pixels {
@@ -25,21 +27,17 @@ impl Pixels {
     }
 }
 
-/// What a row holds besides its luminances; infinite texels count only as such.
+/// What a row holds besides its luminances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RowSummary {
     /// Luminance times solid angle.
     pub light: f64,
-    /// Solid angle of the infinite texels.
-    pub infinite: f64,
     /// Solid angle of all.
     pub angle: f64,
     /// The largest luminance times solid angle of a texel.
     pub brightest: f64,
-    /// The largest luminance.
-    pub largest: f64,
-    /// Texels that were replaced.
+    /// Texels that were negative, or replaced.
     pub sanitised: u64,
 }
 
@@ -64,11 +62,10 @@ fn row_angle(plan: &Plan, y: u32) -> (f64, f64) {
     }
 }
 
-/// Decodes row `y` into luminance, and adds what it holds of each column of cells to `rgb`. A texel with an infinite channel is
-/// left infinite: what it becomes is known only when all rows are.
+/// Decodes row `y` into luminance, and adds what it holds of each column of cells to `rgb`.
 ///
 /// # Errors
-/// The first invalid texel, unless they are to be replaced.
+/// The first texel that is NaN or infinite, unless they are to be replaced.
 pub fn decode_row(
     plan: &Plan,
     pixels: &Pixels,
@@ -140,36 +137,23 @@ fn decode(
                 row_angle
             };
             let [r, g, b] = colour;
+            let mut colour = colour;
             let mut l = luminance_of(colour);
             summary.angle += angle;
             // Any NaN, infinite or negative channel, or a sum that overflows.
             let fine = r >= 0.0 && g >= 0.0 && b >= 0.0 && l < f32::INFINITY;
-            let mut colour = colour;
             if !fine {
-                let (cleaned, valid) = clean(colour);
-                if !valid {
-                    if !pixels.sanitise {
-                        return Err(RowError::Texel(InvalidTexel { x: x as u32, y }));
-                    }
-                    summary.sanitised += 1;
-                }
-                colour = cleaned;
-                l = luminance_of(colour);
-                if l == f32::INFINITY {
-                    // Rounding can carry the sum of three large channels beyond the largest float.
-                    l = crate::light::pixels::luminance_f64(colour) as f32;
-                }
-                if l == f32::INFINITY {
-                    summary.infinite += angle;
-                    *out = l;
-                    continue;
-                }
+                let mended = mended(colour, pixels.sanitise, pixels.absolute);
+                let mended = mended.ok_or(RowError::Texel(InvalidTexel { x: x as u32, y }))?;
+                summary.sanitised += u64::from(mended != colour);
+                colour = mended;
+                // Rounding can carry the sum of three large channels beyond the largest float.
+                l = luminance_of(colour).min(f32::MAX);
             }
             *out = l;
             let light = f64::from(l) * angle;
             summary.light += light;
             summary.brightest = summary.brightest.max(light);
-            summary.largest = summary.largest.max(f64::from(l));
             for (total, c) in total.iter_mut().zip(colour) {
                 *total += f64::from(c) * angle;
             }

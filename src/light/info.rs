@@ -22,11 +22,11 @@ pub struct LightInfo {
     pub height: u32,
     /// WIS_FILTER_*.
     pub filter: u32,
-    /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE.
+    /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE and WIS_ENVIRONMENT_ABSOLUTE.
     pub flags: u32,
     /// Bytes of the environment: that much of the block is in use and needs to be saved.
     pub bytes: u64,
-    /// Texels that were replaced.
+    /// Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced.
     pub sanitised: u64,
     /// Tells environments apart: a hash of the bytes, also of world_from_map.
     pub content_id: u64,

@@ -93,14 +93,14 @@ pub fn size(plan: &Plan) -> Option<Size> {
 
 /// Marks all items as not done.
 pub fn begin(rows: &mut [RowSummary], work: &mut [CellWork], cell_light: &mut [f64]) {
-    rows.fill(RowSummary { largest: UNFINISHED, ..RowSummary::default() });
+    rows.fill(RowSummary { brightest: UNFINISHED, ..RowSummary::default() });
     work.fill(CellWork { level: UNCHOSEN, ..CellWork::default() });
     cell_light.fill(UNFINISHED);
 }
 
 /// Whether all rows are decoded.
 pub fn decoded(rows: &[RowSummary]) -> bool {
-    rows.iter().all(|row| row.largest != UNFINISHED)
+    rows.iter().all(|row| row.brightest != UNFINISHED)
 }
 
 /// Whether the grids of all cells are chosen.

@@ -81,21 +81,21 @@ impl RowError {
     }
 }
 
+/// What +Inf counts as: the largest half float, since suns overflow in maps of half floats.
+pub const INFINITE: f32 = 65_504.0;
+
 /// What a row held besides light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct RowSummary {
-    /// The largest finite luminance.
-    pub largest: f64,
-    /// Texels that were sanitised.
+    /// Texels that were negative, or sanitised.
     pub sanitised: u64,
 }
 
-/// Decodes one row into luminance and, if `rgb` is not empty, RGB. A texel with an infinite channel is left
-/// infinite: what it becomes is known only when all rows are.
+/// Decodes one row into luminance and, if `rgb` is not empty, RGB.
 ///
 /// # Errors
-/// The first invalid texel, unless `sanitise`.
+/// The first texel that is NaN or infinite, unless `sanitise`.
 pub fn decode_row(
     pixels: &Pixels,
     bytes: &[u8],
@@ -108,18 +108,10 @@ pub fn decode_row(
     let texels = bytes.chunks_exact((pixels.channels as usize * pixels.format.bytes()).max(1));
     let mut colours = rgb.iter_mut();
     for ((x, texel), out) in (0u32..).zip(texels).zip(luminance.iter_mut()) {
-        let (colour, valid) = clean(channels(pixels, texel));
-        if !valid {
-            if !sanitise {
-                return Err(RowError::Texel(InvalidTexel { x, y }));
-            }
-            summary.sanitised += 1;
-        }
-        let value = luminance_f64(colour);
-        if value > summary.largest && value < f64::INFINITY {
-            summary.largest = value;
-        }
-        *out = value;
+        let found = channels(pixels, texel);
+        let colour = mended(found, sanitise, false).ok_or(RowError::Texel(InvalidTexel { x, y }))?;
+        summary.sanitised += u64::from(colour != found);
+        *out = luminance_f64(colour);
         if let Some(out) = colours.next() {
             *out = colour;
         }
@@ -147,13 +139,15 @@ fn channels(pixels: &Pixels, texel: &[u8]) -> [f32; 3] {
     if pixels.channels == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
 }
 
-/// NaN, negative infinity and negative channels become 0, a texel with +Inf becomes all +Inf; -0 is 0.
-pub(crate) fn clean(colour: [f32; 3]) -> ([f32; 3], bool) {
-    let valid = colour.iter().all(|c| (0.0..f32::INFINITY).contains(c));
-    if colour.contains(&f32::INFINITY) {
-        return ([f32::INFINITY; 3], false);
-    }
-    (colour.map(|c| if c > 0.0 { c } else { 0.0 }), valid)
+/// A colour as light: a negative channel is 0, or its size with `absolute`; with `sanitise` NaN is 0 and +Inf [`INFINITE`].
+/// `None` without `sanitise` for what is not finite.
+pub(crate) fn mended(colour: [f32; 3], sanitise: bool, absolute: bool) -> Option<[f32; 3]> {
+    let light = |c: f32| match if absolute { c.abs() } else { c } {
+        f32::INFINITY => INFINITE,
+        c if c > 0.0 => c,
+        _ => 0.0,
+    };
+    (sanitise || colour.iter().all(|c| c.is_finite())).then(|| colour.map(light))
 }
 
 /// A 16-bit float as f32, exactly.

@@ -35,18 +35,21 @@ pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
 /// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
 /// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
-/// Bad texels are replaced and counted instead of rejected: NaN, -Inf and negative channels by 0, a texel with
-/// +Inf by the largest finite luminance of the map.
+/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float, in maps
+/// of 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
 pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
 /// No products will be prepared with it, nor shared by hits, nor used for several rays: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
+/// Negative channels count by their size instead of as 0, for renderers that look them up as they are: pdf > 0 wherever |L| > 0.
+pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
 
 const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
     | WIS_ENVIRONMENT_EXACT_ZERO
     | WIS_ENVIRONMENT_COMPENSATED
     | WIS_ENVIRONMENT_SANITISE
-    | WIS_ENVIRONMENT_LIGHT_ONLY;
+    | WIS_ENVIRONMENT_LIGHT_ONLY
+    | WIS_ENVIRONMENT_ABSOLUTE;
 
 /// What any configuration says of a map.
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +143,8 @@ impl Request {
                 return Err(Fault { status: Status::Overflow, field });
             }
         }
-        let pixels = Pixels { channels, format, sanitise: has(WIS_ENVIRONMENT_SANITISE) };
+        let (sanitise, absolute) = (has(WIS_ENVIRONMENT_SANITISE), has(WIS_ENVIRONMENT_ABSOLUTE));
+        let pixels = Pixels { channels, format, sanitise, absolute };
         let plan = Plan::new(&Description {
             layout,
             width,

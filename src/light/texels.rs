@@ -16,8 +16,6 @@ pub struct Texels<'a> {
     pub luminance: &'a [f32],
     /// [`row_weights`] of each row of patches.
     pub rows: &'a [[f64; 2]],
-    /// What the luminance of an infinite texel is.
-    pub largest: f32,
     /// What no luminance lies below.
     pub least: f32,
     /// The mean that compensation subtracts.
@@ -55,8 +53,7 @@ impl Texels<'_> {
     /// A luminance as light.
     #[inline(always)]
     fn light(&self, luminance: f32) -> f32 {
-        let l = if luminance < self.largest { luminance } else { self.largest };
-        let l = if l < self.least { self.least } else { l };
+        let l = if luminance < self.least { self.least } else { luminance };
         if self.plan.of.compensated { (l - self.mean).max(l * (1.0 / 64.0)) } else { l }
     }
 

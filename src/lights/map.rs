@@ -11,7 +11,7 @@ pub struct Map {
     pub pixels: Pixels,
     /// From its space to the world's.
     pub frame: Frame,
-    /// NaN, infinite and negative channels are replaced instead of rejected.
+    /// NaN and infinite channels are replaced instead of rejected.
     pub sanitise: bool,
 }
 
@@ -21,7 +21,7 @@ impl Map {
         [self.pixels.width, self.pixels.height]
     }
 
-    /// Reads all texels; +Inf becomes the largest finite luminance, in grey. `rgb` may be empty.
+    /// Reads all texels. `rgb` may be empty.
     ///
     /// # Errors
     /// [`BuildError::Row`].
@@ -32,21 +32,12 @@ impl Map {
         rgb: &mut [[f32; 3]],
     ) -> core::result::Result<(), BuildError> {
         let width = self.pixels.width.max(1) as usize;
-        let (mut largest, mut colours) = (0.0, rgb.chunks_exact_mut(width));
+        let mut colours = rgb.chunks_exact_mut(width);
         for (y, values) in (0..).zip(luminance.chunks_exact_mut(width)) {
             let colours = colours.next().unwrap_or(&mut []);
             let decoded = rows.row(y).ok_or(RowError::Missing);
             let decoded = decoded.and_then(|row| decode_row(&self.pixels, row, y, self.sanitise, values, colours));
-            let summary = decoded.map_err(|error| BuildError::Row(y, error))?;
-            largest = if summary.largest > largest { summary.largest } else { largest };
-        }
-        let mut colours = rgb.iter_mut();
-        for value in luminance {
-            let colour = colours.next();
-            if !(*value < f64::INFINITY) {
-                *value = largest;
-                colour.into_iter().for_each(|colour| *colour = [largest as f32; 3]);
-            }
+            decoded.map_err(|error| BuildError::Row(y, error))?;
         }
         Ok(())
     }

@@ -79,7 +79,7 @@ fn strides_of_rows() {
 #[test]
 fn bad_texels() {
     let (scene, init) = (Scene::new(), function("wis_wavelet_light_init"));
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -f32::MIN_POSITIVE] {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for (x, y, channel) in [(0, 0, 0), (5, 0, 2), (3, 1, 1), (0, 2, 0), (5, 2, 2)] {
             let mut pixels = vec![1.0f32; 6 * 3 * 3];
             pixels[(y * 6 + x) * 3 + channel] = bad;
@@ -92,7 +92,7 @@ fn bad_texels() {
             call.edit("info", |info: &mut EnvironmentInfo| assert_eq!(info.sanitised, 1));
         }
     }
-    for harmless in [0.0, -0.0, f32::MAX, 1e-45] {
+    for harmless in [0.0, -0.0, -1.0, f32::MAX, 1e-45] {
         let pixels = vec![harmless; 6 * 3 * 3];
         let mut call = Call::valid(&scene, &init);
         call.edit("config", |c: &mut EnvironmentConfig| c.pixels = pixels.as_ptr().cast());

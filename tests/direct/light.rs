@@ -48,7 +48,7 @@ impl Light {
         let length = (4 * map.channels * map.width) as usize;
         let bytes: &[u8] = bytemuck::cast_slice(&map.pixels);
         let row = |y: u32| bytes.get(y as usize * length..(y as usize + 1) * length);
-        let pixels = Pixels { channels: map.channels, format: Format::F32, sanitise: false };
+        let pixels = Pixels { channels: map.channels, format: Format::F32, sanitise: false, absolute: false };
         let frame = Frame::new(&TURNED).unwrap();
         let blocks = (bytemuck::cast_slice_mut(&mut memory), bytemuck::cast_slice_mut(&mut scratch));
         Environment::build_in(&plan, &pixels, &frame, row, blocks.0, blocks.1).unwrap();

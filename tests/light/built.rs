@@ -37,7 +37,7 @@ impl Built {
         let size = plan.size()?;
         let filled = |bytes: usize| vec![u128::from_ne_bytes([filling; 16]); bytes.div_ceil(16)];
         let (mut words, mut scratch) = (filled(size.bytes), filled(size.scratch));
-        let pixels = Pixels { channels: 1, format: Format::F32, sanitise };
+        let pixels = Pixels { channels: 1, format: Format::F32, sanitise, absolute: false };
         let (memory, scratch) = (bytemuck::cast_slice_mut(&mut words), bytemuck::cast_slice_mut(&mut scratch));
         let bytes = Environment::build_in(&plan, &pixels, &Frame::IDENTITY, row, memory, scratch)?.as_bytes().len();
         Ok(Built { words, bytes })

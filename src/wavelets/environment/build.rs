@@ -31,7 +31,7 @@ pub struct Config {
     pub exact_zero: bool,
     /// RGB averages are stored too.
     pub rgb: bool,
-    /// Invalid texels are replaced and counted, not rejected.
+    /// NaN and infinite channels are replaced, not rejected.
     pub sanitise: bool,
     /// Cells of a pyramid are refined where light varies within them.
     pub refined: bool,
@@ -110,13 +110,6 @@ pub struct Decoded<'a> {
     pub luminance: &'a [f64],
     /// Row by row; empty if RGB is not kept.
     pub rgb: &'a [[f32; 3]],
-    /// What +Inf counts as: the largest finite luminance.
-    pub replacement: f64,
-}
-
-/// The replacement for +Inf from the summaries of all rows.
-pub fn replacement(rows: &[RowSummary]) -> f64 {
-    rows.iter().fold(0.0, |largest, row| if row.largest > largest { row.largest } else { largest })
 }
 
 /// Texels with what the client's bilinear look-up spreads to them.
@@ -153,13 +146,11 @@ impl Dilated<'_> {
     }
 
     fn luminance(&self, index: usize) -> f64 {
-        let value = self.decoded.luminance.get(index).copied().unwrap_or(0.0);
-        if value < f64::INFINITY { value } else { self.decoded.replacement }
+        self.decoded.luminance.get(index).copied().unwrap_or(0.0)
     }
 
     fn rgb(&self, index: usize) -> [f64; 3] {
-        let colour = self.decoded.rgb.get(index).copied().unwrap_or([0.0; 3]);
-        colour.map(|c| if c < f32::INFINITY { f64::from(c) } else { self.decoded.replacement })
+        self.decoded.rgb.get(index).copied().unwrap_or([0.0; 3]).map(f64::from)
     }
 }
 

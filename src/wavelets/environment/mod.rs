@@ -14,9 +14,7 @@ pub mod request;
 mod spread;
 
 pub use crate::light::pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
-pub use build::{
-    Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
-};
+pub use build::{Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, write_kept};
 pub use flags::*;
 pub use integrate::Texels;
 pub use refine::{Refinement, refine};
@@ -49,7 +47,7 @@ pub struct Header {
     pub bytes: u64,
     /// A hash of everything else.
     pub content_id: u64,
-    /// Texels that were sanitised.
+    /// Texels that were negative, or sanitised.
     pub sanitised: u64,
     /// The integral of luminance over the sphere, in the units of the input.
     pub power: f64,

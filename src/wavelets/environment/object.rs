@@ -1,9 +1,7 @@
 //! The environment as one block of bytes without pointers, in the caller's memory.
 
 use super::WIS_WAVELET_LIGHT_RGB;
-use super::build::{
-    Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, replacement, write_kept,
-};
+use super::build::{Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, write_kept};
 use super::refine::{Refinement, refine};
 use super::spread::{Refined, Spread};
 use super::{ALL_FLAGS, Environment, Header, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
@@ -228,8 +226,7 @@ impl<'a> Environment<'a> {
             let rgb = colours.next().unwrap_or_default();
             *summary = decode(config, rows, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
         }
-        let decoded =
-            Decoded { luminance: scratch.texels, rgb: scratch.texels_rgb, replacement: replacement(scratch.rows) };
+        let decoded = Decoded { luminance: scratch.texels, rgb: scratch.texels_rgb };
         let (mut spreads, mut colours) =
             (scratch.spread.chunks_exact_mut(cells.max(1)), scratch.cells_rgb.chunks_exact_mut(cells.max(1)));
         for (i, luminance) in (0..).zip(scratch.cells.chunks_exact_mut(cells.max(1))) {

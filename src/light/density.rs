@@ -10,7 +10,7 @@ pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
 use crate::numeric::{self, ONE_MINUS_EPSILON};
 use crate::simd::{Apart, Num, prefetch};
-use crate::sphere::Frame;
+use crate::sphere::{Frame, UNIT};
 use crate::status::{Result, Status};
 use glam::Vec3;
 
@@ -40,9 +40,10 @@ fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
 #[inline(always)]
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     let squared = x * x + y * y + z * z;
-    let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
-    // One Newton step of the reciprocal root from 1: within 4e-7 of it.
-    let scale = F::splat(1.5) - F::splat(0.5) * squared;
+    let from_one = squared - F::splat(1.0);
+    let unit = from_one.abs().lt(F::splat(UNIT));
+    // The series of the reciprocal root about 1: within 3e-9 of it.
+    let scale = F::splat(1.5) - F::splat(0.5) * squared + F::splat(0.375) * from_one * from_one;
     ([x * scale, y * scale, z * scale], unit)
 }
 

@@ -12,7 +12,6 @@ use crate::numeric::{self, ONE_MINUS_EPSILON};
 use crate::simd::{Apart, Num, prefetch};
 use crate::sphere::{Frame, UNIT};
 use crate::status::{Result, Status};
-use glam::Vec3;
 
 /// The first step towards the middle of a patch, as a share of the way; it doubles until it is all of it.
 const FIRST_STEP: f32 = 1.0 / (1 << 22) as f32;
@@ -268,9 +267,9 @@ impl Light<'_> {
     }
 
     /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the
-    /// patch's share of `u`, along each axis.
-    pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
-        let (map, _) = self.valid(frame, wi.to_array());
+    /// patch's share of `u`, along each axis. The direction is normalised as [`Light::pdf`] does it, or rounding would part them.
+    pub fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Inverted {
+        let (map, _) = self.valid(frame, wi);
         let located = self.locate::<f32>(map, true);
         if !(self.alone(&located) > 0.0) {
             return Inverted::Zero;

@@ -35,7 +35,7 @@ fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
     F::splat(a) * x + F::splat(b) * y + F::splat(c) * z
 }
 
-/// Directions normalised, and which of them are of unit length, within 1e-3 of the square; others mean nothing.
+/// Directions normalised, and which of them are of unit length, within 1e-3; others mean nothing.
 #[inline(always)]
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     let squared = x * x + y * y + z * z;
@@ -232,11 +232,25 @@ impl Light<'_> {
                     solid_angle: floats::<F, TOGETHER>(solid_angle, first),
                 };
                 let valid = F::splat(0.0).lt(floats::<F, TOGETHER>(valid, first));
-                let pdf = F::only(valid, self.alone(&self.at_place(&patch, &place))).store();
+                let located = self.at_place(&patch, &place);
+                let pdf = F::only(valid, self.alone(&located)).store();
                 for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
                     *out = pdf;
                 }
+                let dark = F::bits(F::and(valid, self.dark_at_border(&located, &place)));
+                if dark != 0 {
+                    self.pdfs_one_by_one(frame, wi.get(first..).unwrap_or(&[]), out, dark);
+                }
             }
+        }
+    }
+
+    /// Replaces the pdfs of the lanes of which the bits are set.
+    #[cold]
+    #[inline(never)]
+    fn pdfs_one_by_one(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32], lanes: u32) {
+        for (_, (&wi, out)) in wi.iter().zip(out).enumerate().filter(|(lane, _)| (lanes >> lane) & 1 != 0) {
+            *out = self.pdf::<f32>(frame, wi);
         }
     }
 

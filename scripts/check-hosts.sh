@@ -32,6 +32,13 @@ build fibers
 build soak
 "$out/soak"
 
+# The flags are split into words on purpose.
+# shellcheck disable=SC2086
+for name in plugin again; do cc $flags -shared -fPIC plugin.c "$archive" -o "$out/$name.so"; done
+# shellcheck disable=SC2086
+cc $flags -rdynamic own.c -ldl -o "$out/own"
+"$out/own" "$out/plugin.so" "$out/again.so" "$out/first.so"
+
 rustc --edition 2024 --crate-type staticlib -o "$out/libother.a" other.rs
 for order in first last; do
     if [ "$order" = first ]; then build beside "$out/libother.a"; else build beside "$archive" "$out/libother.a"; fi

@@ -38,6 +38,10 @@ $declared"
 global=$(nm --extern-only --defined-only "$lib/libwis.a" | awk 'NF == 3 { print $2, $3 }' | LC_ALL=C sort)
 [ "$global" = "$(echo "$declared" | sed 's/^/T /')" ] || fail "the archive's global symbols" "$global"
 
+# Hidden, or a plug-in that links the archive would export them, and call those of its host.
+exported=$(readelf --symbols --wide "$lib/libwis.a" 2> /dev/null | awk '$5 == "GLOBAL" && $6 != "HIDDEN" && $7 != "UND" { print $8 }')
+[ -z "$exported" ] || fail "what links the archive exports" "$exported"
+
 # What it wants from outside.
 wanted=$(nm --undefined-only "$lib/libwis.a" | awk '$1 == "U" { print $2 }' | grep -vxE 'mem(cpy|move|set|cmp)' || true)
 [ -z "$wanted" ] || fail "the archive wants" "$wanted"

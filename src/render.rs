@@ -188,8 +188,8 @@ impl Sampler<'_> {
     /// [`Status::InvalidTransform`] for a direction that is not of unit length, [`Status::ZeroDensity`] where nothing leads
     /// there, [`Status::Unreachable`] where no u of 24 bits does.
     pub fn invert(&self, environment: &Environment<'_>, wi: [f32; 3]) -> Result<[f32; 2]> {
-        let direction = unit(wi).ok_or(Status::InvalidTransform)?;
-        environment.light().invert(&environment.frame(), direction).numbers()
+        unit(wi).ok_or(Status::InvalidTransform)?;
+        environment.light().invert(&environment.frame(), wi).numbers()
     }
 }
 

@@ -265,9 +265,10 @@ fn is_orthonormal(m: &[f32; 9]) -> bool {
 
 #[test]
 fn only_unit_vectors_are_directions() {
-    let accepted = |squared: f32| unit([0.0, 0.0, squared.sqrt()]).is_some();
-    assert!(accepted(1.0) && accepted(1.0009) && accepted(0.9991));
-    assert!(!accepted(1.0011) && !accepted(0.9989) && !accepted(0.0) && !accepted(2.0));
+    let accepted =
+        |length: f32| [[0.0, 0.0, 1.0], [0.36, 0.48, -0.8]].iter().all(|d| unit(d.map(|x| length * x)).is_some());
+    let (within, beyond) = ([0.999, 0.9995, 1.0, 1.0005, 1.001], [0.0, 0.9989, 1.0011, 1.01, 2.0]);
+    assert!(within.into_iter().all(accepted) && !beyond.into_iter().any(accepted));
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         assert!(unit([bad, 0.0, 1.0]).is_none());
     }

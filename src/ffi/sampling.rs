@@ -126,7 +126,7 @@ pub unsafe extern "C" fn wis_invert(
             let statuses = slice_mut(status, count, 9)?;
             let (light, frame) = (environment.light(), environment.frame());
             invert_each(&wi, &u, statuses, &|wi| {
-                let wi = unit(wi).ok_or(Status::InvalidTransform)?;
+                unit(wi).ok_or(Status::InvalidTransform)?;
                 let found = match &shaded {
                     Some(shaded) => shaded.invert(&frame, wi),
                     None => light.invert(&frame, wi),

@@ -10,9 +10,8 @@ pub use super::walk::clamp_u;
 use super::walk::{Floats, TOGETHER, Walk, floats, put, set};
 use crate::numeric::{self, ONE_MINUS_EPSILON};
 use crate::simd::{Apart, Num, prefetch};
-use crate::sphere::Frame;
+use crate::sphere::{Frame, UNIT};
 use crate::status::{Result, Status};
-use glam::Vec3;
 
 /// The first step towards the middle of a patch, as a share of the way; it doubles until it is all of it.
 const FIRST_STEP: f32 = 1.0 / (1 << 22) as f32;
@@ -36,13 +35,14 @@ fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
     F::splat(a) * x + F::splat(b) * y + F::splat(c) * z
 }
 
-/// Directions normalised, and which of them are of unit length, within 1e-3 of the square; others mean nothing.
+/// Directions normalised, and which of them are of unit length, within 1e-3; others mean nothing.
 #[inline(always)]
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     let squared = x * x + y * y + z * z;
-    let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
-    // One Newton step of the reciprocal root from 1: within 4e-7 of it.
-    let scale = F::splat(1.5) - F::splat(0.5) * squared;
+    let from_one = squared - F::splat(1.0);
+    let unit = from_one.abs().lt(F::splat(UNIT));
+    // The series of the reciprocal root about 1: within 3e-9 of it.
+    let scale = F::splat(1.5) - F::splat(0.5) * squared + F::splat(0.375) * from_one * from_one;
     ([x * scale, y * scale, z * scale], unit)
 }
 
@@ -232,11 +232,25 @@ impl Light<'_> {
                     solid_angle: floats::<F, TOGETHER>(solid_angle, first),
                 };
                 let valid = F::splat(0.0).lt(floats::<F, TOGETHER>(valid, first));
-                let pdf = F::only(valid, self.alone(&self.at_place(&patch, &place))).store();
+                let located = self.at_place(&patch, &place);
+                let pdf = F::only(valid, self.alone(&located)).store();
                 for (out, &pdf) in out.iter_mut().zip(pdf.as_ref()) {
                     *out = pdf;
                 }
+                let dark = F::bits(F::and(valid, self.dark_at_border(&located, &place)));
+                if dark != 0 {
+                    self.pdfs_one_by_one(frame, wi.get(first..).unwrap_or(&[]), out, dark);
+                }
             }
+        }
+    }
+
+    /// Replaces the pdfs of the lanes of which the bits are set.
+    #[cold]
+    #[inline(never)]
+    fn pdfs_one_by_one(&self, frame: &Frame, wi: &[[f32; 3]], out: &mut [f32], lanes: u32) {
+        for (_, (&wi, out)) in wi.iter().zip(out).enumerate().filter(|(lane, _)| (lanes >> lane) & 1 != 0) {
+            *out = self.pdf::<f32>(frame, wi);
         }
     }
 
@@ -267,9 +281,9 @@ impl Light<'_> {
     }
 
     /// The `u` that leads to a world direction of unit length: into the same patch, and there within 2^-22 of `u` over the
-    /// patch's share of `u`, along each axis.
-    pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
-        let (map, _) = self.valid(frame, wi.to_array());
+    /// patch's share of `u`, along each axis. The direction is normalised as [`Light::pdf`] does it, or rounding would part them.
+    pub fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Inverted {
+        let (map, _) = self.valid(frame, wi);
         let located = self.locate::<f32>(map, true);
         if !(self.alone(&located) > 0.0) {
             return Inverted::Zero;

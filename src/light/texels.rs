@@ -190,6 +190,14 @@ impl Texels<'_> {
 
     /// The values at the corners of a tile's grid, row by row, [`BLOCK`] + 1 in each.
     pub fn corners(&self, tile: &Tile, corners: &mut Corners) {
+        self.marked_corners(tile, corners);
+        for corner in corners.iter_mut() {
+            *corner = corner.abs();
+        }
+    }
+
+    /// As [`Texels::corners`], with lifted ones below 0.
+    fn marked_corners(&self, tile: &Tile, corners: &mut Corners) {
         let columns = |i: u32| self.texel_at(0, tile.edge(0, i));
         let ((first, part), step) = (columns(0), tile.step[0]);
         let last = first + i64::from(tile.edge(0, tile.grid[0]) - tile.edge(0, 0));
@@ -222,13 +230,12 @@ impl Texels<'_> {
         }
     }
 
-    /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density: those
-    /// of lit patches, and of the patches around these.
+    /// Lifts black corners next to light, so that a direction which the renderer's rounding still finds lit has a density.
     fn spread(&self, tile: &Tile, corners: &mut Corners) {
         for (j, row) in (0..=tile.grid[1]).zip(corners.chunks_exact_mut(BLOCK + 1)) {
             for (i, corner) in (0..=tile.grid[0]).zip(row.iter_mut()).filter(|(_, corner)| !(**corner > 0.0)) {
                 let [(x, _), (y, _)] = [self.texel_at(0, tile.edge(0, i)), self.texel_at(1, tile.edge(1, j))];
-                *corner = self.spread_from(tile.face, [x, y], -2..=2);
+                *corner = -self.spread_from(tile.face, [x, y]);
             }
         }
     }
@@ -239,12 +246,12 @@ impl Texels<'_> {
     }
 
     /// What black keeps of the brightest texel beside it: little enough that samples are not wasted on it.
-    fn spread_from(&self, face: u32, [x, y]: [i64; 2], beside: core::ops::RangeInclusive<i64>) -> f32 {
+    fn spread_from(&self, face: u32, [x, y]: [i64; 2]) -> f32 {
         const SHARE: f32 = 1.0 / (1 << 20) as f32;
         const LEAST: f32 = f32::from_bits(1);
         let mut brightest = 0.0f32;
-        for dy in beside.clone() {
-            for dx in beside.clone() {
+        for dy in -2..=2 {
+            for dx in -2..=2 {
                 brightest = brightest.max(self.texel_near(face, x + dx, y + dy));
             }
         }
@@ -276,9 +283,8 @@ impl Texels<'_> {
         let mut corners: Corners = [0.0; (BLOCK + 1) * (BLOCK + 1)];
         let bilinear = self.plan.of.filter == Filter::Bilinear;
         if bilinear {
-            self.corners(tile, &mut corners);
+            self.marked_corners(tile, &mut corners);
         }
-        let black_is_dark = self.black_is_dark();
         let rows = corners.windows(2 * BLOCK + 2).step_by(BLOCK + 1);
         for (j, pair) in (0..tile.grid[1]).zip(rows) {
             let (above, below) = pair.split_at(BLOCK + 1);
@@ -292,12 +298,12 @@ impl Texels<'_> {
                     Layout::Cube => self.cube_weights(x, y),
                     _ => self.column_weights(x, weights),
                 };
-                let light = if bilinear && black_is_dark && c00.min(c01).min(c10.min(c11)) <= 0.0 {
-                    // No texel at its corners is lit. At a dark corner a sample would have no density.
+                let light = if bilinear && c00.max(c01).max(c10.max(c11)) <= 0.0 {
+                    // Black, whatever its corners are lifted to.
                     0.0
                 } else if bilinear {
-                    let upper = w00 * f64::from(c00) + w01 * f64::from(c01);
-                    upper + (w10 * f64::from(c10) + w11 * f64::from(c11))
+                    let [c00, c01, c10, c11] = [c00, c01, c10, c11].map(|c| f64::from(c.abs()));
+                    (w00 * c00 + w01 * c01) + (w10 * c10 + w11 * c11)
                 } else {
                     ((w00 + w01) + (w10 + w11)) * f64::from(self.patch(tile.face, x, y))
                 };
@@ -318,12 +324,7 @@ impl Texels<'_> {
             (true, refined) => (2 * y + 1 + refined) / (2 * refined).max(1),
         };
         let [x, y] = [(x / (*refined).max(1)).min(last[0]), row.min(last[1])];
-        let light = self.inner(face, x, y);
-        if self.black_is_dark() && !(light > 0.0) {
-            self.spread_from(face, [x.into(), y.into()], -1..=1)
-        } else {
-            light
-        }
+        self.inner(face, x, y)
     }
 
     /// The light of each patch of a tile whose step is 0, for a nearest client: row by row, [`BLOCK`] + 1 in each.

@@ -592,8 +592,8 @@ struct Locate<'a, F> {
 
 impl<F: Num> Locate<'_, F> {
     #[inline(always)]
-    fn walk<const N: usize>(self) -> Located<F> {
-        let Locate { light, direction, numbers } = self;
+    fn walk<const N: usize>(&self) -> (Located<F>, Place<F>) {
+        let &Locate { light, direction, numbers } = self;
         let place = light.chart.place(direction);
         let [columns, rows] = light.chart.axes;
         let mut walk = Walk::<N>::new();
@@ -602,7 +602,12 @@ impl<F: Num> Locate<'_, F> {
         let mut of_cells = OfCells::<N>::new();
         walk.at(light, if numbers { Some(&mut of_cells) } else { None }, N);
         let of_cells = if numbers { Some(&of_cells) } else { None };
-        light.at_place(&walk.patches::<F>(light, of_cells, 0), &place)
+        (light.at_place(&walk.patches::<F>(light, of_cells, 0), &place), place)
+    }
+
+    #[inline(always)]
+    fn find(&self) -> (Located<F>, Place<F>) {
+        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
     }
 }
 
@@ -611,9 +616,33 @@ impl<F: Num> Apart<F> for Locate<'_, F> {
 
     #[inline(always)]
     fn run(self) -> Located<F> {
-        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
+        let (located, place) = self.find();
+        let dark = self.light.dark_at_border(&located, &place);
+        if F::bits(dark) == 0 { located } else { self.beside(dark) }
     }
 }
+
+impl<F: Num> Locate<'_, F> {
+    /// Moves the directions of dark lanes over the border, where light is beside.
+    #[cold]
+    #[inline(never)]
+    fn beside(&self, dark: F::Mask) -> Located<F> {
+        let mut moved = self.direction;
+        let mut lanes = F::bits(dark);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let of_lane = moved.map(|axis| axis.store().as_ref().get(lane).copied().unwrap_or(0.0));
+            for (axis, x) in moved.iter_mut().zip(self.light.lit_beside(of_lane)) {
+                set(axis, lane, x);
+            }
+        }
+        Locate { light: self.light, direction: moved, numbers: self.numbers }.find().0
+    }
+}
+
+/// How far rounding may carry a direction, of a client or of its own, in radians.
+const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
 impl Light<'_> {
     /// The cell that `u` (column, row) falls into in tables of cells, and the position in it.
@@ -653,6 +682,40 @@ impl Light<'_> {
     #[inline(always)]
     pub(super) fn locate_here<F: Num>(&self, direction: Direction<F>, numbers: bool) -> Located<F> {
         Locate { light: self, direction, numbers }.run()
+    }
+
+    /// The lanes without light from which rounding may lead a client over a border of their patches.
+    #[inline(always)]
+    pub(super) fn dark_at_border<F: Num>(&self, located: &Located<F>, place: &Place<F>) -> F::Mask {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let [across, down] = [0, 1].map(|k: usize| {
+            let position = located.position[k];
+            position.min(one - position) * located.patch.size[k]
+        });
+        // Texels are at least as narrow as this is, for their solid angle.
+        let [columns, rows] = self.chart.axes;
+        let widest = 2.0 * core::f32::consts::PI / columns.length.min(rows.length);
+        let angle = across.min(down) * place.solid_angle * F::splat(1.0 / widest);
+        F::and(self.alone(located).le(zero), angle.lt(F::splat(ROUNDING)))
+    }
+
+    /// The brightest of the directions that rounding makes of one, if any is lit. About a pole it moves azimuths, too.
+    fn lit_beside(&self, direction: Direction<f32>) -> Direction<f32> {
+        /// A pole has any azimuth: that of directions so close to it.
+        const POLE: f32 = 1e-30;
+        let [x, y, z] = direction;
+        let turn = ROUNDING * x.abs().max(y.abs()).max(POLE);
+        let sign = |of: u32, bit: u32| if (of >> bit) & 1 == 0 { 1.0 } else { -1.0 };
+        let corner = |k: u32| [0, 1, 2].map(|axis: usize| direction[axis] + ROUNDING * sign(k, axis as u32));
+        let turned = [[x + turn, y, z], [x - turn, y, z], [x, y + turn, z], [x, y - turn, z]];
+        let (mut brightest, mut found) = (0.0, direction);
+        for moved in (0..8).map(corner).chain(turned) {
+            let density = self.alone(&Locate { light: self, direction: moved, numbers: false }.find().0);
+            if density > brightest {
+                (brightest, found) = (density, moved);
+            }
+        }
+        found
     }
 
     /// A place in the patch that holds it.
@@ -698,7 +761,9 @@ impl Light<'_> {
                 out = F::or(out, F::or(from.lt(margin), (patch.size[k] - margin).lt(from)));
             }
         }
-        (within(patch, &drawn.shape, &place), out)
+        let located = within(patch, &drawn.shape, &place);
+        // What has no density where it was drawn may have one where it is found.
+        (located, F::or(out, self.alone(&located).le(F::splat(0.0))))
     }
 
     /// The cell that holds a patch of a face of so many rows of cells.

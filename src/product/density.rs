@@ -14,7 +14,6 @@ use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
 use crate::simd::{Apart, LANES, Num};
 use crate::sphere::Frame;
-use glam::Vec3;
 
 /// A product with the light that it was prepared for.
 #[derive(Clone, Copy, Debug)]
@@ -382,8 +381,8 @@ impl<'a> Shaded<'a> {
     }
 
     /// The `u` that leads to a world direction of unit length, through the grid: as [`Light::invert`].
-    pub fn invert(&self, frame: &Frame, wi: Vec3) -> Inverted {
-        let (map, _) = self.light.valid(frame, wi.to_array());
+    pub fn invert(&self, frame: &Frame, wi: [f32; 3]) -> Inverted {
+        let (map, _) = self.light.valid(frame, wi);
         let (density, located) = self.find::<f32>(map);
         if !(density > 0.0) {
             return Inverted::Zero;

@@ -195,12 +195,15 @@ impl Frame {
     }
 }
 
-/// A direction of unit length within 1e-3 (of the square of its length), normalised; `None` for any other.
+/// How far the square of a unit vector's length may lie from 1: its length within 1e-3, and rounding.
+pub const UNIT: f32 = 2.002e-3;
+
+/// A direction of unit length within 1e-3, normalised; `None` for any other.
 #[inline(always)]
 pub fn unit(v: [f32; 3]) -> Option<Vec3> {
     let [x, y, z] = v;
     let squared = x * x + y * y + z * z;
-    if (squared - 1.0).abs() < 1e-3 {
+    if (squared - 1.0).abs() < UNIT {
         let length = sqrt(squared);
         Some(Vec3::new(x / length, y / length, z / length))
     } else {

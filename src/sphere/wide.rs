@@ -3,7 +3,7 @@
 use super::vector::{V3, dot, splat};
 use crate::numeric::{ATAN_TURNS, COS_TURNS, ONE_MINUS_EPSILON, SIN_TURNS};
 use crate::simd::Lanes;
-use crate::sphere::Frame;
+use crate::sphere::{Frame, UNIT};
 
 /// The points of [0, 1)^2 for directions of unit length.
 #[inline(always)]
@@ -64,7 +64,7 @@ pub fn to_map<F: Lanes>(frame: &Frame, v: V3<F>) -> V3<F> {
 #[inline(always)]
 pub fn unit<F: Lanes>([x, y, z]: V3<F>) -> (V3<F>, F::Mask) {
     let squared = x * x + y * y + z * z;
-    let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
+    let unit = (squared - F::splat(1.0)).abs().lt(F::splat(UNIT));
     let length = squared.sqrt();
     ([x / length, y / length, z / length], unit)
 }

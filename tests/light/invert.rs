@@ -25,7 +25,7 @@ fn test(built: &Built, near: f64) -> (usize, usize) {
         let sampled = i % 2 == 0;
         let wi =
             if sampled { built.sample(&frame, [random.f32(), random.f32()]).0 } else { single(random.direction()) };
-        match light.invert(&frame, wis::sphere::unit(wi).unwrap()) {
+        match light.invert(&frame, wi) {
             Inverted::To(u) => {
                 assert!(u.iter().all(|u| (0.0..1.0).contains(u)));
                 let back = built.sample(&frame, u).0;
@@ -67,7 +67,7 @@ fn borders_lead_back() {
                 let ((sine, cosine), (y, x)) =
                     ((polar * std::f64::consts::PI).sin_cos(), (azimuth * std::f64::consts::TAU).sin_cos());
                 let wi = single([sine * x, sine * y, cosine]);
-                let Inverted::To(u) = light.invert(&Frame::IDENTITY, wis::sphere::unit(wi).unwrap()) else {
+                let Inverted::To(u) = light.invert(&Frame::IDENTITY, wi) else {
                     panic!("{of:?}: {wi:?} cannot be reached");
                 };
                 let back = built.sample(&Frame::IDENTITY, u).0;
@@ -102,7 +102,7 @@ fn shares_below_the_resolution_of_u_are_unreachable() {
         let light = built.environment().light();
         let mut random = Random(42);
         let directions = (0..20_000).map(|_| single(random.direction()));
-        let shares = directions.map(|wi| match light.invert(&Frame::IDENTITY, wis::sphere::unit(wi).unwrap()) {
+        let shares = directions.map(|wi| match light.invert(&Frame::IDENTITY, wi) {
             Inverted::Unreachable => f64::from(built.pdf(wi)) * 4.0 * std::f64::consts::PI / 20_000.0,
             _ => 0.0,
         });

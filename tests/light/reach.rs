@@ -1,10 +1,10 @@
 //! Wherever the client's filter finds light, the density is above 0: at every corner, edge and half-texel shift of lit texels.
 
 use super::built::{Built, Random};
-use super::lookup::{Map, double, faces, single};
+use super::lookup::{Map, V3, double, faces, single};
 use super::maps::{descriptions, layouts};
 use wis::light::chart::Layout;
-use wis::light::plan::Description;
+use wis::light::plan::{Description, Filter};
 use wis::sphere::Frame;
 
 /// One texel in black: in the middle, at edges and at corners of a face; every other texel; two rows at the horizon.
@@ -104,6 +104,43 @@ fn exact_zero_keeps_black_black() {
             let mut random = Random(33);
             let black = (0..1000).filter(|_| built.pdf(single(random.direction())) == 0.0).count();
             assert!(black > 900, "{of:?}: {black}");
+        }
+    }
+}
+
+/// What is black is never returned, at the ends of u and of the tables' words, too: only the texel, or the patches around its centre, is lit.
+#[test]
+fn black_beside_light_is_never_returned() {
+    let ends = [0.0, 1.0 / 16_777_216.0, 0.5, 1.0 - f32::EPSILON, 1.0 - f32::EPSILON / 2.0];
+    let mut random = Random(35);
+    for (layout, width, height) in layouts(16) {
+        for at in (0..width * height).step_by(7) {
+            let lit = (at % width, at / width);
+            let map = Map::new(layout, width, height, |x, y| if (x, y) == lit { 7.0 } else { 0.0 });
+            for of in descriptions(&map) {
+                let of = Description { exact_zero: true, ..of };
+                let built = Built::new(&map, &of);
+                for i in 0..2000 {
+                    let u = if i < 25 { [ends[i % 5], ends[i / 5]] } else { [random.f32(), random.f32()] };
+                    let wi = double(built.sample(&Frame::IDENTITY, u).0);
+                    let mut lit_at = |wi: V3| map.radiance(&of, 0.0, wi) > 0.0;
+                    // A sample of a bilinear light may lie on the border of its patch, where the client finds 0.
+                    let beside = |_| super::maps::near(wi, random.direction(), 1e-5);
+                    let bilinear = of.filter == Filter::Bilinear;
+                    let found = lit_at(wi) || bilinear && (0..2000).map(beside).any(&mut lit_at);
+                    assert!(found, "{of:?} {lit:?}: {u:?} led to {wi:?}");
+                }
+                // Nor has it a density, but where rounding may find the light.
+                for _ in 0..500 {
+                    let wi = random.direction();
+                    let pdf = built.pdf(single(wi));
+                    assert_eq!(
+                        pdf > 0.0,
+                        map.radiance(&of, 0.0, double(single(wi))) > 0.0,
+                        "{of:?} {lit:?}: {wi:?} has {pdf}"
+                    );
+                }
+            }
         }
     }
 }

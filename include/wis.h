@@ -864,6 +864,97 @@ enum wis_status wis_check(struct wis_sampler *sampler,
                           const struct wis_check_config *config,
                           struct wis_check_info *info);
 
+/// The lobes are your BSDF.
+#define WIS_MISTAKE_NONE 0
+
+/// Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike.
+#define WIS_MISTAKE_SCALED 1
+
+/// wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below.
+#define WIS_MISTAKE_WO 2
+
+/// The normal points to the other side. Also where your surfaces have two sides: flip it to the side of wo, or set
+/// WIS_POINT_WHOLE_SPHERE.
+#define WIS_MISTAKE_NORMAL 3
+
+/// Your BSDF takes wi towards the surface: wi points to the light.
+#define WIS_MISTAKE_WI 4
+
+/// The weights of all lobes are 0.
+#define WIS_MISTAKE_NO_WEIGHT 5
+
+/// The weight of `lobe` should be `value` times as large, or `value` if it is 0.
+#define WIS_MISTAKE_WEIGHT 6
+
+/// Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED.
+#define WIS_MISTAKE_COSINE_MISSING 7
+
+/// Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set by mistake, or you multiply twice.
+#define WIS_MISTAKE_COSINE_TWICE 8
+
+/// Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square.
+#define WIS_MISTAKE_ALPHA_SQUARE 9
+
+/// Your alpha is the square root of `a` and `b` of GGX lobes.
+#define WIS_MISTAKE_ALPHA_ROOT 10
+
+/// The tangent should be rotated about the normal by `angle`. 90 degrees: `a` and `b` may be swapped instead.
+#define WIS_MISTAKE_TANGENT 11
+
+/// `eta` is inverted.
+#define WIS_MISTAKE_ETA 12
+
+/// You and the lobes scatter to different sides. You alone: rays miss that light, so set WIS_POINT_WHOLE_SPHERE or add a lobe that
+/// transmits.
+#define WIS_MISTAKE_SIDES 13
+
+/// f0 of `lobe`, and of lobes with the same f0, should be `value`.
+#define WIS_MISTAKE_F0 14
+
+/// No mistake found: the lobes resemble your BSDF, of which they are 1 - `error`. What that costs: docs/integrating.md.
+#define WIS_MISTAKE_RESEMBLES 15
+
+/// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
+#define WIS_MISTAKE_OTHER 16
+
+/// What was found.
+typedef struct wis_point_verdict {
+  /// sizeof(wis_point_verdict), set by the caller.
+  uint32_t size;
+  /// WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first.
+  uint32_t mistake;
+  /// The same as a sentence for a log; a static string.
+  const char *message;
+  /// The integral of |your BSDF - lobes| over the integral of the larger of both, 0 to 1. A common factor does not count.
+  float error;
+  /// The difference that is left without the mistake; `error` where no mistake is named.
+  float explained;
+  /// Your BSDF over the lobes without the mistake.
+  float scale;
+  /// WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: the number of the lobe, 0 = first. Else 0.
+  uint32_t lobe;
+  /// WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: see there; the luminance of a weight, grey f0. Else 0.
+  float value;
+  /// WIS_MISTAKE_TANGENT: in degrees, 0 to 180, counter-clockwise seen from the tip of the normal. Else 0.
+  float angle;
+} wis_point_verdict;
+
+/// Compares your BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a cosine too
+/// many and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate
+/// the library, or in a test.
+///
+/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 48 world
+/// directions each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that
+/// resemble a BSDF have none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and
+/// give each lobe a weight. One call cannot see `turn`, `seed` and `stream`: a `turn` that is always 0 stays unseen.
+/// WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the
+/// fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM:
+/// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 1 ms besides `target`. Work: constant.
+enum wis_status wis_check_point(struct wis_sampler *sampler,
+                                const struct wis_environment *environment,
+                                const struct wis_point *point,
+                                struct wis_point_verdict *verdict);
+
 /// A candidate and how often it was picked.
 typedef struct wis_pick {
   /// The number of the candidate, from 0.

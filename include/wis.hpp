@@ -302,6 +302,20 @@ public:
         return info;
     }
 
+    /// Compares your BSDF with the lobes of a point and names the likely mistake. `f_cos(wi)` answers the luminance of BSDF x |cosine|
+    /// for a world direction of three; `target` of the point is not read.
+    template <class FCos> result<wis_point_verdict> check_point(const wis_environment *light, wis_point point, FCos f_cos) {
+        point.target = [](void *user, std::size_t count, const float *wi, float *values) {
+            for (std::size_t i = 0; i < count; i++) values[i] = (*static_cast<FCos *>(user))(wi + 3 * i);
+            return 0;
+        };
+        point.target_user = &f_cos;
+        wis_point_verdict verdict = sized<wis_point_verdict>();
+        const status done = wis_check_point(handle_, light, &point, &verdict);
+        if (done != WIS_OK) return done;
+        return verdict;
+    }
+
 private:
     memory memory_;
     moving<wis_sampler *> handle_;

@@ -39,6 +39,7 @@ pub mod wavelets;
 #[allow(unsafe_code)]
 pub mod ffi;
 
+pub use brdf::compare::{Match, Mistake};
 pub use brdf::material::{Kind, Material, Shape};
 pub use brdf::point::{Fault, Point, Target};
 pub use direct::Ray;

@@ -6,6 +6,7 @@ use std::ptr::{null, null_mut};
 use wis::Drawn;
 use wis::direct::Ray;
 use wis::ffi::check::*;
+use wis::ffi::check_point::*;
 use wis::ffi::direct::*;
 use wis::ffi::light::*;
 use wis::ffi::material::*;
@@ -300,6 +301,22 @@ fn rays(w: &mut World) {
         config.radiance = Some(white);
         counted!(w, wis_check(memory.at(), light.of(), &config, &mut info));
     });
+    w.curve("wis_check_point", "texels", &[512, 32768], constant, check_point);
+}
+
+/// Counts one wis_check_point.
+fn check_point(w: &mut World, texels: usize) {
+    let (light, material) = (Map::new(texels).build(w), material(w, 4));
+    let (mut memory, mut verdict) = (sampler(w, &config(16, 0)), sized());
+    let mut point = point(&material);
+    point.target = Some(even);
+    counted!(w, wis_check_point(memory.at(), light.of(), &point, &mut verdict));
+}
+
+extern "C" fn even(_: *mut c_void, count: usize, _: *const f32, f_cos: *mut f32) -> c_int {
+    // SAFETY: the library gives room for `count` values.
+    unsafe { std::slice::from_raw_parts_mut(f_cos, count) }.fill(1.0);
+    0
 }
 
 extern "C" fn white(_: *mut c_void, count: usize, _: *const f32, rgb: *mut f32) -> c_int {

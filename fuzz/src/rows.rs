@@ -68,7 +68,9 @@ fn needs(name: &str) -> &'static [&'static str] {
         "wis_environment_open" | "wis_environment_turn" | "wis_environment_describe" => &["wis_environment"],
         "wis_sampler_begin_pixel" | "wis_sampler_fault" => &["wis_sampler"],
         "wis_visibility_cache_end_pass" => &["wis_visibility_cache"],
-        "wis_direct" | "wis_direct_wave" | "wis_check" | "wis_product_prepare" => &["wis_sampler", "wis_environment"],
+        "wis_direct" | "wis_direct_wave" | "wis_check" | "wis_check_point" | "wis_product_prepare" => {
+            &["wis_sampler", "wis_environment"]
+        }
         "wis_product_open" | "wis_product_describe" | "wis_product_covers" => &["wis_product", "wis_environment"],
         "wis_sample" | "wis_pdf" | "wis_invert" => &["wis_product", "wis_environment", "wis_sampler"],
         "wis_jitter_open" | "wis_jitter_sample" | "wis_jitter_pdf" => &["wis_jitter"],
@@ -191,4 +193,5 @@ pub const ROWS: &[Row] = &[
     // Functions that came later: replays of older cases end above.
     row("wis_product_open").often(),
     row("wis_jitter_open"),
+    row("wis_check_point"),
 ];

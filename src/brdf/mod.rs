@@ -3,6 +3,7 @@
 //! All lobes live in the frame of tangent, bitangent and normal, on the side of wo. They are written once for any width of
 //! [`crate::simd::Num`]. A lobe tells its luminance, draws directions and knows their density.
 
+pub mod compare;
 pub mod ggx;
 pub mod lambert;
 pub mod material;
@@ -10,3 +11,4 @@ pub mod phong;
 pub mod point;
 pub mod surface;
 pub mod vector;
+pub mod verdict;

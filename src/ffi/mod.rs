@@ -4,6 +4,7 @@
 //! cannot be checked (that a block is as long as the caller says) is the contract that the header states.
 
 pub mod check;
+pub mod check_point;
 pub mod direct;
 pub mod light;
 #[cfg(feature = "lights")]

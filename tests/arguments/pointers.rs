@@ -6,6 +6,7 @@ use super::header::{Function, Parameter, begins_with_size, functions};
 use super::scene::{SOURCES, Scene, numbers};
 use wis::direct::Ray;
 use wis::ffi::check::{CheckConfig, CheckInfo};
+use wis::ffi::check_point::PointVerdict;
 use wis::ffi::light::{LightConfig, LightInfo};
 use wis::ffi::lights::jitter::JitterConfig;
 use wis::ffi::lights::strata::StrataConfig;
@@ -79,6 +80,7 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_product_info" => align_of::<GridInfo>(),
         "wis_check_config" => align_of::<CheckConfig>(),
         "wis_check_info" => align_of::<CheckInfo>(),
+        "wis_point_verdict" => align_of::<PointVerdict>(),
         "wis_sampler_config" => align_of::<SamplerConfig>(),
         "wis_material" => align_of::<MaterialData>(),
         "wis_point" => align_of::<PointData>(),

@@ -6,6 +6,7 @@ use super::fields::{Fault, check};
 use super::header::functions;
 use super::objects::function;
 use super::scene::Scene;
+use std::ffi::{c_int, c_void};
 use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_EXACT_ZERO};
 use wis::ffi::material::{MaterialData, PointData};
 use wis::ffi::product::GridConfig;
@@ -84,7 +85,26 @@ fn points() {
         ("weight", |p| p.weight[0] = [1.0, -1e-30, 1.0], INVALID),
         ("weight", |p| p.weight[0] = [f32::INFINITY; 3], INVALID),
     ];
-    check(&["wis_direct", "wis_product_prepare"], "point", faults);
+    check(&["wis_direct", "wis_product_prepare", "wis_check_point"], "point", faults);
+}
+
+/// A comparison needs a BSDF that answers.
+#[test]
+fn compared_points() {
+    extern "C" fn negative(_: *mut c_void, _: usize, _: *const f32, f_cos: *mut f32) -> c_int {
+        // SAFETY: the library gives room for 48 values.
+        unsafe { f_cos.add(4).write(-1.0) };
+        0
+    }
+    extern "C" fn fails(_: *mut c_void, _: usize, _: *const f32, _: *mut f32) -> c_int {
+        1
+    }
+    let faults: &[Fault<PointData>] = &[
+        ("target", |p| p.target = None, Status::NullPointer),
+        ("target", |p| p.target = Some(negative), Status::CallbackFailed),
+        ("target", |p| p.target = Some(fails), Status::CallbackFailed),
+    ];
+    check(&["wis_check_point"], "point", faults);
 }
 
 /// A product answers only with the light that it was prepared with: neither with one of other pixels, nor with the same one turned.

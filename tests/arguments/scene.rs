@@ -6,6 +6,7 @@ use std::ffi::{c_int, c_void};
 use std::ptr::{null, null_mut};
 use wis::direct::Ray;
 use wis::ffi::check::{CheckConfig, CheckInfo};
+use wis::ffi::check_point::PointVerdict;
 use wis::ffi::light::*;
 use wis::ffi::lights::jitter::*;
 use wis::ffi::lights::strata::*;
@@ -270,6 +271,13 @@ impl Scene {
         })
     }
 
+    /// A point with a BRDF of its own.
+    fn seen_point(&self) -> Vec<u8> {
+        let mut point = Block::new(&self.point(), 0);
+        point.edit(|point: &mut PointData| point.target = Some(lambert));
+        point.to_vec()
+    }
+
     fn wave(&self) -> Vec<u8> {
         let [directions, seeds, rays, counts] = self.wave.each_ref().map(Block::pointer);
         let vectors = FloatsIn { first: directions.cast(), point: 12, number: 0 };
@@ -424,11 +432,13 @@ impl Scene {
             "const wis_sampler_config *config" => sampler_config(),
             "const wis_check_config *config" => check_config(),
             "wis_check_info *info" => sized(size_of::<CheckInfo>()),
+            "wis_point_verdict *verdict" => sized(size_of::<PointVerdict>()),
             "wis_sampler *sampler" | "const wis_sampler *sampler" => self.sampler.clone(),
             "wis_material *material" => material(),
             "wis_visibility_cache *cache" => self.cache.to_vec(),
             "const uint8_t *reached" => vec![1, 0, 1],
             "const float position[3]" | "const float normal[3]" => numbers(&DIRECTIONS[0]),
+            "const wis_point *point" if name == "wis_check_point" => self.seen_point(),
             "const wis_point *point" => self.point().repeat(count),
             "const wis_wave *wave" => self.wave(),
             "const wis_product_config *config" => grid_config(),

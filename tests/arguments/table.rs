@@ -1,6 +1,7 @@
 //! Every function of the library, callable with one machine word for each argument.
 
 use wis::ffi::check::*;
+use wis::ffi::check_point::*;
 use wis::ffi::direct::*;
 use wis::ffi::light::*;
 use wis::ffi::lights::jitter::*;
@@ -81,6 +82,7 @@ pub const TABLE: &[Entry] = table! {
     wis_pdf(sampler, environment, product, count, wi, wi_stride, pdf, pdf_stride);
     wis_invert(sampler, environment, product, count, wi, wi_stride, u, u_stride, status);
     wis_check(sampler, environment, config, info);
+    wis_check_point(sampler, environment, point, verdict);
     wis_wavelet_light_size(config, size, diagnostic);
     wis_wavelet_light_init(config, memory, bytes, scratch, scratch_bytes, environment, info, diagnostic);
     wis_wavelet_light_open(memory, bytes, environment, info, diagnostic);

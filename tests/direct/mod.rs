@@ -1,6 +1,8 @@
 //! Direct light: rays with weights. Unbiased for every client, joint over the hits of a pixel, the same bits on every level.
 
+mod brdfs;
 mod client;
+mod compare;
 mod effort;
 mod joint;
 mod light;

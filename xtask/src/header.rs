@@ -36,6 +36,7 @@ const HEADERS: [Header; 3] = [
             "src/sample.rs",
             "src/ffi/sampling.rs",
             "src/light/verdict.rs src/ffi/check.rs",
+            "src/brdf/verdict.rs src/ffi/check_point.rs",
             "src/pool.rs",
             "src/ffi/pool.rs",
             "src/ffi/points.rs",

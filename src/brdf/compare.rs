@@ -1,0 +1,561 @@
+//! Whether a client's BRDF x cosine is what the lobes of a point say; if not, which mistake explains the difference.
+//!
+//! Every mistake is a hypothesis about the point: with another wo, another alpha or another weight its lobes would be the client's
+//! BRDF. A hypothesis is named only if it leaves almost no difference: lobes that merely resemble a BRDF are no mistake.
+
+use super::ggx::sin_cos_whole;
+use super::material::{ALPHA_RANGE, MAX_LOBES, Material, Shape};
+use super::point::{Fault, Point};
+use super::surface::Surface;
+use crate::numeric::{luminance, max, sqrt};
+use crate::points::hammersley;
+use crate::simd::{LANES, Lanes, Native, Num};
+use crate::sphere::{Frame, SPHERE, direction};
+use bytemuck::{Pod, Zeroable};
+use core::ffi::CStr;
+use glam::Vec3;
+
+/// Directions at which the client is called: a fifth spread over the sphere, the others drawn from lobes that may be the client's.
+pub const DIRECTIONS: usize = 5 * TOGETHER;
+/// Directions of one call of the client, and of one way to draw them.
+pub const TOGETHER: usize = 48;
+
+/// Nothing explains a difference below this, which rounding leaves.
+const LEAST_DIFFERENCE: f64 = 0.002;
+/// A difference up to this that nothing explains is none.
+const AGREES: f64 = 0.01;
+/// Lobes that differ by less resemble a BRDF.
+const RESEMBLES: f64 = 0.5;
+/// A mistake is named if it leaves at most so much, and at most such a share of the difference. Lobes of 20000 BRDFs with random errors
+/// of 40 % meet that 6 times: their alpha is the root or the square of the BRDF's by chance.
+const EXPLAINS: [f64; 2] = [0.03, 0.05];
+/// The same for a cosine, which no alpha or weight makes good by chance: the best of those BRDFs leaves 0.1, and 0.4.
+const EXPLAINS_COSINE: [f64; 2] = [0.1, 0.25];
+/// The same for a direction that is reversed, where nothing agrees as it is: also lobes that resemble a BRDF can be reversed.
+const EXPLAINS_REVERSED: [f64; 2] = [RESEMBLES, 1.0];
+/// The same where nothing else is to be said.
+const EXPLAINS_ALL: [f64; 2] = [1.0, f64::MAX];
+/// A larger difference leaves nothing that agrees.
+const NOTHING: f64 = 0.95;
+/// A later hypothesis must be better than an earlier, simpler one by this factor.
+const SIMPLER_FIRST: f64 = 0.5;
+/// A common factor this close to 1 is none.
+const SCALE_IS_ONE: f64 = 0.01;
+/// A weight of lobes that resemble a BRDF may be wrong by this factor.
+const WEIGHT_IS_RIGHT: f64 = 1.5;
+/// The same for f0, as a difference.
+const F0_IS_RIGHT: f64 = 0.03;
+/// The same for the tangent, as a share of half a turn.
+const TANGENT_IS_RIGHT: f32 = 0.02;
+/// So small a share of the client's BRDF below the horizon is rounding.
+const LEAST_BELOW: f64 = 0.01;
+/// Angles of the tangent that are tried, in half a turn.
+const ANGLES: usize = 36;
+/// How often the step between them is then halved.
+const HALVINGS: usize = 12;
+/// The largest factor.
+const MOST: f64 = f32::MAX as f64;
+/// Cosines are not divided by less.
+const LEAST_COSINE: f32 = 1e-6;
+
+/// What explains the difference between a client's BRDF x cosine and the lobes of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Mistake {
+    /// There is no difference.
+    None = 0,
+    /// A common factor alone.
+    Scaled = 1,
+    /// `wo` points the other way.
+    Wo = 2,
+    /// The normal points the other way.
+    Normal = 3,
+    /// The client takes `wi` the other way.
+    Wi = 4,
+    /// All weights are 0.
+    NoWeight = 5,
+    /// The weight of one lobe.
+    Weight = 6,
+    /// The client's values lack a cosine that the lobes have.
+    CosineMissing = 7,
+    /// The client's values have a cosine that the lobes lack.
+    CosineTwice = 8,
+    /// The client's alpha is the square of the point's.
+    AlphaSquare = 9,
+    /// The client's alpha is the square root of the point's.
+    AlphaRoot = 10,
+    /// The tangent is rotated about the normal.
+    Tangent = 11,
+    /// The ratio of refractive indices is inverted.
+    Eta = 12,
+    /// One scatters to a side on which the other does not.
+    Sides = 13,
+    /// The reflectance at normal incidence.
+    F0 = 14,
+    /// None of these, and more than half agrees.
+    Resembles = 15,
+    /// None of these, and less than half agrees.
+    Other = 16,
+}
+
+impl Mistake {
+    /// A sentence for a log, in English.
+    pub const fn message(self) -> &'static CStr {
+        match self {
+            Mistake::None => c"the lobes are your BSDF",
+            Mistake::Scaled => c"your BSDF is the lobes times a factor, which changes no ray",
+            Mistake::Wo => {
+                c"wo points into the surface, or your BSDF ignores the side of wo: wo points away from the surface"
+            }
+            Mistake::Normal => {
+                c"the normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE"
+            }
+            Mistake::Wi => c"your BSDF takes wi towards the surface: it points away from the surface, to the light",
+            Mistake::NoWeight => c"the weights of all lobes are 0",
+            Mistake::Weight => c"the weight of a lobe is 0 or wrong by a factor",
+            Mistake::CosineMissing => c"your values lack the cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED",
+            Mistake::CosineTwice => {
+                c"your values have a cosine too many: WIS_POINT_COSINE_INCLUDED by mistake, or multiplied twice"
+            }
+            Mistake::AlphaSquare => c"your alpha is the square of the lobes': pass roughness squared",
+            Mistake::AlphaRoot => c"your alpha is the square root of the lobes': it was squared twice",
+            Mistake::Tangent => c"the tangent is rotated about the normal, or a and b are swapped (90 degrees)",
+            Mistake::Eta => c"eta is inverted: it is the index beyond the surface over that on the side of wo",
+            Mistake::Sides => {
+                c"your BSDF and the lobes scatter to different sides: WIS_POINT_WHOLE_SPHERE, or a lobe that transmits"
+            }
+            Mistake::F0 => c"f0 is wrong",
+            Mistake::Resembles => c"no mistake found: the lobes resemble your BSDF",
+            Mistake::Other => c"the lobes have little in common with your BSDF",
+        }
+    }
+}
+
+/// The result of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Match {
+    /// What explains the difference.
+    pub mistake: Mistake,
+    /// The integral of |client - lobes| over that of the larger of both, 0 to 1; a common factor does not count.
+    pub error: f32,
+    /// The error that is left without the mistake.
+    pub explained: f32,
+    /// The client's values over those of the lobes without the mistake.
+    pub scale: f32,
+    /// The number of the lobe, for a weight or f0.
+    pub lobe: u32,
+    /// For a weight: by what to multiply it, or what it should be if it is 0; for f0: what it should be. Else 0.
+    pub value: f32,
+    /// The angle from the point's tangent to the client's about the normal, 0 to 180 degrees. Else 0.
+    pub angle: f32,
+}
+
+/// A client's BRDF x cosine: writes its luminance for each world direction, and answers whether it could.
+pub type FCos<'a> = dyn FnMut(&[[f32; 3]], &mut [f32]) -> bool + 'a;
+
+/// How much differs, and the client's values over those of the lobes.
+#[derive(Clone, Copy)]
+struct Fit {
+    error: f64,
+    scale: f64,
+}
+
+/// What is done to the values of lobes.
+#[derive(Clone, Copy)]
+enum Change {
+    None,
+    /// Divided by the cosine.
+    Divided,
+    /// Times the cosine.
+    Multiplied,
+    /// 0 below the horizon.
+    Above,
+    /// 0 above the horizon.
+    Below,
+    /// Those of the client below the horizon.
+    Beyond,
+}
+
+/// A direction, the client's value there, and the solid angle that it stands for.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Seen {
+    /// In map space.
+    wi: [f32; 3],
+    value: f32,
+    weight: f32,
+}
+
+/// A point, what the client answered, and what explains that best.
+struct Compared<'a> {
+    point: &'a Point<'a>,
+    frame: &'a Frame,
+    seen: &'a mut [Seen; DIRECTIONS],
+    best: Match,
+    fit: Fit,
+}
+
+/// Compares a client's BRDF x cosine with the lobes of a point.
+///
+/// # Errors
+/// What is wrong with the point; [`Fault::Target`] with the number of the direction at which the client failed, or answered a value
+/// that is NaN, infinite or negative.
+pub fn compare(point: &Point<'_>, frame: &Frame, f_cos: &mut FCos<'_>) -> Result<Match, (Fault, usize)> {
+    let given = Surface::new(point, frame).map_err(|fault| (fault, 0))?;
+    let mut seen = [Seen::zeroed(); DIRECTIONS];
+    for seen in &mut seen {
+        seen.wi = given.normal();
+    }
+    let fit = Fit { error: 1.0, scale: 1.0 };
+    let best =
+        Match { mistake: Mistake::None, error: 0.0, explained: 0.0, scale: 1.0, lobe: 0, value: 0.0, angle: 0.0 };
+    let mut compared = Compared { point, frame, seen: &mut seen, best, fit };
+    compared.choose();
+    compared.look(f_cos).map_err(|direction| (Fault::Target, direction))?;
+    let as_given = compared.tried(point, Change::None);
+    compared.fit = as_given;
+    let below = if given.is_whole() { 0.0 } else { compared.below(given.normal()) };
+    if as_given.error > LEAST_DIFFERENCE {
+        compared.directions();
+        compared.cosines(below);
+        compared.shapes();
+        compared.tangents();
+        compared.lobes();
+    }
+    Ok(compared.verdict(as_given, below))
+}
+
+/// Directions of map space side by side.
+#[inline(always)]
+fn columns(seen: &[Seen]) -> [Native; 3] {
+    [0, 1, 2].map(|axis| Native::each(|lane| seen.get(lane).map_or(0.0, |seen| seen.wi[axis])))
+}
+
+impl Compared<'_> {
+    /// Chooses directions: over the sphere, from the lobes, from lobes that are narrower, and from lobes on other sides.
+    #[inline(never)]
+    fn choose(&mut self) {
+        let number = |i: usize| hammersley(i as u32, TOGETHER as u32);
+        for (i, seen) in self.seen.iter_mut().enumerate().take(TOGETHER) {
+            *seen = Seen { wi: direction(number(i)).to_array(), value: 0.0, weight: 1.0 };
+        }
+        let even = Point { weight: [[1.0; 3]; MAX_LOBES], f0: [[0.5; 3]; MAX_LOBES], ..*self.point };
+        let narrow = self.material(squared);
+        let points = [
+            even,
+            Point { material: &narrow, ..even },
+            Point { wo: negated(even.wo), ..even },
+            Point { normal: negated(even.normal), ..even },
+        ];
+        for (point, part) in points.iter().zip(self.seen.chunks_mut(TOGETHER).skip(1)) {
+            let Ok(surface) = Surface::new(point, self.frame) else { continue };
+            for (first, eight) in (0..).step_by(LANES).zip(part.chunks_mut(LANES)) {
+                let u = [0, 1].map(|axis| Native::each(|lane| number(first + lane)[axis]));
+                let drawn = surface.to_map(surface.sample(u)).map(Lanes::to_array);
+                for (lane, seen) in eight.iter_mut().enumerate() {
+                    let wi = drawn.map(|axis| axis.get(lane).copied().unwrap_or(0.0));
+                    // Where a lobe draws none, the normal stays, and does not count.
+                    if wi != [0.0; 3] {
+                        *seen = Seen { wi, value: 0.0, weight: 1.0 };
+                    }
+                }
+            }
+        }
+        // The sum of all densities, which `value` holds before the client is called.
+        for point in &points {
+            let Ok(surface) = Surface::new(point, self.frame) else { continue };
+            for eight in self.seen.chunks_mut(LANES) {
+                let (_, pdf) = surface.eval(surface.to_local(columns(eight)));
+                for (seen, pdf) in eight.iter_mut().zip(Lanes::to_array(pdf)) {
+                    seen.value += pdf;
+                }
+            }
+        }
+        for seen in self.seen.iter_mut() {
+            seen.weight /= seen.value + 1.0 / SPHERE;
+        }
+    }
+
+    /// Calls the client.
+    #[inline(never)]
+    fn look(&mut self, f_cos: &mut FCos<'_>) -> Result<(), usize> {
+        for (part, seen) in self.seen.chunks_mut(TOGETHER).enumerate() {
+            let (mut wi, mut values) = ([[0.0; 3]; TOGETHER], [0.0; TOGETHER]);
+            for (wi, seen) in wi.iter_mut().zip(seen.iter()) {
+                *wi = self.frame.to_world(Vec3::from_array(seen.wi)).to_array();
+            }
+            if !f_cos(&wi, &mut values) {
+                return Err(part * TOGETHER);
+            }
+            for (i, (seen, value)) in seen.iter_mut().zip(values).enumerate() {
+                if !(0.0..=f32::MAX).contains(&value) {
+                    return Err(part * TOGETHER + i);
+                }
+                seen.value = value;
+            }
+        }
+        Ok(())
+    }
+
+    /// The share of the client's whole that lies below the horizon.
+    #[inline(never)]
+    fn below(&self, normal: [f32; 3]) -> f64 {
+        let (mut below, mut all) = (0.0, f64::MIN_POSITIVE);
+        for seen in self.seen.iter() {
+            let part = f64::from(seen.weight) * f64::from(seen.value);
+            all += part;
+            if Vec3::from_array(seen.wi).dot(Vec3::from_array(normal)) < 0.0 {
+                below += part;
+            }
+        }
+        below / all
+    }
+
+    /// How well the lobes of a point, times a factor, are the client.
+    fn tried(&self, point: &Point<'_>, change: Change) -> Fit {
+        self.fit(None, point, change, MOST)
+    }
+
+    /// How well a point on a line from one to another is the client, and where on the line that is; without one, from black.
+    #[inline(never)]
+    fn fit(&self, from: Option<&Point<'_>>, to: &Point<'_>, change: Change, most: f64) -> Fit {
+        let mut fit = Fit { error: 1.0, scale: 1.0 };
+        let Ok(to) = Surface::new(to, self.frame) else { return fit };
+        let from = from.and_then(|from| Surface::new(from, self.frame).ok());
+        // First where on the line the integrals agree, then how much differs there.
+        for differs in [false, true] {
+            let (mut above, mut under) = (0.0, 0.0);
+            for eight in self.seen.chunks(LANES) {
+                let local = to.to_local(columns(eight));
+                let begin = from.as_ref().map_or([0.0; LANES], |from| Lanes::to_array(from.value(local)));
+                let lanes = begin.into_iter().zip(Lanes::to_array(to.value(local))).zip(Lanes::to_array(local[2]));
+                for (seen, ((begin, end), cosine)) in eight.iter().zip(lanes) {
+                    let (begin, end) = change.applied(begin, end, cosine, seen.value);
+                    let (begin, end) = (f64::from(begin), f64::from(end));
+                    let (client, weight) = (f64::from(seen.value), f64::from(seen.weight));
+                    if differs {
+                        let lobes = begin + fit.scale * (end - begin);
+                        above += weight * (client - lobes).abs();
+                        under += weight * if client > lobes { client } else { lobes };
+                    } else {
+                        above += weight * (client - begin);
+                        under += weight * (end - begin);
+                    }
+                }
+            }
+            if differs {
+                fit.error = if under > 0.0 { above / under } else { 0.0 };
+            } else if under != 0.0 {
+                fit.scale = (above / under).clamp(0.0, most);
+            }
+        }
+        fit
+    }
+
+    /// Keeps an explanation if it is the best.
+    fn keep(&mut self, fit: Fit, explanation: Match) {
+        if self.fit.error > LEAST_DIFFERENCE && fit.error < SIMPLER_FIRST * self.fit.error {
+            (self.fit, self.best) = (fit, explanation);
+        }
+    }
+
+    #[inline(never)]
+    fn hypothesis(&mut self, mistake: Mistake, point: &Point<'_>, change: Change) {
+        let fit = self.tried(point, change);
+        self.keep(fit, Match { mistake, ..self.best });
+    }
+
+    /// Directions that point the other way.
+    #[inline(never)]
+    fn directions(&mut self) {
+        let point = *self.point;
+        let (wo, normal) = (negated(point.wo), negated(point.normal));
+        self.hypothesis(Mistake::Wo, &Point { wo, ..point }, Change::None);
+        self.hypothesis(Mistake::Normal, &Point { normal, ..point }, Change::None);
+        self.hypothesis(Mistake::Wi, &Point { wo, normal, ..point }, Change::None);
+    }
+
+    /// Another power of the cosine, and another side.
+    #[inline(never)]
+    fn cosines(&mut self, below: f64) {
+        let beyond = (LEAST_BELOW..1.0 - LEAST_BELOW).contains(&below);
+        for (mistake, change) in [
+            (Mistake::CosineMissing, Change::Divided),
+            (Mistake::CosineTwice, Change::Multiplied),
+            (Mistake::Sides, Change::Above),
+            (Mistake::Sides, if beyond { Change::Beyond } else { Change::Below }),
+        ] {
+            self.hypothesis(mistake, self.point, change);
+        }
+    }
+
+    /// Lobes of other shapes.
+    #[inline(never)]
+    fn shapes(&mut self) {
+        for (mistake, change) in
+            [(Mistake::AlphaSquare, squared as fn(&mut Shape)), (Mistake::AlphaRoot, rooted), (Mistake::Eta, inverted)]
+        {
+            let material = self.material(change);
+            self.hypothesis(mistake, &Point { material: &material, ..*self.point }, Change::None);
+        }
+    }
+
+    /// The point's material, each lobe changed; as it is if a lobe would be none.
+    #[inline(never)]
+    fn material(&self, change: fn(&mut Shape)) -> Material {
+        let mut shapes = [Shape::LAMBERT; MAX_LOBES];
+        let lobes = self.point.material.lobes();
+        for (shape, lobe) in shapes.iter_mut().zip(lobes) {
+            *shape = *lobe;
+            change(shape);
+        }
+        Material::new(shapes.get(..lobes.len()).unwrap_or(&[])).unwrap_or(*self.point.material)
+    }
+
+    /// The angle of the tangent: the best of some, and then by halves of the step.
+    #[inline(never)]
+    fn tangents(&mut self) {
+        if !self.point.material.is_anisotropic() {
+            return;
+        }
+        let mut best = (0.0, Fit { error: 1.0, scale: 1.0 });
+        let mut step = 1.0 / ANGLES as f32;
+        for angle in 1..ANGLES {
+            self.rotate(step * angle as f32, &mut best);
+        }
+        for _ in 0..HALVINGS {
+            step *= 0.5;
+            let middle = best.0;
+            self.rotate(middle - step, &mut best);
+            self.rotate(middle + step, &mut best);
+        }
+        let (angle, fit) = best;
+        if (TANGENT_IS_RIGHT..=1.0 - TANGENT_IS_RIGHT).contains(&angle) {
+            self.keep(fit, Match { mistake: Mistake::Tangent, angle: 180.0 * angle, ..self.best });
+        }
+    }
+
+    /// Tries a tangent that is rotated by a share of half a turn.
+    #[inline(never)]
+    fn rotate(&self, angle: f32, best: &mut (f32, Fit)) {
+        let (sine, cosine) = sin_cos_whole(0.5 * angle);
+        let along = Vec3::from_array(self.point.tangent);
+        let across = Vec3::from_array(self.point.normal).cross(along);
+        let tangent = (along * cosine + across * sine).to_array();
+        let fit = self.tried(&Point { tangent, ..*self.point }, Change::None);
+        if fit.error < best.1.error {
+            *best = (angle, fit);
+        }
+    }
+
+    /// Weights and reflectances, lobe by lobe.
+    #[inline(never)]
+    fn lobes(&mut self) {
+        let point = self.point;
+        let lobes = point.material.lobes();
+        let black = |weight: &[f32; 3]| luminance(*weight) == 0.0;
+        if !lobes.is_empty() && point.weight.iter().take(lobes.len()).all(black) {
+            self.fit = self.tried(&Point { weight: [[1.0; 3]; MAX_LOBES], ..*point }, Change::None);
+            self.best = Match { mistake: Mistake::NoWeight, ..self.best };
+            return;
+        }
+        for lobe in 0..MAX_LOBES {
+            let Some(shape) = lobes.get(lobe) else { return };
+            let (weight, f0) = (point.weight[lobe], point.f0[lobe]);
+            let [mut from, mut to] = [*point; 2];
+            from.weight[lobe] = [0.0; 3];
+            to.weight[lobe] = if black(&weight) { [1.0; 3] } else { weight };
+            let fit = self.fit(Some(&from), &to, Change::None, MOST);
+            let right = 1.0 / WEIGHT_IS_RIGHT..=WEIGHT_IS_RIGHT;
+            if lobes.len() > 1 && (black(&weight) || !right.contains(&fit.scale)) {
+                self.keep_number(Mistake::Weight, fit, lobe);
+            }
+            if !shape.kind.is_ggx() {
+                continue;
+            }
+            // Lobes of one interface have one f0.
+            let [mut from, mut to] = [*point; 2];
+            for (own, (from, to)) in point.f0.iter().zip(from.f0.iter_mut().zip(&mut to.f0)) {
+                if *own == f0 {
+                    (*from, *to) = ([0.0; 3], [1.0; 3]);
+                }
+            }
+            let fit = self.fit(Some(&from), &to, Change::None, 1.0);
+            if (fit.scale - f64::from(luminance(f0))).abs() > F0_IS_RIGHT {
+                self.keep_number(Mistake::F0, fit, lobe);
+            }
+        }
+    }
+
+    /// Keeps an explanation by a number of a lobe, which is where on the line the lobes are the client.
+    fn keep_number(&mut self, mistake: Mistake, fit: Fit, lobe: usize) {
+        let value = fit.scale as f32;
+        self.keep(Fit { scale: 1.0, ..fit }, Match { mistake, lobe: lobe as u32, value, ..self.best });
+    }
+
+    fn verdict(&self, as_given: Fit, below: f64) -> Match {
+        let [most, share] = match self.best.mistake {
+            Mistake::NoWeight => EXPLAINS_ALL,
+            Mistake::CosineMissing | Mistake::CosineTwice => EXPLAINS_COSINE,
+            Mistake::Wo | Mistake::Normal | Mistake::Wi if as_given.error > NOTHING => EXPLAINS_REVERSED,
+            _ => EXPLAINS,
+        };
+        let explains = self.fit.error <= most && self.fit.error <= share * as_given.error;
+        let (fit, best) = if self.best.mistake != Mistake::None && explains {
+            (self.fit, self.best)
+        } else {
+            let mistake = if below > LEAST_BELOW {
+                Mistake::Sides
+            } else if as_given.error > RESEMBLES {
+                Mistake::Other
+            } else if as_given.error > AGREES {
+                Mistake::Resembles
+            } else if (as_given.scale - 1.0).abs() > SCALE_IS_ONE {
+                Mistake::Scaled
+            } else {
+                Mistake::None
+            };
+            (as_given, Match { mistake, lobe: 0, value: 0.0, angle: 0.0, ..self.best })
+        };
+        let [error, explained, scale] = [as_given.error, fit.error, fit.scale].map(|x| x as f32);
+        Match { error, explained, scale, ..best }
+    }
+}
+
+impl Change {
+    /// Values of two ends of a line at a cosine, and where the client has a value.
+    fn applied(self, begin: f32, end: f32, cosine: f32, client: f32) -> (f32, f32) {
+        let factor = match self {
+            Change::Divided => 1.0 / max(cosine.abs(), LEAST_COSINE),
+            Change::Multiplied => cosine.abs(),
+            Change::Above if cosine < 0.0 => 0.0,
+            Change::Below if cosine > 0.0 => 0.0,
+            Change::Beyond if cosine < 0.0 => return (client, client),
+            _ => 1.0,
+        };
+        (begin * factor, end * factor)
+    }
+}
+
+fn negated(v: [f32; 3]) -> [f32; 3] {
+    v.map(|x| -x)
+}
+
+fn squared(shape: &mut Shape) {
+    alphas(shape, |alpha| alpha * alpha);
+}
+
+fn rooted(shape: &mut Shape) {
+    alphas(shape, sqrt);
+}
+
+fn alphas(shape: &mut Shape, change: fn(f32) -> f32) {
+    if shape.kind.is_ggx() {
+        let [least, most] = ALPHA_RANGE;
+        [shape.a, shape.b] = [shape.a, shape.b].map(|alpha| change(alpha).clamp(least, most));
+    }
+}
+
+fn inverted(shape: &mut Shape) {
+    shape.eta = 1.0 / shape.eta;
+}

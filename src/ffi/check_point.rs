@@ -1,0 +1,50 @@
+//! The comparison of a client's BSDF with the lobes of a point, in C.
+
+pub use crate::brdf::verdict::*;
+
+use super::light::{EnvironmentObject, environment as view};
+use super::material::{PointData, failure, point as read_point};
+use super::sampler::{SamplerObject, with_sampler};
+use super::{Failure, put, sized};
+use crate::brdf::compare::compare;
+use crate::brdf::point::{Fault, Target};
+use crate::status::Status;
+
+/// Compares your BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a cosine too
+/// many and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate
+/// the library, or in a test.
+///
+/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 48 world
+/// directions each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that
+/// resemble a BSDF have none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and
+/// give each lobe a weight. One call cannot see `turn`, `seed` and `stream`: a `turn` that is always 0 stays unseen.
+/// WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the
+/// fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM:
+/// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 1 ms besides `target`. Work: constant.
+///
+/// # Safety
+/// Pointers are null or point to what the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wis_check_point(
+    sampler: *mut SamplerObject,
+    environment: *const EnvironmentObject,
+    point: *const PointData,
+    verdict: *mut PointVerdict,
+) -> Status {
+    // SAFETY: the caller's contract, also for what stands inside.
+    unsafe {
+        with_sampler(sampler, |_| {
+            let environment = view(environment, 2)?;
+            let (data, material) = read_point(point, 3)?;
+            let target = data.target().ok_or(Failure::new(Status::NullPointer, 3).of(c"target"))?;
+            sized(verdict.cast_const(), 4)?;
+            let mut f_cos = |wi: &[[f32; 3]], out: &mut [f32]| target.f_cos(wi, out);
+            let failed = |(fault, direction)| match fault {
+                Fault::Target => failure(fault, 3).in_row(3, direction),
+                _ => failure(fault, 3),
+            };
+            let found = compare(&data.kernel(&material, None, None), &environment.frame(), &mut f_cos);
+            put(verdict, 4, found.map_err(failed).map(PointVerdict::from))
+        })
+    }
+}

@@ -148,7 +148,7 @@ impl Texels<'_> {
         };
         let here = row(y);
         let light = if below == 0.0 { here } else { here + (row(y + 1) - here) * below };
-        if self.black_is_dark() && !(light > 0.0) { self.spread_from(face, [x, y], -2..=2) } else { light }
+        if self.black_is_dark() && !(light > 0.0) { self.spread_from(face, [x, y]) } else { light }
     }
 
     /// The mean light of the patches of a coarse grid's cell.

@@ -405,6 +405,9 @@ enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_
 /// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
 #define WIS_POINT_COSINE_INCLUDED 2
 
+/// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read it.
+#define WIS_POINT_COMPENSATED 4
+
 /// The shape of a lobe.
 typedef struct wis_lobe {
   /// WIS_LOBE_*.
@@ -526,6 +529,11 @@ typedef struct wis_ray {
   float weight;
 } wis_ray;
 
+/// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED, 0 to 1: the light's mean radiance over the luminance
+/// of `radiance`, at most 1. 1 for black, and where an argument is null. Costs 2 ns. Work: constant.
+float wis_base(const struct wis_environment *environment,
+               const float radiance[3]);
+
 /// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add
 /// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
@@ -539,10 +547,9 @@ typedef struct wis_ray {
 /// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
 /// `candidates_per_ray` of your own.
 ///
-/// Path tracers, whose BSDF rays go on from the hit, do better with two parts of the map. Build the environment with
-/// WIS_ENVIRONMENT_COMPENSATED, and let `base` = min(1, mean / luminance of L(wi)), with the mean of wis_environment_describe. Rays
-/// of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased if a BSDF ray follows
-/// the last hit, too. Candidates are then 4 for each ray, at least 16 in all.
+/// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
+/// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
+/// if a BSDF ray follows the last hit, too. Candidates are then 4 for each ray, at least 8 of each source.
 /// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
 enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,

@@ -97,7 +97,7 @@ pub(crate) fn third_sobol<F: Num>(index: u32) -> u32 {
     let mut digits = F::Whole::splat(0);
     for (directions, to_highest) in DIRECTIONS.chunks_exact(F::WIDTH).zip(TO_HIGHEST.chunks_exact(F::WIDTH)) {
         let bits = (F::Whole::splat(index) * F::whole(F::read_ints(to_highest))).shr::<31>();
-        digits = digits ^ bits * F::whole(F::read_ints(directions));
+        digits = digits ^ (bits * F::whole(F::read_ints(directions)));
     }
     let mut all = 0;
     for digits in F::ints_of(digits).as_ref() {
@@ -111,10 +111,10 @@ pub(crate) fn third_sobol<F: Num>(index: u32) -> u32 {
 fn permuted<W: Whole>(x: W, seed: u32) -> W {
     let x = x + W::splat(seed);
     // Without a closure: that would be compiled for the baseline's instructions.
-    let x = x ^ x * W::splat(0x6c50_b47c);
-    let x = x ^ x * W::splat(0xb82f_1e52);
-    let x = x ^ x * W::splat(0xc7af_e638);
-    x ^ x * W::splat(0x8d22_f6e6)
+    let x = x ^ (x * W::splat(0x6c50_b47c));
+    let x = x ^ (x * W::splat(0xb82f_1e52));
+    let x = x ^ (x * W::splat(0xc7af_e638));
+    x ^ (x * W::splat(0x8d22_f6e6))
 }
 
 /// The permutation of one number.

@@ -37,6 +37,8 @@ pub struct Point<'a> {
     pub target: Option<&'a dyn Target>,
     /// The client's BRDF already contains the cosine, and so do the lobes.
     pub cosine_included: bool,
+    /// Rays bring only the radiance above the light's mean: BSDF rays that escape bring the rest.
+    pub compensated: bool,
 }
 
 impl<'a> Point<'a> {
@@ -53,6 +55,7 @@ impl<'a> Point<'a> {
             seen: None,
             target: None,
             cosine_included: false,
+            compensated: false,
         }
     }
 

@@ -139,7 +139,7 @@ impl<'a> Sampler<'a> {
     /// Whether so many rays of a point are samples of a product. That knows neither the client's own target nor what was seen, and under a
     /// compensated light picks among a few candidates win.
     fn draws_products(&self, environment: &Environment<'_>, point: &Point<'_>, rays: usize) -> bool {
-        let plain = point.target.is_none() && point.seen.is_none() && !environment.is_compensated();
+        let plain = point.target.is_none() && point.seen.is_none() && !is_compensated(environment, point);
         plain && rays >= several::SEVERAL && self.config.takes_products() && point.is_wide()
     }
 
@@ -205,6 +205,11 @@ fn work(scratch: &mut [f32]) -> Option<&mut Work> {
     bytemuck::try_from_bytes_mut(bytes).ok()
 }
 
+/// Whether rays bring only the radiance above the mean.
+fn is_compensated(environment: &Environment<'_>, point: &Point<'_>) -> bool {
+    point.compensated || environment.is_compensated()
+}
+
 /// What is wrong with a point.
 #[inline(never)]
 fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<(), Fault> {
@@ -227,7 +232,7 @@ impl Call<'_> {
         let &Call { level, config, environment, point, turn } = self;
         let frame = &environment.frame();
         let surface = &Surface::new(point, frame)?;
-        let (compensated, targeted) = (environment.is_compensated(), point.target.is_some());
+        let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
         let counts = Effort { compensated, targeted, ..config.effort(out.len()) }.counts(surface);
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();

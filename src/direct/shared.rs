@@ -31,9 +31,9 @@ pub fn is_worth(hits_per_pixel: u32) -> bool {
     hits_per_pixel >= MANY_HITS
 }
 
-/// Whether a hit may draw from shared products: they know the light and the lobes, but no target of the client's own.
+/// Whether a hit may draw from shared products: they know the whole light and the lobes, but no target of the client's own.
 pub fn serves(environment: &Environment<'_>, point: &Point<'_>, bounce: u32) -> bool {
-    bounce == FIRST && point.target.is_none() && environment.guide().is_some()
+    bounce == FIRST && point.target.is_none() && !point.compensated && environment.guide().is_some()
 }
 
 /// The bytes of a pixel's products.

@@ -55,6 +55,10 @@ pub struct MaterialData {
 pub const WIS_POINT_WHOLE_SPHERE: u32 = 1;
 /// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
 pub const WIS_POINT_COSINE_INCLUDED: u32 = 2;
+/// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read it.
+pub const WIS_POINT_COMPENSATED: u32 = 4;
+/// All flags of points.
+pub(super) const POINT_FLAGS: u32 = WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED | WIS_POINT_COMPENSATED;
 
 /// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
 /// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
@@ -188,7 +192,7 @@ pub(super) unsafe fn point<'a>(data: *const PointData, argument: u32) -> Checked
     // SAFETY: the caller's contract.
     unsafe {
         let data: &PointData = super::sized(data, argument)?;
-        if data.flags & !(WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED) != 0 {
+        if data.flags & !POINT_FLAGS != 0 {
             return Err(Failure::new(Status::InvalidArgument, argument).of(c"flags"));
         }
         let material = material(data.material, argument)?;
@@ -218,6 +222,7 @@ impl PointData {
             f0: self.f0,
             whole_sphere: self.flags & WIS_POINT_WHOLE_SPHERE != 0,
             cosine_included: self.flags & WIS_POINT_COSINE_INCLUDED != 0,
+            compensated: self.flags & WIS_POINT_COMPENSATED != 0,
             seen,
             target: target.map(|target| target as &dyn Target),
         }

@@ -2,7 +2,8 @@
 
 use super::light::{EnvironmentObject, environment as view};
 use super::material::{
-    MaterialData, WIS_MAX_LOBES, WIS_POINT_COSINE_INCLUDED, WIS_POINT_WHOLE_SPHERE, failure, material,
+    MaterialData, POINT_FLAGS, WIS_MAX_LOBES, WIS_POINT_COMPENSATED, WIS_POINT_COSINE_INCLUDED, WIS_POINT_WHOLE_SPHERE,
+    failure, material,
 };
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::{VisibilityCacheObject, factors};
@@ -162,7 +163,7 @@ impl FloatsOut {
 
 impl DirectWave {
     fn check(&self) -> Checked<()> {
-        if self.flags & !(WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED) != 0 {
+        if self.flags & !POINT_FLAGS != 0 {
             return Err(Failure::new(Status::InvalidArgument, 4).of(c"flags"));
         }
         self.normal.check(false, c"normal")?;
@@ -218,6 +219,7 @@ impl DirectWave {
             point.tangent = self.tangent.three(i, 0, 0.0);
             point.whole_sphere = self.flags & WIS_POINT_WHOLE_SPHERE != 0;
             point.cosine_included = self.flags & WIS_POINT_COSINE_INCLUDED != 0;
+            point.compensated = self.flags & WIS_POINT_COMPENSATED != 0;
             for lobe in 0..material.lobes().len().min(WIS_MAX_LOBES) {
                 if let (Some(weight), Some(f0)) = (point.weight.get_mut(lobe), point.f0.get_mut(lobe)) {
                     *weight = self.weight.three(i, 3 * lobe, 1.0);

@@ -419,6 +419,13 @@ impl<'a> Environment<'a> {
         Lengths { starts, blocks, words, groups }
     }
 
+    /// The part of a radiance that BSDF rays bring where rays of direct light bring what exceeds the mean.
+    pub fn base(&self, radiance: [f32; 3]) -> f32 {
+        let luminance = crate::numeric::luminance(radiance);
+        let mean = self.header.stand_in.mean;
+        if luminance > mean { mean / luminance } else { 1.0 }
+    }
+
     /// What candidates read of it.
     #[inline(always)]
     pub fn source(&self) -> Source<'a> {

@@ -41,7 +41,19 @@ fn random_point<'a>(random: &mut Random, materials: &'a [Material]) -> Point<'a>
     let mut colour = || [0; 4].map(|_| [0; 3].map(|_| (4.0 * random.f32() - 2.0).clamp(0.0, 1.0)));
     let (weight, f0) = (colour(), colour());
     let (whole_sphere, cosine_included) = (random.f32() < 0.3, random.f32() < 0.2);
-    Point { material, normal, tangent, wo, weight, f0, whole_sphere, cosine_included, seen: None, target: None }
+    Point {
+        material,
+        normal,
+        tangent,
+        wo,
+        weight,
+        f0,
+        whole_sphere,
+        cosine_included,
+        compensated: false,
+        seen: None,
+        target: None,
+    }
 }
 
 fn random_hit(random: &mut Random) -> Sequence {

@@ -8,12 +8,13 @@ use super::maps;
 use crate::support::Map;
 use crate::support::maps::{Filter, horizon};
 use crate::support::statistics::{LARGEST_MISSED, Mean, corrected};
-use crate::support::vector::{V3, dot, rotate_back, scale};
+use crate::support::vector::{V3, add, cross, dot, rotate_back, scale};
 use wis::brdf::material::{Kind, Shape};
 use wis::direct::Ray;
 use wis::direct::sampler::Config;
 use wis::light::chart::Layout;
 use wis::light::plan::{Description, Filter as Built};
+use wis::points::{pixel_seed, sobol};
 use wis::simd::Level;
 
 const RAYS: [usize; 3] = [1, 4, 16];
@@ -229,4 +230,50 @@ fn any_number_of_candidates() {
             Setting { per_ray, ..setting }.check(&client);
         }
     }
+}
+
+/// Rule 41: rays bring what exceeds the mean of the client's own radiance, BSDF rays that escape bring the rest.
+#[test]
+fn compensated() {
+    let clients = [
+        ("Lambert", Client::new(&[Shape::LAMBERT], client::lambert)),
+        ("GGX", Client::new(&[GGX], client::ggx_03)),
+        ("another light", Client { factor: |w| 1.5 + w[0], ..Client::new(&[Shape::LAMBERT], client::lambert) }),
+    ];
+    for ((name, client), (light, map)) in clients.iter().flat_map(|client| maps().map(move |map| (client, map))) {
+        let setting = Setting::new(&format!("compensated, {name}, {light}:"), &map);
+        let (integral, error) = client.integral(&map, setting.filter(), 12);
+        let built = Light::build(&map, &setting.of);
+        let environment = built.environment();
+        let mut thread =
+            Thread::with(Level::detect(), Config { rays: 1, candidates_per_ray: 0, hits_per_pixel: 0, reserved: 0 });
+        // The parts of what comes along a direction that rays bring, and BSDF rays.
+        let parts = |wi: V3| {
+            let radiance = map.radiance(setting.filter(), rotate_back(&TURNED, wi)).map(|l| l * (client.factor)(wi));
+            let base = f64::from(environment.base(radiance.map(|l| l as f32)));
+            let whole = client.response(wi) * map.radiance(setting.filter(), rotate_back(&TURNED, wi))[0];
+            [(1.0 - base) * whole, base * whole]
+        };
+        let significance = corrected(TESTS);
+        let mean = mean_of(significance, |seed| {
+            let point = wis::Point { compensated: true, ..client.point() };
+            let rays = thread.direct(&environment, &point, first_hit(seed), 1);
+            let direct: f64 = rays.iter().map(|ray| f64::from(ray.weight) * parts(ray.wi.map(f64::from))[0]).sum();
+            let (wi, pdf) = cosine(client, sobol(pixel_seed(seed, 7, 0), 0));
+            direct + parts(wi)[1] / pdf
+        });
+        let (p, fault) = (mean.p_value(integral, error), mean.smallest_fault(significance));
+        let what = format!("{} {} instead of {integral}, p {p:.1e}", setting.name, mean.mean);
+        println!("{what}, finds {:.2} % with {} calls", 100.0 * fault, mean.count);
+        assert!(p > significance && fault < LARGEST_MISSED, "{what}: finds {fault}");
+    }
+}
+
+/// A direction about the normal, in proportion to the cosine, and its density.
+fn cosine(client: &Client, [u, v]: [f32; 2]) -> (V3, f64) {
+    let (radius, angle) = (f64::from(u).sqrt(), std::f64::consts::TAU * f64::from(v));
+    let height = (1.0 - f64::from(u)).sqrt();
+    let across = cross(client.normal, client.tangent);
+    let plane = add(scale(client.tangent, radius * angle.cos()), scale(across, radius * angle.sin()));
+    (add(plane, scale(client.normal, height)), height / std::f64::consts::PI)
 }

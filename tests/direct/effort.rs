@@ -19,10 +19,12 @@ fn counts(rays: usize, wanted: usize, shape: Shape) -> Counts {
 
 #[test]
 fn narrow_lobes_have_more_candidates_than_wide_ones() {
-    let [diffuse, wide, narrow] =
-        [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.5, 0.05)].map(|shape| counts(1, 0, shape));
+    let [diffuse, wide, glossy, narrow] =
+        [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.1, 0.3), Shape::ggx(0.5, 0.05)]
+            .map(|shape| counts(1, 0, shape));
     assert_eq!(diffuse, Counts { light: 8, lobes: 8 });
     assert_eq!(wide, Counts { light: 16, lobes: 16 });
+    assert_eq!(glossy, Counts { light: 32, lobes: 32 });
     assert_eq!(narrow, Counts { light: 64, lobes: 64 });
 }
 

@@ -60,7 +60,7 @@ impl Effort {
         let least = surface.least_alpha();
         if compensated {
             // What is left of the light is lamps: they are found by drawing the light, however wide lobes reflect.
-            let each = rounded(rays * OF_LAMPS);
+            let each = rounded(rays * OF_LAMPS).min(MOST);
             return Counts { light: each, lobes: if least < WIDE { each } else { 0 } };
         }
         let factor = if targeted { 1 } else { 1 << NARROW.iter().filter(|alpha| least < **alpha).count() };

@@ -25,8 +25,6 @@ pub enum Set {
     Light,
     /// Candidates from the lobes.
     Lobes,
-    /// Candidates from the product.
-    Product = 4,
 }
 
 /// The pick's number among the sets.

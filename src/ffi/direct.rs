@@ -26,13 +26,14 @@ pub unsafe extern "C" fn wis_base(environment: *const EnvironmentObject, radianc
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own; independent
-/// numbers gain nothing. They are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then
-/// drawn with them from at most four products that hits of the pixel share, and errors fall with the spread of your numbers. Otherwise, and
-/// where none of the four covers a hit, rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
-/// as many where narrow lobes meet bright light (2048 in all). Four rays and more of lobes that are all at least 0.25 wide are samples
-/// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
-/// `candidates_per_ray` of your own.
+/// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
+/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many, of less than 0.075 four
+/// times (2048 in all at the most).
+///
+/// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
+/// are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
+/// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
+/// chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased

@@ -4,7 +4,7 @@ use crate::support::statistics::{LARGEST_MISSED, chi_square, chi_square_smallest
 use wis::direct::joint::{Set, Turn};
 
 const SEEDS: [u32; 5] = [0, 1, 77, 0xdead_beef, u32::MAX];
-const SETS: [Set; 3] = [Set::Light, Set::Lobes, Set::Product];
+const SETS: [Set; 2] = [Set::Light, Set::Lobes];
 
 fn points(turn: Turn, set: Set, count: usize) -> impl Iterator<Item = [f32; 2]> {
     let (seed, first) = turn.set(set, count);
@@ -23,12 +23,12 @@ fn lie_apart(points: &[[f32; 2]], k: u32) -> bool {
     })
 }
 
-/// The sets of the first 2^m turns are parts of one net: with sets of 2^k points they are the net. Also the sets whose number of
-/// points is no power of two, and turns that begin later at a multiple of 2^m.
+/// The sets of the first 2^m turns are parts of one net: with sets of 2^k points they are the net. Also turns
+/// that begin later at a multiple of 2^m.
 #[test]
 fn sets_of_all_turns_lie_apart() {
     for seed in SEEDS {
-        for count in [1usize, 8, 16, 24, 40, 64] {
+        for count in [1usize, 8, 16, 64] {
             for (m, first) in [(0, 3), (4, 0), (7, 0), (6, 5 << 6)] {
                 let block = count.next_power_of_two().ilog2();
                 for set in SETS {
@@ -86,9 +86,7 @@ fn sets_are_scrambled_apart() {
     for seed in SEEDS {
         let turn = Turn::new(seed, 3, 0);
         let placed = SETS.map(|set| points(turn, set, 64).collect::<Vec<_>>());
-        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-            let alike = placed[a].iter().zip(&placed[b]).filter(|(a, b)| (a[0] - b[0]).abs() < 1.0 / 64.0).count();
-            assert!(alike < 16, "{:?} and {:?}: {alike} of 64 points", SETS[a], SETS[b]);
-        }
+        let alike = placed[0].iter().zip(&placed[1]).filter(|(a, b)| (a[0] - b[0]).abs() < 1.0 / 64.0).count();
+        assert!(alike < 16, "{alike} of 64 points");
     }
 }

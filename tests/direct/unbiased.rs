@@ -20,7 +20,7 @@ use wis::simd::Level;
 const RAYS: [usize; 3] = [1, 4, 16];
 
 /// Calls of the test of an even sky.
-const CALLS: u32 = 250_000;
+const CALLS: u32 = 300_000;
 
 /// Comparisons of all tests of this file, at most.
 const TESTS: usize = 150;

@@ -205,12 +205,12 @@ fn build_of(light: &Light<'_>, budget: f32, counts: &[usize], room: &mut [f32], 
     let mean = all.sum_up(room) / (all.scale * 4.0 * PI);
     let field = Field::new(light, 1.0 / mean, 1.0);
     let power = field.sum_up(room);
-    field.raise(room);
     let inverse = if power > 0.0 { (field.scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
     let goal = 1.0 + GOAL.max(budget);
     let mut built = Built { count: 0, mean: mean as f32, inverse_power: inverse, second_moment: 1.0 };
     for &count in counts {
         let out = out.get_mut(..count).unwrap_or_default();
+        field.raise(room, (power / count as f64) as f32);
         let squares = field.strata(room, out);
         built.count = count;
         built.second_moment = if power > 0.0 { (count as f64 * squares / (power * power)) as f32 } else { 1.0 };
@@ -269,7 +269,16 @@ impl Field<'_> {
         } else {
             for (i, out) in (0..=columns.count).zip(out.light.iter_mut()) {
                 let (x, s) = self.inside(0, columns.border(i));
-                *out = scaled(light.radiance_in(face, [x, y], [s, t]));
+                let corners =
+                    rows.map(|rows| rows.map(|row| row.get(x as usize..).and_then(|row| row.first_chunk::<2>())));
+                *out = scaled(match corners {
+                    Some([Some(above), Some(below)]) => {
+                        let [above, below] = [above, below].map(|pair| pair.map(decode));
+                        let line = |[a, b]: [f32; 2]| a * (1.0 - s) + b * s;
+                        line(above) * (1.0 - t) + line(below) * t
+                    }
+                    _ => light.radiance_in(face, [x, y], [s, t]),
+                });
             }
         }
         let angle = |i: usize| solid_angle(&light.chart, [self.position(0, columns.border(i)), self.position(1, row)]);
@@ -330,7 +339,7 @@ impl Field<'_> {
         let (next, kink) = (usize::from(self.light.bilinear), self.mean * (1.0 / (1.0 - DIM)));
         let below_light = if self.light.bilinear { &below.light } else { &above.light };
         let mut across = [false; CELLS];
-        for i in 0..CELLS {
+        for i in 0..count.min(CELLS) {
             let [a, b, c, d] =
                 [above.light[i], above.light[i + (next & 1)], below_light[i], below_light[i + (next & 1)]];
             let [p, q, r, s] = [above.angle[i], above.angle[i + 1], below.angle[i], below.angle[i + 1]];
@@ -414,8 +423,9 @@ impl Field<'_> {
         sums.iter().map(|sum| f64::from(sum.light)).sum()
     }
 
-    /// Writes the other levels of the pyramid.
-    fn raise(&self, room: &mut [f32]) {
+    /// Writes the other levels of the pyramid. A cell with less light than one stratum has the root of its mean square as its mass: where
+    /// strata cannot follow the light, they are divided by what is left to them (Neyman).
+    fn raise(&self, room: &mut [f32], one: f32) {
         let per_face = cells_below(self.patches, levels(self.patches) + 1) * NUMBERS;
         for numbers in room.chunks_exact_mut(per_face.max(1)).take(self.light.chart.faces() as usize) {
             for level in 2..=levels(self.patches) {
@@ -424,6 +434,7 @@ impl Field<'_> {
                 let done = done.get(cells_below(self.patches, level - 1) * NUMBERS..).unwrap_or(&[]);
                 let at =
                     |x: usize, y: usize, k: usize| done.get((y * below[0] + x) * NUMBERS + k).copied().unwrap_or(0.0);
+                let area = (1u64 << (2 * level)) as f32;
                 for (number, out) in out.chunks_exact_mut(NUMBERS).enumerate().take(above[0] * above[1]) {
                     let [x, y] = [number % above[0], number / above[0]].map(|n| 2 * n);
                     let across = [x, x + 1].map(|x| (x, x < below[0]));
@@ -434,6 +445,11 @@ impl Field<'_> {
                             a + b
                         };
                         *out = row(down[0]) + row(down[1]);
+                    }
+                    if let [mass, square] = out
+                        && *mass < one
+                    {
+                        *mass = crate::numeric::sqrt(*square * area).min(MOST_ROOT * *mass);
                     }
                 }
             }

@@ -351,7 +351,8 @@ typedef struct wis_sampler_config {
   uint32_t cpu_level;
   /// The most rays of one call, 1 to 4096; 0: 16.
   uint32_t rays;
-  /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16.
+  /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16:
+  /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
   uint32_t candidates_per_ray;
   /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`stream` 0)
   /// that come with numbers of yours (`u` of wis_direct) share at most four products, for which the sampler takes 15 kB more.
@@ -530,22 +531,24 @@ typedef struct wis_ray {
 } wis_ray;
 
 /// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED, 0 to 1: the light's mean radiance over the luminance
-/// of `radiance`, at most 1. 1 for black, and where an argument is null. Costs 2 ns. Work: constant.
-float wis_base(const struct wis_environment *environment,
-               const float radiance[3]);
+/// of `radiance`, at most 1; 1 for black. WIS_NULL_POINTER. Costs 3 ns. Work: constant.
+enum wis_status wis_base(const struct wis_environment *environment,
+                         const float radiance[3],
+                         float *base);
 
 /// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add
 /// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
 /// and radiance that vanish outside the point's hemisphere and where the built light is 0.
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. `u`: null, or two numbers in [0, 1) for each ray from a well-spread sequence of your own; independent
-/// numbers gain nothing. They are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then
-/// drawn with them from at most four products that hits of the pixel share, and errors fall with the spread of your numbers. Otherwise, and
-/// where none of the four covers a hit, rays are chosen among candidates, 4 to 32 for each at about 50 ns, and up to eight times
-/// as many where narrow lobes meet bright light (2048 in all). Four rays and more of lobes that are all at least 0.25 wide are samples
-/// of a product instead, which the call prepares for about 2 us, at about 100 ns each; but not with a visibility cache, a target or
-/// `candidates_per_ray` of your own.
+/// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
+/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many, of less than 0.075 four
+/// times (2048 in all at the most).
+///
+/// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
+/// are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
+/// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
+/// chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased

@@ -160,7 +160,11 @@ public:
         return info;
     }
     /// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED.
-    float base(const float *radiance) const noexcept { return wis_base(handle_, radiance); }
+    float base(const float *radiance) const noexcept {
+        float base = 1;
+        wis_base(handle_, radiance, &base);
+        return base;
+    }
     /// Another rotation, in place; null is the identity.
     status turn(const float *world_from_map, wis_diagnostic *diagnostic = nullptr) {
         return pass(wis_environment_turn(memory_.data(), memory_.bytes(), world_from_map, &handle_.value, diagnostic));

@@ -70,6 +70,10 @@ fn small(w: &mut World) {
 }
 
 fn environments(w: &mut World) {
+    w.curve("wis_base", "texels", &TEXELS, constant, |w, n| {
+        let (memory, radiance, mut base) = (Map::new(n).build(w), [n as f32; 3], 0.0);
+        counted!(w, wis_base(memory.of(), &radiance, &mut base));
+    });
     w.curve("wis_environment_size", "texels", &TEXELS, constant, |w, n| {
         let (map, mut size) = (Map::new(n), MemorySize::default());
         counted!(w, wis_environment_size(&map.config, &mut size, null_mut()));

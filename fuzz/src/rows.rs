@@ -117,6 +117,7 @@ pub const ROWS: &[Row] = &[
     row("wis_visibility_cache_record"),
     row("wis_visibility_cache_end_pass"),
     row("wis_visibility_key").law(laws::key),
+    row("wis_base"),
     row("wis_direct").often().law(laws::rays),
     row("wis_direct_wave").often(),
     row("wis_product_size").law(laws::aligned),

@@ -50,7 +50,7 @@ fn levels() {
 fn products() {
     let faults: &[Fault<GridConfig>] = &[
         ("size", |c| c.size = 0, Status::InvalidStructSize),
-        ("flags", |c| c.flags = 4, INVALID),
+        ("flags", |c| c.flags = 8, INVALID),
         ("divided_cells", |c| c.divided_cells = 25, INVALID),
         ("cone", |c| c.cone = -0.1, INVALID),
         ("cone", |c| c.cone = 1.6, INVALID),
@@ -78,7 +78,7 @@ fn materials() {
 fn points() {
     let faults: &[Fault<PointData>] = &[
         ("size", |p| p.size = 0, Status::InvalidStructSize),
-        ("flags", |p| p.flags = 4, INVALID),
+        ("flags", |p| p.flags = 8, INVALID),
         ("normal", |p| p.normal = [0.0; 3], TRANSFORM),
         ("wo", |p| p.wo = [f32::NAN, 0.0, 1.0], TRANSFORM),
         ("tangent", |p| p.tangent = [f32::INFINITY, 0.0, 0.0], TRANSFORM),

@@ -60,7 +60,7 @@ pub use apart::Apart;
 pub use level::{Compute, Kernel, Level, compute, detect, run};
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
-pub use num::{Num, Whole};
+pub use num::{Num, Whole, places, sum};
 pub use portable::Portable;
 pub use scalar::{prefetch, rank, rank16, sqrt};
 #[cfg(target_arch = "x86_64")]
@@ -88,6 +88,12 @@ pub type Four = array::A4;
 
 /// Numbers in a [`Lanes`].
 pub const LANES: usize = 8;
+
+/// Numbers that stand side by side in what is stored, and partial sums of a sum: a whole number of registers of any width.
+pub const GROUP: usize = 8;
+
+/// The most registers of a group.
+pub const REGISTERS: usize = 2;
 
 /// Numbers of a table that a search reads at once.
 pub const WINDOW: usize = 16;

@@ -2,7 +2,7 @@
 //! one element runs it at width 1, a batch at width 8, with the same bits.
 
 use super::apart::{Apart, apart};
-use super::{LANES, Lanes};
+use super::{GROUP, LANES, Lanes, REGISTERS};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
@@ -112,6 +112,12 @@ pub trait Num:
 
     /// In each four lanes the sum of the first, of the first two, of three and of four; of one number, itself.
     fn sums(self) -> Self;
+
+    /// The numbers from a place on; zeros if they are too few.
+    #[inline(always)]
+    fn at(numbers: &[f32], first: usize) -> Self {
+        Self::read(numbers.get(first..).unwrap_or(&[]))
+    }
 
     /// Writes the numbers from a place on; nothing if they do not fit.
     #[inline(always)]
@@ -335,6 +341,25 @@ impl Num for f32 {
 /// One whole number.
 #[derive(Clone, Copy, Debug)]
 pub struct One(u32);
+
+/// The places in a group at which registers begin.
+#[inline(always)]
+pub fn places<F: Num>() -> impl Iterator<Item = usize> {
+    const { assert!(GROUP % F::WIDTH == 0 && GROUP / F::WIDTH <= REGISTERS) };
+    (0..GROUP).step_by(F::WIDTH)
+}
+
+/// The sum of the numbers of a group: so registers of any width have the same bits.
+#[inline(always)]
+pub fn sum<F: Num>(group: [F; REGISTERS]) -> f32 {
+    let mut sum = 0.0;
+    for register in group.iter().take(GROUP / F::WIDTH) {
+        for x in register.store().as_ref() {
+            sum += x;
+        }
+    }
+    sum
+}
 
 macro_rules! one {
     ($($operator:ident $method:ident $of:path),*) => {$(

@@ -64,7 +64,7 @@ pub fn group_of<F: Num>(groups: &[[f32; GROUP]], group: usize, first: usize) -> 
 /// Short numbers of the cells from place `first` of a group on.
 #[inline(always)]
 pub fn shorts_of<F: Num>(groups: &[[Short; GROUP]], group: usize, first: usize) -> F {
-    read(groups.get(group).and_then(|group| group.get(first..)).unwrap_or(&[]))
+    read(groups.get(group).unwrap_or(&[0; GROUP]).get(first..).unwrap_or(&[]))
 }
 
 /// The corners of a bilinear function from its values at the middles of the quadrants.

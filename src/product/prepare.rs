@@ -466,22 +466,24 @@ impl Stage<'_> {
         let mut count = 0;
         let (masses, cones, is_narrow) = (self.guide.masses(), Cones::new(&self.guide), self.peak != [0.0; 3]);
         let bright = if self.smoothness == Smoothness::Diffuse { WORTH_IF_DIFFUSE } else { BRIGHT };
-        for (group, first) in (0..masses.len()).flat_map(|group| places::<F>().map(move |first| (group, first))) {
-            let mut counts = F::splat(bright).lt(group_of::<F>(masses, group, first));
-            if is_narrow {
-                counts = F::or(counts, cones.hold::<F>(self.peak, group, first));
-            }
-            if self.smoothness == Smoothness::Diffuse {
-                let is_below = self.least_corner::<F>(group, first).le(F::splat(0.0));
-                counts = F::and(counts, is_below);
-            }
-            let mut bits = F::bits(counts);
-            while bits != 0 && count < CLOSER {
-                if let Some(cell) = cells.get_mut(count) {
-                    *cell = (group * GROUP + first) as u32 + bits.trailing_zeros();
+        for (group, masses) in masses.iter().enumerate() {
+            for first in places::<F>() {
+                let mut counts = F::splat(bright).lt(F::at(masses, first));
+                if is_narrow {
+                    counts = F::or(counts, cones.hold::<F>(self.peak, group, first));
                 }
-                bits &= bits - 1;
-                count += 1;
+                if self.smoothness == Smoothness::Diffuse {
+                    let is_below = self.least_corner::<F>(group, first).le(F::splat(0.0));
+                    counts = F::and(counts, is_below);
+                }
+                let mut bits = F::bits(counts);
+                while bits != 0 && count < CLOSER {
+                    if let Some(cell) = cells.get_mut(count) {
+                        *cell = (group * GROUP + first) as u32 + bits.trailing_zeros();
+                    }
+                    bits &= bits - 1;
+                    count += 1;
+                }
             }
         }
         let looked_at: &[usize] = if is_narrow { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };

@@ -51,8 +51,8 @@ pub fn places<F: Num>([x, y, z]: [F; 3]) -> F::Ints {
 #[inline(always)]
 fn cells<F: Num>(coordinate: F) -> F {
     const WHOLE: f32 = 8_388_608.0;
-    let cell = (coordinate + F::splat(1.0)) * F::splat(0.5 * CELLS) - F::splat(0.5);
-    cell.max(F::splat(0.0)).min(F::splat(CELLS - 1.0)) + F::splat(WHOLE)
+    let cell = (coordinate + 1.0) * (0.5 * CELLS) - 0.5;
+    cell.max(F::splat(0.0)).min(F::splat(CELLS - 1.0)) + WHOLE
 }
 
 /// Bit i of the lowest byte as bit 2 i.

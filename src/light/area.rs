@@ -41,7 +41,7 @@ impl Area<'_> {
         let drawn = self.light.sample_in::<Four>(Four::each_int(|_| self.cell), numbers);
         let place = drawn.place();
         let position = [0, 1].map(|k: usize| {
-            let share = (place[k] - splat(self.low[k])) / splat(max(self.size[k], f32::MIN_POSITIVE));
+            let share = (place[k] - self.low[k]) / max(self.size[k], f32::MIN_POSITIVE);
             share.max(splat(0.0)).min(splat(1.0))
         });
         let direction = self.direction(position);
@@ -65,13 +65,13 @@ impl Area<'_> {
     /// The directions of positions in the cell.
     #[inline(never)]
     pub(super) fn direction(&self, position: [Four; 2]) -> [Four; 3] {
-        let place = [0, 1].map(|k: usize| splat(self.low[k]) + position[k] * splat(self.size[k]));
+        let place = [0, 1].map(|k: usize| splat(self.low[k]) + position[k] * self.size[k]);
         self.light.chart.direction(self.face, place)
     }
 
     /// The density of directions with equal shares of the cell's area on its face, per steradian.
     pub(super) fn density_of_area(&self, direction: [Four; 3]) -> Four {
-        splat(1.0) / (self.place(direction).solid_angle * splat(self.size[0] * self.size[1]))
+        splat(1.0) / (self.place(direction).solid_angle * (self.size[0] * self.size[1]))
     }
 
     #[inline(never)]

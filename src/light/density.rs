@@ -40,7 +40,7 @@ fn dot<F: Num>(a: f32, b: f32, c: f32, [x, y, z]: [F; 3]) -> F {
 #[inline(always)]
 pub fn unit<F: Num>([x, y, z]: [F; 3]) -> ([F; 3], F::Mask) {
     let squared = x * x + y * y + z * z;
-    let unit = (squared - F::splat(1.0)).abs().lt(F::splat(1e-3));
+    let unit = (squared - 1.0).abs().lt(F::splat(1e-3));
     // One Newton step of the reciprocal root from 1: within 4e-7 of it.
     let scale = F::splat(1.5) - F::splat(0.5) * squared;
     ([x * scale, y * scale, z * scale], unit)

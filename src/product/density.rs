@@ -288,7 +288,7 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn grid<F: Num>(&self, located: &Located<F>) -> F {
         let (leaves, inside) = self.leaves(located);
-        leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
+        leaves.shape.unscaled(inside) * (self.light.alone(located) * self.product.header.scale)
     }
 
     /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to, and what [`Shaded::grid_and_light`] answers
@@ -560,13 +560,13 @@ const TOGETHER: usize = 64;
 /// The number of narrow lobes that a first number stands for which draws from them.
 #[inline(always)]
 fn of_peak<F: Num>(share: f32, u: F) -> F {
-    (u * F::splat(1.0 / share)).min(F::splat(ONE_MINUS_EPSILON))
+    (u * (1.0 / share)).min(F::splat(ONE_MINUS_EPSILON))
 }
 
 /// The number of the grid that any other stands for.
 #[inline(always)]
 fn of_grid<F: Num>(share: f32, u: F) -> F {
-    ((u - F::splat(share)) * F::splat(1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
+    ((u - share) * (1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
 }
 
 /// The leaf of a whole cell.

@@ -105,7 +105,7 @@ pub fn store<F: Num>(corners: &Corners<F>, out: &mut Leaves, first: usize) -> F 
         let zero = F::splat(0.0);
         sum = sum + F::only(zero.lt(*corner), F::load(stored));
     }
-    sum * F::splat(0.25)
+    sum * 0.25
 }
 
 /// The mean of a leaf in 16 bits, with the bits that [`store`] answers.

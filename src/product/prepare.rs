@@ -345,7 +345,7 @@ impl<'a> Stage<'a> {
     #[inline(always)]
     fn finished<F: Num>(&self, [a, b, c, d]: [F; 4], scale: F) -> [F; 4] {
         let [a, b, c, d] = [a * scale, b * scale, c * scale, d * scale];
-        if self.constant { [(a + b + (c + d)) * F::splat(0.25); 4] } else { [a, b, c, d] }
+        if self.constant { [(a + b + (c + d)) * 0.25; 4] } else { [a, b, c, d] }
     }
 
     /// What F is divided by: a power of two of which its largest value is 1/4 to 1/2, so that extrapolation stays below 2.
@@ -416,7 +416,7 @@ impl Stage<'_> {
                 let (mut all, mut floor, mut sum) = ([zero; 4], zero, zero);
                 if F::bits(counts) != 0 {
                     let corners = corner_values::<F>(&self.guide, values, group * GROUP + first);
-                    floor = (largest(corners) * F::splat(FLOOR)).max(F::splat(self.darkest));
+                    floor = (largest(corners) * FLOOR).max(F::splat(self.darkest));
                     for (out, corner) in all.iter_mut().zip(tilted(&quadrants, &corners, group, first)) {
                         *out = F::only(counts, corner.max(floor));
                         sum = sum + *out;
@@ -453,7 +453,7 @@ impl Stage<'_> {
             }
             Smoothness::Diffuse => {
                 let is_above = F::splat(0.0).lt(self.least_corner::<F>(group, first));
-                F::select(is_above, weights * F::splat(FITTED), weights)
+                F::select(is_above, weights * FITTED, weights)
             }
         }
     }
@@ -570,7 +570,7 @@ impl Stage<'_> {
     #[inline(always)]
     fn least<F: Num>(&self, cells: &[u32]) -> F {
         let of = |lane: usize| cells.get(lane).and_then(|&cell| self.work.floors.get(cell as usize)).copied();
-        F::splat(self.darkest).max(F::each(|lane| of(lane).unwrap_or(0.0)) * F::splat(KEPT))
+        F::splat(self.darkest).max(F::each(|lane| of(lane).unwrap_or(0.0)) * KEPT)
     }
 
     /// What parts that reflect nothing would take by their least value, over what all others reflect. The weights of divided cells, which
@@ -610,7 +610,7 @@ impl Stage<'_> {
         }
         // Of the undivided cells these are sums of four corners.
         for (useful, undivided) in reflected.iter_mut().zip(undivided) {
-            *useful = undivided * F::splat(0.25) + *useful;
+            *useful = undivided * 0.25 + *useful;
         }
         sum(wasted) / sum(reflected).max(f32::MIN_POSITIVE)
     }
@@ -675,7 +675,7 @@ impl<'a> Cones<'a> {
         let (sine, cosine) = (shorts_of::<F>(self.sine, group, first), shorts_of::<F>(self.cosine, group, first));
         let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
         let wider = (cosine * c - sine * s).le(zero);
-        let above = (zero - (sine * c + cosine * s) - F::splat(ROUNDING)).lt(up);
+        let above = (zero - (sine * c + cosine * s) - ROUNDING).lt(up);
         F::or(wider, above)
     }
 
@@ -683,7 +683,7 @@ impl<'a> Cones<'a> {
     #[inline(always)]
     fn hold<F: Num>(&self, [x, y, z]: [f32; 3], group: usize, first: usize) -> F::Mask {
         let [axis_x, axis_y, axis_z] = self.axis::<F>(group, first);
-        let along = axis_x * F::splat(x) + axis_y * F::splat(y) + axis_z * F::splat(z);
+        let along = axis_x * x + axis_y * y + axis_z * z;
         shorts_of::<F>(self.cosine, group, first).lt(along)
     }
 }
@@ -731,7 +731,7 @@ impl Compute for Write<'_, '_> {
                 let (Some(middles), Some(borders)) = (ends.last_chunk(), borders.first_chunk()) else { break };
                 let mut means = [F::splat(0.0); MIDDLES];
                 let least = stage.least::<F>(cells.get(first..).unwrap_or(&[]));
-                let kept = least * F::splat(stage.kept);
+                let kept = least * stage.kept;
                 for ((index, mean), out) in means.iter_mut().enumerate().zip(&mut *out) {
                     let corners = divide::part::<F>(middles, first, [index % PARTS, index / PARTS], least, kept);
                     *mean = store::<F>(&stage.finished(corners, scale), out, first);

@@ -147,8 +147,8 @@ impl Compute for Trial<'_> {
         let mut share = 0.5;
         for _ in 0..STEPS {
             let by_lobes = |tried: Tried<F>| {
-                let lobes = tried.lobes * F::splat(share);
-                let all = lobes + tried.grid * F::splat(1.0 - share);
+                let lobes = tried.lobes * share;
+                let all = lobes + tried.grid * (1.0 - share);
                 tried.value * (lobes / all.max(F::splat(f32::MIN_POSITIVE)))
             };
             share = sum(tried.map(|tried| by_lobes(tried[0]) + by_lobes(tried[1])));

@@ -54,7 +54,7 @@ mod x86;
 pub use apart::Apart;
 pub use array::A4;
 pub use level::{Compute, Level, compute, detect};
-pub use num::{Num, Whole, places, sum};
+pub use num::{GROUP, Num, REGISTERS, Whole, places, sum};
 pub use scalar::{prefetch, rank, rank16, sqrt};
 pub use table::{Blob, Table};
 
@@ -67,12 +67,6 @@ pub type Four = neon::N4;
 /// Four numbers, as every processor of this target has them.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub type Four = A4;
-
-/// Numbers that stand side by side in what is stored, and partial sums of a sum: a whole number of registers of any width.
-pub const GROUP: usize = 8;
-
-/// The most registers of a group.
-pub const REGISTERS: usize = 2;
 
 /// Numbers of a table that a search reads at once.
 pub const WINDOW: usize = 16;

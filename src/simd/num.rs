@@ -2,9 +2,14 @@
 //! for one element runs it at width 1, a batch at the width of the machine, with the same bits.
 
 use super::apart::{Apart, apart};
-use super::{GROUP, REGISTERS};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
+
+/// Numbers that stand side by side in what is stored, and partial sums of a sum: a whole number of registers of any width.
+pub const GROUP: usize = 8;
+
+/// The most registers of a group.
+pub const REGISTERS: usize = 2;
 
 /// A whole number of 32 bits for each lane; sums and products wrap.
 pub trait Whole:

@@ -51,7 +51,7 @@ fi
 RUSTC=$(compiler)
 export RUSTC CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=qemu-aarch64
-for filter in "--test wavelets simd::" "--test wavelets bits_are_on_record"; do
+for filter in "--test renderer simd::" "--test wavelets lanes::" "--test wavelets bits_are_on_record"; do
     # shellcheck disable=SC2086
     cargo test --target $target --target-dir "${CARGO_TARGET_DIR:-target}/aarch64" --package wis $filter
 done

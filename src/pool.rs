@@ -7,8 +7,7 @@
 
 use crate::numeric::clamp_u;
 use crate::object::ALIGNMENT;
-use crate::simd::{LANES, Lanes, Native};
-use crate::sphere::vector::V3;
+use crate::simd::{Four, GROUP, Num};
 
 /// A candidate and how often it was picked.
 #[repr(C)]
@@ -30,19 +29,18 @@ const DIGITS: usize = 1 << DIGIT_BITS;
 /// Up to so many keys it is faster to count the smaller ones of each than to count digits.
 const FEW: usize = 32;
 
-/// The places of eight directions on the curve; they need not be of unit length.
+/// The places of directions on the curve; they need not be of unit length.
 #[inline(always)]
-pub fn places<F: Lanes>(wi: V3<F>) -> [u32; LANES] {
+pub fn places<F: Num>([x, y, z]: [F; 3]) -> F::Ints {
     let (zero, one) = (F::splat(0.0), F::splat(1.0));
-    let [x, y, z] = wi;
     let norm = (x.abs() + y.abs() + z.abs()).max(F::splat(f32::MIN_POSITIVE));
     let (x, y) = (x / norm, y / norm);
     let south = z.lt(zero);
     let folded_x = F::select(south, (one - y.abs()).copysign(x), x);
     let folded_y = F::select(south, (one - x.abs()).copysign(y), y);
-    let (columns, rows) = (cells(folded_x).to_array(), cells(folded_y).to_array());
-    let mut places = [0; LANES];
-    for ((place, column), row) in places.iter_mut().zip(columns).zip(rows) {
+    let (columns, rows) = (cells(folded_x).store(), cells(folded_y).store());
+    let mut places = F::ints();
+    for ((place, column), row) in places.as_mut().iter_mut().zip(columns.as_ref()).zip(rows.as_ref()) {
         *place = 2 * spread(row.to_bits()) + spread(column.to_bits());
     }
     places
@@ -51,10 +49,10 @@ pub fn places<F: Lanes>(wi: V3<F>) -> [u32; LANES] {
 /// The cells along an axis of coordinates in [-1, 1], in the lowest bits of a number: so large a number has no room for
 /// fractions, and the cell is what half a cell less is rounded to. A NaN becomes cell 0.
 #[inline(always)]
-fn cells<F: Lanes>(coordinate: F) -> F {
+fn cells<F: Num>(coordinate: F) -> F {
     const WHOLE: f32 = 8_388_608.0;
-    let cell = (coordinate + F::splat(1.0)) * F::splat(0.5 * CELLS) - F::splat(0.5);
-    cell.max(F::splat(0.0)).min(F::splat(CELLS - 1.0)) + F::splat(WHOLE)
+    let cell = (coordinate + 1.0) * (0.5 * CELLS) - 0.5;
+    cell.max(F::splat(0.0)).min(F::splat(CELLS - 1.0)) + WHOLE
 }
 
 /// Bit i of the lowest byte as bit 2 i.
@@ -99,7 +97,7 @@ fn rank(keys: &mut [Key], spare: &mut [Key]) {
     for ((number, slot), &key) in (0i32..).zip(&mut small).zip(keys.iter()) {
         *slot = ((key >> 32) as i32 & 0xffff) << 8 | number;
     }
-    let small = small.get(..keys.len().next_multiple_of(LANES)).unwrap_or_default();
+    let small = small.get(..keys.len().next_multiple_of(GROUP)).unwrap_or_default();
     for (own, &key) in small.iter().zip(keys.iter()) {
         let smaller = small.iter().map(|other| i32::from(other < own)).sum::<i32>();
         if let Some(slot) = spare.get_mut(smaller as usize) {
@@ -219,9 +217,9 @@ fn gather(
     spread: bool,
 ) -> Result<(usize, f64), usize> {
     let (mut used, mut sum) = (0, 0.0);
-    for first in (0..count).step_by(LANES) {
-        let here = (count - first).min(LANES);
-        let places = if spread { places_of(here, |i| wi(first + i)) } else { [0; LANES] };
+    for first in (0..count).step_by(Four::WIDTH) {
+        let here = (count - first).min(Four::WIDTH);
+        let places = if spread { places_of(here, |i| wi(first + i)) } else { Four::ints() };
         for (i, place) in places.into_iter().enumerate().take(here) {
             let weight = weight(first + i);
             if !(0.0..=f32::MAX).contains(&weight) {
@@ -238,15 +236,14 @@ fn gather(
     Ok((used, sum))
 }
 
-/// The places on the curve of at most eight directions.
+/// The places on the curve of at most four directions.
 #[inline(always)]
-fn places_of(count: usize, wi: impl Fn(usize) -> [f32; 3]) -> [u32; LANES] {
-    let mut axes = [[0.0; LANES]; 3];
+fn places_of(count: usize, wi: impl Fn(usize) -> [f32; 3]) -> [u32; Four::WIDTH] {
+    let mut axes = [Four::floats(); 3];
     for i in 0..count {
         for (axis, component) in axes.iter_mut().zip(wi(i)) {
-            axis[i & (LANES - 1)] = component;
+            axis[i & (Four::WIDTH - 1)] = component;
         }
     }
-    let [x, y, z] = axes;
-    places([Native::from_array(x), Native::from_array(y), Native::from_array(z)])
+    places(axes.map(Four::load))
 }

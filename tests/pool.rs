@@ -5,7 +5,6 @@ use std::ptr::null_mut;
 use wis::ffi::MemorySize;
 use wis::ffi::pool::{Candidates, wis_pool_pick, wis_pool_size};
 use wis::pool::{Pick, key, places, sort};
-use wis::simd::{Lanes, Portable};
 use wis::status::Status;
 
 /// Picks, with the sum of the weights.
@@ -76,7 +75,7 @@ fn picks_follow_the_curve() {
     for count in [20, 400, 5000] {
         let (wi, _) = candidates(count, 3);
         let (chosen, _) = pick(&wi, &vec![1.0; count], count as u32 / 2, 0.5).unwrap();
-        let place = |p: &Pick| places(wi[p.candidate as usize].map(Portable::splat))[0];
+        let place = |p: &Pick| places::<f32>(wi[p.candidate as usize])[0];
         let along: Vec<u32> = chosen.iter().map(place).collect();
         assert!(along.is_sorted(), "{count} candidates: {along:?}");
     }
@@ -146,7 +145,7 @@ fn neighbours_on_the_curve_are_close() {
     let mut placed: Vec<(u32, [f64; 3])> = (0..4096)
         .map(|_| {
             let d = random.direction();
-            (places(d.map(|c| Portable::splat(c as f32)))[0], d)
+            (places::<f32>(d.map(|c| c as f32))[0], d)
         })
         .collect();
     placed.sort_by_key(|p| p.0);

@@ -6,6 +6,7 @@ mod light_ffi;
 mod points;
 mod pool;
 mod product;
+mod simd;
 mod sphere;
 mod stored;
 mod support;

@@ -1,25 +1,33 @@
-//! Lanes answer the bits of scalar operations, and the wide walk those of the scalar walk, on portable lanes and on
-//! every kind that this processor has. Products are the same on all lanes.
+//! Numbers of every width answer the bits of scalar operations: one by one, in arrays, and in every register that this processor has.
 
-use crate::support::statistics::Mean;
-use crate::support::{Random, ggx, lambert, lane_points, query};
+use crate::support::Random;
 use wis::numeric::{max, min, sqrt};
-use wis::points::sobol;
-use wis::simd::{Kernel, LANES, Lanes, Level, Native, Portable, run};
-use wis::sphere::Frame;
-use wis::wavelets::descent::{self, Sample};
-use wis::wavelets::environment::Light;
-use wis::wavelets::lobe::Lobes;
-use wis::wavelets::product::{self, Budget, Cell, Node, Room, Scratch};
-use wis::wavelets::query::{Lobe, Query, WIS_WAVELET_LOBE_PHONG};
-use wis::wavelets::tree::{Tree, build, complete_len};
-use wis::wavelets::wide::{self, TOGETHER};
+use wis::simd::{A4, Compute, Four, GROUP, Level, Num, REGISTERS, Whole, compute, places, sum};
 
-/// Ordinary numbers, and those at which operations differ.
-fn numbers() -> Vec<f32> {
-    let special = [0.0, -0.0, 1.0, -1.0, 1e-45, 1e-38, 3e38, f32::INFINITY, -f32::INFINITY, f32::NAN, 0.5, 4096.0];
-    let ordinary = (0..52).map(|i| (sobol(1, i)[0] - 0.5) * 20.0);
-    special.into_iter().chain(ordinary).collect()
+/// Tries of random numbers.
+const TRIES: usize = 2000;
+
+/// A whole number below a limit.
+fn below(random: &mut Random, limit: usize) -> usize {
+    (random.bits() % limit as u64) as usize
+}
+
+/// An ordinary number, one of any bits, or one at which operations differ.
+fn number(random: &mut Random) -> f32 {
+    const SPECIAL: [f32; 12] =
+        [0.0, -0.0, 1.0, -1.0, 1e-45, -1e-38, 3e38, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.5, 4096.0];
+    match below(random, 3) {
+        0 => SPECIAL[below(random, SPECIAL.len())],
+        1 => f32::from_bits(word(random)),
+        _ => 20.0 * random.f32() - 10.0,
+    }
+}
+
+/// Any whole number, or one at a limit.
+fn word(random: &mut Random) -> u32 {
+    const SPECIAL: [u32; 6] = [0, 1, u32::MAX, 1 << 31, (1 << 31) - 1, 1 << 16];
+    let any = random.bits() as u32;
+    if below(random, 3) == 0 { SPECIAL[below(random, SPECIAL.len())] } else { any }
 }
 
 /// A NaN's bits mean nothing.
@@ -27,233 +35,198 @@ fn bits(x: f32) -> u32 {
     if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
 }
 
-/// Runs a test on every kind of lanes that this processor has.
-macro_rules! on_all_lanes {
+/// Runs a test on numbers of every kind.
+macro_rules! on_all_numbers {
     ($test:ident) => {{
         struct Test;
-        impl Kernel for Test {
+        impl Compute for Test {
             type Output = ();
-            fn run<F: Lanes>(self) {
+            fn run<F: Num>(self) {
                 $test::<F>();
             }
         }
-        $test::<Portable>();
-        $test::<Native>();
-        run(Level::detect(), Test);
+        $test::<f32>();
+        $test::<A4>();
+        $test::<Four>();
+        compute(Level::detect(), Test);
     }};
 }
 
-fn operations<F: Lanes>() {
-    let numbers = numbers();
-    for (shift, first) in (0..numbers.len()).flat_map(|s| (0..numbers.len()).step_by(LANES).map(move |f| (s, f))) {
-        let of = |offset: usize| -> [f32; LANES] {
-            std::array::from_fn(|i| numbers[(first + i * (1 + offset % 3) + offset) % numbers.len()])
-        };
-        let (a, b) = (of(0), of(shift));
-        let (x, y) = (F::from_array(a), F::from_array(b));
-        let check = |name: &str, lanes: F, scalar: &dyn Fn(f32, f32) -> f32| {
-            for (i, lane) in lanes.to_array().into_iter().enumerate() {
-                assert_eq!(bits(lane), bits(scalar(a[i], b[i])), "{name} of {} and {}", a[i], b[i]);
+fn operations<F: Num>() {
+    let mut random = Random(50);
+    for _ in 0..TRIES {
+        let (x, y) = (F::each(|_| number(&mut random)), F::each(|_| number(&mut random)));
+        let (a, b, scalar) = (x.store(), y.store(), number(&mut random));
+        let (a, b) = (a.as_ref(), b.as_ref());
+        let check = |name: &str, found: F, of: &dyn Fn(f32, f32) -> f32| {
+            for (i, &lane) in found.store().as_ref().iter().enumerate() {
+                assert_eq!(bits(lane), bits(of(a[i], b[i])), "{name} of {} and {}, {scalar}", a[i], b[i]);
             }
         };
         check("sum", x + y, &|a, b| a + b);
         check("difference", x - y, &|a, b| a - b);
         check("product", x * y, &|a, b| a * b);
         check("quotient", x / y, &|a, b| a / b);
+        check("sum with one", x + scalar, &|a, _| a + scalar);
+        check("difference from one", x - scalar, &|a, _| a - scalar);
+        check("product with one", x * scalar, &|a, _| a * scalar);
+        check("quotient by one", x / scalar, &|a, _| a / scalar);
+        check("one", F::splat(scalar), &|_, _| scalar);
         check("root", x.sqrt(), &|a, _| sqrt(a));
         check("size", x.abs(), &|a, _| a.abs());
         check("sign", x.copysign(y), &|a, b| a.copysign(b));
         check("minimum", x.min(y), &min);
         check("maximum", x.max(y), &max);
-        check("before", F::splat(2.5).before(), &|_, _| f32::from_bits(2.5f32.to_bits() - 1));
-        check("less", F::unit(x.lt(y)), &|a, b| f32::from(u8::from(a < b)));
         check("choice", F::select(x.le(y), x, y), &|a, b| if a <= b { a } else { b });
-        check("both", F::unit(F::and(x.lt(y), F::splat(0.0).lt(y))), &|a, b| f32::from(u8::from(a < b && 0.0 < b)));
-        check("either", F::unit(F::or(x.lt(y), F::splat(0.0).lt(y))), &|a, b| f32::from(u8::from(a < b || 0.0 < b)));
-        assert_eq!(F::bits(F::mask(0b1010_0110)), 0b1010_0110);
-        let rows: [[f32; 4]; LANES] = std::array::from_fn(|i| [a[i], b[i], i as f32, 1.0]);
-        let columns = F::transpose(std::array::from_fn(|i| &rows[i])).map(F::to_array);
-        for (i, row) in rows.iter().enumerate() {
-            assert!((0..4).all(|k| bits(columns[k][i]) == bits(row[k])));
+        check("part", F::only(x.lt(y), x), &|a, b| if a < b { a } else { 0.0 });
+        check("bits", F::from_bits(x.to_bits()), &|a, _| a);
+        let zero = F::splat(0.0);
+        let masks = [x.lt(y), x.le(y), F::and(x.lt(y), zero.lt(y)), F::or(x.lt(y), zero.lt(y))].map(F::bits);
+        for (i, (&a, &b)) in a.iter().zip(b).enumerate() {
+            let expected = [a < b, a <= b, a < b && 0.0 < b, a < b || 0.0 < b];
+            assert_eq!(masks.map(|mask| mask >> i & 1 == 1), expected, "{a} and {b}");
         }
-        let back = F::rows(F::transpose(std::array::from_fn(|i| &rows[i])));
-        assert!(back.iter().flatten().zip(rows.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits()));
-    }
-}
-
-/// Whole numbers: squares of a heap, their children, and what is stored for them.
-fn whole_numbers<F: Lanes>() {
-    let numbers: [u32; LANES] = [0, 1, 2, 20, 84, u32::MAX, 1 << 31, (1 << 31) - 1];
-    let index = F::index(numbers);
-    assert_eq!(F::numbers(index), numbers);
-    assert_eq!(F::highest_bits(index), 0b0110_0000);
-    for bound in [0, 1, 3, 21, 1 << 31, u32::MAX] {
-        let below = F::bits(F::below(index, bound));
-        assert!(numbers.iter().enumerate().all(|(i, &n)| (below >> i & 1 == 1) == (n < bound)), "{bound}");
-    }
-    let children = F::numbers(F::child(index, [F::mask(0b1100), F::mask(0b1010)]));
-    for (i, (child, number)) in children.into_iter().zip(numbers).enumerate() {
-        let c = 2 * (0b1100 >> i & 1) + (0b1010 >> i & 1);
-        assert_eq!(child, number.wrapping_mul(4).wrapping_add(1 + c));
-    }
-    let sums = F::numbers(F::add_index(index, F::index([3; LANES])));
-    assert!(sums.into_iter().zip(numbers).all(|(sum, number)| sum == number.wrapping_add(3)));
-    assert_eq!(F::with_bits(index).to_array().map(f32::to_bits), numbers);
-    let other = F::index([7; LANES]);
-    let chosen = F::numbers(F::select_index(F::mask(0b0101_0101), index, other));
-    assert!((0..LANES).all(|i| chosen[i] == if i % 2 == 0 { numbers[i] } else { 7 }));
-    let rows: Vec<[f32; 4]> = (0..90).map(|i| [i as f32, 0.5, -1.0, 2.0 * i as f32]).collect();
-    for index in [numbers, [0, 1, 89, 3, 4, 5, 6, 7]] {
-        let columns = F::gather(&rows, F::index(index)).map(F::to_array);
-        for (i, number) in index.into_iter().enumerate() {
-            let row = rows.get(number as usize).copied().unwrap_or_default();
-            assert!((0..4).all(|k| columns[k][i] == row[k]), "{number}");
-        }
-    }
-    let whole: [[u32; 4]; LANES] = std::array::from_fn(|i| [i as u32, u32::MAX, 0x7f80_0001, 3]);
-    let columns = F::transpose_index(std::array::from_fn(|i| &whole[i])).map(F::numbers);
-    assert!((0..LANES).all(|i| (0..4).all(|k| columns[k][i] == whole[i][k])));
-}
-
-#[test]
-fn lanes_are_scalar_operations() {
-    on_all_lanes!(operations);
-}
-
-#[test]
-fn lanes_of_whole_numbers() {
-    on_all_lanes!(whole_numbers);
-}
-
-/// A tree with a hot texel, dark squares and texels far apart in size.
-fn squares(depth: u32) -> (f32, Vec<[f32; 4]>) {
-    let mut squares = vec![[0.0f32; 4]; complete_len::<4>(depth).unwrap() as usize];
-    let first = complete_len::<4>(depth - 1).unwrap() as usize;
-    for (i, texel) in squares[first..].iter_mut().flatten().enumerate() {
-        let random = sobol(5, i as u32)[0];
-        *texel = if i / 16 % 3 == 0 { 0.0 } else { (random * 30.0 - 20.0).exp2() };
-    }
-    squares[first + 5][2] = 1e5;
-    let average = build(depth, &mut squares).unwrap();
-    (average as f32, squares)
-}
-
-fn same_walk<F: Lanes>() {
-    let (average, squares) = squares(6);
-    let light = Light(Tree::complete(6, average, &squares).unwrap());
-    let turned = Frame::new(&[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]).unwrap();
-    for frame in [Frame::IDENTITY, turned] {
-        for first in (0..1 << 16).step_by(TOGETHER) {
-            let u = lane_points(first);
-            let mut samples = vec![Sample::default(); u.len()];
-            wide::sample::<F, _>(&light, &frame, &u, &mut samples);
-            let expected: Vec<Sample> = u.iter().map(|u| descent::sample(&light, &frame, *u)).collect();
-            assert_eq!(samples, expected);
-            let direction = |(i, u): (usize, &[f32; 2])| if i % 2 == 0 { samples[i].wi } else { uniform(*u) };
-            let wi: Vec<[f32; 3]> = u.iter().enumerate().map(direction).collect();
-            let expected: Vec<f32> = wi.iter().map(|wi| descent::pdf(&light, &frame, *wi).unwrap_or(0.0)).collect();
-            let mut values = vec![0.0; wi.len()];
-            wide::pdf::<F, _>(&light, &frame, &wi, &mut values);
-            assert_eq!(values, expected);
+        assert!(masks.iter().all(|&mask| mask >> F::WIDTH == 0));
+        let sums = x.sums().store();
+        for (i, &found) in sums.as_ref().iter().enumerate() {
+            let (four, at) = (&a[i & !3..], i & 3);
+            // Where no zeros are moved in, a sum of -0 keeps its sign.
+            let pairs = [four[0], if at > 0 { four[1] + four[0] } else { 0.0 }];
+            let expected = match at {
+                0 | 1 => pairs[at],
+                2 => (four[2] + four[1]) + four[0],
+                _ => (four[3] + four[2]) + (four[1] + four[0]),
+            };
+            assert_eq!(bits(found + 0.0), bits(expected + 0.0));
         }
     }
 }
 
-/// Any direction, or one that is not of unit length.
-fn uniform(u: [f32; 2]) -> [f32; 3] {
-    let z = 1.0 - 2.0 * u[0].clamp(0.0, 1.0);
-    let radius = (1.0 - z * z).sqrt();
-    let phi = 6.2 * u[1];
-    [radius * phi.cos(), radius * phi.sin(), if u[0] < 0.001 { 7.0 } else { z }]
-}
-
-#[test]
-fn wide_walks_are_scalar_walks() {
-    on_all_lanes!(same_walk);
-}
-
-/// A product's bytes, on lanes of a kind.
-fn products<F: Lanes>() -> Vec<Built> {
-    let (average, squares) = squares(6);
-    let light = Tree::complete(6, average, &squares).unwrap();
-    let narrow = Lobe { b: 0.05, ..ggx(0.2) };
-    let phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, a: 300.0, ..lambert(0.9) };
-    let mut all = Vec::new();
-    for lobes in [vec![lambert(0.8)], vec![narrow, lambert(0.1)], vec![ggx(0.01)], vec![phong]] {
-        for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {
-            let query = Query { tangent: [0.0, 0.6, 0.8], ..query(normal, [0.36, 0.48, 0.8], &lobes) };
-            let mut lobes = Lobes::new(&query, None).unwrap();
-            let room = Room::new(Budget::DEFAULT.squares).unwrap();
-            let (mut nodes, mut cells) = (vec![Node::default(); room.nodes], vec![Cell::default(); room.cells]);
-            let (mut priorities, mut slots) = (vec![0.0; room.priorities], vec![0; room.squares]);
-            let mut scratch =
-                Scratch { nodes: &mut nodes, cells: &mut cells, priorities: &mut priorities, slots: &mut slots };
-            let (frame, budget) = (Frame::IDENTITY, Budget::DEFAULT);
-            let built = product::build::<F, Lobes>(light, &frame, &mut lobes, budget, &mut scratch).unwrap();
-            let average = scratch.finish(built.base, built.squares);
-            nodes.truncate(4 * built.squares as usize + 1);
-            all.push((nodes, average.to_bits()));
+fn whole_numbers<F: Num>() {
+    let mut random = Random(51);
+    for _ in 0..TRIES {
+        let (a, b) = (F::each_int(|_| word(&mut random)), F::each_int(|_| word(&mut random)));
+        let (x, y) = (F::whole(a), F::whole(b));
+        let check = |name: &str, found: F::Whole, of: &dyn Fn(u32, u32) -> u32| {
+            for (i, &lane) in F::ints_of(found).as_ref().iter().enumerate() {
+                let (a, b) = (a.as_ref()[i], b.as_ref()[i]);
+                assert_eq!(lane, of(a, b), "{name} of {a} and {b}");
+            }
+        };
+        check("sum", x + y, &u32::wrapping_add);
+        check("product", x * y, &u32::wrapping_mul);
+        check("both", x & y, &|a, b| a & b);
+        check("either", x | y, &|a, b| a | b);
+        check("one of them", x ^ y, &|a, b| a ^ b);
+        check("up", x.shl::<5>(), &|a, _| a << 5);
+        check("down", x.shr::<7>(), &|a, _| a >> 7);
+        check("from the other end", x.reverse_bits(), &|a, _| a.reverse_bits());
+        check("the same", F::Whole::splat(77), &|_, _| 77);
+        for (i, &a) in a.as_ref().iter().enumerate() {
+            assert_eq!(F::sign_bits(x) >> i & 1, a >> 31);
+            let halves = F::halves(F::ints_of(x), 1 << 28).map(|half| half.store().as_ref()[i].to_bits());
+            assert_eq!(halves, [((a & 0xffff) << 12) + (1 << 28), ((a >> 16) << 12) + (1 << 28)]);
+        }
+        // As documented: from 0 on, and below 2^31.
+        let half = F::each_int(|lane| a.as_ref()[lane] >> 1);
+        let numbers = F::of_ints(half);
+        for (&number, &half) in numbers.store().as_ref().iter().zip(half.as_ref()) {
+            assert_eq!(number, half as f32);
+        }
+        let numbers = F::each(|lane| half.as_ref()[lane] as f32 * 0.99);
+        for (&found, &number) in numbers.truncate().as_ref().iter().zip(numbers.store().as_ref()) {
+            assert_eq!(found, number as u32);
         }
     }
-    all
 }
 
-/// The nodes of a product and its average.
-type Built = (Vec<Node>, u32);
-
-#[test]
-fn products_are_the_same_on_all_lanes() {
-    struct Products;
-    impl Kernel for Products {
-        type Output = Vec<Built>;
-        fn run<F: Lanes>(self) -> Vec<Built> {
-            products::<F>()
+/// What is read from slices and written to them, also where they end.
+fn memory<F: Num>() {
+    let mut random = Random(52);
+    let numbers: Vec<f32> = (0..21).map(|i| i as f32).collect();
+    let words: Vec<u16> = (0..40).map(|i| 1000 * i).collect();
+    let rows: Vec<[f32; 4]> = (0..33).map(|i| [0.0, 0.25, 0.5, 0.75].map(|x| x + i as f32)).collect();
+    for first in 0..30 {
+        let fits = first + F::WIDTH <= numbers.len();
+        for (lane, &x) in F::at(&numbers, first).store().as_ref().iter().enumerate() {
+            assert_eq!(x, if fits { numbers[first + lane] } else { 0.0 });
+        }
+        let ints: Vec<u32> = numbers.iter().map(|&x| x as u32).collect();
+        for (lane, &x) in F::read_ints(ints.get(first..).unwrap_or(&[])).as_ref().iter().enumerate() {
+            assert_eq!(x, if fits { ints[first + lane] } else { 0 });
+        }
+        let mut out = [-1.0; 21];
+        F::each(|lane| lane as f32).write(&mut out, first);
+        for (place, &x) in out.iter().enumerate() {
+            let inside = fits && (first..first + F::WIDTH).contains(&place);
+            assert_eq!(x, if inside { (place - first) as f32 } else { -1.0 });
         }
     }
-    let portable = products::<Portable>();
-    assert!(portable.iter().all(|(nodes, _)| nodes.len() > 8));
-    assert!(portable == products::<Native>());
-    assert!(portable == run(Level::detect(), Products));
+    for _ in 0..TRIES {
+        let limit = if below(&mut random, 2) == 0 { 33 } else { 45 };
+        let index = F::each_int(|_| {
+            if limit == 45 && below(&mut random, 9) == 0 { 1 << 31 } else { below(&mut random, limit) as u32 }
+        });
+        let (index, places) = (F::whole(index), index);
+        let exists = places.as_ref().iter().all(|&i| (i as usize) < rows.len());
+        let columns = F::rows(&rows, index).map(F::store);
+        let pairs = F::ints_of(F::pairs(&words, index));
+        let pair_exists = places.as_ref().iter().all(|&i| (i as usize) < words.len() - 1);
+        let mut out = [-1.0; 45];
+        F::each(|lane| lane as f32).scatter(&mut out, index);
+        for (lane, &i) in places.as_ref().iter().enumerate() {
+            for (k, column) in columns.iter().enumerate() {
+                assert_eq!(column.as_ref()[lane], if exists { rows[i as usize][k] } else { 0.0 });
+            }
+            let pair = |i: usize| u32::from(words[i]) | u32::from(words[i + 1]) << 16;
+            assert_eq!(pairs.as_ref()[lane], if pair_exists { pair(i as usize) } else { 0 });
+            let last = places.as_ref().iter().rposition(|&other| other == i);
+            assert!(out.get(i as usize).is_none_or(|&x| Some(x as usize) == last));
+        }
+    }
 }
 
-/// The leaves that a build splits next, by lanes of a kind, until none is worth more than `least`.
-fn chosen<F: Lanes>(worth: &[f32], least: f32, room: usize) -> Vec<Vec<usize>> {
-    let mut priorities = worth.to_vec();
-    priorities.resize(Room::new(worth.len() as u32).expect("room").priorities, 0.0);
-    let mut scratch = Scratch { nodes: &mut [], cells: &mut [], priorities: &mut priorities, slots: &mut [] };
-    let rounds = std::iter::repeat_with(|| {
-        scratch.most_valuable::<F>(worth.len(), least, room).iter().map(|(_, leaf)| leaf).collect::<Vec<_>>()
-    });
-    rounds.take_while(|batch| !batch.is_empty()).collect()
-}
-
-/// Each leaf of more than a worth is split once, of any number of leaves; the best is always among the first, the others
-/// are worth most of what the very best would be, and signs, which mark peaks, do not count.
 #[test]
-fn splits_are_worth_most() {
-    let mut random = Random(181);
-    let mut share = Mean::default();
-    for used in (1..60).chain([127, 128, 129, 500]) {
-        for room in [1, 5, LANES] {
-            let least = 0.1;
-            let worth: Vec<f32> = (0..used).map(|_| random.f32().powi(3) * (random.f32() - 0.5).signum()).collect();
-            let batches = chosen::<Portable>(&worth, least, room);
-            assert_eq!(batches, chosen::<Native>(&worth, least, room));
-            assert!(batches.iter().all(|batch| batch.len() <= room));
+fn numbers_are_scalar_operations() {
+    on_all_numbers!(operations);
+}
 
-            let mut best: Vec<usize> = (0..used).filter(|&leaf| worth[leaf].abs() > least).collect();
-            let mut all = batches.concat();
-            all.sort_unstable();
-            assert_eq!(all, best, "{used} leaves");
+#[test]
+fn whole_numbers_are_scalar_operations() {
+    on_all_numbers!(whole_numbers);
+}
 
-            best.sort_by(|&a, &b| worth[b].abs().total_cmp(&worth[a].abs()));
-            if let (Some(first), Some(leaf)) = (batches.first(), best.first()) {
-                assert!(first.contains(leaf), "{used} leaves");
-                let sum = |leaves: &[usize]| leaves.iter().map(|&leaf| f64::from(worth[leaf].abs())).sum::<f64>();
-                share.add(sum(first) / sum(&best[..best.len().min(room)]));
+#[test]
+fn slices_are_read_and_written_inside_alone() {
+    on_all_numbers!(memory);
+}
+
+/// The sum of some groups of numbers.
+struct Sum<'a>(&'a [f32]);
+
+impl Compute for Sum<'_> {
+    type Output = f32;
+
+    fn run<F: Num>(self) -> f32 {
+        let mut sums = [F::splat(0.0); REGISTERS];
+        for group in self.0.chunks_exact(GROUP) {
+            for (first, sum) in places::<F>().zip(&mut sums) {
+                *sum = *sum + F::at(group, first);
             }
         }
+        sum(sums)
     }
-    println!("the first batch is worth {:.3} of the best, on average", share.mean);
-    assert!(share.mean > 0.95, "{}", share.mean);
+}
+
+#[test]
+fn sums_are_the_same_in_registers_of_any_width() {
+    let mut random = Random(53);
+    for groups in 0..20 {
+        let numbers: Vec<f32> = (0..GROUP * groups).map(|_| random.f32()).collect();
+        let partial = |place: usize| numbers.iter().skip(place).step_by(GROUP).sum::<f32>();
+        let expected = (0..GROUP).map(partial).sum::<f32>();
+        assert_eq!(Sum(&numbers).run::<A4>(), expected);
+        assert_eq!(compute(Level::BASELINE, Sum(&numbers)), expected);
+        assert_eq!(compute(Level::detect(), Sum(&numbers)), expected);
+    }
 }

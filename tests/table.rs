@@ -399,7 +399,7 @@ fn faults() {
 #[test]
 fn lanes_are_the_scalar_look_up() {
     use glam::Vec3;
-    use wis::simd::{LANES, Lanes, Native, Portable};
+    use wis::wavelets::lanes::{LANES, Lanes, Native, Portable};
     use wis::wavelets::table::{Slice, Table};
     use wis::wavelets::tree::{Link, Tree};
     use wis::wavelets::{image, prune};

@@ -71,9 +71,9 @@ impl Ggx {
     pub fn reflect<F: Num>(&self, wi: [F; 3]) -> Response<F> {
         let (zero, half, one) = (F::splat(0.0), F::splat(0.5), F::splat(1.0));
         let wo_z = F::splat(self.wo[2]);
-        let h = [wi[0] + F::splat(self.wo[0]), wi[1] + F::splat(self.wo[1]), wi[2] + wo_z];
+        let h = [wi[0] + self.wo[0], wi[1] + self.wo[1], wi[2] + wo_z];
         let (d, squared) = self.distribution(h);
-        let smith = wi[2] * F::splat(self.wo_length) + wo_z * self.length(wi);
+        let smith = wi[2] * self.wo_length + wo_z * self.length(wi);
         let above = zero.lt(wi[2]);
         let value = half * d / smith.max(F::splat(f32::MIN_POSITIVE));
         let pdf = d * (0.25 * self.visible);
@@ -100,7 +100,7 @@ impl Ggx {
         // wo . h + eta wi . h is the length of h with its sign.
         let jacobian = eta * eta * cos_i.abs() / squared.max(F::splat(f32::MIN_POSITIVE));
         let visible = F::splat(self.visible);
-        let smith = wi[2].abs() * F::splat(self.wo_length) + wo[2] * self.length(wi);
+        let smith = wi[2].abs() * self.wo_length + wo[2] * self.length(wi);
         let below = F::and(wi[2].lt(zero), F::and(zero.lt(cos_o), cos_i.lt(zero)));
         let value = F::splat(2.0) * d * cos_o * jacobian / smith.max(F::splat(f32::MIN_POSITIVE));
         Response {
@@ -115,10 +115,10 @@ impl Ggx {
     pub fn reflected<F: Num>(&self, wi: [F; 3]) -> F {
         let zero = F::splat(0.0);
         let [x, y, z] = self.wo;
-        let (d, _) = self.distribution([wi[0] + F::splat(x), wi[1] + F::splat(y), wi[2] + F::splat(z)]);
+        let (d, _) = self.distribution([wi[0] + x, wi[1] + y, wi[2] + z]);
         let density = d * (0.25 * self.visible);
         // Normals have an upper side, but for rounding.
-        F::only((zero - F::splat(LEVEL)).lt(wi[2] + F::splat(z)), finite(density))
+        F::only((zero - LEVEL).lt(wi[2] + z), finite(density))
     }
 
     /// The density over the whole sphere of [`Ggx::sample_refraction`].
@@ -162,12 +162,12 @@ impl Ggx {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let [sx, sy, sz] = self.stretched;
         let (sine, cosine) = sin_cos_whole(u[0]);
-        let z = (one - u[1]) * F::splat(1.0 + sz) - F::splat(sz);
+        let z = (one - u[1]) * (1.0 + sz) - sz;
         let radius = (one - z * z).max(zero).sqrt();
         let [ax, ay] = self.alpha;
-        let x = (radius * cosine + F::splat(sx)) * F::splat(ax);
-        let y = (radius * sine + F::splat(sy)) * F::splat(ay);
-        let z = (z + F::splat(sz)).max(zero);
+        let x = (radius * cosine + sx) * ax;
+        let y = (radius * sine + sy) * ay;
+        let z = (z + sz).max(zero);
         ([x, y, z], (x * x + y * y + z * z).max(F::splat(f32::MIN_POSITIVE)))
     }
 

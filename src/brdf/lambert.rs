@@ -7,7 +7,7 @@ use core::f32::consts::FRAC_1_PI;
 /// The density of a cosine-distributed direction with this cosine.
 #[inline(always)]
 pub fn pdf<F: Num>(cosine: F) -> F {
-    cosine.max(F::splat(0.0)) * F::splat(FRAC_1_PI)
+    cosine.max(F::splat(0.0)) * FRAC_1_PI
 }
 
 /// A direction with a cosine distribution about +z: the concentric disc of Shirley and Chiu 1997, raised to the hemisphere.

@@ -216,9 +216,9 @@ impl Surface {
     pub fn to_map<F: Num>(&self, w: [F; 3]) -> [F; 3] {
         let [t, b, n] = self.axes;
         [
-            w[0] * F::splat(t[0]) + w[1] * F::splat(b[0]) + w[2] * F::splat(n[0]),
-            w[0] * F::splat(t[1]) + w[1] * F::splat(b[1]) + w[2] * F::splat(n[1]),
-            w[0] * F::splat(t[2]) + w[1] * F::splat(b[2]) + w[2] * F::splat(n[2]),
+            w[0] * t[0] + w[1] * b[0] + w[2] * n[0],
+            w[0] * t[1] + w[1] * b[1] + w[2] * n[1],
+            w[0] * t[2] + w[1] * b[2] + w[2] * n[2],
         ]
     }
 
@@ -251,11 +251,11 @@ impl Surface {
             let constant = F::splat(lobe.fresnel[0]);
             match &lobe.shape {
                 LobeShape::Lambert => {
-                    value = value + F::only(zero.lt(cosine), constant * F::splat(FRAC_1_PI));
+                    value = value + F::only(zero.lt(cosine), constant * FRAC_1_PI);
                     pdf = pdf + share * lambert::pdf(cosine);
                 }
                 LobeShape::LambertTransmission => {
-                    value = value + F::only(cosine.lt(zero), constant * F::splat(FRAC_1_PI));
+                    value = value + F::only(cosine.lt(zero), constant * FRAC_1_PI);
                     pdf = pdf + share * lambert::pdf(zero - cosine);
                 }
                 LobeShape::Ggx(ggx) => {
@@ -271,8 +271,8 @@ impl Surface {
                 LobeShape::Phong(phong) => {
                     let power = phong.power(wi);
                     let above = zero.lt(cosine);
-                    value = value + F::only(above, constant * F::splat(phong.norm()) * power);
-                    pdf = pdf + share * F::splat(phong.pdf_norm()) * power;
+                    value = value + F::only(above, constant * (phong.norm()) * power);
+                    pdf = pdf + share * (phong.pdf_norm()) * power;
                 }
             }
         }
@@ -297,7 +297,7 @@ impl Surface {
         let (zero, half) = (F::splat(0.0), F::splat(0.5));
         if self.count == 0 {
             let upper = u[0].lt(half);
-            let first = if self.whole { F::select(upper, u[0] + u[0], u[0] + u[0] - F::splat(1.0)) } else { u[0] };
+            let first = if self.whole { F::select(upper, u[0] + u[0], u[0] + u[0] - 1.0) } else { u[0] };
             let [x, y, z] = lambert::sample([first, u[1]]);
             return [x, y, if self.whole { F::select(upper, z, zero - z) } else { z }];
         }

@@ -6,7 +6,7 @@ use glam::Vec3;
 /// The inner product.
 #[inline(always)]
 pub fn dot<F: Num>(a: [F; 3], b: [f32; 3]) -> F {
-    a[0] * F::splat(b[0]) + a[1] * F::splat(b[1]) + a[2] * F::splat(b[2])
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The cross product.

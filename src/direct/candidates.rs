@@ -100,11 +100,11 @@ impl Compute for DrawInto<'_, '_> {
         let weights = density.chunks_exact_mut(F::WIDTH).zip(weight.chunks_exact_mut(F::WIDTH));
         for (group, (((x, y), z), (density, weight))) in places.zip(weights).enumerate() {
             let drawn = of.draw([F::read(x), F::read(y)], group * F::WIDTH < light);
-            drawn.direction[0].write(x);
-            drawn.direction[1].write(y);
-            drawn.direction[2].write(z);
-            drawn.density.write(density);
-            drawn.weight.write(weight);
+            drawn.direction[0].write(x, 0);
+            drawn.direction[1].write(y, 0);
+            drawn.direction[2].write(z, 0);
+            drawn.density.write(density, 0);
+            drawn.weight.write(weight, 0);
         }
     }
 }

@@ -89,7 +89,7 @@ fn sum_up(weight: &mut [f32], density: &[f32]) -> f32 {
     for (weight, density) in weight.chunks_exact_mut(Four::WIDTH).zip(density.chunks_exact(Four::WIDTH)) {
         let counts = Four::read(density).lt(Four::splat(f32::INFINITY));
         let sums = Four::only(counts, Four::read(weight) * scale + least).sums() + total;
-        sums.write(weight);
+        sums.write(weight, 0);
         [.., total] = sums.store();
     }
     total

@@ -3,26 +3,26 @@
 use super::chart::Place;
 use super::tables::Light;
 use crate::numeric::max;
-use crate::simd::{LANES, Native, Num};
+use crate::simd::{Four, Num};
 
 /// A cell on its face.
 pub(super) struct Area<'a> {
     light: &'a Light<'a>,
     cell: u32,
-    face: Native,
+    face: Four,
     low: [f32; 2],
     size: [f32; 2],
 }
 
-/// Where eight pairs of a cell's numbers lead to.
+/// Where pairs of a cell's numbers lead to.
 #[derive(Clone, Copy)]
 pub(super) struct Sampled {
     /// In the cell, [0, 1].
-    pub position: [Native; 2],
+    pub position: [Four; 2],
     /// The same as a direction.
-    pub direction: [Native; 3],
+    pub direction: [Four; 3],
     /// The density within the cell, per steradian.
-    pub density: Native,
+    pub density: Four,
 }
 
 // Functions of their own: each stands once in a library, and a build is not slower for it.
@@ -37,11 +37,11 @@ impl Area<'_> {
 
     /// Where numbers (w, v) lead to.
     #[inline(never)]
-    pub(super) fn sample(&self, numbers: [Native; 2]) -> Sampled {
-        let drawn = self.light.sample_in::<Native>([self.cell; LANES], numbers);
+    pub(super) fn sample(&self, numbers: [Four; 2]) -> Sampled {
+        let drawn = self.light.sample_in::<Four>(Four::each_int(|_| self.cell), numbers);
         let place = drawn.place();
         let position = [0, 1].map(|k: usize| {
-            let share = (place[k] - splat(self.low[k])) / splat(max(self.size[k], f32::MIN_POSITIVE));
+            let share = (place[k] - self.low[k]) / max(self.size[k], f32::MIN_POSITIVE);
             share.max(splat(0.0)).min(splat(1.0))
         });
         let direction = self.direction(position);
@@ -51,36 +51,36 @@ impl Area<'_> {
 
     /// The numbers of positions, as far as rounding leaves them in the cell; 2 beyond.
     #[inline(never)]
-    pub(super) fn find(&self, position: [Native; 2]) -> [Native; 2] {
-        let located = self.light.locate::<Native>(self.direction(position), true);
+    pub(super) fn find(&self, position: [Four; 2]) -> [Four; 2] {
+        let located = self.light.locate::<Four>(self.direction(position), true);
         let mut numbers = located.numbers(self.light).map(Num::store);
         for (lane, &cell) in located.patch.cell.iter().enumerate() {
             for of in &mut numbers {
                 of[lane] = if cell == self.cell { of[lane] } else { 2.0 };
             }
         }
-        numbers.map(Native::load)
+        numbers.map(Four::load)
     }
 
     /// The directions of positions in the cell.
     #[inline(never)]
-    pub(super) fn direction(&self, position: [Native; 2]) -> [Native; 3] {
-        let place = [0, 1].map(|k: usize| splat(self.low[k]) + position[k] * splat(self.size[k]));
+    pub(super) fn direction(&self, position: [Four; 2]) -> [Four; 3] {
+        let place = [0, 1].map(|k: usize| splat(self.low[k]) + position[k] * self.size[k]);
         self.light.chart.direction(self.face, place)
     }
 
     /// The density of directions with equal shares of the cell's area on its face, per steradian.
-    pub(super) fn density_of_area(&self, direction: [Native; 3]) -> Native {
-        splat(1.0) / (self.place(direction).solid_angle * splat(self.size[0] * self.size[1]))
+    pub(super) fn density_of_area(&self, direction: [Four; 3]) -> Four {
+        splat(1.0) / (self.place(direction).solid_angle * (self.size[0] * self.size[1]))
     }
 
     #[inline(never)]
-    fn place(&self, direction: [Native; 3]) -> Place<Native> {
+    fn place(&self, direction: [Four; 3]) -> Place<Four> {
         self.light.chart.place(direction)
     }
 }
 
 /// The same number in all lanes.
-pub(super) fn splat(x: f32) -> Native {
-    Native::splat(x)
+pub(super) fn splat(x: f32) -> Four {
+    Four::splat(x)
 }

@@ -1,7 +1,7 @@
-//! Densities over world directions, in batches: eight directions at a time, and one at a time for the rest, with the same bits.
+//! Densities over world directions, in batches: as many directions at a time as there are lanes, and one at a time of few, with the same bits.
 
 use super::tables::Light;
-use crate::simd::{Kernel, Lanes, Level, Num, run};
+use crate::simd::{Compute, Level, Num, compute};
 use crate::sphere::Frame;
 use bytemuck::{Pod, Zeroable};
 
@@ -107,7 +107,7 @@ pub fn samples<D: Density>(level: Level, density: &D, frame: &Frame, u: &[[f32; 
             *out = sample(density, frame, *u);
         }
     } else {
-        run(level, Samples { density, frame, u, out });
+        compute(level, Samples { density, frame, u, out });
     }
 }
 
@@ -119,7 +119,7 @@ pub fn pdfs<D: Density>(level: Level, density: &D, frame: &Frame, wi: &[[f32; 3]
             *out = pdf(density, frame, *wi);
         }
     } else {
-        run(level, Pdfs { density, frame, wi, out });
+        compute(level, Pdfs { density, frame, wi, out });
     }
 }
 
@@ -130,11 +130,11 @@ struct Samples<'a, D> {
     out: &'a mut [Drawn],
 }
 
-impl<D: Density> Kernel for Samples<'_, D> {
+impl<D: Density> Compute for Samples<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Lanes>(self) {
+    fn run<F: Num>(self) {
         self.density.samples::<F>(self.frame, self.u, self.out);
     }
 }
@@ -146,11 +146,11 @@ struct Pdfs<'a, D> {
     out: &'a mut [f32],
 }
 
-impl<D: Density> Kernel for Pdfs<'_, D> {
+impl<D: Density> Compute for Pdfs<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Lanes>(self) {
+    fn run<F: Num>(self) {
         self.density.pdfs::<F>(self.frame, self.wi, self.out);
     }
 }

@@ -10,7 +10,7 @@ use super::area::{Area, Sampled, splat};
 use super::parts::{self, BORDERS, Borders, EVEN, MIDDLES, PARTS};
 use super::tables::Light;
 use crate::numeric::sqrt;
-use crate::simd::{LANES, Native, Num};
+use crate::simd::{Four, GROUP, Num};
 
 /// A number of each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ pub fn value(x: Short) -> f32 {
 /// The first numbers of a slice; zeros if it is too short.
 #[inline(always)]
 pub fn read<F: Num>(numbers: &[Short]) -> F {
-    F::each(|lane| numbers.get(lane).map_or(0.0, |&x| f32::from(x))) * F::splat(ROUNDING)
+    F::each(|lane| numbers.get(lane).map_or(0.0, |&x| f32::from(x))) * ROUNDING
 }
 
 /// The most corners of cells: lat-long and octahedral maps have 17 x 9, cubes six times 5 x 5.
@@ -86,16 +86,16 @@ pub struct Guide<'a> {
     /// Of each cell x, then y, then z of the middles of its parts, row by row; then their borders. First, so that no cell begins inside a line.
     parts: &'a [Short],
     /// The light of each cell.
-    masses: &'a [[f32; LANES]],
+    masses: &'a [[f32; GROUP]],
     /// [`COLUMNS`] numbers of all cells, column by column.
-    columns: &'a [[Short; LANES]],
+    columns: &'a [[Short; GROUP]],
     /// x, then y, then z of all corners, face by face, row by row.
     corners: &'a [Short],
 }
 
-/// Corners of so many cells, filled up to whole lanes.
+/// Corners of so many cells, filled up to whole groups.
 fn corner_count([columns, rows]: [u32; 2], faces: u32) -> usize {
-    ((columns as usize + 1) * (rows as usize / faces.max(1) as usize + 1) * faces as usize).next_multiple_of(LANES)
+    ((columns as usize + 1) * (rows as usize / faces.max(1) as usize + 1) * faces as usize).next_multiple_of(GROUP)
 }
 
 /// Where the parts, the masses, the columns and the corners of a guide end, in numbers of 16 bits.
@@ -130,13 +130,13 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// The number of cells, whole lanes of them.
+    /// The number of cells, whole groups of them.
     #[inline(always)]
     pub fn cells(&self) -> usize {
         self.cells
     }
 
-    /// The number of corners, whole lanes of them.
+    /// The number of corners, whole groups of them.
     #[inline(always)]
     pub fn corners(&self) -> usize {
         self.corner_count
@@ -168,14 +168,14 @@ impl<'a> Guide<'a> {
 
     /// The shares of all cells, eight by eight.
     #[inline(always)]
-    pub fn masses(&self) -> &'a [[f32; LANES]] {
+    pub fn masses(&self) -> &'a [[f32; GROUP]] {
         self.masses
     }
 
     /// A number of all cells, eight by eight: the one that is `further` columns behind.
     #[inline(always)]
-    pub fn groups(&self, column: Column, further: usize) -> &'a [[Short; LANES]] {
-        let (first, groups) = (column as usize + further, self.cells / LANES);
+    pub fn groups(&self, column: Column, further: usize) -> &'a [[Short; GROUP]] {
+        let (first, groups) = (column as usize + further, self.cells / GROUP);
         self.columns.get(first * groups..(first + 1) * groups).unwrap_or(&[])
     }
 
@@ -221,7 +221,7 @@ pub struct CellGuide {
 }
 
 impl CellGuide {
-    /// Measures a cell of a light whose tables are complete, eight directions at a time. `room`: as for [`parts::borders`].
+    /// Measures a cell of a light whose tables are complete. `room`: as for [`parts::borders`].
     pub fn of(light: &Light<'_>, cell: u32, room: &mut [f32]) -> CellGuide {
         let mut guide = CellGuide {
             mass: light.cell(cell).probability,
@@ -230,7 +230,7 @@ impl CellGuide {
             borders: EVEN.map(short),
         };
         let area = Area::new(light, cell);
-        for first in (0..MIDDLES).step_by(LANES) {
+        for first in (0..MIDDLES).step_by(Four::WIDTH) {
             let sampled = middles(&area, &EVEN, first);
             for (axis, column) in [Column::Across, Column::Down].into_iter().enumerate() {
                 guide.add_means(column, first, &sampled.position[axis].store());
@@ -240,7 +240,7 @@ impl CellGuide {
         guide.borders = parts::borders(&area, axis, room).map(short);
         // As they are read.
         let borders = guide.borders.map(value);
-        for first in (0..MIDDLES).step_by(LANES) {
+        for first in (0..MIDDLES).step_by(Four::WIDTH) {
             let sampled = middles(&area, &borders, first);
             for (out, x) in guide.middles.iter_mut().zip(sampled.direction) {
                 for (out, x) in out.iter_mut().skip(first).zip(x.store()) {
@@ -267,14 +267,14 @@ impl CellGuide {
     }
 }
 
-/// Where the middles of eight parts from `first` on are.
+/// Where the middles of parts from `first` on are, as many as there are lanes.
 #[inline(never)]
 fn middles(area: &Area<'_>, borders: &Borders, first: usize) -> Sampled {
-    let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
+    let (mut across, mut down) = (Four::floats(), Four::floats());
     for (part, (w, v)) in (first..).zip(across.iter_mut().zip(&mut down)) {
         [*w, *v] = parts::middle(borders, part);
     }
-    area.sample([Native::load(across), Native::load(down)])
+    area.sample([Four::load(across), Four::load(down)])
 }
 
 /// A cone that contains a cell: the axis, sine and cosine of the half-angle.
@@ -284,9 +284,10 @@ fn middles(area: &Area<'_>, borders: &Borders, first: usize) -> Sampled {
 #[inline(never)]
 fn cone(area: &Area<'_>) -> ([f32; 3], [f32; 2]) {
     let [axis, ..] = transposed(area.direction([splat(0.5); 2]));
-    let mut lattice = [[0.0; 3]; (LATTICE * LATTICE).next_multiple_of(LANES)];
-    for (group, out) in lattice.chunks_exact_mut(LANES).enumerate() {
-        let at = |of: fn(usize) -> usize| Native::each(|lane| of(group * LANES + lane) as f32 / (LATTICE - 1) as f32);
+    let mut lattice = [[0.0; 3]; (LATTICE * LATTICE).next_multiple_of(GROUP)];
+    for (group, out) in lattice.chunks_exact_mut(Four::WIDTH).enumerate() {
+        let at =
+            |of: fn(usize) -> usize| Four::each(|lane| of(group * Four::WIDTH + lane) as f32 / (LATTICE - 1) as f32);
         let directions = area.direction([at(|k| k % LATTICE), at(|k| (k / LATTICE).min(LATTICE - 1))]);
         for (out, direction) in out.iter_mut().zip(transposed(directions)) {
             *out = direction;
@@ -309,9 +310,9 @@ fn cone(area: &Area<'_>) -> ([f32; 3], [f32; 2]) {
 }
 
 /// Lanes of x, y and z as a direction for each lane.
-fn transposed([x, y, z]: [Native; 3]) -> [[f32; 3]; LANES] {
+fn transposed([x, y, z]: [Four; 3]) -> [[f32; 3]; Four::WIDTH] {
     let (x, y, z) = (x.store(), y.store(), z.store());
-    let mut directions = [[0.0; 3]; LANES];
+    let mut directions = [[0.0; 3]; Four::WIDTH];
     for (out, ((x, y), z)) in directions.iter_mut().zip(x.into_iter().zip(y).zip(z)) {
         *out = [x, y, z];
     }

@@ -7,7 +7,7 @@
 use super::area::{Area, Sampled, splat};
 use crate::numeric::{max, min};
 use crate::points::sobol_in_order;
-use crate::simd::{LANES, Native, Num};
+use crate::simd::{Four, GROUP, Num};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// Parts of a cell along each axis.
@@ -106,7 +106,7 @@ struct Look<'a> {
     area: &'a Area<'a>,
     axis: [f32; 3],
     /// The density of even light.
-    even: Native,
+    even: Four,
 }
 
 impl Look<'_> {
@@ -114,17 +114,21 @@ impl Look<'_> {
     /// there.
     fn around(&self, first: usize, out: &mut [Point]) -> bool {
         let (mut least, mut most) = (f32::INFINITY, 0.0);
-        for (first, out) in (first..).step_by(LANES).zip(out.chunks_exact_mut(2 * LANES)) {
-            let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
-            for (index, (x, y)) in (first as u32..).zip(across.iter_mut().zip(&mut down)) {
-                [*x, *y] = place(index);
-            }
-            let u = [Native::load(across), Native::load(down)];
-            for (out, numbers) in out.chunks_exact_mut(LANES).zip([u, self.area.find(u)]) {
-                let densities = self.put(numbers, out);
-                for (point, density) in out.iter().zip(densities) {
-                    if point.numbers.iter().all(|number| (LEAST..=1.0 - LEAST).contains(number)) {
-                        (least, most) = (min(least, density), max(most, density));
+        for (first, out) in (first..).step_by(GROUP).zip(out.chunks_exact_mut(2 * GROUP)) {
+            let (by_light, by_area) = out.split_at_mut(GROUP);
+            let parts = by_light.chunks_exact_mut(Four::WIDTH).zip(by_area.chunks_exact_mut(Four::WIDTH));
+            for (first, (by_light, by_area)) in (first..).step_by(Four::WIDTH).zip(parts) {
+                let (mut across, mut down) = (Four::floats(), Four::floats());
+                for (index, (x, y)) in (first as u32..).zip(across.iter_mut().zip(&mut down)) {
+                    [*x, *y] = place(index);
+                }
+                let u = [Four::load(across), Four::load(down)];
+                for (out, numbers) in [by_light, by_area].into_iter().zip([u, self.area.find(u)]) {
+                    let densities = self.put(numbers, out);
+                    for (point, density) in out.iter().zip(densities) {
+                        if point.numbers.iter().all(|number| (LEAST..=1.0 - LEAST).contains(number)) {
+                            (least, most) = (min(least, density), max(most, density));
+                        }
                     }
                 }
             }
@@ -135,12 +139,12 @@ impl Look<'_> {
     /// Writes where numbers lead to, and answers the densities there. What both ways to draw points give together, the balance heuristic, is
     /// weighed by the light and by the root of light and area: of a sun and the sky about it, neither must take all parts.
     #[inline(never)]
-    fn put(&self, numbers: [Native; 2], out: &mut [Point]) -> [f32; LANES] {
+    fn put(&self, numbers: [Four; 2], out: &mut [Point]) -> [f32; Four::WIDTH] {
         let Sampled { direction, density, .. } = self.area.sample(numbers);
         let weight =
             ((density + (density * self.even).sqrt()) / (density + self.area.density_of_area(direction))).store();
         let ([w, v], [x, y, z], axis) = (numbers.map(Num::store), direction.map(Num::store), self.axis);
-        for (lane, out) in out.iter_mut().enumerate().take(LANES) {
+        for (lane, out) in out.iter_mut().enumerate().take(Four::WIDTH) {
             // Beyond the cell nothing counts.
             let weight = if weight[lane] > 0.0 && w[lane] < 1.0 && v[lane] < 1.0 { weight[lane] } else { 0.0 };
             let from_axis = [x[lane] - axis[0], y[lane] - axis[1], z[lane] - axis[2]];

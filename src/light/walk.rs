@@ -8,7 +8,7 @@ use super::search::{Found, UNITS, cell, cell16, find, find16, inside};
 use super::tables::{Block, Cell, Light, decoded};
 use super::warp::PatchDensity;
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{Apart, LANES, Num, Table, prefetch};
+use crate::simd::{Apart, GROUP, Num, Table, prefetch};
 
 /// A direction in map space.
 pub type Direction<F> = [F; 3];
@@ -569,7 +569,7 @@ impl<F: Num> Draw<'_, F> {
         for (out, numbers) in numbers.iter_mut().zip(&self.numbers) {
             put(out, 0, numbers.as_ref());
         }
-        walk.down(self.light, &mut numbers, Some(&mut of_cells), N);
+        walk.down(self.light, &mut numbers, Some(&mut of_cells), F::WIDTH);
         walk.drawn::<F>(self.light, &numbers, Some(&of_cells), 0)
     }
 }
@@ -600,14 +600,14 @@ impl<F: Num> Locate<'_, F> {
         let [column, row] = [columns.patch(place.position[0]), rows.patch(place.position[1])];
         walk.put_places::<F>(0, place.face.truncate(), [column, row]);
         let mut of_cells = OfCells::<N>::new();
-        walk.at(light, if numbers { Some(&mut of_cells) } else { None }, N);
+        walk.at(light, if numbers { Some(&mut of_cells) } else { None }, F::WIDTH);
         let of_cells = if numbers { Some(&of_cells) } else { None };
         (light.at_place(&walk.patches::<F>(light, of_cells, 0), &place), place)
     }
 
     #[inline(always)]
     fn find(&self) -> (Located<F>, Place<F>) {
-        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<LANES>() }
+        if F::WIDTH == 1 { self.walk::<1>() } else { self.walk::<GROUP>() }
     }
 }
 
@@ -668,7 +668,7 @@ impl Light<'_> {
     pub fn sample_in<F: Num>(&self, cells: F::Ints, numbers: [F; 2]) -> Drawn<F> {
         let draw = Draw { light: self, cells, numbers: numbers.map(F::store) };
         // One by one a result is short, and many need it.
-        if F::WIDTH == 1 { F::apart(draw) } else { draw.walk::<LANES>() }
+        if F::WIDTH == 1 { F::apart(draw) } else { draw.walk::<GROUP>() }
     }
 
     /// Where directions of unit length are, their densities within their cells, and, if `numbers`, what

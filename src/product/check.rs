@@ -14,7 +14,7 @@ use crate::light::guide::{Guide, MAX_CELLS};
 use crate::light::parts::{Borders, MIDDLES};
 use crate::numeric::{exp2i, exponent};
 use crate::object::{Magic, has_checksum, write_checksum};
-use crate::simd::{LANES, Native, Num};
+use crate::simd::{Four, GROUP, Num, places};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 
@@ -67,11 +67,11 @@ pub fn open<'a>(bytes: &'a [u8], environment: &Environment<'_>) -> Result<Produc
 /// The integral of F in units; `None` if the tables are not those of the leaves.
 fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
     let header = product.header;
-    let (whole, parts) = product.leaves.split_at_checked(guide.cells() / LANES)?;
+    let (whole, parts) = product.leaves.split_at_checked(guide.cells() / GROUP)?;
     let means = divided_means(product, parts)?;
     let (mut weights, mut used) = ([0.0; MAX_CELLS], 0u32);
     for (cell, weight) in weights.iter_mut().enumerate().take(guide.cells()) {
-        let words = words(whole.get(cell / LANES)?, cell % LANES);
+        let words = words(whole.get(cell / GROUP)?, cell % GROUP);
         let mean = match words {
             [0, number, ..] if number > 0 => {
                 let number = number - 1;
@@ -99,34 +99,36 @@ fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
 fn divided_means(product: &Product<'_>, parts: &[Leaves]) -> Option<[f32; MAX_DIVIDED]> {
     let mut all = [0.0; MAX_DIVIDED];
     let groups = parts.chunks_exact(MIDDLES).zip(product.ends.chunks_exact(OF_DIVIDED));
-    for ((leaves, own), out) in groups.zip(all.chunks_exact_mut(LANES)) {
-        let mut means = [Native::splat(0.0); MIDDLES];
+    for ((leaves, own), out) in groups.zip(all.chunks_exact_mut(GROUP)) {
+        let mut means = [[0.0; GROUP]; MIDDLES];
         for (out, leaves) in means.iter_mut().zip(leaves) {
-            *out = Native::load(lane_means(leaves));
+            *out = group_means(leaves);
         }
-        let mut ends = [[0.0; LANES]; PART_ENDS];
+        let mut ends = [[0.0; GROUP]; PART_ENDS];
         let (own, borders) = own.split_at_checked(PART_ENDS)?;
-        let mean = write_parts(&means, borders.first_chunk()?, &mut ends);
+        for first in places::<Four>() {
+            let means = means.each_ref().map(|means| Four::at(means, first));
+            write_parts(&means, borders.first_chunk()?, &mut ends, first).write(out, first);
+        }
         // As numbers in a row, which are compared in a loop and not one by one.
         if own.as_flattened() != ends.as_flattened() {
             return None;
         }
-        out.copy_from_slice(&Num::store(mean));
     }
     Some(all)
 }
 
 /// Whether a divided cell has these borders between its parts.
 fn borders_are(product: &Product<'_>, number: u16, borders: &Borders) -> bool {
-    let (group, lane) = (usize::from(number) / LANES, usize::from(number) % LANES);
+    let (group, lane) = (usize::from(number) / GROUP, usize::from(number) % GROUP);
     let own = product.ends.chunks_exact(OF_DIVIDED).nth(group).and_then(|of| of.get(PART_ENDS..)).unwrap_or(&[]);
     own.iter().map(|lanes| lanes[lane]).eq(borders.iter().copied())
 }
 
-/// The means of eight leaves. Apart, since its caller would be unrolled around it.
+/// The means of a group of leaves. Apart, since its caller would be unrolled around it.
 #[inline(never)]
-fn lane_means(leaves: &Leaves) -> [f32; LANES] {
-    let mut means = [0.0; LANES];
+fn group_means(leaves: &Leaves) -> [f32; GROUP] {
+    let mut means = [0.0; GROUP];
     means.iter_mut().enumerate().for_each(|(lane, out)| *out = mean(words(leaves, lane)));
     means
 }

@@ -1,7 +1,8 @@
 //! Which cells are divided: those with the largest numbers, which say what their division is worth.
 
 use super::stored::MAX_DIVIDED;
-use crate::simd::{LANES, Lanes, Num};
+use crate::numeric::max;
+use crate::simd::Num;
 
 /// The heaviest cells, heaviest first; of equal ones the first.
 #[derive(Clone, Copy, Debug)]
@@ -32,20 +33,20 @@ impl Heaviest {
     /// Without branches but for the end, which a processor would guess wrong: the preparation of Lambert's lobe takes 5 % less than with a list
     /// that is kept in order while cells are found.
     #[inline(always)]
-    pub fn choose<F: Lanes>(&mut self, weights: &mut [f32], least: f32) {
+    pub fn choose<F: Num>(&mut self, weights: &mut [f32], least: f32) {
         for slot in self.cells.iter_mut().take(self.room) {
-            let mut most = <F as Num>::splat(0.0);
-            for group in weights.chunks_exact(LANES) {
-                most = Num::max(most, <F as Num>::read(group));
+            let mut most = F::splat(0.0);
+            for group in weights.chunks_exact(F::WIDTH) {
+                most = most.max(F::read(group));
             }
-            let most = Num::store(most).into_iter().fold(0.0, crate::numeric::max);
+            let most = most.store().as_ref().iter().fold(0.0, |a, &b| max(a, b));
             if !(most > least) {
                 return;
             }
             let mut cell = 0;
-            for (group, weights) in weights.chunks_exact(LANES).enumerate().rev() {
-                let here = <F as Num>::bits(Num::le(<F as Num>::splat(most), <F as Num>::read(weights)));
-                let first = (group * LANES) as u32 + here.trailing_zeros();
+            for (group, weights) in weights.chunks_exact(F::WIDTH).enumerate().rev() {
+                let here = F::bits(F::splat(most).le(F::read(weights)));
+                let first = (group * F::WIDTH) as u32 + here.trailing_zeros();
                 cell = if here == 0 { cell } else { first };
             }
             *slot = cell;

@@ -12,7 +12,7 @@ use crate::light::search::find;
 use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
-use crate::simd::{Apart, LANES, Num};
+use crate::simd::{Apart, GROUP, Num};
 use crate::sphere::Frame;
 
 /// A product with the light that it was prepared for.
@@ -27,7 +27,7 @@ pub struct Shaded<'a> {
 /// Where F is bilinear: a cell, or a part of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Leaf {
-    /// Which eight leaves, and which of them.
+    /// Which group of leaves, and which of them.
     at: [u32; 2],
     /// Where the leaf begins in the cell's numbers (w, v).
     start: [f32; 2],
@@ -126,7 +126,7 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn words(&self, [group, lane]: [u32; 2]) -> [u16; 4] {
         let Some([a, b, c, d]) = self.product.leaves.get(group as usize) else { return [0; 4] };
-        let lane = lane as usize % LANES;
+        let lane = lane as usize % GROUP;
         [a[lane], b[lane], c[lane], d[lane]]
     }
 
@@ -140,8 +140,8 @@ impl<'a> Shaded<'a> {
     /// The leaf of part (column, row) of the divided cell with this number.
     #[inline(always)]
     fn part(&self, number: u32, column: usize, row: usize) -> Leaf {
-        let cells = (self.light.cells.len() / LANES) as u32;
-        let (group, lane) = (number / LANES as u32, number % LANES as u32);
+        let cells = (self.light.cells.len() / GROUP) as u32;
+        let (group, lane) = (number / GROUP as u32, number % GROUP as u32);
         let part = (row * PARTS + column) as u32;
         let [left, right] = range(&self.borders(number, 1 + row), column);
         let [top, bottom] = range(&self.borders(number, 0), row);
@@ -189,8 +189,8 @@ impl<'a> Shaded<'a> {
     /// Ends `first` to `first` + 3 of a divided cell.
     #[inline(always)]
     fn ends(&self, number: u32, first: usize) -> [f32; PARTS] {
-        let lane = number as usize % LANES;
-        let first = number as usize / LANES * OF_DIVIDED + first;
+        let lane = number as usize % GROUP;
+        let first = number as usize / GROUP * OF_DIVIDED + first;
         match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<PARTS>()) {
             Some([a, b, c, d]) => [a[lane], b[lane], c[lane], d[lane]],
             None => [1.0; PARTS],
@@ -200,8 +200,8 @@ impl<'a> Shaded<'a> {
     /// The borders of a divided cell between its rows of parts (0), or in one of those (1 to 4).
     #[inline(always)]
     fn borders(&self, number: u32, which: usize) -> [f32; PARTS - 1] {
-        let lane = number as usize % LANES;
-        let first = number as usize / LANES * OF_DIVIDED + PART_ENDS + (PARTS - 1) * which;
+        let lane = number as usize % GROUP;
+        let first = number as usize / GROUP * OF_DIVIDED + PART_ENDS + (PARTS - 1) * which;
         match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<{ PARTS - 1 }>()) {
             Some([a, b, c]) => [a[lane], b[lane], c[lane]],
             None => [1.0; PARTS - 1],
@@ -222,8 +222,8 @@ impl<'a> Shaded<'a> {
     /// Finds the leaves that numbers of the grid lead to, and what is left of those.
     // A function of its own: it is the same at all levels.
     #[inline(never)]
-    fn search_all<const N: usize>(&self, found: &mut Found<N>) {
-        for lane in 0..N {
+    fn search_all<const N: usize>(&self, found: &mut Found<N>, count: usize) {
+        for lane in 0..count.min(N) {
             let (cell, leaf, rest) = self.search([found.numbers[0][lane], found.numbers[1][lane]]);
             found.cell[lane] = cell;
             found.numbers[0][lane] = rest[0];
@@ -234,8 +234,8 @@ impl<'a> Shaded<'a> {
 
     /// Finds the leaves that hold numbers of cells.
     #[inline(never)]
-    fn locate_all<const N: usize>(&self, found: &mut Found<N>) {
-        for lane in 0..N {
+    fn locate_all<const N: usize>(&self, found: &mut Found<N>, count: usize) {
+        for lane in 0..count.min(N) {
             let leaf = self.leaf_at(found.cell[lane], [found.numbers[0][lane], found.numbers[1][lane]]);
             found.put(lane, &leaf, self.words(leaf.at));
         }
@@ -244,13 +244,13 @@ impl<'a> Shaded<'a> {
     /// The numbers of cells that numbers in [0, 1 - 2^-24]^2 lead to.
     #[inline(always)]
     fn cells<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
-        if F::WIDTH == 1 { self.cells_of::<F, 1>(u) } else { self.cells_of::<F, LANES>(u) }
+        if F::WIDTH == 1 { self.cells_of::<F, 1>(u) } else { self.cells_of::<F, GROUP>(u) }
     }
 
     #[inline(always)]
     fn cells_of<F: Num, const N: usize>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
         let mut found = Found::<N>::new(u);
-        self.search_all(&mut found);
+        self.search_all(&mut found, F::WIDTH);
         let leaves = found.leaves::<F>();
         let inside = leaves.shape.sample([F::read(&found.numbers[0]), F::read(&found.numbers[1])]);
         let last = F::splat(ONE_MINUS_EPSILON);
@@ -265,7 +265,7 @@ impl<'a> Shaded<'a> {
         let leaves = if F::WIDTH == 1 {
             self.leaves_of::<F, 1>(located.patch.cell, numbers)
         } else {
-            self.leaves_of::<F, LANES>(located.patch.cell, numbers)
+            self.leaves_of::<F, GROUP>(located.patch.cell, numbers)
         };
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let at = |k: usize| ((numbers[k] - leaves.start[k]) / leaves.width[k]).max(zero).min(one);
@@ -279,7 +279,7 @@ impl<'a> Shaded<'a> {
         for (out, &cell) in found.cell.iter_mut().zip(cells.as_ref()) {
             *out = cell;
         }
-        self.locate_all(&mut found);
+        self.locate_all(&mut found, F::WIDTH);
         found.leaves()
     }
 
@@ -287,7 +287,7 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     fn grid<F: Num>(&self, located: &Located<F>) -> F {
         let (leaves, inside) = self.leaves(located);
-        leaves.shape.unscaled(inside) * (self.light.alone(located) * F::splat(self.product.header.scale))
+        leaves.shape.unscaled(inside) * (self.light.alone(located) * self.product.header.scale)
     }
 
     /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to, and what [`Shaded::grid_and_light`] answers
@@ -411,7 +411,7 @@ impl<'a> Shaded<'a> {
         let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
         let mut u = shape.invert([(w - leaf.start[0]) / leaf.width[0], (v - leaf.start[1]) / leaf.width[1]]);
         if let Some(number) = self.divided(cell) {
-            let part = leaf.at[0] as usize - self.light.cells.len() / LANES;
+            let part = leaf.at[0] as usize - self.light.cells.len() / GROUP;
             let part = [part % PARTS, part / PARTS % PARTS];
             let within = |first: usize, part: usize, u: f32| {
                 let ends = self.ends(number, first);
@@ -559,19 +559,19 @@ const TOGETHER: usize = 64;
 /// The number of narrow lobes that a first number stands for which draws from them.
 #[inline(always)]
 fn of_peak<F: Num>(share: f32, u: F) -> F {
-    (u * F::splat(1.0 / share)).min(F::splat(ONE_MINUS_EPSILON))
+    (u * (1.0 / share)).min(F::splat(ONE_MINUS_EPSILON))
 }
 
 /// The number of the grid that any other stands for.
 #[inline(always)]
 fn of_grid<F: Num>(share: f32, u: F) -> F {
-    ((u - F::splat(share)) * F::splat(1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
+    ((u - share) * (1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
 }
 
 /// The leaf of a whole cell.
 #[inline(always)]
 fn whole(cell: u32) -> [u32; 2] {
-    [cell / LANES as u32, cell % LANES as u32]
+    [cell / GROUP as u32, cell % GROUP as u32]
 }
 
 /// The position of a number between two ends.

@@ -202,7 +202,7 @@ impl Peak {
         let mut before = 0.0;
         for (share, drawn) in self.lobes.iter().flatten() {
             let here = F::splat(before).le(u[0]);
-            let first = ((u[0] - F::splat(before)) * F::splat(1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
+            let first = ((u[0] - before) * (1.0 / *share)).max(zero).min(F::splat(ONE_MINUS_EPSILON));
             before += *share;
             let [x, y, z] = match drawn {
                 Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
@@ -218,9 +218,9 @@ impl Peak {
         }
         let [t, b, n] = self.axes;
         [
-            wi[0] * F::splat(t[0]) + wi[1] * F::splat(b[0]) + wi[2] * F::splat(n[0]),
-            wi[0] * F::splat(t[1]) + wi[1] * F::splat(b[1]) + wi[2] * F::splat(n[1]),
-            wi[0] * F::splat(t[2]) + wi[1] * F::splat(b[2]) + wi[2] * F::splat(n[2]),
+            wi[0] * t[0] + wi[1] * b[0] + wi[2] * n[0],
+            wi[0] * t[1] + wi[1] * b[1] + wi[2] * n[1],
+            wi[0] * t[2] + wi[1] * b[2] + wi[2] * n[2],
         ]
     }
 }

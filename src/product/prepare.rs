@@ -14,7 +14,7 @@ use crate::light::guide::{self, Column, Guide, MAX_CELLS, MAX_CORNERS, Short};
 use crate::light::parts::{MIDDLES, PARTS};
 use crate::numeric::exponent;
 use crate::object::Magic;
-use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use crate::simd::{Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
 use crate::status::Status;
 use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
 
@@ -88,8 +88,8 @@ pub enum PrepareError {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Work {
-    /// The corners of eight cells each.
-    corners: [[[f32; LANES]; 4]; MAX_CELLS / LANES],
+    /// The corners of groups of cells.
+    corners: [[[f32; GROUP]; 4]; MAX_CELLS / GROUP],
     /// The least that a leaf of each cell holds; 0 below the horizon.
     floors: [f32; MAX_CELLS],
     /// The weight of each cell: its light times its mean of F.
@@ -164,7 +164,7 @@ impl Task<'_> {
         let mirror = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
         widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
         let mut stage = Stage::new(guide, &surface, (allowed, mirror), cone, config, work);
-        run(level, Evaluate { stage: &mut stage });
+        compute(level, Evaluate { stage: &mut stage });
         let grid = environment.light().grid;
         let divided = stage.heaviest.cells().len();
         let lengths = Lengths::new(grid, divided);
@@ -172,7 +172,7 @@ impl Task<'_> {
         let (_, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
         let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
         let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
-        let (ends, padding) = rest.split_at_mut_checked(4 * LANES * lengths.ends).unwrap_or_default();
+        let (ends, padding) = rest.split_at_mut_checked(4 * GROUP * lengths.ends).unwrap_or_default();
         padding.fill(0);
         let misaligned = PrepareError::Status(Status::Misaligned);
         let write = Write {
@@ -182,7 +182,7 @@ impl Task<'_> {
             tops: try_cast_slice_mut(tops).map_err(|_| misaligned)?,
             ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
         };
-        let total = run(level, write);
+        let total = compute(level, write);
         let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
         let power = environment.header().power;
         let product = Header {
@@ -341,6 +341,13 @@ impl<'a> Stage<'a> {
         }
     }
 
+    /// Corners as they are stored.
+    #[inline(always)]
+    fn finished<F: Num>(&self, [a, b, c, d]: [F; 4], scale: F) -> [F; 4] {
+        let [a, b, c, d] = [a * scale, b * scale, c * scale, d * scale];
+        if self.constant { [(a + b + (c + d)) * 0.25; 4] } else { [a, b, c, d] }
+    }
+
     /// What F is divided by: a power of two of which its largest value is 1/4 to 1/2, so that extrapolation stays below 2.
     fn unit(&self) -> f64 {
         /// So that neither this nor its inverse leaves the range of normal floats.
@@ -354,11 +361,11 @@ struct Evaluate<'a, 'b> {
     stage: &'b mut Stage<'a>,
 }
 
-impl Kernel for Evaluate<'_, '_> {
+impl Compute for Evaluate<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Lanes>(self) {
+    fn run<F: Num>(self) {
         let mut values = [0.0; MAX_CORNERS];
         self.stage.evaluate::<F>(&mut values);
         self.stage.lay::<F>(&values);
@@ -369,20 +376,21 @@ impl Kernel for Evaluate<'_, '_> {
 impl Stage<'_> {
     /// F at the corners; where it is 0 everywhere, 1.
     #[inline(always)]
-    fn evaluate<F: Lanes>(&mut self, values: &mut [f32; MAX_CORNERS]) {
-        let zero = <F as Num>::splat(0.0);
-        let (mut largest, mut sum, mut above) = (zero, zero, zero);
+    fn evaluate<F: Num>(&mut self, values: &mut [f32; MAX_CORNERS]) {
+        let zero = F::splat(0.0);
+        let (mut largest, mut sums, mut above) = (zero, [zero; REGISTERS], [zero; REGISTERS]);
         respond::<F>(self.surface, &self.cone, self.guide.corner_directions(), values);
-        for value in values.chunks_exact(LANES).take(self.guide.corners() / LANES) {
-            let value = <F as Num>::read(value);
-            let positive = Num::max(value, zero);
-            largest = Num::max(largest, positive);
-            sum = sum + Num::min(positive, <F as Num>::splat(LARGEST_SUMMED));
-            above = above + <F as Num>::only(Num::lt(zero, value), <F as Num>::splat(1.0));
+        for group in values.chunks_exact(GROUP).take(self.guide.corners() / GROUP) {
+            for (value, (sum, above)) in group.chunks_exact(F::WIDTH).zip(sums.iter_mut().zip(&mut above)) {
+                let value = F::read(value);
+                let positive = value.max(zero);
+                largest = largest.max(positive);
+                *sum = *sum + positive.min(F::splat(LARGEST_SUMMED));
+                *above = *above + F::only(zero.lt(value), F::splat(1.0));
+            }
         }
         self.largest = highest(largest);
-        let sum: f32 = Num::store(sum).iter().sum();
-        let above: f32 = Num::store(above).iter().sum();
+        let (sum, above) = (sum(sums), sum(above));
         self.darkest = DARKEST * sum / above.max(1.0);
         self.any = self.darkest > 0.0;
         if !self.any {
@@ -393,62 +401,59 @@ impl Stage<'_> {
 
     /// The leaves of whole cells, and their weights.
     #[inline(always)]
-    fn lay<F: Lanes>(&mut self, values: &[f32; MAX_CORNERS]) {
-        let zero = <F as Num>::splat(0.0);
+    fn lay<F: Num>(&mut self, values: &[f32; MAX_CORNERS]) {
+        let zero = F::splat(0.0);
         let (quadrants, masses, cones) = (quadrants(&self.guide), self.guide.masses(), Cones::new(&self.guide));
         let Work { corners, floors, weights } = &mut *self.work;
         // Beyond the last cell.
         weights.get_mut(self.guide.cells()..).unwrap_or_default().fill(0.0);
-        let kept = weights.chunks_exact_mut(LANES).zip(floors.chunks_exact_mut(LANES));
+        let kept = weights.chunks_exact_mut(GROUP).zip(floors.chunks_exact_mut(GROUP));
         let groups = corners.iter_mut().zip(kept).zip(masses);
         for (group, ((out, (weights, floors)), mass)) in groups.enumerate() {
-            let first = group * LANES;
-            let counts = cones.reach::<F>(self.surface, &self.cone, group);
-            if <F as Num>::bits(counts) == 0 {
-                // Nothing is left of what the memory held.
-                *out = [[0.0; LANES]; 4];
-                weights.fill(0.0);
-                floors.fill(0.0);
-                continue;
+            for first in places::<F>() {
+                let counts = cones.reach::<F>(self.surface, &self.cone, group, first);
+                // Where nothing counts, nothing is left of what the memory held.
+                let (mut all, mut floor, mut sum) = ([zero; 4], zero, zero);
+                if F::bits(counts) != 0 {
+                    let corners = corner_values::<F>(&self.guide, values, group * GROUP + first);
+                    floor = (largest(corners) * FLOOR).max(F::splat(self.darkest));
+                    for (out, corner) in all.iter_mut().zip(tilted(&quadrants, &corners, group, first)) {
+                        *out = F::only(counts, corner.max(floor));
+                        sum = sum + *out;
+                    }
+                }
+                for (out, corner) in out.iter_mut().zip(all) {
+                    corner.write(out, first);
+                }
+                floor.write(floors, first);
+                (F::at(mass, first) * sum).write(weights, first);
             }
-            let corners = corner_values::<F>(&self.guide, values, first);
-            let floor = (largest(corners) * <F as Num>::splat(FLOOR)).max(<F as Num>::splat(self.darkest));
-            floors.copy_from_slice(&Num::store(floor));
-            let tilted = tilted(&quadrants, &corners, group);
-            let mut sum = zero;
-            for (out, corner) in out.iter_mut().zip(tilted) {
-                let corner = <F as Num>::only(counts, Num::max(corner, floor));
-                sum = sum + corner;
-                *out = Num::store(corner);
-            }
-            weights.copy_from_slice(&Num::store(<F as Num>::load(*mass) * sum));
         }
     }
 
-    /// The least corner of eight cells; 0 in those that reach below the horizon.
+    /// The least corner of cells; 0 in those that reach below the horizon.
     #[inline(always)]
-    fn least_corner<F: Lanes>(&self, group: usize) -> F {
-        let [a, b, c, d] = self.work.corners.get(group).copied().unwrap_or([[0.0; LANES]; 4]);
-        let load = |corner: [f32; LANES]| <F as Num>::load(corner);
-        let least = Num::min(Num::min(load(a), load(b)), Num::min(load(c), load(d)));
-        let floor = <F as Num>::read(self.work.floors.get(group * LANES..).unwrap_or(&[]));
-        <F as Num>::only(Num::lt(floor, least), least)
+    fn least_corner<F: Num>(&self, group: usize, first: usize) -> F {
+        let [a, b, c, d] = self.work.corners.get(group).unwrap_or(&[[0.0; GROUP]; 4]);
+        let least = F::at(a, first).min(F::at(b, first)).min(F::at(c, first).min(F::at(d, first)));
+        let floor = F::at(&self.work.floors, group * GROUP + first);
+        F::only(floor.lt(least), least)
     }
 
-    /// What the division of eight cells may be worth, for their weights.
+    /// What the division of cells may be worth, for their weights.
     #[inline(always)]
-    fn worth<F: Lanes>(&self, weights: F, group: usize) -> F {
+    fn worth<F: Num>(&self, weights: F, group: usize, first: usize) -> F {
         match self.smoothness {
             // The lobe may peak between corners and all that was looked at.
             Smoothness::Any => weights,
             // What is the same all over a cell is worth nothing.
             Smoothness::Wide => {
-                let mass = group_of::<F>(self.guide.masses(), group);
-                weights - <F as Num>::splat(4.0) * mass * self.least_corner::<F>(group)
+                let mass = group_of::<F>(self.guide.masses(), group, first);
+                weights - F::splat(4.0) * mass * self.least_corner::<F>(group, first)
             }
             Smoothness::Diffuse => {
-                let is_above = Num::lt(<F as Num>::splat(0.0), self.least_corner::<F>(group));
-                <F as Num>::select(is_above, weights * <F as Num>::splat(FITTED), weights)
+                let is_above = F::splat(0.0).lt(self.least_corner::<F>(group, first));
+                F::select(is_above, weights * FITTED, weights)
             }
         }
     }
@@ -456,36 +461,37 @@ impl Stage<'_> {
     /// Weighs cells again by F where their light is, if interpolation between corners may have missed it: cells with much light,
     /// and those that the peak of a narrow lobe falls into.
     #[inline(always)]
-    fn look_closer<F: Lanes>(&mut self) {
+    fn look_closer<F: Num>(&mut self) {
         let mut cells = [0u32; CLOSER];
         let mut count = 0;
         let (masses, cones, is_narrow) = (self.guide.masses(), Cones::new(&self.guide), self.peak != [0.0; 3]);
         let bright = if self.smoothness == Smoothness::Diffuse { WORTH_IF_DIFFUSE } else { BRIGHT };
-        for (group, mass) in masses.iter().enumerate() {
-            let first = group * LANES;
-            let mut counts = Num::lt(<F as Num>::splat(bright), <F as Num>::load(*mass));
-            if is_narrow {
-                counts = <F as Num>::or(counts, cones.hold::<F>(self.peak, group));
-            }
-            if self.smoothness == Smoothness::Diffuse {
-                let is_below = Num::le(self.least_corner::<F>(group), <F as Num>::splat(0.0));
-                counts = <F as Num>::and(counts, is_below);
-            }
-            let mut bits = <F as Num>::bits(counts);
-            while bits != 0 && count < CLOSER {
-                if let Some(cell) = cells.get_mut(count) {
-                    *cell = first as u32 + bits.trailing_zeros();
+        for (group, masses) in masses.iter().enumerate() {
+            for first in places::<F>() {
+                let mut counts = F::splat(bright).lt(F::at(masses, first));
+                if is_narrow {
+                    counts = F::or(counts, cones.hold::<F>(self.peak, group, first));
                 }
-                bits &= bits - 1;
-                count += 1;
+                if self.smoothness == Smoothness::Diffuse {
+                    let is_below = self.least_corner::<F>(group, first).le(F::splat(0.0));
+                    counts = F::and(counts, is_below);
+                }
+                let mut bits = F::bits(counts);
+                while bits != 0 && count < CLOSER {
+                    if let Some(cell) = cells.get_mut(count) {
+                        *cell = (group * GROUP + first) as u32 + bits.trailing_zeros();
+                    }
+                    bits &= bits - 1;
+                    count += 1;
+                }
             }
         }
         let looked_at: &[usize] = if is_narrow { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
-        for cells in cells.get(..count).unwrap_or(&[]).chunks(LANES) {
-            let mut directions = [[0; MOST_LOOKED_AT * LANES]; 3];
+        for cells in cells.get(..count).unwrap_or(&[]).chunks(GROUP) {
+            let mut directions = [[0; MOST_LOOKED_AT * GROUP]; 3];
             for (lane, &cell) in cells.iter().enumerate() {
                 let middles = self.guide.middles(cell as usize).map(|of| of.first_chunk().unwrap_or(&[0; MIDDLES]));
-                for (out, &part) in (lane..).step_by(LANES).zip(looked_at) {
+                for (out, &part) in (lane..).step_by(GROUP).zip(looked_at) {
                     for (directions, middles) in directions.iter_mut().zip(middles) {
                         if let Some(direction) = directions.get_mut(out) {
                             *direction = middles[part % MIDDLES];
@@ -493,14 +499,16 @@ impl Stage<'_> {
                     }
                 }
             }
-            let mut values = [0.0; MOST_LOOKED_AT * LANES];
-            let directions = directions.each_ref().map(|column| column.get(..looked_at.len() * LANES).unwrap_or(&[]));
+            let mut values = [0.0; MOST_LOOKED_AT * GROUP];
+            let directions = directions.each_ref().map(|column| column.get(..looked_at.len() * GROUP).unwrap_or(&[]));
             respond::<F>(self.surface, &self.cone, directions, &mut values);
-            let mut largest = <F as Num>::splat(0.0);
-            for values in values.chunks_exact(LANES) {
-                largest = Num::max(largest, <F as Num>::read(values));
+            let mut largest = [0.0; GROUP];
+            for values in values.chunks_exact(GROUP) {
+                for (largest, &value) in largest.iter_mut().zip(values) {
+                    *largest = crate::numeric::max(*largest, value);
+                }
             }
-            for (&cell, value) in cells.iter().zip(Num::store(largest)) {
+            for (&cell, value) in cells.iter().zip(largest) {
                 let mass = self.guide.mass(cell as usize);
                 if let Some(weight) = self.work.weights.get_mut(cell as usize).filter(|weight| **weight > 0.0) {
                     *weight = crate::numeric::max(*weight, 4.0 * mass * value);
@@ -511,40 +519,42 @@ impl Stage<'_> {
 
     /// Chooses the cells whose division is worth most. `room`: for a number of each cell.
     #[inline(always)]
-    fn choose<F: Lanes>(&mut self, room: &mut [f32; MAX_CORNERS]) {
+    fn choose<F: Num>(&mut self, room: &mut [f32; MAX_CORNERS]) {
         if self.heaviest.room() == 0 || !self.any {
             return;
         }
         self.look_closer::<F>();
         let Some(left) = room.get_mut(..MAX_CELLS) else { return };
-        let mut sum = <F as Num>::splat(0.0);
-        let groups = left.chunks_exact_mut(LANES).zip(self.work.weights.chunks_exact(LANES));
+        let mut sums = [F::splat(0.0); REGISTERS];
+        let groups = left.chunks_exact_mut(GROUP).zip(self.work.weights.chunks_exact(GROUP));
         for (group, (left, weights)) in groups.enumerate() {
-            let weights = <F as Num>::read(weights);
-            sum = sum + weights;
-            left.copy_from_slice(&Num::store(self.worth::<F>(weights, group)));
+            for (first, sum) in places::<F>().zip(&mut sums) {
+                let weights = F::at(weights, first);
+                *sum = *sum + weights;
+                self.worth::<F>(weights, group, first).write(left, first);
+            }
         }
         let share = match self.smoothness {
             Smoothness::Any => WORTH,
             Smoothness::Wide => WORTH_IF_WIDE,
             Smoothness::Diffuse => WORTH_IF_DIFFUSE,
         };
-        self.heaviest.choose::<F>(left, share * Num::store(sum).iter().sum::<f32>());
+        self.heaviest.choose::<F>(left, share * sum(sums));
     }
 
     /// Notes the borders of the divided cells' parts, evaluates F at their middles, and keeps it where the ends of those parts will stand.
     #[inline(always)]
-    fn divide<F: Lanes>(&mut self, ends: &mut [[f32; LANES]]) {
-        let mut largest = <F as Num>::splat(self.largest);
-        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact_mut(OF_DIVIDED)) {
+    fn divide<F: Num>(&mut self, ends: &mut [[f32; GROUP]]) {
+        let mut largest = F::splat(self.largest);
+        for (cells, ends) in self.heaviest.cells().chunks(GROUP).zip(ends.chunks_exact_mut(OF_DIVIDED)) {
             let Some((ends, borders)) = ends.split_at_mut_checked(PART_ENDS) else { break };
             divide::borders(&self.guide, cells, borders);
             if let Some(out) = ends.last_chunk_mut::<MIDDLES>() {
                 // Lanes without a cell.
-                *out = [[0.0; LANES]; MIDDLES];
+                *out = [[0.0; GROUP]; MIDDLES];
                 divide::middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
-                for row in out {
-                    largest = Num::max(largest, <F as Num>::load(*row));
+                for numbers in out.as_flattened().chunks_exact(F::WIDTH) {
+                    largest = largest.max(F::read(numbers));
                 }
             }
         }
@@ -556,58 +566,60 @@ impl Stage<'_> {
         }
     }
 
-    /// The least value of each part of eight divided cells.
+    /// The least value of each part of divided cells, as many as there are lanes.
     #[inline(always)]
-    fn least<F: Lanes>(&self, cells: &[u32]) -> F {
-        let mut least = [0.0; LANES];
-        for (least, &cell) in least.iter_mut().zip(cells) {
-            *least = self.work.floors.get(cell as usize).copied().unwrap_or(0.0);
-        }
-        Num::max(<F as Num>::splat(self.darkest), <F as Num>::load(least) * <F as Num>::splat(KEPT))
+    fn least<F: Num>(&self, cells: &[u32]) -> F {
+        let of = |lane: usize| cells.get(lane).and_then(|&cell| self.work.floors.get(cell as usize)).copied();
+        F::splat(self.darkest).max(F::each(|lane| of(lane).unwrap_or(0.0)) * KEPT)
     }
 
     /// What parts that reflect nothing would take by their least value, over what all others reflect. The weights of divided cells, which
     /// their parts will give, become 0.
     #[inline(always)]
-    fn wasted<F: Lanes>(&mut self, ends: &[[f32; LANES]]) -> f32 {
-        let zero = <F as Num>::splat(0.0);
-        let (mut wasted, mut reflected) = (zero, zero);
-        for (cells, ends) in self.heaviest.cells().chunks(LANES).zip(ends.chunks_exact(OF_DIVIDED)) {
-            let mut masses = [0.0; LANES];
-            for (mass, &cell) in masses.iter_mut().zip(cells) {
-                *mass = self.guide.mass(cell as usize);
-                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
-                    *weight = 0.0;
-                }
-            }
-            let (mass, least) = (<F as Num>::load(masses), self.least::<F>(cells));
+    fn wasted<F: Num>(&mut self, ends: &[[f32; GROUP]]) -> f32 {
+        let zero = F::splat(0.0);
+        let (mut wasted, mut reflected, mut undivided) = ([zero; REGISTERS], [zero; REGISTERS], [zero; REGISTERS]);
+        for (cells, ends) in self.heaviest.cells().chunks(GROUP).zip(ends.chunks_exact(OF_DIVIDED)) {
             let (ends, borders) = ends.split_at_checked(PART_ENDS).unwrap_or_default();
             let (rows, columns) = borders.split_at_checked(PARTS - 1).unwrap_or_default();
-            let rows = tops::widths::<F>(rows).into_iter().zip(columns.chunks_exact(PARTS - 1));
             let parts = ends.last_chunk::<MIDDLES>().map_or(&[][..], |middles| middles);
-            for (middles, (height, columns)) in parts.chunks_exact(PARTS).zip(rows) {
-                for (middle, width) in middles.iter().zip(tops::widths::<F>(columns)) {
-                    let (middle, mass) = (<F as Num>::load(*middle), mass * (height * width));
-                    wasted = wasted + <F as Num>::only(divide::is_wasted::<F>(middle, least), mass * least);
-                    reflected = reflected + mass * Num::max(middle, zero);
+            let sums = wasted.iter_mut().zip(&mut reflected);
+            for ((cells, first), (wasted, reflected)) in cells.chunks(F::WIDTH).zip(places::<F>()).zip(sums) {
+                let mut masses = F::floats();
+                for (mass, &cell) in masses.as_mut().iter_mut().zip(cells) {
+                    *mass = self.guide.mass(cell as usize);
+                    if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+                        *weight = 0.0;
+                    }
+                }
+                let (mass, least) = (F::load(masses), self.least::<F>(cells));
+                let rows = tops::widths::<F>(rows, first).into_iter().zip(columns.chunks_exact(PARTS - 1));
+                for (middles, (height, columns)) in parts.chunks_exact(PARTS).zip(rows) {
+                    for (middle, width) in middles.iter().zip(tops::widths::<F>(columns, first)) {
+                        let (middle, mass) = (F::at(middle, first), mass * (height * width));
+                        *wasted = *wasted + F::only(divide::is_wasted::<F>(middle, least), mass * least);
+                        *reflected = *reflected + mass * middle.max(zero);
+                    }
                 }
             }
         }
-        let mut undivided = zero;
-        for weights in self.work.weights.chunks_exact(LANES) {
-            undivided = undivided + <F as Num>::read(weights);
+        for weights in self.work.weights.chunks_exact(GROUP) {
+            for (sum, weights) in undivided.iter_mut().zip(weights.chunks_exact(F::WIDTH)) {
+                *sum = *sum + F::read(weights);
+            }
         }
         // Of the undivided cells these are sums of four corners.
-        let useful = undivided * <F as Num>::splat(0.25) + reflected;
-        let total = |lanes: F| Num::store(lanes).iter().sum::<f32>();
-        total(wasted) / total(useful).max(f32::MIN_POSITIVE)
+        for (useful, undivided) in reflected.iter_mut().zip(undivided) {
+            *useful = undivided * 0.25 + *useful;
+        }
+        sum(wasted) / sum(reflected).max(f32::MIN_POSITIVE)
     }
 }
 
 /// Cells with this share of the light are looked at more closely, up to [`CLOSER`]; if all lobes are Lambert's, with [`WORTH_IF_DIFFUSE`].
 const BRIGHT: f32 = 0.01;
 /// The most cells that are looked at more closely.
-const CLOSER: usize = 2 * LANES;
+const CLOSER: usize = 2 * GROUP;
 /// The parts whose middles are looked at: opposite ones of the inner four.
 const LOOKED_AT: [usize; 2] = [5, 10];
 /// The same under a narrow lobe, whose flank may lie at any side of the light.
@@ -618,7 +630,7 @@ const MOST_LOOKED_AT: usize = 5;
 /// Values above this are not summed as they are: the sum of all corners stays finite.
 const LARGEST_SUMMED: f32 = f32::MAX / (2 * MAX_CORNERS) as f32;
 
-/// The largest of eight numbers.
+/// The largest of some numbers.
 #[inline(always)]
 fn highest<F: Num>(lanes: F) -> f32 {
     let mut highest = 0.0;
@@ -628,11 +640,11 @@ fn highest<F: Num>(lanes: F) -> f32 {
     highest
 }
 
-/// Cones that contain cells, eight by eight.
+/// Cones that contain cells, in groups of cells.
 struct Cones<'a> {
-    axis: [&'a [[Short; LANES]]; 3],
-    sine: &'a [[Short; LANES]],
-    cosine: &'a [[Short; LANES]],
+    axis: [&'a [[Short; GROUP]]; 3],
+    sine: &'a [[Short; GROUP]],
+    cosine: &'a [[Short; GROUP]],
 }
 
 impl<'a> Cones<'a> {
@@ -647,32 +659,32 @@ impl<'a> Cones<'a> {
     }
 
     #[inline(always)]
-    fn axis<F: Lanes>(&self, group: usize) -> [F; 3] {
+    fn axis<F: Num>(&self, group: usize, first: usize) -> [F; 3] {
         let [x, y, z] = self.axis;
-        [shorts_of::<F>(x, group), shorts_of::<F>(y, group), shorts_of::<F>(z, group)]
+        [shorts_of::<F>(x, group, first), shorts_of::<F>(y, group, first), shorts_of::<F>(z, group, first)]
     }
 
-    /// Which of eight cells reach above the horizon, as far as any normal of a cone sees it.
+    /// Which cells reach above the horizon, as far as any normal of a cone sees it.
     #[inline(always)]
-    fn reach<F: Lanes>(&self, surface: &Surface, cone: &Cone, group: usize) -> F::Mask {
-        let zero = <F as Num>::splat(0.0);
+    fn reach<F: Num>(&self, surface: &Surface, cone: &Cone, group: usize, first: usize) -> F::Mask {
+        let zero = F::splat(0.0);
         if surface.is_whole() {
-            return <F as Num>::le(zero, zero);
+            return F::le(zero, zero);
         }
-        let [.., up] = surface.to_local(self.axis::<F>(group));
-        let (sine, cosine) = (shorts_of::<F>(self.sine, group), shorts_of::<F>(self.cosine, group));
-        let (c, s) = (<F as Num>::splat(cone.cosine), <F as Num>::splat(cone.sine));
-        let wider = Num::le(cosine * c - sine * s, zero);
-        let above = Num::lt(zero - (sine * c + cosine * s) - <F as Num>::splat(ROUNDING), up);
-        <F as Num>::or(wider, above)
+        let [.., up] = surface.to_local(self.axis::<F>(group, first));
+        let (sine, cosine) = (shorts_of::<F>(self.sine, group, first), shorts_of::<F>(self.cosine, group, first));
+        let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
+        let wider = (cosine * c - sine * s).le(zero);
+        let above = (zero - (sine * c + cosine * s) - ROUNDING).lt(up);
+        F::or(wider, above)
     }
 
-    /// Which of eight cells a direction falls into, or nearly.
+    /// Which cells a direction falls into, or nearly.
     #[inline(always)]
-    fn hold<F: Lanes>(&self, [x, y, z]: [f32; 3], group: usize) -> F::Mask {
-        let [axis_x, axis_y, axis_z] = self.axis::<F>(group);
-        let along = axis_x * <F as Num>::splat(x) + axis_y * <F as Num>::splat(y) + axis_z * <F as Num>::splat(z);
-        Num::lt(shorts_of::<F>(self.cosine, group), along)
+    fn hold<F: Num>(&self, [x, y, z]: [f32; 3], group: usize, first: usize) -> F::Mask {
+        let [axis_x, axis_y, axis_z] = self.axis::<F>(group, first);
+        let along = axis_x * x + axis_y * y + axis_z * z;
+        shorts_of::<F>(self.cosine, group, first).lt(along)
     }
 }
 
@@ -682,63 +694,55 @@ struct Write<'a, 'b> {
     grid: [u32; 2],
     leaves: &'b mut [Leaves],
     tops: &'b mut [f32],
-    ends: &'b mut [[f32; LANES]],
+    ends: &'b mut [[f32; GROUP]],
 }
 
-impl Kernel for Write<'_, '_> {
+impl Compute for Write<'_, '_> {
     type Output = f32;
 
     #[inline(always)]
-    fn run<F: Lanes>(self) -> f32 {
+    fn run<F: Num>(self) -> f32 {
         let Write { stage, grid, leaves, tops, ends } = self;
         stage.divide::<F>(ends);
-        let scale = <F as Num>::splat((1.0 / stage.unit()) as f32);
+        let scale = F::splat((1.0 / stage.unit()) as f32);
         let (cells, masses) = (stage.guide.cells(), stage.guide.masses());
-        let (whole, parts) = leaves.split_at_mut_checked(cells / LANES).unwrap_or_default();
+        let (whole, parts) = leaves.split_at_mut_checked(cells / GROUP).unwrap_or_default();
         for (group, (out, corners)) in whole.iter_mut().zip(&stage.work.corners).enumerate() {
-            let [a, b, c, d] = *corners;
-            // Corners that count are above 0; half of all groups lie below the horizon.
-            let zero = <F as Num>::splat(0.0);
-            if <F as Num>::bits(Num::lt(zero, <F as Num>::load(a))) == 0 {
-                *out = [[0; LANES]; 4];
-                continue;
-            }
-            let load = |corner: [f32; LANES]| <F as Num>::load(corner) * scale;
-            let mut corners = [load(a), load(b), load(c), load(d)];
-            if stage.constant {
-                let mean = (corners[0] + corners[1] + (corners[2] + corners[3])) * <F as Num>::splat(0.25);
-                corners = [mean; 4];
-            }
-            let mean = store::<F>(&corners, out);
-            let weight = Num::store(group_of::<F>(masses, group) * mean);
-            if let Some(out) = stage.work.weights.get_mut(group * LANES..(group + 1) * LANES) {
-                out.copy_from_slice(&weight);
+            for first in places::<F>() {
+                let [a, b, c, d] = corners.each_ref().map(|corner| F::at(corner, first));
+                // Corners that count are above 0; half of all groups lie below the horizon.
+                if F::bits(F::splat(0.0).lt(a)) == 0 {
+                    for words in &mut *out {
+                        words.get_mut(first..first + F::WIDTH).unwrap_or_default().fill(0);
+                    }
+                    continue;
+                }
+                let mean = store::<F>(&stage.finished([a, b, c, d], scale), out, first);
+                let weight = group_of::<F>(masses, group, first) * mean;
+                weight.write(&mut stage.work.weights, group * GROUP + first);
             }
         }
         let divided = stage.heaviest.cells();
-        let groups = divided.chunks(LANES).zip(parts.chunks_exact_mut(MIDDLES));
+        let groups = divided.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES));
         for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(OF_DIVIDED)).enumerate() {
             let Some((ends, borders)) = ends.split_at_mut_checked(PART_ENDS) else { break };
-            let (Some(middles), Some(borders)) = (ends.last_chunk::<MIDDLES>(), borders.first_chunk()) else { break };
-            let mut means = [<F as Num>::splat(0.0); MIDDLES];
-            let least = stage.least::<F>(cells);
-            let kept = least * <F as Num>::splat(stage.kept);
-            for ((index, mean), out) in means.iter_mut().enumerate().zip(out) {
-                let corners = divide::part::<F>(middles, index % PARTS, index / PARTS, least, kept);
-                let [a, b, c, d] = corners;
-                let mut corners = [a * scale, b * scale, c * scale, d * scale];
-                if stage.constant {
-                    let mean = (corners[0] + corners[1] + (corners[2] + corners[3])) * <F as Num>::splat(0.25);
-                    corners = [mean; 4];
+            let mut of_cells = [0.0; GROUP];
+            for first in places::<F>() {
+                let (Some(middles), Some(borders)) = (ends.last_chunk(), borders.first_chunk()) else { break };
+                let mut means = [F::splat(0.0); MIDDLES];
+                let least = stage.least::<F>(cells.get(first..).unwrap_or(&[]));
+                let kept = least * stage.kept;
+                for ((index, mean), out) in means.iter_mut().enumerate().zip(&mut *out) {
+                    let corners = divide::part::<F>(middles, first, [index % PARTS, index / PARTS], least, kept);
+                    *mean = store::<F>(&stage.finished(corners, scale), out, first);
                 }
-                *mean = store::<F>(&corners, out);
+                tops::write_parts(&means, borders, ends, first).write(&mut of_cells, first);
             }
-            let mean = Num::store(tops::write_parts(&means, borders, ends));
-            for ((lane, &cell), mean) in cells.iter().enumerate().zip(mean) {
+            for ((lane, &cell), mean) in cells.iter().enumerate().zip(of_cells) {
                 if let Some(weight) = stage.work.weights.get_mut(cell as usize) {
                     *weight = stage.guide.mass(cell as usize) * mean;
                 }
-                mark(whole, cell, group * LANES + lane);
+                mark(whole, cell, group * GROUP + lane);
             }
         }
         tops.get_mut(super::stored::tops(grid)..).unwrap_or_default().fill(0.0);
@@ -748,8 +752,8 @@ impl Kernel for Write<'_, '_> {
 
 /// Notes in the leaf of a cell which of the divided ones it is.
 fn mark(leaves: &mut [Leaves], cell: u32, number: usize) {
-    let Some([a, b, ..]) = leaves.get_mut(cell as usize / LANES) else { return };
-    let lane = cell as usize % LANES;
+    let Some([a, b, ..]) = leaves.get_mut(cell as usize / GROUP) else { return };
+    let lane = cell as usize % GROUP;
     a[lane] = 0;
     b[lane] = number as u16 + 1;
 }

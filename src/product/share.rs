@@ -12,7 +12,7 @@ use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::points::hammersley;
-use crate::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use crate::simd::{Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
 use crate::sphere::Frame;
 use bytemuck::try_from_bytes_mut;
 
@@ -64,18 +64,18 @@ fn header_of(product: &mut [u8]) -> Option<&mut Header> {
 fn tried(level: Level, environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
     let Some(product) = Product::view(product) else { return 1.0 };
     let shaded = &Shaded { light: environment.light(), product };
-    let of_grid = run(level, OfGrid { shaded, frame: &environment.frame() });
-    run(level, Trial { shaded, surface, of_grid })
+    let of_grid = compute(level, OfGrid { shaded, frame: &environment.frame() });
+    compute(level, Trial { shaded, surface, of_grid })
 }
 
-/// Numbers of eight directions.
+/// Numbers of the directions from place `first` on.
 #[inline(always)]
-fn numbers<F: Lanes>() -> [F; 2] {
-    let (mut across, mut down) = ([0.0; LANES], [0.0; LANES]);
-    for (lane, (x, y)) in (0..).zip(across.iter_mut().zip(&mut down)) {
-        [*x, *y] = hammersley(lane, LANES as u32);
+fn numbers<F: Num>(first: usize) -> [F; 2] {
+    let (mut across, mut down) = (F::floats(), F::floats());
+    for (place, (x, y)) in (first as u32..).zip(across.as_mut().iter_mut().zip(down.as_mut())) {
+        [*x, *y] = hammersley(place, GROUP as u32);
     }
-    [<F as Num>::load(across), <F as Num>::load(down)]
+    [F::load(across), F::load(down)]
 }
 
 /// Eight directions of the grid. Before the trial, so that the deep stack of samples does not lie on top of it.
@@ -84,14 +84,20 @@ struct OfGrid<'a> {
     frame: &'a Frame,
 }
 
-impl Kernel for OfGrid<'_> {
-    type Output = [[f32; LANES]; 5];
+impl Compute for OfGrid<'_> {
+    type Output = [[f32; GROUP]; 5];
 
     /// Directions of map space, and their densities by the grid and in the light.
     #[inline(always)]
-    fn run<F: Lanes>(self) -> [[f32; LANES]; 5] {
-        let ([x, y, z], (grid, light)) = self.shaded.draw_grid::<F>(self.frame, numbers::<F>());
-        [x, y, z, grid, light].map(Num::store)
+    fn run<F: Num>(self) -> [[f32; GROUP]; 5] {
+        let mut all = [[0.0; GROUP]; 5];
+        for first in places::<F>() {
+            let ([x, y, z], (grid, light)) = self.shaded.draw_grid::<F>(self.frame, numbers::<F>(first));
+            for (out, x) in all.iter_mut().zip([x, y, z, grid, light]) {
+                x.write(out, first);
+            }
+        }
+        all
     }
 }
 
@@ -103,10 +109,10 @@ const ENOUGH: u32 = 4;
 struct Trial<'a> {
     shaded: &'a Shaded<'a>,
     surface: &'a Surface,
-    of_grid: [[f32; LANES]; 5],
+    of_grid: [[f32; GROUP]; 5],
 }
 
-/// Eight directions.
+/// Directions.
 #[derive(Clone, Copy)]
 struct Tried<F> {
     /// What they bring, over the sum of both densities.
@@ -115,56 +121,56 @@ struct Tried<F> {
     lobes: F,
 }
 
-impl Kernel for Trial<'_> {
+impl Compute for Trial<'_> {
     type Output = f32;
 
     /// The share of the lobes; 1 if too little was found.
     #[inline(always)]
-    fn run<F: Lanes>(self) -> f32 {
+    fn run<F: Num>(self) -> f32 {
         let Trial { shaded, of_grid, .. } = self;
         let Some(peak) = &shaded.product.peak else { return 1.0 };
-        let of_lobes = peak.sample(numbers::<F>());
-        let [x, y, z, grid, light] = of_grid.map(<F as Num>::load);
-        let mut tried =
-            [self.look(of_lobes, shaded.grid_and_light::<F>(of_lobes)), self.look([x, y, z], (grid, light))];
-        let total = sum(tried[0].value + tried[1].value);
-        let found = <F as Num>::bits(Num::lt(<F as Num>::splat(0.0), tried[0].value)).count_ones();
+        let zero = F::splat(0.0);
+        // Of each register of a group the directions of the lobes, then those of the grid.
+        let mut tried = [[Tried { value: zero, grid: zero, lobes: zero }; 2]; REGISTERS];
+        let mut found = 0;
+        for (first, tried) in places::<F>().zip(&mut tried) {
+            let of_lobes = peak.sample(numbers::<F>(first));
+            let [x, y, z, grid, light] = of_grid.each_ref().map(|of| F::at(of, first));
+            *tried = [self.look(of_lobes, shaded.grid_and_light::<F>(of_lobes)), self.look([x, y, z], (grid, light))];
+            found += F::bits(zero.lt(tried[0].value)).count_ones();
+        }
+        let total = sum(tried.map(|tried| tried[0].value + tried[1].value));
         if !(total > 0.0 && total < f32::MAX) || found < ENOUGH {
             return 1.0;
         }
-        let inverse = <F as Num>::splat(1.0 / total);
-        tried.iter_mut().for_each(|tried| tried.value = tried.value * inverse);
+        tried.iter_mut().flatten().for_each(|tried| tried.value = tried.value * (1.0 / total));
         let mut share = 0.5;
         for _ in 0..STEPS {
             let by_lobes = |tried: Tried<F>| {
-                let lobes = tried.lobes * <F as Num>::splat(share);
-                let all = lobes + tried.grid * <F as Num>::splat(1.0 - share);
-                tried.value * (lobes / all.max(<F as Num>::splat(f32::MIN_POSITIVE)))
+                let lobes = tried.lobes * share;
+                let all = lobes + tried.grid * (1.0 - share);
+                tried.value * (lobes / all.max(F::splat(f32::MIN_POSITIVE)))
             };
-            share = sum(by_lobes(tried[0]) + by_lobes(tried[1]));
+            share = sum(tried.map(|tried| by_lobes(tried[0]) + by_lobes(tried[1])));
         }
         share
     }
 }
 
 impl Trial<'_> {
-    /// Eight directions of map space with these densities by the grid and in the light.
+    /// Directions of map space with these densities by the grid and in the light.
     #[inline(always)]
-    fn look<F: Lanes>(&self, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
+    fn look<F: Num>(&self, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {
         let Trial { shaded, surface, .. } = self;
-        let (zero, largest) = (<F as Num>::splat(0.0), <F as Num>::splat(f32::MAX));
+        let (zero, largest) = (F::splat(0.0), F::splat(f32::MAX));
         let lobes = shaded.product.peak.as_ref().map_or(zero, |peak| peak.density(direction));
         let local = surface.to_local(direction);
         let value = surface.eval::<F>(local).0 * light / (grid + lobes);
         // No number where neither density is; below the horizon nothing is reflected.
-        let mut counts = <F as Num>::and(Num::lt(zero, value), Num::lt(value, largest));
+        let mut counts = F::and(zero.lt(value), value.lt(largest));
         if !surface.is_whole() {
-            counts = <F as Num>::and(counts, Num::lt(zero, local[2]));
+            counts = F::and(counts, zero.lt(local[2]));
         }
-        Tried { value: <F as Num>::only(counts, value), grid, lobes }
+        Tried { value: F::only(counts, value), grid, lobes }
     }
-}
-
-fn sum<F: Num>(lanes: F) -> f32 {
-    lanes.store().as_ref().iter().sum()
 }

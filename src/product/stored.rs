@@ -5,14 +5,14 @@ use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::MAX_CELLS;
 use crate::light::parts::{BORDERS, MIDDLES};
 use crate::object::Magic;
-use crate::simd::{LANES, Table, WINDOW};
+use crate::simd::{GROUP, Table, WINDOW};
 use bytemuck::{Pod, Zeroable, try_cast_slice, try_from_bytes};
 
 /// The most cells that can be divided.
 pub const MAX_DIVIDED: usize = 24;
 
-/// Corners of eight leaves in 16 bits: of each corner, those of all leaves. A cache line.
-pub type Leaves = [[u16; LANES]; 4];
+/// Corners of a group of leaves in 16 bits: of each corner, those of all leaves. A cache line.
+pub type Leaves = [[u16; GROUP]; 4];
 
 /// A lobe, as far as other hits are compared with it and directions are drawn from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -105,9 +105,9 @@ pub const PART_ENDS: usize = 4 + MIDDLES;
 /// Numbers of a divided cell: the ends, then the borders of its parts in the light's numbers.
 pub const OF_DIVIDED: usize = PART_ENDS + BORDERS;
 
-/// Groups of lanes that divided cells fill.
+/// Groups that divided cells fill.
 pub fn groups(divided: usize) -> usize {
-    divided.div_ceil(LANES)
+    divided.div_ceil(GROUP)
 }
 
 /// The lengths of a product's parts.
@@ -117,7 +117,7 @@ pub struct Lengths {
     pub leaves: usize,
     /// Numbers of tables, with a window behind them.
     pub tops: usize,
-    /// Ends of parts, eight cells each.
+    /// Ends of parts, of groups of cells.
     pub ends: usize,
 }
 
@@ -127,15 +127,15 @@ impl Lengths {
         let cells = grid[0] as usize * grid[1] as usize;
         let groups = groups(divided);
         Lengths {
-            leaves: cells.div_ceil(LANES) + MIDDLES * groups,
-            tops: (tops(grid) + WINDOW).next_multiple_of(LANES),
+            leaves: cells.div_ceil(GROUP) + MIDDLES * groups,
+            tops: (tops(grid) + WINDOW).next_multiple_of(GROUP),
             ends: OF_DIVIDED * groups,
         }
     }
 
     /// Bytes of the product.
     pub fn bytes(&self) -> usize {
-        let bytes = size_of::<Header>() + size_of::<Leaves>() * self.leaves + 4 * self.tops + 4 * LANES * self.ends;
+        let bytes = size_of::<Header>() + size_of::<Leaves>() * self.leaves + 4 * self.tops + 4 * GROUP * self.ends;
         bytes.next_multiple_of(16)
     }
 }
@@ -152,13 +152,13 @@ pub fn most_bytes(divided: usize) -> usize {
 pub struct Product<'a> {
     /// What stands at its beginning.
     pub header: &'a Header,
-    /// Corners of cells, then of the parts of divided cells: eight cells in lanes, part by part.
+    /// Corners of cells, then of the parts of divided cells: of groups of cells, part by part.
     pub leaves: &'a [Leaves],
     /// Starts of the rows of cells, then of the cells of each row.
     pub tops: Table<'a, f32>,
-    /// Of eight divided cells in lanes: the ends of the rows of parts, then of the parts of each row; then the borders
+    /// Of groups of divided cells: the ends of the rows of parts, then of the parts of each row; then the borders
     /// of their parts.
-    pub ends: &'a [[f32; LANES]],
+    pub ends: &'a [[f32; GROUP]],
     /// The narrow lobes.
     pub peak: Option<Peak>,
 }
@@ -175,7 +175,7 @@ impl<'a> Product<'a> {
         let lengths = Lengths::new(header.grid, header.divided as usize);
         let (leaves, rest) = rest.split_at_checked(size_of::<Leaves>() * lengths.leaves)?;
         let (tops, rest) = rest.split_at_checked(4 * lengths.tops)?;
-        let ends = rest.get(..4 * LANES * lengths.ends)?;
+        let ends = rest.get(..4 * GROUP * lengths.ends)?;
         Some(Product {
             header,
             leaves: try_cast_slice(leaves).ok()?,

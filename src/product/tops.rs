@@ -2,7 +2,7 @@
 
 use super::stored::PART_ENDS;
 use crate::light::parts::{BORDERS, MIDDLES, PARTS};
-use crate::simd::{LANES, Lanes, Num};
+use crate::simd::{GROUP, Num};
 
 /// Writes the starts of rows, then of the cells of each row, for the weights of all cells. Answers their sum.
 #[inline(always)]
@@ -32,33 +32,39 @@ pub fn write(weights: &[f32], [columns, rows]: [u32; 2], tops: &mut [f32]) -> f3
     total
 }
 
-/// The widths of the four parts that three borders make, of eight cells.
+/// The widths of the four parts that three borders make, of the cells from place `first` of a group on.
 #[inline(always)]
-pub fn widths<F: Lanes>(borders: &[[f32; LANES]]) -> [F; PARTS] {
-    let (zero, one) = (<F as Num>::splat(0.0), <F as Num>::splat(1.0));
+pub fn widths<F: Num>(borders: &[[f32; GROUP]], first: usize) -> [F; PARTS] {
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let mut ends = [zero, one, one, one, one];
     for (end, border) in ends.iter_mut().skip(1).take(PARTS - 1).zip(borders) {
-        *end = <F as Num>::load(*border);
+        *end = F::at(border, first);
     }
     [ends[1] - ends[0], ends[2] - ends[1], ends[3] - ends[2], ends[4] - ends[3]]
 }
 
-/// Writes the ends of rows and parts of eight divided cells for the means of their parts. Answers the means of the cells.
+/// Writes the ends of rows and parts of the divided cells from place `first` of a group on for the means of their parts. Answers the means
+/// of the cells.
 #[inline(always)]
-pub fn write_parts<F: Lanes>(means: &[F; MIDDLES], borders: &[[f32; LANES]; BORDERS], ends: &mut [[f32; LANES]]) -> F {
+pub fn write_parts<F: Num>(
+    means: &[F; MIDDLES],
+    borders: &[[f32; GROUP]; BORDERS],
+    ends: &mut [[f32; GROUP]],
+    first: usize,
+) -> F {
     let (of_rows, of_parts) = ends.split_at_mut_checked(PART_ENDS - MIDDLES).unwrap_or_default();
     let (rows, columns) = borders.split_at(PARTS - 1);
-    let heights = widths::<F>(rows);
-    let mut total = <F as Num>::splat(0.0);
+    let heights = widths::<F>(rows, first);
+    let mut total = F::splat(0.0);
     let parts = of_parts.chunks_exact_mut(PARTS).zip(means.chunks_exact(PARTS)).zip(columns.chunks_exact(PARTS - 1));
     for ((end, height), ((parts, means), columns)) in of_rows.iter_mut().zip(heights).zip(parts) {
-        let mut sum = <F as Num>::splat(0.0);
-        for ((end, &mean), width) in parts.iter_mut().zip(means).zip(widths::<F>(columns)) {
+        let mut sum = F::splat(0.0);
+        for ((end, &mean), width) in parts.iter_mut().zip(means).zip(widths::<F>(columns, first)) {
             sum = sum + mean * width;
-            *end = Num::store(sum);
+            sum.write(end, first);
         }
         total = total + sum * height;
-        *end = Num::store(total);
+        total.write(end, first);
     }
     total
 }

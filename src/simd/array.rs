@@ -1,6 +1,7 @@
 //! Four numbers in an array: lanes for any processor, and what those of instruction sets are tested against.
 
-use super::{Apart, Num, Whole, apart::apart};
+use super::num::all_below;
+use super::{Num, Whole};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
@@ -85,26 +86,6 @@ impl Num for A4 {
     }
 
     #[inline(always)]
-    fn read(numbers: &[f32]) -> A4 {
-        A4(numbers.first_chunk().copied().unwrap_or([0.0; WIDTH]))
-    }
-
-    #[inline(always)]
-    fn read_ints(numbers: &[u32]) -> [u32; WIDTH] {
-        numbers.first_chunk().copied().unwrap_or([0; WIDTH])
-    }
-
-    #[inline(always)]
-    fn floats() -> [f32; WIDTH] {
-        [0.0; WIDTH]
-    }
-
-    #[inline(always)]
-    fn ints() -> [u32; WIDTH] {
-        [0; WIDTH]
-    }
-
-    #[inline(always)]
     fn whole(ints: [u32; WIDTH]) -> I4 {
         I4(ints)
     }
@@ -137,7 +118,8 @@ impl Num for A4 {
     #[inline(always)]
     fn sums(self) -> A4 {
         let [a, b, c, d] = self.0;
-        A4([a, b + a, (c + b) + a, (d + c) + (b + a)])
+        // As a register does it, into which zeros are moved.
+        A4([a + 0.0, (b + a) + 0.0, (c + b) + a, (d + c) + (b + a)])
     }
 
     #[inline(always)]
@@ -201,32 +183,11 @@ impl Num for A4 {
     }
 
     #[inline(always)]
-    fn truncate(self) -> [u32; WIDTH] {
-        self.to_whole().0
-    }
-
-    #[inline(always)]
-    fn of_ints(ints: [u32; WIDTH]) -> A4 {
-        Self::of_whole(I4(ints))
-    }
-
-    #[inline(always)]
     fn rows(table: &[[f32; 4]], index: I4) -> [A4; 4] {
-        let [a, b, c, d] = index.0.map(|i| table.get(i as usize).copied().unwrap_or([0.0; 4]));
+        let inside = all_below::<A4>(index, table.len());
+        let row = |i: u32| table.get(i as usize).filter(|_| inside).copied().unwrap_or([0.0; 4]);
+        let [a, b, c, d] = index.0.map(row);
         let column = |k: usize| A4([a[k & 3], b[k & 3], c[k & 3], d[k & 3]]);
         [column(0), column(1), column(2), column(3)]
-    }
-
-    #[inline(always)]
-    fn pairs(table: &[u16], index: I4) -> I4 {
-        I4(index.0.map(|i| {
-            let pair = table.get(i as usize..).and_then(|rest| rest.first_chunk::<2>());
-            pair.map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16)
-        }))
-    }
-
-    #[inline(always)]
-    fn apart<K: Apart<A4>>(computation: K) -> K::Output {
-        apart(computation)
     }
 }

@@ -1,7 +1,7 @@
 //! Which lanes a kernel runs on. Detection takes microseconds in a virtual machine, so its answer is kept by the caller,
 //! and that a level was detected is said by its type.
 
-use super::{Four, Lanes, Native, Num};
+use super::{Four, Num};
 
 /// Instructions that this processor has: a level above [`Level::BASELINE`] comes from [`Level::detect`] alone, in safe code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,39 +56,6 @@ pub fn detect() -> u32 {
     Level::detect().code()
 }
 
-/// A computation that is generic over lanes. What it calls must be inlined into it to be fast.
-pub trait Kernel {
-    /// What it answers.
-    type Output;
-    /// Computes on lanes of one kind.
-    fn run<F: Lanes>(self) -> Self::Output;
-}
-
-/// Runs a kernel on the lanes of a level.
-#[inline(always)]
-pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
-    match level.0 {
-        Instructions::Baseline => run_baseline(kernel),
-        #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
-        // SAFETY: a level of AVX2 was made by a detection that found it, or by who promised that to `from_code`.
-        Instructions::Avx2 => unsafe { run_avx2(kernel) },
-    }
-}
-
-/// Apart from its caller, as the other levels are: else the caller's stack would hold the lanes of this level below those of another.
-#[inline(never)]
-fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Native>()
-}
-
-/// # Safety
-/// The processor has AVX2.
-#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
-#[target_feature(enable = "avx2")]
-unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<super::avx2::Avx2>()
-}
-
 /// A computation that is generic over numbers of any width. What it calls must be inlined into it to be fast.
 pub trait Compute {
     /// What it answers.
@@ -103,11 +70,12 @@ pub fn compute<K: Compute>(level: Level, computation: K) -> K::Output {
     match level.0 {
         Instructions::Baseline => compute_baseline(computation),
         #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
-        // SAFETY: as in `run`.
+        // SAFETY: a level of AVX2 was made by a detection that found it, or by who promised that to `from_code`.
         Instructions::Avx2 => unsafe { compute_avx2(computation) },
     }
 }
 
+/// Apart from its caller, as the other levels are: else the caller's stack would hold the lanes of this level below those of another.
 #[inline(never)]
 fn compute_baseline<K: Compute>(computation: K) -> K::Output {
     computation.run::<Four>()

@@ -1,10 +1,15 @@
-//! Numbers of any width: one `f32`, or eight in lanes. A kernel that is generic over [`Num`] is written once; a call for
-//! one element runs it at width 1, a batch at width 8, with the same bits.
+//! Numbers of any width: one `f32`, or as many as a register holds. A kernel that is generic over [`Num`] is written once; a call
+//! for one element runs it at width 1, a batch at the width of the machine, with the same bits.
 
 use super::apart::{Apart, apart};
-use super::{LANES, Lanes};
 use crate::numeric;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
+
+/// Numbers that stand side by side in what is stored, and partial sums of a sum: a whole number of registers of any width.
+pub const GROUP: usize = 8;
+
+/// The most registers of a group.
+pub const REGISTERS: usize = 2;
 
 /// A whole number of 32 bits for each lane; sums and products wrap.
 pub trait Whole:
@@ -46,9 +51,9 @@ pub trait Num:
     /// A whole number for each lane, to compute with.
     type Whole: Whole;
     /// The numbers as an array.
-    type Floats: Copy + AsRef<[f32]> + AsMut<[f32]>;
+    type Floats: Copy + Default + AsRef<[f32]> + AsMut<[f32]> + for<'a> TryFrom<&'a [f32]>;
     /// Whole numbers as an array.
-    type Ints: Copy + AsRef<[u32]> + AsMut<[u32]>;
+    type Ints: Copy + Default + AsRef<[u32]> + AsMut<[u32]> + for<'a> TryFrom<&'a [u32]>;
 
     /// The same number in all lanes.
     fn splat(x: f32) -> Self;
@@ -56,14 +61,6 @@ pub trait Num:
     fn load(lanes: Self::Floats) -> Self;
     /// The numbers as an array.
     fn store(self) -> Self::Floats;
-    /// The first numbers of a slice; zeros if it is too short.
-    fn read(numbers: &[f32]) -> Self;
-    /// The first whole numbers of a slice; zeros if it is too short.
-    fn read_ints(numbers: &[u32]) -> Self::Ints;
-    /// Zeros, to be filled lane by lane.
-    fn floats() -> Self::Floats;
-    /// Zeros, to be filled lane by lane.
-    fn ints() -> Self::Ints;
     /// The square root.
     fn sqrt(self) -> Self;
     /// The number without its sign.
@@ -86,11 +83,6 @@ pub trait Num:
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// The lanes of a mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u32;
-    /// The whole numbers below 2^31 in front of the fractions of numbers from 0 on; of others, anything.
-    fn truncate(self) -> Self::Ints;
-    /// The numbers nearest to whole numbers below 2^31.
-    fn of_ints(ints: Self::Ints) -> Self;
-
     /// The whole numbers of an array.
     fn whole(ints: Self::Ints) -> Self::Whole;
     /// Whole numbers as an array.
@@ -99,16 +91,22 @@ pub trait Num:
     fn to_bits(self) -> Self::Whole;
     /// The numbers with these bits.
     fn from_bits(bits: Self::Whole) -> Self;
-    /// As [`Num::truncate`].
+    /// The whole numbers below 2^31 in front of the fractions of numbers from 0 on; of others, anything.
     fn to_whole(self) -> Self::Whole;
-    /// As [`Num::of_ints`].
+    /// The numbers nearest to whole numbers below 2^31.
     fn of_whole(whole: Self::Whole) -> Self;
     /// The highest bits of whole numbers, lane 0 lowest.
     fn sign_bits(whole: Self::Whole) -> u32;
     /// Columns of the rows with these numbers, of lane i in lane i; zeros if one of them does not exist.
     fn rows(table: &[[f32; 4]], index: Self::Whole) -> [Self; 4];
     /// The pairs of 16 bits that begin at these places, the first one lower; zeros if one of them does not exist.
-    fn pairs(table: &[u16], index: Self::Whole) -> Self::Whole;
+    #[inline(always)]
+    fn pairs(table: &[u16], index: Self::Whole) -> Self::Whole {
+        let (inside, places) = (all_below::<Self>(index, table.len().saturating_sub(1)), Self::ints_of(index));
+        let pair = |place: u32| table.get(place as usize..).and_then(|rest| rest.first_chunk::<2>()).filter(|_| inside);
+        let of = |lane: usize| places.as_ref().get(lane).and_then(|&place| pair(place));
+        Self::whole(Self::each_int(|lane| of(lane).map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16)))
+    }
 
     /// The numbers of the lanes: 0, 1, 2 ...
     #[inline(always)]
@@ -119,10 +117,52 @@ pub trait Num:
     /// In each four lanes the sum of the first, of the first two, of three and of four; of one number, itself.
     fn sums(self) -> Self;
 
-    /// Writes the numbers to the beginning of a slice; nothing if it is too short.
+    /// The first numbers of a slice; zeros if it is too short.
     #[inline(always)]
-    fn write(self, out: &mut [f32]) {
-        if let Some(out) = out.get_mut(..Self::WIDTH) {
+    fn read(numbers: &[f32]) -> Self {
+        Self::load(numbers.get(..Self::WIDTH).and_then(|numbers| numbers.try_into().ok()).unwrap_or_default())
+    }
+
+    /// The first whole numbers of a slice; zeros if it is too short.
+    #[inline(always)]
+    fn read_ints(numbers: &[u32]) -> Self::Ints {
+        numbers.get(..Self::WIDTH).and_then(|numbers| numbers.try_into().ok()).unwrap_or_default()
+    }
+
+    /// Zeros, to be filled lane by lane.
+    #[inline(always)]
+    fn floats() -> Self::Floats {
+        Self::Floats::default()
+    }
+
+    /// Zeros, to be filled lane by lane.
+    #[inline(always)]
+    fn ints() -> Self::Ints {
+        Self::Ints::default()
+    }
+
+    /// As [`Num::to_whole`], as an array.
+    #[inline(always)]
+    fn truncate(self) -> Self::Ints {
+        Self::ints_of(self.to_whole())
+    }
+
+    /// As [`Num::of_whole`], from an array.
+    #[inline(always)]
+    fn of_ints(ints: Self::Ints) -> Self {
+        Self::of_whole(Self::whole(ints))
+    }
+
+    /// The numbers from a place on; zeros if they are too few.
+    #[inline(always)]
+    fn at(numbers: &[f32], first: usize) -> Self {
+        Self::read(numbers.get(first..).unwrap_or(&[]))
+    }
+
+    /// Writes the numbers from a place on; nothing if they do not fit.
+    #[inline(always)]
+    fn write(self, out: &mut [f32], at: usize) {
+        if let Some(out) = out.get_mut(at..at + Self::WIDTH) {
             out.copy_from_slice(self.store().as_ref());
         }
     }
@@ -144,8 +184,12 @@ pub trait Num:
         let (of, add, low) = (Self::whole(ints), Self::Whole::splat(add), Self::Whole::splat(0xffff << 12));
         [(of.shl::<12>() & low) + add, (of.shr::<4>() & low) + add].map(Self::from_bits)
     }
+
     /// Runs a computation as a function of its own, compiled for these numbers.
-    fn apart<K: Apart<Self>>(computation: K) -> K::Output;
+    #[inline(always)]
+    fn apart<K: Apart<Self>>(computation: K) -> K::Output {
+        apart(computation)
+    }
 
     /// `a` where the mask is set, elsewhere 0.
     #[inline(always)]
@@ -156,7 +200,7 @@ pub trait Num:
     /// A number for each lane, from its place.
     #[inline(always)]
     fn each(mut of: impl FnMut(usize) -> f32) -> Self {
-        let mut lanes = Self::floats();
+        let mut lanes = Self::Floats::default();
         for (lane, out) in lanes.as_mut().iter_mut().enumerate() {
             *out = of(lane);
         }
@@ -166,7 +210,7 @@ pub trait Num:
     /// A whole number for each lane, from its place.
     #[inline(always)]
     fn each_int(mut of: impl FnMut(usize) -> u32) -> Self::Ints {
-        let mut lanes = Self::ints();
+        let mut lanes = Self::Ints::default();
         for (lane, out) in lanes.as_mut().iter_mut().enumerate() {
             *out = of(lane);
         }
@@ -194,26 +238,6 @@ impl Num for f32 {
     #[inline(always)]
     fn store(self) -> [f32; 1] {
         [self]
-    }
-
-    #[inline(always)]
-    fn read(numbers: &[f32]) -> f32 {
-        numbers.first().copied().unwrap_or(0.0)
-    }
-
-    #[inline(always)]
-    fn read_ints(numbers: &[u32]) -> [u32; 1] {
-        [numbers.first().copied().unwrap_or(0)]
-    }
-
-    #[inline(always)]
-    fn floats() -> [f32; 1] {
-        [0.0]
-    }
-
-    #[inline(always)]
-    fn ints() -> [u32; 1] {
-        [0]
     }
 
     #[inline(always)]
@@ -267,23 +291,8 @@ impl Num for f32 {
     }
 
     #[inline(always)]
-    fn apart<K: Apart<f32>>(computation: K) -> K::Output {
-        apart(computation)
-    }
-
-    #[inline(always)]
     fn bits(mask: bool) -> u32 {
         mask.into()
-    }
-
-    #[inline(always)]
-    fn truncate(self) -> [u32; 1] {
-        [self as i32 as u32]
-    }
-
-    #[inline(always)]
-    fn of_ints([i]: [u32; 1]) -> f32 {
-        i as i32 as f32
     }
 
     #[inline(always)]
@@ -330,17 +339,38 @@ impl Num for f32 {
     fn rows(table: &[[f32; 4]], One(i): One) -> [f32; 4] {
         table.get(i as usize).copied().unwrap_or([0.0; 4])
     }
-
-    #[inline(always)]
-    fn pairs(table: &[u16], One(i): One) -> One {
-        let pair = table.get(i as usize..).and_then(|rest| rest.first_chunk::<2>());
-        One(pair.map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16))
-    }
 }
 
 /// One whole number.
 #[derive(Clone, Copy, Debug)]
 pub struct One(u32);
+
+/// The places in a group at which registers begin.
+#[inline(always)]
+pub fn places<F: Num>() -> impl Iterator<Item = usize> {
+    const { assert!(GROUP % F::WIDTH == 0 && GROUP / F::WIDTH <= REGISTERS) };
+    (0..GROUP).step_by(F::WIDTH)
+}
+
+/// The sum of the numbers of a group: so registers of any width have the same bits.
+#[inline(always)]
+pub fn sum<F: Num>(group: [F; REGISTERS]) -> f32 {
+    let mut sum = 0.0;
+    for register in group.iter().take(GROUP / F::WIDTH) {
+        for x in register.store().as_ref() {
+            sum += x;
+        }
+    }
+    sum
+}
+
+/// Whether all whole numbers, of which none is above 2^31, are below a bound.
+#[inline(always)]
+pub(super) fn all_below<F: Num>(index: F::Whole, bound: usize) -> bool {
+    // Below and not negative: the difference is negative, and the number is not.
+    let bound = F::Whole::splat((bound.min(i32::MAX as usize) as u32).wrapping_neg());
+    F::sign_bits(index + bound) == (1 << F::WIDTH) - 1 && F::sign_bits(index) == 0
+}
 
 macro_rules! one {
     ($($operator:ident $method:ident $of:path),*) => {$(
@@ -377,222 +407,6 @@ impl Whole for One {
     #[inline(always)]
     fn reverse_bits(self) -> One {
         One(self.0.reverse_bits())
-    }
-}
-
-impl<F: Lanes> Num for F {
-    const WIDTH: usize = LANES;
-    type Mask = <F as Lanes>::Mask;
-    type Whole = Eight;
-    type Floats = [f32; LANES];
-    type Ints = [u32; LANES];
-
-    #[inline(always)]
-    fn splat(x: f32) -> F {
-        <F as Lanes>::splat(x)
-    }
-
-    #[inline(always)]
-    fn load(lanes: [f32; LANES]) -> F {
-        F::from_array(lanes)
-    }
-
-    #[inline(always)]
-    fn store(self) -> [f32; LANES] {
-        self.to_array()
-    }
-
-    #[inline(always)]
-    fn read(numbers: &[f32]) -> F {
-        F::from_array(numbers.first_chunk().copied().unwrap_or([0.0; LANES]))
-    }
-
-    #[inline(always)]
-    fn read_ints(numbers: &[u32]) -> [u32; LANES] {
-        numbers.first_chunk().copied().unwrap_or([0; LANES])
-    }
-
-    #[inline(always)]
-    fn floats() -> [f32; LANES] {
-        [0.0; LANES]
-    }
-
-    #[inline(always)]
-    fn ints() -> [u32; LANES] {
-        [0; LANES]
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> F {
-        <F as Lanes>::sqrt(self)
-    }
-
-    #[inline(always)]
-    fn abs(self) -> F {
-        <F as Lanes>::abs(self)
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: F) -> F {
-        <F as Lanes>::copysign(self, sign)
-    }
-
-    #[inline(always)]
-    fn min(self, b: F) -> F {
-        <F as Lanes>::min(self, b)
-    }
-
-    #[inline(always)]
-    fn max(self, b: F) -> F {
-        <F as Lanes>::max(self, b)
-    }
-
-    #[inline(always)]
-    fn lt(self, b: F) -> <F as Lanes>::Mask {
-        <F as Lanes>::lt(self, b)
-    }
-
-    #[inline(always)]
-    fn le(self, b: F) -> <F as Lanes>::Mask {
-        <F as Lanes>::le(self, b)
-    }
-
-    #[inline(always)]
-    fn select(mask: <F as Lanes>::Mask, a: F, b: F) -> F {
-        <F as Lanes>::select(mask, a, b)
-    }
-
-    #[inline(always)]
-    fn and(a: <F as Lanes>::Mask, b: <F as Lanes>::Mask) -> <F as Lanes>::Mask {
-        <F as Lanes>::and(a, b)
-    }
-
-    #[inline(always)]
-    fn or(a: <F as Lanes>::Mask, b: <F as Lanes>::Mask) -> <F as Lanes>::Mask {
-        <F as Lanes>::or(a, b)
-    }
-
-    #[inline(always)]
-    fn bits(mask: <F as Lanes>::Mask) -> u32 {
-        <F as Lanes>::bits(mask)
-    }
-
-    #[inline(always)]
-    fn truncate(self) -> [u32; LANES] {
-        F::numbers(<F as Lanes>::truncate(self))
-    }
-
-    #[inline(always)]
-    fn of_ints(ints: [u32; LANES]) -> F {
-        F::from_index(F::index(ints))
-    }
-
-    #[inline(always)]
-    fn apart<K: Apart<F>>(computation: K) -> K::Output {
-        <F as Lanes>::apart(computation)
-    }
-
-    #[inline(always)]
-    fn whole(ints: [u32; LANES]) -> Eight {
-        Eight(ints)
-    }
-
-    #[inline(always)]
-    fn ints_of(Eight(ints): Eight) -> [u32; LANES] {
-        ints
-    }
-
-    #[inline(always)]
-    fn to_bits(self) -> Eight {
-        Eight(self.to_array().map(f32::to_bits))
-    }
-
-    #[inline(always)]
-    fn from_bits(Eight(bits): Eight) -> F {
-        F::from_array(bits.map(f32::from_bits))
-    }
-
-    #[inline(always)]
-    fn to_whole(self) -> Eight {
-        Eight(Num::truncate(self))
-    }
-
-    #[inline(always)]
-    fn of_whole(Eight(ints): Eight) -> F {
-        <F as Num>::of_ints(ints)
-    }
-
-    #[inline(always)]
-    fn sums(self) -> F {
-        let [a, b, c, d, e, f, g, h] = self.to_array();
-        F::from_array([a, b + a, (c + b) + a, (d + c) + (b + a), e, f + e, (g + f) + e, (h + g) + (f + e)])
-    }
-
-    #[inline(always)]
-    fn sign_bits(Eight(ints): Eight) -> u32 {
-        ints.iter().rev().fold(0, |bits, i| bits << 1 | i >> 31)
-    }
-
-    #[inline(always)]
-    fn rows(table: &[[f32; 4]], Eight(index): Eight) -> [F; 4] {
-        F::transpose(index.map(|i| table.get(i as usize).unwrap_or(&[0.0; 4])))
-    }
-
-    #[inline(always)]
-    fn pairs(table: &[u16], Eight(index): Eight) -> Eight {
-        Eight(index.map(|i| {
-            let pair = table.get(i as usize..).and_then(|rest| rest.first_chunk::<2>());
-            pair.map_or(0, |&[a, b]| u32::from(a) | u32::from(b) << 16)
-        }))
-    }
-
-    #[inline(always)]
-    fn halves(ints: [u32; LANES], add: u32) -> [F; 2] {
-        <F as Lanes>::halves(F::index(ints), add)
-    }
-}
-
-/// Eight whole numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Eight([u32; LANES]);
-
-macro_rules! eight {
-    ($($operator:ident $method:ident $of:path),*) => {$(
-        impl $operator for Eight {
-            type Output = Eight;
-
-            #[inline(always)]
-            fn $method(self, b: Eight) -> Eight {
-                let mut lanes = self.0;
-                lanes.iter_mut().zip(b.0).for_each(|(a, b)| *a = $of(*a, b));
-                Eight(lanes)
-            }
-        }
-    )*};
-}
-
-eight!(Add add u32::wrapping_add, Mul mul u32::wrapping_mul);
-eight!(BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor, BitXor bitxor BitXor::bitxor);
-
-impl Whole for Eight {
-    #[inline(always)]
-    fn splat(x: u32) -> Eight {
-        Eight([x; LANES])
-    }
-
-    #[inline(always)]
-    fn shl<const N: i32>(self) -> Eight {
-        Eight(self.0.map(|x| x << (N & 31)))
-    }
-
-    #[inline(always)]
-    fn shr<const N: i32>(self) -> Eight {
-        Eight(self.0.map(|x| x >> (N & 31)))
-    }
-
-    #[inline(always)]
-    fn reverse_bits(self) -> Eight {
-        Eight(self.0.map(u32::reverse_bits))
     }
 }
 

@@ -1,6 +1,7 @@
 //! One register of SSE2 or of AVX2, from one text. What computes with AVX2 must be inlined into a function that is compiled for it.
 
-use super::{Apart, Num, Whole, apart::apart};
+use super::num::all_below;
+use super::{Apart, Num, Whole};
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Sub};
 
 /// What SSE2 has, and what it is made of where it has nothing.
@@ -18,6 +19,11 @@ mod sse2 {
         _mm_movehl_ps, _mm_movelh_ps, _mm_mul_epu32, _mm_shuffle_epi32, _mm_slli_si128, _mm_unpackhi_ps,
         _mm_unpacklo_epi32, _mm_unpacklo_ps,
     };
+
+    #[inline(always)]
+    pub unsafe fn apart<K: super::Apart<super::X4>>(computation: K) -> K::Output {
+        crate::simd::apart::apart(computation)
+    }
 
     /// `a` where the mask is set, elsewhere `b`.
     #[inline(always)]
@@ -116,6 +122,13 @@ mod avx2 {
         _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_set1_epi8, _mm256_setr_epi8, _mm256_shuffle_epi8,
         _mm256_shuffle_ps, _mm256_slli_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
     };
+
+    /// A function that is compiled for AVX2, too.
+    #[target_feature(enable = "avx2")]
+    #[inline(never)]
+    pub unsafe fn apart<K: super::Apart<super::X8>>(computation: K) -> K::Output {
+        computation.run()
+    }
 
     #[inline(always)]
     pub unsafe fn lt(a: Floats, b: Floats) -> Floats {
@@ -260,26 +273,6 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
-            fn read(numbers: &[f32]) -> Self {
-                Self::load(numbers.first_chunk().copied().unwrap_or([0.0; $width]))
-            }
-
-            #[inline(always)]
-            fn read_ints(numbers: &[u32]) -> [u32; $width] {
-                numbers.first_chunk().copied().unwrap_or([0; $width])
-            }
-
-            #[inline(always)]
-            fn floats() -> [f32; $width] {
-                [0.0; $width]
-            }
-
-            #[inline(always)]
-            fn ints() -> [u32; $width] {
-                [0; $width]
-            }
-
-            #[inline(always)]
             fn whole(ints: [u32; $width]) -> $whole {
                 Self::load(bytemuck::cast(ints)).to_bits()
             }
@@ -399,16 +392,6 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
-            fn truncate(self) -> [u32; $width] {
-                Self::ints_of(self.to_whole())
-            }
-
-            #[inline(always)]
-            fn of_ints(ints: [u32; $width]) -> Self {
-                Self::of_whole(Self::whole(ints))
-            }
-
-            #[inline(always)]
             fn rows(table: &[[f32; 4]], index: $whole) -> [Self; 4] {
                 let (none, start) = ([0.0; 4], table.as_ptr());
                 let inside = all_below::<Self>(index, table.len());
@@ -447,7 +430,8 @@ macro_rules! lanes {
 
             #[inline(always)]
             fn apart<K: Apart<Self>>(computation: K) -> K::Output {
-                apart(computation)
+                // SAFETY: as in `splat`.
+                unsafe { $isa::apart(computation) }
             }
         }
     };
@@ -472,16 +456,6 @@ macro_rules! lanes {
             }
         }
     )*};
-}
-
-/// Whether all whole numbers, of which none is above 2^31, are below a bound.
-#[inline(always)]
-fn all_below<F: Num>(index: F::Whole, bound: usize) -> bool {
-    // Below and not negative: the difference is negative, and the number is not.
-    let bound = F::Whole::splat((bound.min(i32::MAX as usize) as u32).wrapping_neg());
-    let (below, negative) = (index + bound, index);
-    let all = (1u32 << F::WIDTH) - 1;
-    F::sign_bits(below) == all && F::sign_bits(negative) == 0
 }
 
 lanes!(X4, W4, sse2, 4, "Four numbers in a register of SSE2, which every x86-64 processor has.");

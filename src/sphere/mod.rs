@@ -5,9 +5,6 @@
 //! edges' midpoints. Axis 1 of the square runs along x, axis 2 along y.
 //! The radius comes from `sqrt((x^2 + y^2) / (1 + |z|))`, which does not cancel at the poles.
 
-pub mod vector;
-pub mod wide;
-
 use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, inverse_power, max, min, select, sin_cos_turns, sqrt};
 use core::f64::consts::PI;
 use glam::{Mat3, Vec3};

@@ -1,10 +1,10 @@
 //! What products are prepared for: lobes, or a BRDF that the client evaluates.
 
 use crate::brdf::point::Target;
-use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
-use crate::sphere::vector::{V3, dot, splat, to_arrays};
 use crate::status::{Fault, Result, Status};
+use crate::wavelets::lanes::vector::{V3, dot, splat, to_arrays};
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak, share_of_lobe};
 use crate::wavelets::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
 use glam::Vec3;

@@ -1,10 +1,10 @@
 //! Materials: sums of Lambert, GGX, Phong and tabulated lobes as a plain copyable query, and what a product asks of any BRDF.
 
 use crate::numeric::{LUMINANCE, max, min, sqrt};
-use crate::simd::{LANES, Lanes};
 use crate::sphere::unit;
-use crate::sphere::vector::{V3, add, dot, splat, to_arrays};
 use crate::status::{Fault, Result};
+use crate::wavelets::lanes::vector::{V3, add, dot, splat, to_arrays};
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::query::{
     Lobe, Query, WIS_WAVELET_LOBE_GGX, WIS_WAVELET_LOBE_LAMBERT, WIS_WAVELET_LOBE_PHONG, WIS_WAVELET_LOBE_TABLE,
     WIS_WAVELET_MAX_LOBES, WIS_WAVELET_QUERY_COSINE_INCLUDED, WIS_WAVELET_QUERY_WHOLE_SPHERE,

@@ -2,7 +2,7 @@
 //!
 //! The environment as a fixed-depth sparse tree over the octahedral square, BRDFs as lobes or sparse tables, their product at a
 //! shading point, the in-place kD warp, and products and integrals of any sets of wavelets. A file imports only what stands
-//! before it in this list: `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`,
+//! before it in this list: `lanes`, `morton`, `haar`, `tree`, `image`, `prune`, `split`, `warp`, `inner`, `stored`, `pruned`, `combine`,
 //! `descent`, `wide`, `environment`, `query`, `table`, `lobe`, `callback`, `product`, `sampler`, `tripling`, `triple`, `sparse`,
 //! `approximate`, `visibility`, `grid`, `rotated`.
 
@@ -15,6 +15,7 @@ pub mod grid;
 pub mod haar;
 pub mod image;
 pub mod inner;
+pub mod lanes;
 pub mod lobe;
 pub mod morton;
 pub mod product;

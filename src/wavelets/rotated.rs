@@ -6,11 +6,11 @@
 
 use crate::numeric::min;
 use crate::object::Size;
-use crate::simd::{LANES, Lanes, Native};
-use crate::sphere;
 use crate::sphere::Frame;
 use crate::status::{Fault, Status};
 use crate::wavelets::environment::Environment;
+use crate::wavelets::lanes::sphere as wide;
+use crate::wavelets::lanes::{LANES, Lanes, Native};
 use crate::wavelets::pruned::Config;
 use crate::wavelets::stored::{Header, Refused};
 use crate::wavelets::tree::{MAX_AVERAGE, Tree, complete_len};
@@ -150,8 +150,8 @@ impl<'a> Rotated<'a> {
     /// The averages of the map's cells in which eight places of the square lie.
     fn averages(&self, x: f32, y: [f32; LANES]) -> [f32; LANES] {
         let s = [Native::splat(x), Native::from_array(y)];
-        let world = sphere::wide::to_world(&self.world_from_tree, sphere::wide::direction(s));
-        let ([x, y], _) = sphere::wide::to_square(&self.world_from_map, world);
+        let world = wide::to_world(&self.world_from_tree, wide::direction(s));
+        let ([x, y], _) = wide::to_square(&self.world_from_map, world);
         let cells = (1u32 << (self.level & 31)) as f32;
         let (x, y) = ((x * Native::splat(cells)).to_array(), (y * Native::splat(cells)).to_array());
         let mut averages = [0.0; LANES];

@@ -2,10 +2,10 @@
 
 use crate::numeric::{exp2i, luminance};
 use crate::object::{Layout, Part, header, take, taken, write_header};
-use crate::simd::Native;
 use crate::sphere::{Frame, direction};
 use crate::status::{Result, Status};
 use crate::wavelets::environment::Environment;
+use crate::wavelets::lanes::Native;
 use crate::wavelets::lobe::{Brdf, Lobes};
 use crate::wavelets::product::{Budget, Built, Cell, Node, Product, Room, Scratch, build};
 use crate::wavelets::query::Query;

@@ -9,9 +9,10 @@
 //! lies in the plane of incidence.
 
 use crate::numeric::{inverse_power, max, min, select, sqrt};
-use crate::simd::{LANES, Lanes};
-use crate::sphere::vector::{V3, dot, splat};
 use crate::sphere::{self, cell_chord};
+use crate::wavelets::lanes::sphere as wide;
+use crate::wavelets::lanes::vector::{V3, dot, splat};
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::tree::{Link, MAX_DEPTH, Tree};
 use core::f32::consts::FRAC_PI_2;
 use glam::Vec3;
@@ -228,7 +229,7 @@ impl<'a> Table<'a> {
         let [along, across, mirror] = self.axes;
         let v =
             [dot(wi, splat(along.to_array())), dot(wi, splat(across.to_array())), dot(wi, splat(mirror.to_array()))];
-        let [x, y] = sphere::wide::square(v);
+        let [x, y] = wide::square(v);
         let [low, high] = self.look_up([x.to_array(), y.to_array()]).map(F::from_array);
         let blended = F::splat(1.0 - self.share) * low + F::splat(self.share) * high;
         blended.min(F::splat(f32::MAX))

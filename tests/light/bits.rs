@@ -5,7 +5,7 @@ use super::lookup::Map;
 use super::maps::{descriptions, layouts, rough, suns};
 use wis::light::batch::{Drawn, pdfs, samples};
 use wis::light::plan::{Description, Filter};
-use wis::simd::{LANES, Level};
+use wis::simd::{GROUP, Level};
 use wis::sphere::Frame;
 
 /// The lights of all layouts and flags, an unclipped sun, and one with an error budget.
@@ -54,7 +54,7 @@ fn lanes_have_the_bits_of_single_numbers() {
     for built in lights() {
         for _ in 0..20 {
             let frame = random.frame();
-            let u: [[f32; 2]; LANES] = std::array::from_fn(|_| [random.f32(), random.f32()]);
+            let u: [[f32; 2]; GROUP] = std::array::from_fn(|_| [random.f32(), random.f32()]);
             for level in [Level::BASELINE, Level::detect()] {
                 for ((wi, pdf, again), u) in in_lanes(level, &built, &frame, &u).into_iter().zip(u) {
                     assert_eq!(bits((wi, pdf)), bits(built.sample(&frame, u)));

@@ -4,7 +4,7 @@ use super::lookup::Map;
 use wis::light::decode::Pixels;
 use wis::light::environment::{BuildError, Environment, turn};
 use wis::light::plan::{Description, Plan};
-use wis::simd::{Kernel, LANES, Lanes, Level, Num, run};
+use wis::simd::{Compute, GROUP, Level, Num, compute, places};
 use wis::sphere::Frame;
 use wis::wavelets::environment::Format;
 
@@ -76,23 +76,28 @@ impl Built {
 }
 
 /// Samples and their pdfs in lanes, and what pdf answers for the directions.
-pub fn in_lanes(level: Level, built: &Built, frame: &Frame, u: &[[f32; 2]; LANES]) -> [([f32; 3], f32, f32); LANES] {
-    struct Both<'a>(&'a Built, &'a Frame, &'a [[f32; 2]; LANES]);
-    impl Kernel for Both<'_> {
-        type Output = [([f32; 3], f32, f32); LANES];
+pub fn in_lanes(level: Level, built: &Built, frame: &Frame, u: &[[f32; 2]; GROUP]) -> [([f32; 3], f32, f32); GROUP] {
+    struct Both<'a>(&'a Built, &'a Frame, &'a [[f32; 2]; GROUP]);
+    impl Compute for Both<'_> {
+        type Output = [([f32; 3], f32, f32); GROUP];
 
-        fn run<F: Lanes>(self) -> Self::Output {
+        fn run<F: Num>(self) -> Self::Output {
             let Both(built, frame, u) = self;
             let environment = built.environment();
             let light = environment.light();
-            let numbers = [0, 1].map(|k: usize| <F as Num>::load(u.map(|u| u[k])));
-            let (wi, pdf) = light.sample::<F>(frame, numbers);
-            let (again, pdf) = (Num::store(light.pdf::<F>(frame, wi)), Num::store(pdf));
-            let wi = wi.map(|axis| Num::store(axis));
-            std::array::from_fn(|i| (wi.map(|axis| axis[i]), pdf[i], again[i]))
+            let mut all = [([0.0; 3], 0.0, 0.0); GROUP];
+            for first in places::<F>() {
+                let (wi, pdf) = light.sample::<F>(frame, [0, 1].map(|k: usize| F::each(|lane| u[first + lane][k])));
+                let (again, pdf, wi) = (light.pdf::<F>(frame, wi).store(), pdf.store(), wi.map(F::store));
+                for lane in 0..F::WIDTH {
+                    let of = |lanes: &F::Floats| lanes.as_ref()[lane];
+                    all[first + lane] = (wi.each_ref().map(of), of(&pdf), of(&again));
+                }
+            }
+            all
         }
     }
-    run(level, Both(built, frame, u))
+    compute(level, Both(built, frame, u))
 }
 
 /// A fast generator of uniform numbers (splitmix64).

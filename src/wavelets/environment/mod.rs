@@ -22,8 +22,8 @@ pub use spread::{Refined, Spread};
 
 use crate::numeric::ContentHash;
 use crate::object::Magic;
-use crate::simd::{LANES, Lanes};
 use crate::wavelets::descent::Density;
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::tree::{Link, Mark, Tree};
 use crate::wavelets::wide::{ALL, GROUPS, Walker, WideDensity};
 use bytemuck::{Pod, Zeroable};

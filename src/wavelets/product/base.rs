@@ -1,11 +1,11 @@
 //! The first values of the BRDF at a shading point: on a grid of 8 x 8 cells of the square, and at its peaks.
 
 use crate::numeric::{exp2i, exponent, max};
-use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
-use crate::sphere::vector::{V3, dot, splat, to_arrays};
-use crate::sphere::wide::to_world;
 use crate::status::Result;
+use crate::wavelets::lanes::sphere::to_world;
+use crate::wavelets::lanes::vector::{V3, dot, splat, to_arrays};
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::lobe::{Asked, Brdf, MAX_PEAKS, Peak};
 use crate::wavelets::wide::ALL;
 

@@ -7,7 +7,7 @@
 
 use super::Node;
 use super::base::LEAST_SQUARES;
-use crate::simd::{LANES, Lanes};
+use crate::wavelets::lanes::{LANES, Lanes};
 use bytemuck::{Pod, Zeroable};
 
 /// A cell that lies near a narrow lobe's peak.

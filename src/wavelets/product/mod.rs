@@ -16,9 +16,9 @@ pub use build::{Budget, Built, build};
 pub use cells::{Cell, Room, Scratch};
 
 use crate::numeric::{inverse_power, max, select};
-use crate::simd::{LANES, Lanes};
 use crate::wavelets::descent::{Density, lerp};
 use crate::wavelets::environment::Descent;
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::tree::{MAX_DEPTH, NO_SQUARE, Tree};
 use crate::wavelets::wide::{self, ALL, GROUPS, Walker, WideDensity};
 use bytemuck::{Pod, Zeroable};

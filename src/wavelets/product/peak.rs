@@ -1,8 +1,8 @@
 //! Cells against the peaks of narrow lobes: which cells a lobe asks to refine, and which may hold its peak.
 
-use crate::simd::Lanes;
 use crate::sphere::cell_chord;
-use crate::sphere::vector::{V3, dot, splat, subtract};
+use crate::wavelets::lanes::Lanes;
+use crate::wavelets::lanes::vector::{V3, dot, splat, subtract};
 use crate::wavelets::lobe::Peak;
 
 /// Cells are refined where they overlap the ellipse about a peak of so many half-widths ...

@@ -2,11 +2,11 @@
 
 use super::peak::{Axes, Family, Narrow, Shape, Verdict};
 use super::{LEAF_FLOOR, Parts};
-use crate::simd::{LANES, Lanes};
 use crate::sphere::Frame;
-use crate::sphere::vector::{V3, dot, splat};
-use crate::sphere::wide::direction_in;
-use crate::sphere::wide::to_world;
+use crate::wavelets::lanes::sphere::direction_in;
+use crate::wavelets::lanes::sphere::to_world;
+use crate::wavelets::lanes::vector::{V3, dot, splat};
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::lobe::{MAX_PEAKS, Peak};
 use glam::Vec3;
 

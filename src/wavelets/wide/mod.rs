@@ -6,9 +6,10 @@
 
 mod split;
 
-use crate::simd::{LANES, Lanes, Native};
-use crate::sphere::{Frame, SPHERE, wide};
+use crate::sphere::{Frame, SPHERE};
 use crate::wavelets::descent::{self, Density, Sample};
+use crate::wavelets::lanes::sphere as wide;
+use crate::wavelets::lanes::{LANES, Lanes, Native};
 pub use split::ALL;
 use split::{quad_density, take_quad};
 

@@ -1,7 +1,7 @@
 //! The split rule of [`crate::wavelets::split`] in eight lanes, bit for bit.
 
 use crate::numeric::ONE_MINUS_EPSILON;
-use crate::simd::{LANES, Lanes};
+use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::split::SMALLEST_SPLIT;
 
 /// Every lane.

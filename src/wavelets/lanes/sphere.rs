@@ -1,8 +1,8 @@
 //! Directions and points of the square of [`crate::sphere`] in eight lanes, bit for bit.
 
+use super::Lanes;
 use super::vector::{V3, dot, splat};
 use crate::numeric::{ATAN_TURNS, COS_TURNS, ONE_MINUS_EPSILON, SIN_TURNS};
-use crate::simd::Lanes;
 use crate::sphere::{Frame, UNIT};
 
 /// The points of [0, 1)^2 for directions of unit length.

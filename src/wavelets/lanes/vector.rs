@@ -1,7 +1,7 @@
 //! Eight vectors of three components. Components are written out one by one, here and wherever lanes are computed:
 //! closures are not always inlined, and lanes must be.
 
-use crate::simd::{LANES, Lanes};
+use super::{LANES, Lanes};
 use glam::Vec3;
 
 /// Eight vectors.

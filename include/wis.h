@@ -14,7 +14,7 @@
  * wis_sampler_init. Once for a material: wis_material_init. At a hit: wis_direct. Renderers that combine samples with their own
  * BRDF samples (multiple importance sampling) call wis_product_prepare at a hit, and wis_sample and wis_pdf. Renderers that work
  * in passes tell what their rays saw by wis_visibility_cache_record. While you integrate: wis_check compares your radiance with
- * the light that was built. Structured importance sampling stands in wis_lights.h;
+ * the light that was built, wis_check_point your BSDF with the lobes. Structured importance sampling stands in wis_lights.h;
  * wavelet trees, their products and integrals in wis_wavelets.h.
  *
  * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold
@@ -953,13 +953,13 @@ typedef struct wis_point_verdict {
 /// many and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate
 /// the library, or in a test.
 ///
-/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 48 world
+/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 40 world
 /// directions each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that
 /// resemble a BSDF have none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and
 /// give each lobe a weight. One call cannot see `turn`, `seed` and `stream`: a `turn` that is always 0 stays unseen.
 /// WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the
 /// fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM:
-/// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 1 ms besides `target`. Work: constant.
+/// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work: constant.
 enum wis_status wis_check_point(struct wis_sampler *sampler,
                                 const struct wis_environment *environment,
                                 const struct wis_point *point,

@@ -185,8 +185,8 @@ impl Sampler<'_> {
     }
 
     /// Compares the renderer's BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a
-    /// cosine too many and the like. `f_cos` gives the luminance of BSDF x |cosine| for a world direction; it is called 240 times, also
-    /// below the surface. Costs 0.1 to 1 ms besides. `target` of the point is not read.
+    /// cosine too many and the like. `f_cos` gives the luminance of BSDF x |cosine| for a world direction; it is called 200 times, also
+    /// below the surface. Costs 0.1 to 2 ms besides. `target` of the point is not read.
     ///
     /// # Errors
     /// What is wrong with the point; [`Fault::Target`] for a value that is NaN, infinite or negative.

@@ -9,16 +9,18 @@ use super::point::{Fault, Point};
 use super::surface::Surface;
 use crate::numeric::{luminance, max, sqrt};
 use crate::points::hammersley;
-use crate::simd::{LANES, Lanes, Native, Num};
+use crate::simd::{Four, Num};
 use crate::sphere::{Frame, SPHERE, direction};
 use bytemuck::{Pod, Zeroable};
 use core::ffi::CStr;
 use glam::Vec3;
 
+/// Directions that are computed together.
+const WIDTH: usize = Four::WIDTH;
 /// Directions at which the client is called: a fifth spread over the sphere, the others drawn from lobes that may be the client's.
 pub const DIRECTIONS: usize = 5 * TOGETHER;
 /// Directions of one call of the client, and of one way to draw them.
-pub const TOGETHER: usize = 48;
+pub const TOGETHER: usize = 40;
 
 /// Nothing explains a difference below this, which rounding leaves.
 const LEAST_DIFFERENCE: f64 = 0.002;
@@ -26,8 +28,8 @@ const LEAST_DIFFERENCE: f64 = 0.002;
 const AGREES: f64 = 0.01;
 /// Lobes that differ by less resemble a BRDF.
 const RESEMBLES: f64 = 0.5;
-/// A mistake is named if it leaves at most so much, and at most such a share of the difference. Lobes of 20000 BRDFs with random errors
-/// of 40 % meet that 6 times: their alpha is the root or the square of the BRDF's by chance.
+/// A mistake is named if it leaves at most so much, and at most such a share of the difference. Of 4000 lobes with random errors of 40 %
+/// one meets that: its alpha is the root of the BRDF's by chance.
 const EXPLAINS: [f64; 2] = [0.03, 0.05];
 /// The same for a cosine, which no alpha or weight makes good by chance: the best of those BRDFs leaves 0.1, and 0.4.
 const EXPLAINS_COSINE: [f64; 2] = [0.1, 0.25];
@@ -203,9 +205,6 @@ struct Compared<'a> {
 pub fn compare(point: &Point<'_>, frame: &Frame, f_cos: &mut FCos<'_>) -> Result<Match, (Fault, usize)> {
     let given = Surface::new(point, frame).map_err(|fault| (fault, 0))?;
     let mut seen = [Seen::zeroed(); DIRECTIONS];
-    for seen in &mut seen {
-        seen.wi = given.normal();
-    }
     let fit = Fit { error: 1.0, scale: 1.0 };
     let best =
         Match { mistake: Mistake::None, error: 0.0, explained: 0.0, scale: 1.0, lobe: 0, value: 0.0, angle: 0.0 };
@@ -225,54 +224,102 @@ pub fn compare(point: &Point<'_>, frame: &Frame, f_cos: &mut FCos<'_>) -> Result
     Ok(compared.verdict(as_given, below))
 }
 
-/// Directions of map space side by side.
-#[inline(always)]
-fn columns(seen: &[Seen]) -> [Native; 3] {
-    [0, 1, 2].map(|axis| Native::each(|lane| seen.get(lane).map_or(0.0, |seen| seen.wi[axis])))
+/// Value, density and cosine at some directions. Not inlined, as other steps: this is cold code, of which there should be little.
+#[inline(never)]
+fn lobes_at(surface: &Surface, seen: &[Seen]) -> [[f32; WIDTH]; 3] {
+    let mut columns = [[0.0; WIDTH]; 3];
+    for (lane, seen) in seen.iter().take(WIDTH).enumerate() {
+        for (column, x) in columns.iter_mut().zip(seen.wi) {
+            column[lane] = x;
+        }
+    }
+    let local = surface.to_local(columns.map(Four::load));
+    let (value, pdf) = surface.eval(local);
+    [value, pdf, local[2]].map(Num::store)
+}
+
+/// Two numbers of the points of one way to draw directions.
+#[inline(never)]
+fn number(i: usize) -> [f32; 2] {
+    hammersley(i as u32, TOGETHER as u32)
 }
 
 impl Compared<'_> {
     /// Chooses directions: over the sphere, from the lobes, from lobes that are narrower, and from lobes on other sides.
     #[inline(never)]
     fn choose(&mut self) {
-        let number = |i: usize| hammersley(i as u32, TOGETHER as u32);
         for (i, seen) in self.seen.iter_mut().enumerate().take(TOGETHER) {
-            *seen = Seen { wi: direction(number(i)).to_array(), value: 0.0, weight: 1.0 };
+            (seen.wi, seen.weight) = (direction(number(i)).to_array(), 1.0);
         }
-        let even = Point { weight: [[1.0; 3]; MAX_LOBES], f0: [[0.5; 3]; MAX_LOBES], ..*self.point };
         let narrow = self.material(squared);
-        let points = [
-            even,
-            Point { material: &narrow, ..even },
-            Point { wo: negated(even.wo), ..even },
-            Point { normal: negated(even.normal), ..even },
-        ];
-        for (point, part) in points.iter().zip(self.seen.chunks_mut(TOGETHER).skip(1)) {
-            let Ok(surface) = Surface::new(point, self.frame) else { continue };
-            for (first, eight) in (0..).step_by(LANES).zip(part.chunks_mut(LANES)) {
-                let u = [0, 1].map(|axis| Native::each(|lane| number(first + lane)[axis]));
-                let drawn = surface.to_map(surface.sample(u)).map(Lanes::to_array);
-                for (lane, seen) in eight.iter_mut().enumerate() {
-                    let wi = drawn.map(|axis| axis.get(lane).copied().unwrap_or(0.0));
-                    // Where a lobe draws none, the normal stays, and does not count.
-                    if wi != [0.0; 3] {
-                        *seen = Seen { wi, value: 0.0, weight: 1.0 };
-                    }
-                }
+        for part in 1..DIRECTIONS / TOGETHER {
+            if let Some(surface) = self.drawn_from(part, &narrow) {
+                self.draw(part, &surface);
             }
         }
         // The sum of all densities, which `value` holds before the client is called.
-        for point in &points {
-            let Ok(surface) = Surface::new(point, self.frame) else { continue };
-            for eight in self.seen.chunks_mut(LANES) {
-                let (_, pdf) = surface.eval(surface.to_local(columns(eight)));
-                for (seen, pdf) in eight.iter_mut().zip(Lanes::to_array(pdf)) {
-                    seen.value += pdf;
-                }
+        for part in 1..DIRECTIONS / TOGETHER {
+            if let Some(surface) = self.drawn_from(part, &narrow) {
+                self.add_densities(&surface);
             }
         }
         for seen in self.seen.iter_mut() {
             seen.weight /= seen.value + 1.0 / SPHERE;
+        }
+    }
+
+    /// The lobes of which a part of the directions is drawn, all of which count: those of the point, reversed, mirrored and narrower.
+    #[inline(never)]
+    fn drawn_from(&self, part: usize, narrow: &Material) -> Option<Surface> {
+        let mut point = Point { weight: [[1.0; 3]; MAX_LOBES], f0: [[0.5; 3]; MAX_LOBES], ..*self.point };
+        let (wo, normal) = (Vec3::from_array(point.wo), Vec3::from_array(point.normal));
+        let cosine = wo.dot(normal);
+        // On the side of wo, which is another than that of the point where wo lies below.
+        match part {
+            1 => {}
+            2 => {
+                point.wo = negated(point.wo);
+                if cosine > 0.0 {
+                    point.normal = negated(point.normal);
+                }
+            }
+            3 => {
+                point.normal = negated(point.normal);
+                if cosine > 0.0 {
+                    point.wo = (wo - normal * (2.0 * cosine)).to_array();
+                }
+            }
+            _ => return Surface::new(&Point { material: narrow, ..point }, self.frame).ok(),
+        }
+        Surface::new(&point, self.frame).ok()
+    }
+
+    /// Draws a part of the directions.
+    #[inline(never)]
+    fn draw(&mut self, part: usize, surface: &Surface) {
+        let seen = self.seen.chunks_mut(TOGETHER).nth(part).unwrap_or_default();
+        for (first, eight) in (0..).step_by(WIDTH).zip(seen.chunks_mut(WIDTH)) {
+            let mut u = [[0.0; WIDTH]; 2];
+            let [across, down] = &mut u;
+            for (lane, (across, down)) in across.iter_mut().zip(down).enumerate() {
+                [*across, *down] = number(first + lane);
+            }
+            let [x, y, z] = surface.to_map(surface.sample(u.map(Four::load))).map(Num::store);
+            for (seen, ((x, y), z)) in eight.iter_mut().zip(x.into_iter().zip(y).zip(z)) {
+                // Where a lobe draws none, the normal stands for it, and does not count.
+                let none = [x, y, z] == [0.0; 3];
+                (seen.wi, seen.weight) = if none { (surface.normal(), 0.0) } else { ([x, y, z], 1.0) };
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn add_densities(&mut self, surface: &Surface) {
+        for eight in self.seen.chunks_mut(WIDTH) {
+            let [_, pdf, _] = lobes_at(surface, eight);
+            for (seen, pdf) in eight.iter_mut().zip(pdf) {
+                seen.value += pdf;
+            }
         }
     }
 
@@ -325,10 +372,10 @@ impl Compared<'_> {
         // First where on the line the integrals agree, then how much differs there.
         for differs in [false, true] {
             let (mut above, mut under) = (0.0, 0.0);
-            for eight in self.seen.chunks(LANES) {
-                let local = to.to_local(columns(eight));
-                let begin = from.as_ref().map_or([0.0; LANES], |from| Lanes::to_array(from.value(local)));
-                let lanes = begin.into_iter().zip(Lanes::to_array(to.value(local))).zip(Lanes::to_array(local[2]));
+            for eight in self.seen.chunks(WIDTH) {
+                let begin = from.as_ref().map_or([0.0; WIDTH], |from| lobes_at(from, eight)[0]);
+                let [end, _, cosine] = lobes_at(&to, eight);
+                let lanes = begin.into_iter().zip(end).zip(cosine);
                 for (seen, ((begin, end), cosine)) in eight.iter().zip(lanes) {
                     let (begin, end) = change.applied(begin, end, cosine, seen.value);
                     let (begin, end) = (f64::from(begin), f64::from(end));
@@ -368,11 +415,13 @@ impl Compared<'_> {
     /// Directions that point the other way.
     #[inline(never)]
     fn directions(&mut self) {
-        let point = *self.point;
-        let (wo, normal) = (negated(point.wo), negated(point.normal));
-        self.hypothesis(Mistake::Wo, &Point { wo, ..point }, Change::None);
-        self.hypothesis(Mistake::Normal, &Point { normal, ..point }, Change::None);
-        self.hypothesis(Mistake::Wi, &Point { wo, normal, ..point }, Change::None);
+        let mut point = *self.point;
+        point.wo = negated(self.point.wo);
+        self.hypothesis(Mistake::Wo, &point, Change::None);
+        point.normal = negated(self.point.normal);
+        self.hypothesis(Mistake::Wi, &point, Change::None);
+        point.wo = self.point.wo;
+        self.hypothesis(Mistake::Normal, &point, Change::None);
     }
 
     /// Another power of the cosine, and another side.
@@ -400,7 +449,7 @@ impl Compared<'_> {
         }
     }
 
-    /// The point's material, each lobe changed; as it is if a lobe would be none.
+    /// The point's material, each lobe changed.
     #[inline(never)]
     fn material(&self, change: fn(&mut Shape)) -> Material {
         let mut shapes = [Shape::LAMBERT; MAX_LOBES];
@@ -409,7 +458,8 @@ impl Compared<'_> {
             *shape = *lobe;
             change(shape);
         }
-        Material::new(shapes.get(..lobes.len()).unwrap_or(&[])).unwrap_or(*self.point.material)
+        // Nothing here asks for a hash.
+        Material::checked(shapes.get(..lobes.len()).unwrap_or(&[]), 0)
     }
 
     /// The angle of the tangent: the best of some, and then by halves of the step.
@@ -420,14 +470,15 @@ impl Compared<'_> {
         }
         let mut best = (0.0, Fit { error: 1.0, scale: 1.0 });
         let mut step = 1.0 / ANGLES as f32;
-        for angle in 1..ANGLES {
-            self.rotate(step * angle as f32, &mut best);
-        }
-        for _ in 0..HALVINGS {
-            step *= 0.5;
-            let middle = best.0;
-            self.rotate(middle - step, &mut best);
-            self.rotate(middle + step, &mut best);
+        for trial in 1..ANGLES + HALVINGS {
+            if trial < ANGLES {
+                self.rotate(step * trial as f32, &mut best);
+            } else {
+                step *= 0.5;
+                let middle = best.0;
+                self.rotate(middle - step, &mut best);
+                self.rotate(middle + step, &mut best);
+            }
         }
         let (angle, fit) = best;
         if (TANGENT_IS_RIGHT..=1.0 - TANGENT_IS_RIGHT).contains(&angle) {
@@ -453,37 +504,49 @@ impl Compared<'_> {
     fn lobes(&mut self) {
         let point = self.point;
         let lobes = point.material.lobes();
-        let black = |weight: &[f32; 3]| luminance(*weight) == 0.0;
-        if !lobes.is_empty() && point.weight.iter().take(lobes.len()).all(black) {
+        let mut weights = point.weight.iter().take(lobes.len());
+        if !lobes.is_empty() && weights.all(|weight| luminance(*weight) == 0.0) {
             self.fit = self.tried(&Point { weight: [[1.0; 3]; MAX_LOBES], ..*point }, Change::None);
             self.best = Match { mistake: Mistake::NoWeight, ..self.best };
             return;
         }
-        for lobe in 0..MAX_LOBES {
-            let Some(shape) = lobes.get(lobe) else { return };
-            let (weight, f0) = (point.weight[lobe], point.f0[lobe]);
-            let [mut from, mut to] = [*point; 2];
-            from.weight[lobe] = [0.0; 3];
-            to.weight[lobe] = if black(&weight) { [1.0; 3] } else { weight };
-            let fit = self.fit(Some(&from), &to, Change::None, MOST);
-            let right = 1.0 / WEIGHT_IS_RIGHT..=WEIGHT_IS_RIGHT;
-            if lobes.len() > 1 && (black(&weight) || !right.contains(&fit.scale)) {
-                self.keep_number(Mistake::Weight, fit, lobe);
+        for (lobe, shape) in lobes.iter().enumerate() {
+            if lobes.len() > 1 {
+                self.weight_of(lobe);
             }
-            if !shape.kind.is_ggx() {
-                continue;
+            if shape.kind.is_ggx() {
+                self.f0_of(lobe);
             }
-            // Lobes of one interface have one f0.
-            let [mut from, mut to] = [*point; 2];
-            for (own, (from, to)) in point.f0.iter().zip(from.f0.iter_mut().zip(&mut to.f0)) {
-                if *own == f0 {
-                    (*from, *to) = ([0.0; 3], [1.0; 3]);
-                }
-            }
-            let fit = self.fit(Some(&from), &to, Change::None, 1.0);
-            if (fit.scale - f64::from(luminance(f0))).abs() > F0_IS_RIGHT {
-                self.keep_number(Mistake::F0, fit, lobe);
-            }
+        }
+    }
+
+    /// Another weight of a lobe.
+    #[inline(never)]
+    fn weight_of(&mut self, lobe: usize) {
+        let [mut from, mut to] = [*self.point; 2];
+        let (Some(none), Some(one)) = (from.weight.get_mut(lobe), to.weight.get_mut(lobe)) else { return };
+        let black = luminance(*one) == 0.0;
+        *none = [0.0; 3];
+        if black {
+            *one = [1.0; 3];
+        }
+        let fit = self.fit(Some(&from), &to, Change::None, MOST);
+        if black || !(1.0 / WEIGHT_IS_RIGHT..=WEIGHT_IS_RIGHT).contains(&fit.scale) {
+            self.keep_number(Mistake::Weight, fit, lobe);
+        }
+    }
+
+    /// Another f0 of a lobe, and of those that have the same: lobes of one interface have one f0.
+    #[inline(never)]
+    fn f0_of(&mut self, lobe: usize) {
+        let [mut from, mut to] = [*self.point; 2];
+        let Some(&f0) = self.point.f0.get(lobe) else { return };
+        for (from, to) in from.f0.iter_mut().zip(&mut to.f0).filter(|(own, _)| **own == f0) {
+            (*from, *to) = ([0.0; 3], [1.0; 3]);
+        }
+        let fit = self.fit(Some(&from), &to, Change::None, 1.0);
+        if (fit.scale - f64::from(luminance(f0))).abs() > F0_IS_RIGHT {
+            self.keep_number(Mistake::F0, fit, lobe);
         }
     }
 

@@ -92,7 +92,7 @@ fn points() {
 #[test]
 fn compared_points() {
     extern "C" fn negative(_: *mut c_void, _: usize, _: *const f32, f_cos: *mut f32) -> c_int {
-        // SAFETY: the library gives room for 48 values.
+        // SAFETY: the library gives room for 40 values.
         unsafe { f_cos.add(4).write(-1.0) };
         0
     }

@@ -129,7 +129,7 @@ impl Client {
         let found = given.compared(f_cos);
         let seen = self.hit.local(self.hit.wo)[2];
         assert_eq!(found.mistake, mistake, "{} at {seen:.2}, {what}: {found:?}", self.name);
-        assert!(found.explained < 0.001, "{} at {seen:.2}, {what}: {found:?}", self.name);
+        assert!(found.explained < 0.002, "{} at {seen:.2}, {what}: {found:?}", self.name);
         found
     }
 }
@@ -388,6 +388,7 @@ fn careless_lobes_are_no_mistake() {
             named.push(format!("{alpha:.3} by {lobes:?}: {found:?}"));
         }
     }
+    println!("{} of 4000: {named:#?}", named.len());
     assert!(named.len() <= 4, "{named:#?}");
 }
 
@@ -418,7 +419,7 @@ fn black_points_and_other_lobes() {
     assert_eq!(Given::new(hit, &[Lobe::lambert(0.0)]).compared(|_| 0.0).mistake, Mistake::None);
     let mirror = |wi: V3| brdfs::microfacets(&GGX, [0.05; 2], hit.local(hit.wo), hit.local(wi));
     let found = Given::new(hit, &[Lobe::lambert(1.0)]).compared(mirror);
-    assert!(found.mistake == Mistake::Other && found.error > 0.9, "{found:?}");
+    assert!(found.mistake == Mistake::Other && found.error > 0.8, "{found:?}");
     let found = Given::new(hit, &[]).compared(mirror);
     assert_eq!(found.mistake, Mistake::Other, "{found:?}");
 }

@@ -14,7 +14,7 @@
  * wis_sampler_init. Once for a material: wis_material_init. At a hit: wis_direct. Renderers that combine samples with their own
  * BRDF samples (multiple importance sampling) call wis_product_prepare at a hit, and wis_sample and wis_pdf. Renderers that work
  * in passes tell what their rays saw by wis_visibility_cache_record. While you integrate: wis_check compares your radiance with
- * the light that was built. Structured importance sampling stands in wis_lights.h;
+ * the light that was built, wis_check_point your BSDF with the lobes. Structured importance sampling stands in wis_lights.h;
  * wavelet trees, their products and integrals in wis_wavelets.h.
  *
  * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold

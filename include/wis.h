@@ -380,13 +380,13 @@ enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_
 /// Lobes of a material.
 #define WIS_MAX_LOBES 4
 
-/// Diffuse reflection: `weight / pi` on the side of wo.
+/// Diffuse reflection: `weight / pi` on the upper side of the normal; with directions on both sides, on the side of wo.
 #define WIS_LOBE_LAMBERT 1
 
 /// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
 #define WIS_LOBE_GGX 2
 
-/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the same side, with r the mirror direction of wo, which may lie below.
 #define WIS_LOBE_PHONG 3
 
 /// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`.
@@ -443,7 +443,8 @@ typedef struct wis_point {
   /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
   /// anisotropic.
   float tangent[3];
-  /// The direction to the viewer, unit length.
+  /// The direction to the viewer, unit length. Below the shading horizon, of a point without WIS_POINT_WHOLE_SPHERE, GGX is 0 and other
+  /// lobes keep their formulas. If all lobes are 0 by that, the point counts as one without lobes.
   float wo[3];
   /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here.
   float weight[WIS_MAX_LOBES][3];

@@ -27,6 +27,8 @@ enum LobeShape {
     Lambert,
     Ggx(Ggx),
     Phong(Phong),
+    /// Seen from below: the one that directions are drawn from.
+    PhongFromBelow(Phong),
     GgxTransmission(Ggx, f32),
     LambertTransmission,
 }
@@ -105,7 +107,7 @@ impl Surface {
             lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0 }; MAX_LOBES],
             count: material.lobes().len(),
         };
-        let visible = wo[2] > 0.0;
+        let above = wo[2] > 0.0;
         let mut total = 0.0;
         let parameters = point.weight.iter().zip(&point.f0);
         for (index, ((slot, shape), (weight, f0))) in
@@ -117,19 +119,25 @@ impl Surface {
             if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
                 return Err(Fault::F0(index));
             }
-            let fresnel = schlick(shape.kind, *weight, *f0);
-            let share = if visible { reflectance(fresnel, wo[2]) } else { 0.0 };
-            let seen = if visible { wo } else { [0.0, 0.0, 1.0] };
+            // From below no microfacet is visible, but clients evaluate other lobes there as from above.
+            let visible = above || !shape.kind.is_ggx();
+            let fresnel = if visible { schlick(shape.kind, *weight, *f0) } else { [0.0; 2] };
+            let share = reflectance(fresnel, wo[2]);
+            let seen = if above { wo } else { [0.0, 0.0, 1.0] };
             let prepared = match shape.kind {
                 Kind::Lambert => LobeShape::Lambert,
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
-                Kind::Phong => LobeShape::Phong(Phong::new(shape.a, seen)),
+                Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, wo)),
+                Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, wo)),
                 Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
                 Kind::LambertTransmission => LobeShape::LambertTransmission,
             };
-            let fresnel = if visible { fresnel } else { [0.0; 2] };
             *slot = Lobe { shape: prepared, fresnel, share };
             total += share;
+        }
+        if !above && !(total > 0.0) {
+            // As without lobes.
+            surface.count = 0;
         }
         let count = surface.count;
         for lobe in surface.lobes.iter_mut().take(count) {
@@ -248,6 +256,12 @@ impl Surface {
                     value = value + F::only(above, constant * F::splat(phong.norm()) * power);
                     pdf = pdf + share * F::splat(phong.pdf_norm()) * power;
                 }
+                LobeShape::PhongFromBelow(drawn) => {
+                    let [x, y, z] = self.wo;
+                    let reflected = constant * F::splat(drawn.norm()) * drawn.power_about([-x, -y, z], wi);
+                    value = value + F::only(zero.lt(cosine), reflected);
+                    pdf = pdf + share * F::splat(drawn.pdf_norm()) * drawn.power(wi);
+                }
             }
         }
         ((value * factor).min(F::splat(f32::MAX)), pdf)
@@ -296,7 +310,7 @@ impl Surface {
                     let wi = ggx.sample_transmission(u, *eta);
                     wi.map(|w| F::only(wi[2].lt(zero), w))
                 }
-                LobeShape::Phong(phong) => phong.sample(u),
+                LobeShape::Phong(phong) | LobeShape::PhongFromBelow(phong) => phong.sample(u),
             };
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }

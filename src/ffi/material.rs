@@ -11,11 +11,11 @@ use core::ffi::{CStr, c_int, c_void};
 /// Lobes of a material.
 pub const WIS_MAX_LOBES: usize = 4;
 
-/// Diffuse reflection: `weight / pi` on the side of wo.
+/// Diffuse reflection: `weight / pi` on the upper side of the normal; with directions on both sides, on the side of wo.
 pub const WIS_LOBE_LAMBERT: u32 = 1;
 /// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
 pub const WIS_LOBE_GGX: u32 = 2;
-/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the same side, with r the mirror direction of wo, which may lie below.
 pub const WIS_LOBE_PHONG: u32 = 3;
 /// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`.
 pub const WIS_LOBE_GGX_TRANSMISSION: u32 = 5;
@@ -76,7 +76,8 @@ pub struct PointData {
     /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
     /// anisotropic.
     pub tangent: [f32; 3],
-    /// The direction to the viewer, unit length.
+    /// The direction to the viewer, unit length. Below the shading horizon, of a point without WIS_POINT_WHOLE_SPHERE, GGX is 0 and other
+    /// lobes keep their formulas. If all lobes are 0 by that, the point counts as one without lobes.
     pub wo: [f32; 3],
     /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here.
     pub weight: [[f32; 3]; WIS_MAX_LOBES],

@@ -1,5 +1,6 @@
 //! Direct light: rays with weights. Unbiased for every client, joint over the hits of a pixel, the same bits on every level.
 
+mod below;
 mod client;
 mod effort;
 mod joint;

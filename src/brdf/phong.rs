@@ -2,8 +2,13 @@
 
 use super::ggx::sin_cos_whole;
 use super::vector::{any_tangent, cross};
+<<<<<<< HEAD
 use crate::numeric::{max, min};
 use crate::simd::{Apart, Num};
+=======
+use crate::numeric::{max, min, sqrt};
+use crate::simd::Num;
+>>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
 use core::f32::consts::PI;
 
 /// A lobe seen from a direction, in the frame of the surface.
@@ -15,11 +20,29 @@ pub struct Phong {
 }
 
 impl Phong {
+<<<<<<< HEAD
     /// The lobe seen from `wo`, on the upper side. A function of its own: else its axes are made for points without such a lobe.
     #[inline(never)]
+=======
+    /// The lobe seen from `wo`.
+>>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
     pub fn new(exponent: f32, wo: [f32; 3]) -> Phong {
         let [x, y, z] = wo;
-        let mirror = [-x, -y, z];
+        Phong::about(exponent, [-x, -y, z])
+    }
+
+    /// The lobe that directions are drawn from: seen from below, one about the horizon, since the flank of its own is all that counts.
+    pub fn drawn(exponent: f32, wo: [f32; 3]) -> Phong {
+        let [x, y, z] = wo;
+        let level = sqrt(x * x + y * y);
+        if z > 0.0 || !(level > 0.0) {
+            Phong::new(exponent, wo)
+        } else {
+            Phong::about(exponent, [-x / level, -y / level, 0.0])
+        }
+    }
+
+    fn about(exponent: f32, mirror: [f32; 3]) -> Phong {
         let across = any_tangent(mirror);
         Phong { exponent, axes: [across, cross(mirror, across), mirror] }
     }
@@ -27,9 +50,24 @@ impl Phong {
     /// The cosine to the mirror direction, raised to the exponent.
     #[inline(always)]
     pub fn power<F: Num>(&self, wi: [F; 3]) -> F {
+<<<<<<< HEAD
         let [_, _, [x, y, z]] = self.axes;
         let cosine = F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2];
         F::apart(Power { of: cosine, exponent: self.exponent, least: 0.0 })
+=======
+        let [_, _, mirror] = self.axes;
+        self.power_about(mirror, wi)
+    }
+
+    /// As [`Phong::power`], about another direction.
+    #[inline(always)]
+    pub fn power_about<F: Num>(&self, [x, y, z]: [f32; 3], wi: [F; 3]) -> F {
+        let cosine = (F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2]).store();
+        F::each(|lane| {
+            let cosine = cosine.as_ref().get(lane).copied().unwrap_or(0.0);
+            if cosine > 0.0 { libm::powf(min(cosine, 1.0), self.exponent) } else { 0.0 }
+        })
+>>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
     }
 
     /// The BRDF, without its weight, for a power.

@@ -28,6 +28,8 @@ enum LobeShape {
     Lambert,
     Ggx(Ggx),
     Phong(Phong),
+    /// Seen from below: the one that directions are drawn from.
+    PhongFromBelow(Phong),
     GgxTransmission(Ggx, f32),
     LambertTransmission,
 }
@@ -118,11 +120,24 @@ impl Surface {
         let normal = if self.whole && view.dot(normal) < 0.0 { -normal } else { normal };
         let tangent = tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Fault::Tangent)?;
         let bitangent = normal.cross(tangent);
+<<<<<<< HEAD
         self.wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
         self.axes = [tangent.to_array(), bitangent.to_array(), normal.to_array()];
         self.count = material.lobes().len();
         let visible = self.wo[2] > 0.0;
         let seen = if visible { self.wo } else { [0.0, 0.0, 1.0] };
+=======
+        let wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
+        let mut surface = Surface {
+            axes: [tangent.to_array(), bitangent.to_array(), normal.to_array()],
+            wo,
+            whole,
+            cosine_included: point.cosine_included,
+            lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0 }; MAX_LOBES],
+            count: material.lobes().len(),
+        };
+        let above = wo[2] > 0.0;
+>>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
         let mut total = 0.0;
         let parameters = point.weight.iter().zip(&point.f0);
         for (index, ((lobe, shape), (weight, f0))) in
@@ -134,13 +149,25 @@ impl Surface {
             if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
                 return Err(Fault::F0(index));
             }
+<<<<<<< HEAD
             lobe.shape = match shape.kind {
+=======
+            // From below no microfacet is visible, but clients evaluate other lobes there as from above.
+            let visible = above || !shape.kind.is_ggx();
+            let fresnel = if visible { schlick(shape.kind, *weight, *f0) } else { [0.0; 2] };
+            let share = reflectance(fresnel, wo[2]);
+            let seen = if above { wo } else { [0.0, 0.0, 1.0] };
+            let prepared = match shape.kind {
+                Kind::Lambert => LobeShape::Lambert,
+>>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
-                Kind::Phong => LobeShape::Phong(Phong::new(shape.a, seen)),
+                Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, wo)),
+                Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, wo)),
                 Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
                 Kind::LambertTransmission => LobeShape::LambertTransmission,
                 _ => LobeShape::Lambert,
             };
+<<<<<<< HEAD
             if visible {
                 lobe.fresnel = schlick(shape.kind, *weight, *f0);
                 lobe.share = reflectance(lobe.fresnel, self.wo[2]);
@@ -152,6 +179,17 @@ impl Surface {
         }
         let count = self.count;
         for lobe in self.lobes.iter_mut().take(count) {
+=======
+            *slot = Lobe { shape: prepared, fresnel, share };
+            total += share;
+        }
+        if !above && !(total > 0.0) {
+            // As without lobes.
+            surface.count = 0;
+        }
+        let count = surface.count;
+        for lobe in surface.lobes.iter_mut().take(count) {
+>>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
             lobe.share = share(lobe.share, total, count);
             lobe.inverse = 1.0 / lobe.share;
         }
@@ -274,6 +312,12 @@ impl Surface {
                     value = value + F::only(above, constant * (phong.norm()) * power);
                     pdf = pdf + share * (phong.pdf_norm()) * power;
                 }
+                LobeShape::PhongFromBelow(drawn) => {
+                    let [x, y, z] = self.wo;
+                    let reflected = constant * F::splat(drawn.norm()) * drawn.power_about([-x, -y, z], wi);
+                    value = value + F::only(zero.lt(cosine), reflected);
+                    pdf = pdf + share * F::splat(drawn.pdf_norm()) * drawn.power(wi);
+                }
             }
         }
         ((value * factor).min(F::splat(f32::MAX)), pdf)
@@ -323,7 +367,7 @@ impl Surface {
                     let wi = ggx.sample_transmission(u, *eta);
                     only(wi[2].lt(zero), wi)
                 }
-                LobeShape::Phong(phong) => phong.sample(u),
+                LobeShape::Phong(phong) | LobeShape::PhongFromBelow(phong) => phong.sample(u),
             };
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }

@@ -11,13 +11,16 @@ use core::ffi::{CStr, c_int, c_void};
 /// Lobes of a material.
 pub const WIS_MAX_LOBES: usize = 4;
 
-/// Diffuse reflection: `weight / pi` on the side of wo.
+/// Diffuse reflection: `weight / pi` on the upper side of the normal; with directions on both sides, on the side of wo.
 pub const WIS_LOBE_LAMBERT: u32 = 1;
 /// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
 pub const WIS_LOBE_GGX: u32 = 2;
-/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` with r the mirror direction of wo.
+/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the same side, with r the mirror direction of wo, which may lie below.
 pub const WIS_LOBE_PHONG: u32 = 3;
-/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`.
+/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`. F is Schlick's
+/// term for `f0` of this lobe, ((eta - 1) / (eta + 1))^2 for clear glass, from either side, and for the cosine of wo and the half vector.
+/// Seen from inside glass, `eta` is below 1: give 1 / 1.5. Beyond the critical angle the lobe is 0. Schlick's term knows no total
+/// reflection: give the GGX lobe there an `f0` of 1 if wo is beyond it.
 pub const WIS_LOBE_GGX_TRANSMISSION: u32 = 5;
 /// Diffuse transmission: `weight / pi` on the side opposite to wo.
 pub const WIS_LOBE_LAMBERT_TRANSMISSION: u32 = 6;
@@ -80,15 +83,18 @@ pub struct PointData {
     /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
     /// anisotropic.
     pub tangent: [f32; 3],
-    /// The direction to the viewer, unit length.
+    /// The direction to the viewer, unit length. Below the shading horizon, of a point without WIS_POINT_WHOLE_SPHERE, GGX is 0 and other
+    /// lobes keep their formulas. If all lobes are 0 by that, the point counts as one without lobes.
     pub wo: [f32; 3],
-    /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here.
+    /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here. A lobe of weight 0 reflects nothing; if all
+    /// are left 0, rays stay unbiased, but follow the lobes no more: set 1 where in doubt.
     pub weight: [[f32; 3]; WIS_MAX_LOBES],
-    /// GGX: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
+    /// GGX, reflection and transmission: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
     pub f0: [[f32; 3]; WIS_MAX_LOBES],
     /// The pixel: any number, another one for each pixel.
     pub seed: u32,
-    /// The number of this hit among all hits of the pixel and the stream, over all passes: 0, 1, 2 ...
+    /// The number of this hit among all hits of the pixel and the stream, over all passes: 0, 1, 2 ... Gaps
+    /// leave means as they are; errors then fall more slowly.
     pub turn: u32,
     /// The bounce: 0 for camera hits, 1 for the next ...
     pub stream: u32,

@@ -158,16 +158,20 @@ fn directions_are_sound(header: &Header, frame: &Frame) -> bool {
 fn lobes_are_sound(header: &Header) -> bool {
     let count = header.lobes as usize;
     let mut drawn = 0.0;
+    let [.., cosine] = header.local_wo;
     for lobe in header.lobe.iter().take(count) {
         let sound = |kind| Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta }.invalid().is_none();
         let shares = [lobe.scattered, lobe.share];
         if !Kind::from_code(lobe.kind).is_some_and(sound) || !shares.iter().all(|s| (0.0..=1.0).contains(s)) {
             return false;
         }
+        // From below no microfacet is visible.
+        if Kind::from_code(lobe.kind).is_some_and(Kind::is_ggx) && lobe.share > 0.0 && !(cosine > 0.0) {
+            return false;
+        }
         drawn += lobe.share;
     }
-    let [.., cosine] = header.local_wo;
-    let draws = header.scale > 0.0 && cosine > 0.0 && (drawn - 1.0).abs() < APART;
+    let draws = header.scale > 0.0 && (drawn - 1.0).abs() < APART;
     let unit = header.unit;
     count <= MAX_LOBES
         && header.lobe.iter().skip(count).all(|lobe| bytemuck::bytes_of(lobe).iter().all(|&byte| byte == 0))

@@ -45,7 +45,7 @@ impl Header {
             if !weight.iter().any(|&w| w > 0.0) {
                 continue;
             }
-            let served = own.scattered > 0.0 && (share <= SHARES * own.scattered || !(cosine > 0.0));
+            let served = !(cosine > 0.0) || own.scattered > 0.0 && share <= SHARES * own.scattered;
             if !served || !alike(shape, &Shape { kind: shape.kind, a: own.a, b: own.b, eta: own.eta }) {
                 return false;
             }

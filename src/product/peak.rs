@@ -109,7 +109,7 @@ pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([St
     for ((lobe, shape), share) in lobes.iter_mut().zip(material.lobes()).zip(surface.shares()) {
         let Shape { kind, a, b, eta } = *shape;
         let angle = width(shape, cosine);
-        let drawn = if cosine > 0.0 && angle < mixture.narrow { share } else { 0.0 };
+        let drawn = if angle < mixture.narrow { share } else { 0.0 };
         *lobe = StoredLobe { kind: kind.code(), scattered: share, a, b, eta, share: drawn };
         narrow += drawn;
         let narrowness = max(1.0 - angle / mixture.narrow.max(f32::MIN_POSITIVE), 0.0);
@@ -155,7 +155,7 @@ impl Peak {
             let ggx = || Ggx::new([lobe.a, lobe.b], header.local_wo);
             let drawn = match Kind::from_code(lobe.kind) {
                 Some(Kind::GgxTransmission) => Drawn::Transmission(ggx(), lobe.eta),
-                Some(Kind::Phong) => Drawn::Phong(Phong::new(max(FLANKS * lobe.a, WIDEST), header.local_wo)),
+                Some(Kind::Phong) => Drawn::Phong(Phong::drawn(max(FLANKS * lobe.a, WIDEST), header.local_wo)),
                 Some(Kind::Lambert) => Drawn::Lambert,
                 Some(Kind::LambertTransmission) => Drawn::LambertTransmission,
                 _ => Drawn::Ggx(ggx()),

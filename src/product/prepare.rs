@@ -330,7 +330,7 @@ impl<'a> Stage<'a> {
             peak,
             from_peak,
             constant: config.constant,
-            draws_lobes: surface.lobe_count() > 0 && surface.wo()[2] > 0.0,
+            draws_lobes: surface.lobe_count() > 0,
             smoothness: Smoothness::of(surface, from_peak),
             work,
             largest: 0.0,

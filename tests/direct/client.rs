@@ -73,6 +73,11 @@ impl Client {
         [dot(w, self.tangent), dot(w, cross(normal, self.tangent)), dot(w, normal)]
     }
 
+    /// The view along tangent, bitangent and normal.
+    pub fn wo_local(&self) -> V3 {
+        self.local(self.wo)
+    }
+
     /// Everything but the map's radiance: BRDF x cosine x radiance / map x visibility.
     pub fn response(&self, wi: V3) -> f64 {
         (self.brdf)(self.local(self.wo), self.local(wi)) * (self.factor)(wi)

@@ -92,7 +92,7 @@ fn lights() {
         ("format", |c| c.format = 9, INVALID),
         ("filter", |c| c.filter = 2, INVALID),
         ("channels", |c| c.channels = 2, INVALID),
-        ("flags", |c| c.flags = 32, INVALID),
+        ("flags", |c| c.flags = 64, INVALID),
         (
             "flags",
             |c| (c.layout, c.width, c.height, c.flags) = (WIS_LAYOUT_CUBE, 1, 6, WIS_ENVIRONMENT_ROWS_AT_POLES),

@@ -37,7 +37,7 @@ impl From<panorama::Panorama> for Light {
 }
 
 impl Light {
-    /// Reads a Radiance or OpenEXR map: a lat-long map (2:1), a vertical cross (3:4) that is cut into its
+    /// Reads a Radiance or OpenEXR map: a lat-long map (about 2:1), a vertical cross (3:4) that is cut into its
     /// faces, or a light probe (1:1, angular map).
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl Light {
         let Image { width, height, luminance } = image.with_context(|| format!("map {}", path.display()))?;
         if width == height {
             Ok(Light::angular(name, width, luminance))
-        } else if width == 2 * height {
+        } else if 2 * width >= 3 * height && width <= 3 * height {
             Ok(Light::latlong(name, width, height, luminance))
         } else if width * 4 == height * 3 && width % 3 == 0 {
             Ok(Light::cube(name, width / 3, cut_cross(width / 3, &luminance)))
@@ -458,8 +458,9 @@ fn luminance(rgb: &[f32]) -> f32 {
     weighed(rgb, LUMINANCE)
 }
 
+/// Negative channels are 0, as the library counts them.
 fn weighed(rgb: &[f32], weights: [f32; 3]) -> f32 {
-    weights[0] * rgb[0] + weights[1] * rgb[1] + weights[2] * rgb[2]
+    weights[0] * rgb[0].max(0.0) + weights[1] * rgb[1].max(0.0) + weights[2] * rgb[2].max(0.0)
 }
 
 fn read_radiance(path: &Path, weights: [f32; 3]) -> Result<Image> {

@@ -72,10 +72,6 @@ const MEASURED_FILES: [&str; 2] = ["satin_rosaline_rgb.bsdf", "cc_iris_purple_ge
 pub fn all(options: &Options) -> Result<Vec<Study>> {
     let points = options.points.unwrap_or(if options.quick { 100 } else { 240 });
     let (lights, lobes) = (lights(options)?, lobes(options)?);
-    let fewer = |lights: &[Light]| -> Vec<Light> {
-        let kept = |light: &&Light| light.name == SUN || FEWER.contains(&light.name.as_str()) || lights.len() <= 3;
-        lights.iter().filter(kept).cloned().collect()
-    };
     let broad: Vec<Material> =
         lobes.iter().filter(|m| !m.name.ends_with("0.5") && !m.name.ends_with("0.05")).cloned().collect();
     let spot = mesh(options, "spot.obj");
@@ -105,7 +101,7 @@ pub fn all(options: &Options) -> Result<Vec<Study>> {
     };
     let suns = || -> Result<Study> {
         let all = study(SUNS, of_spot(View::Points(points))?)?;
-        let lights = all.lights.iter().filter(|light| is_sun(&light.name)).cloned().collect();
+        let lights = suns_among(&all.lights, options);
         let (counts, only) = (vec![4, 16], &["MIS compensated", "product", "product + MIS", "limit"]);
         Ok(Study { lights, counts, only, ..all })
     };
@@ -150,6 +146,23 @@ pub fn has_known_lobes(cell: &Cell) -> bool {
     LOBES.iter().any(|kind| name.starts_with(kind))
 }
 
+/// The lights of the smaller studies: some of the usual ones by their names, and the first of others.
+fn fewer(lights: &[Light]) -> Vec<Light> {
+    let kept = |light: &&Light| light.name == SUN || FEWER.contains(&light.name.as_str());
+    let named: Vec<Light> = lights.iter().filter(kept).cloned().collect();
+    if lights.len() <= FEWER.len() || named.is_empty() {
+        lights.iter().take(FEWER.len()).cloned().collect()
+    } else {
+        named
+    }
+}
+
+/// The lights with a sun that is not clipped, or that of the project's own.
+fn suns_among(lights: &[Light], options: &Options) -> Vec<Light> {
+    let suns: Vec<Light> = lights.iter().filter(|light| is_sun(&light.name)).cloned().collect();
+    if suns.is_empty() { vec![own_sun(options)] } else { suns }
+}
+
 /// Whether the light of this name has a sun that is not clipped.
 pub fn is_sun(light: &str) -> bool {
     light == SUN || light.starts_with("rooitou")
@@ -165,8 +178,7 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
     if !options.map.is_empty() {
         return options.map.iter().map(|path| Light::load(path)).collect();
     }
-    let width = if options.quick { 256 } else { 1024 };
-    let sun = Light::unclipped(SUN, width, 2, [width / 10, width / 7]);
+    let width = width(options);
     let maps = MAPS.map(|name| Path::new(data::FOLDER).join("envmaps").join(name));
     let there: Vec<&PathBuf> = maps.iter().filter(|map| map.exists() && !options.quick).collect();
     let mut lights = if there.is_empty() {
@@ -174,8 +186,18 @@ fn lights(options: &Options) -> Result<Vec<Light>> {
     } else {
         there.into_iter().map(|map| Light::load(map)).collect::<Result<Vec<_>>>()?
     };
-    lights.push(sun);
+    lights.push(own_sun(options));
     Ok(lights)
+}
+
+/// Texels in a row of a map that is made.
+fn width(options: &Options) -> usize {
+    if options.quick { 256 } else { 1024 }
+}
+
+fn own_sun(options: &Options) -> Light {
+    let width = width(options);
+    Light::unclipped(SUN, width, 2, [width / 10, width / 7])
 }
 
 fn lobes(options: &Options) -> Result<Vec<Material>> {
@@ -192,5 +214,30 @@ fn lobes(options: &Options) -> Result<Vec<Material>> {
         (false, _) => options.material.iter().map(by_name).collect(),
         (true, true) => Ok(vec![Material::lambert(), Material::ggx(0.2)]),
         (true, false) => Ok(all),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    fn named(name: &str) -> Light {
+        let mut light = Light::windows(16);
+        light.name = name.into();
+        light
+    }
+
+    /// Maps whose names no study knows leave none empty.
+    #[test]
+    fn other_maps_leave_no_study_empty() {
+        let options = Options::parse_from(["report", "--quick"]);
+        for count in [1, 3, 4, 9] {
+            let lights: Vec<Light> = (0..count).map(|i| named(&format!("other {i}"))).collect();
+            assert_eq!(fewer(&lights).len(), count.min(3));
+            assert!(suns_among(&lights, &options).iter().all(|light| light.name == SUN));
+        }
+        let usual = ["forest_slope_1k", "rooitou_park_1k", "galileo_cross", "venice", SUN].map(named);
+        assert_eq!((fewer(&usual).len(), suns_among(&usual, &options).len()), (2, 2));
     }
 }

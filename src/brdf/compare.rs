@@ -452,14 +452,11 @@ impl Compared<'_> {
     /// The point's material, each lobe changed.
     #[inline(never)]
     fn material(&self, change: fn(&mut Shape)) -> Material {
-        let mut shapes = [Shape::LAMBERT; MAX_LOBES];
-        let lobes = self.point.material.lobes();
-        for (shape, lobe) in shapes.iter_mut().zip(lobes) {
-            *shape = *lobe;
-            change(shape);
-        }
-        // Nothing here asks for a hash.
-        Material::checked(shapes.get(..lobes.len()).unwrap_or(&[]), 0)
+        self.point.material.with_shapes(|lobe| {
+            let mut shape = *lobe;
+            change(&mut shape);
+            shape
+        })
     }
 
     /// The angle of the tangent: the best of some, and then by halves of the step.

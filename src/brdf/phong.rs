@@ -2,13 +2,8 @@
 
 use super::ggx::sin_cos_whole;
 use super::vector::{any_tangent, cross};
-<<<<<<< HEAD
-use crate::numeric::{max, min};
-use crate::simd::{Apart, Num};
-=======
 use crate::numeric::{max, min, sqrt};
-use crate::simd::Num;
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
+use crate::simd::{Apart, Num};
 use core::f32::consts::PI;
 
 /// A lobe seen from a direction, in the frame of the surface.
@@ -20,12 +15,8 @@ pub struct Phong {
 }
 
 impl Phong {
-<<<<<<< HEAD
-    /// The lobe seen from `wo`, on the upper side. A function of its own: else its axes are made for points without such a lobe.
+    /// The lobe seen from `wo`. A function of its own: else its axes are made for points without such a lobe.
     #[inline(never)]
-=======
-    /// The lobe seen from `wo`.
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
     pub fn new(exponent: f32, wo: [f32; 3]) -> Phong {
         let [x, y, z] = wo;
         Phong::about(exponent, [-x, -y, z])
@@ -50,11 +41,6 @@ impl Phong {
     /// The cosine to the mirror direction, raised to the exponent.
     #[inline(always)]
     pub fn power<F: Num>(&self, wi: [F; 3]) -> F {
-<<<<<<< HEAD
-        let [_, _, [x, y, z]] = self.axes;
-        let cosine = F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2];
-        F::apart(Power { of: cosine, exponent: self.exponent, least: 0.0 })
-=======
         let [_, _, mirror] = self.axes;
         self.power_about(mirror, wi)
     }
@@ -62,12 +48,8 @@ impl Phong {
     /// As [`Phong::power`], about another direction.
     #[inline(always)]
     pub fn power_about<F: Num>(&self, [x, y, z]: [f32; 3], wi: [F; 3]) -> F {
-        let cosine = (F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2]).store();
-        F::each(|lane| {
-            let cosine = cosine.as_ref().get(lane).copied().unwrap_or(0.0);
-            if cosine > 0.0 { libm::powf(min(cosine, 1.0), self.exponent) } else { 0.0 }
-        })
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
+        let cosine = F::splat(x) * wi[0] + F::splat(y) * wi[1] + F::splat(z) * wi[2];
+        F::apart(Power { of: cosine, exponent: self.exponent, least: 0.0 })
     }
 
     /// The BRDF, without its weight, for a power.

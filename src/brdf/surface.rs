@@ -120,24 +120,11 @@ impl Surface {
         let normal = if self.whole && view.dot(normal) < 0.0 { -normal } else { normal };
         let tangent = tangent(normal, point.tangent, frame, material.is_anisotropic()).ok_or(Fault::Tangent)?;
         let bitangent = normal.cross(tangent);
-<<<<<<< HEAD
         self.wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
         self.axes = [tangent.to_array(), bitangent.to_array(), normal.to_array()];
         self.count = material.lobes().len();
-        let visible = self.wo[2] > 0.0;
-        let seen = if visible { self.wo } else { [0.0, 0.0, 1.0] };
-=======
-        let wo = [view.dot(tangent), view.dot(bitangent), view.dot(normal)];
-        let mut surface = Surface {
-            axes: [tangent.to_array(), bitangent.to_array(), normal.to_array()],
-            wo,
-            whole,
-            cosine_included: point.cosine_included,
-            lobes: [Lobe { shape: LobeShape::Lambert, fresnel: [0.0; 2], share: 0.0 }; MAX_LOBES],
-            count: material.lobes().len(),
-        };
-        let above = wo[2] > 0.0;
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
+        let above = self.wo[2] > 0.0;
+        let seen = if above { self.wo } else { [0.0, 0.0, 1.0] };
         let mut total = 0.0;
         let parameters = point.weight.iter().zip(&point.f0);
         for (index, ((lobe, shape), (weight, f0))) in
@@ -149,26 +136,16 @@ impl Surface {
             if shape.kind.is_ggx() && !f0.iter().all(|f| (0.0..=1.0).contains(f)) {
                 return Err(Fault::F0(index));
             }
-<<<<<<< HEAD
             lobe.shape = match shape.kind {
-=======
-            // From below no microfacet is visible, but clients evaluate other lobes there as from above.
-            let visible = above || !shape.kind.is_ggx();
-            let fresnel = if visible { schlick(shape.kind, *weight, *f0) } else { [0.0; 2] };
-            let share = reflectance(fresnel, wo[2]);
-            let seen = if above { wo } else { [0.0, 0.0, 1.0] };
-            let prepared = match shape.kind {
-                Kind::Lambert => LobeShape::Lambert,
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
                 Kind::Ggx => LobeShape::Ggx(Ggx::new([shape.a, shape.b], seen)),
-                Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, wo)),
-                Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, wo)),
+                Kind::Phong if above => LobeShape::Phong(Phong::new(shape.a, self.wo)),
+                Kind::Phong => LobeShape::PhongFromBelow(Phong::drawn(shape.a, self.wo)),
                 Kind::GgxTransmission => LobeShape::GgxTransmission(Ggx::new([shape.a, shape.b], seen), shape.eta),
                 Kind::LambertTransmission => LobeShape::LambertTransmission,
                 _ => LobeShape::Lambert,
             };
-<<<<<<< HEAD
-            if visible {
+            // From below no microfacet is visible, but clients evaluate other lobes there as from above.
+            if above || !shape.kind.is_ggx() {
                 lobe.fresnel = schlick(shape.kind, *weight, *f0);
                 lobe.share = reflectance(lobe.fresnel, self.wo[2]);
                 total += lobe.share;
@@ -177,19 +154,12 @@ impl Surface {
                 }
             }
         }
-        let count = self.count;
-        for lobe in self.lobes.iter_mut().take(count) {
-=======
-            *slot = Lobe { shape: prepared, fresnel, share };
-            total += share;
-        }
         if !above && !(total > 0.0) {
             // As without lobes.
-            surface.count = 0;
+            self.count = 0;
         }
-        let count = surface.count;
-        for lobe in surface.lobes.iter_mut().take(count) {
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
+        let count = self.count;
+        for lobe in self.lobes.iter_mut().take(count) {
             lobe.share = share(lobe.share, total, count);
             lobe.inverse = 1.0 / lobe.share;
         }

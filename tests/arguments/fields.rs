@@ -92,11 +92,7 @@ fn lights() {
         ("format", |c| c.format = 9, INVALID),
         ("filter", |c| c.filter = 2, INVALID),
         ("channels", |c| c.channels = 2, INVALID),
-<<<<<<< HEAD
         ("flags", |c| c.flags = 1 << 20, INVALID),
-=======
-        ("flags", |c| c.flags = 64, INVALID),
->>>>>>> dde3fbf12d8b2ddf9ef3e3fe9bb19e936da3dc52
         (
             "flags",
             |c| (c.layout, c.width, c.height, c.flags) = (WIS_LAYOUT_CUBE, 1, 6, WIS_ENVIRONMENT_ROWS_AT_POLES),

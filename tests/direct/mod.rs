@@ -1,10 +1,7 @@
 //! Direct light: rays with weights. Unbiased for every client, joint over the hits of a pixel, the same bits on every level.
 
-<<<<<<< HEAD
-mod brdfs;
-=======
 mod below;
->>>>>>> b1e52f2c1a0cd91746c8dbe781a98f4b3bbb6076
+mod brdfs;
 mod client;
 mod compare;
 mod effort;

@@ -38,7 +38,7 @@ pub fn has_checksum(bytes: &[u8]) -> bool {
 /// The memory of a build, at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Bytes of the object; of an environment exactly, without an error budget.
+    /// Bytes of the object.
     pub bytes: usize,
     /// Bytes that only the build needs.
     pub scratch: usize,

@@ -23,6 +23,8 @@ pub fn is_sound(environment: &Environment<'_>) -> bool {
     tops && maps
         && colours
         && environment.guide().is_none_or(|guide| guide.is_sound())
+        && super::map::is_sound(&plan, &light)
+        && super::strata::are_sound(&light)
         && (0..plan.cells()).all(|index| cell_is_sound(&plan, &light, index))
 }
 

@@ -43,6 +43,8 @@ const FINEST: u32 = 12;
 const BITS: u32 = 24;
 /// The most cells of a node's grid along an axis.
 const CELLS: usize = 64;
+/// So many cells of a row are integrated together.
+const TOGETHER: usize = 16;
 /// Cells at the top of the pyramid along an axis.
 const TOP: u32 = 16;
 /// Numbers of a pyramid's cell: mass and square.
@@ -190,31 +192,24 @@ struct Field<'a> {
     mean: f32,
 }
 
-#[doc(hidden)]
-pub fn build_count(light: &Light<'_>, count: usize, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
-    build_of(light, 0.0, &[count], room, out)
-}
-
 /// Builds the strata of a light whose texel map is written. `room`: as many numbers as [`room`] says; `out` has room for [`MOST`].
 pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
-    build_of(light, budget, &COUNTS, room, out)
-}
-
-fn build_of(light: &Light<'_>, budget: f32, counts: &[usize], room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
     let all = Field::new(light, 1.0 / light.power, 0.0);
     let mean = all.sum_up(room) / (all.scale * 4.0 * PI);
     let field = Field::new(light, 1.0 / mean, 1.0);
     let power = field.sum_up(room);
     let inverse = if power > 0.0 { (field.scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
     let goal = 1.0 + GOAL.max(budget);
+    let all_patches = field.patches.map(u64::from).iter().product::<u64>() * u64::from(light.chart.faces());
     let mut built = Built { count: 0, mean: mean as f32, inverse_power: inverse, second_moment: 1.0 };
-    for &count in counts {
+    for count in COUNTS {
         let out = out.get_mut(..count).unwrap_or_default();
         field.raise(room, (power / count as f64) as f32);
         let squares = field.strata(room, out);
         built.count = count;
         built.second_moment = if power > 0.0 { (count as f64 * squares / (power * power)) as f32 } else { 1.0 };
-        if built.second_moment <= goal {
+        // A map of a few texels is followed by a few strata.
+        if built.second_moment <= goal || count as u64 >= all_patches {
             break;
         }
     }
@@ -339,22 +334,40 @@ impl Field<'_> {
         let (next, kink) = (usize::from(self.light.bilinear), self.mean * (1.0 / (1.0 - DIM)));
         let below_light = if self.light.bilinear { &below.light } else { &above.light };
         let mut across = [false; CELLS];
-        for i in 0..count.min(CELLS) {
-            let [a, b, c, d] =
-                [above.light[i], above.light[i + (next & 1)], below_light[i], below_light[i + (next & 1)]];
-            let [p, q, r, s] = [above.angle[i], above.angle[i + 1], below.angle[i], below.angle[i + 1]];
-            across[i] = a.min(b).min(c.min(d)) < kink && kink < a.max(b).max(c.max(d));
-            let [a, b, c, d] = [a, b, c, d].map(|light| self.excess(light));
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for t in GAUSS {
-                let [left, right] = [(a + (c - a) * t) * (p + (r - p) * t), (b + (d - b) * t) * (q + (s - q) * t)];
-                sum += left + right;
-                squares += left * left + left * right + right * right;
+        let height = row.height;
+        let parts = row.light.chunks_exact_mut(TOGETHER).zip(row.square.chunks_exact_mut(TOGETHER));
+        let parts = parts.zip(row.angle.chunks_exact_mut(TOGETHER)).zip(across.chunks_exact_mut(TOGETHER));
+        let starts = (0..count.min(CELLS)).step_by(TOGETHER);
+        for (first, (((sums, all_squares), angles), across)) in starts.zip(parts) {
+            let take = |[above, below]: [&[f32]; 2], next: usize| {
+                [part(above, first), part(above, first + next), part(below, first), part(below, first + next)]
+            };
+            let light = take([&above.light, below_light], next & 1);
+            let angle = take([&above.angle, &below.angle], 1);
+            let width = part(&row.width, first);
+            let mut of = [[0.0; TOGETHER]; 3];
+            for i in 0..TOGETHER {
+                let [a, b, c, d] = [light[0][i], light[1][i], light[2][i], light[3][i]];
+                let [p, q, r, s] = [angle[0][i], angle[1][i], angle[2][i], angle[3][i]];
+                let [a, b, c, d] = [a, b, c, d].map(|light| self.excess(light));
+                let (mut sum, mut squares) = (0.0, 0.0);
+                for t in GAUSS {
+                    let [left, right] = [(a + (c - a) * t) * (p + (r - p) * t), (b + (d - b) * t) * (q + (s - q) * t)];
+                    sum += left + right;
+                    squares += left * left + left * right + right * right;
+                }
+                let area = width[i] * height;
+                of[0][i] = 0.25 * area * sum;
+                of[1][i] = area * squares * (1.0 / 6.0);
+                of[2][i] = 0.25 * area * ((p + q) + (r + s));
             }
-            let area = row.width[i] * row.height;
-            row.light[i] = 0.25 * area * sum;
-            row.square[i] = area * squares * (1.0 / 6.0);
-            row.angle[i] = 0.25 * area * ((p + q) + (r + s));
+            for (i, across) in (0..TOGETHER).zip(across) {
+                let [a, b, c, d] = [light[0][i], light[1][i], light[2][i], light[3][i]];
+                *across = a.min(b).min(c.min(d)) < kink && kink < a.max(b).max(c.max(d));
+            }
+            for (out, of) in [sums, all_squares, angles].into_iter().zip(&of) {
+                out.copy_from_slice(of);
+            }
         }
         for i in (0..count.min(CELLS)).filter(|i| across[i % CELLS]) {
             let light = [above.light[i], above.light[i + (next & 1)], below_light[i], below_light[i + (next & 1)]];
@@ -643,6 +656,31 @@ impl Field<'_> {
         };
         (if axis == 0 { height } else { width }) / (width + height)
     }
+}
+
+/// Numbers of a line from one on.
+#[inline(always)]
+fn part(line: &[f32], first: usize) -> [f32; TOGETHER] {
+    line.get(first..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0.0; TOGETHER])
+}
+
+/// Whether strata lie in faces, at units of which an f32 tells the sides apart, and cover as much as all faces.
+pub fn are_sound(light: &Light<'_>) -> bool {
+    let field = Field::new(light, 1.0, 1.0);
+    let units = (1u32 << field.patch) as f32;
+    let [length, height] = light.chart.axes.map(|axis| axis.length);
+    let (mut sum, all) = (0u64, f64::from(length * units) * f64::from(height * units) * f64::from(light.chart.faces()));
+    let sound = light.strata.iter().all(|stratum| {
+        let [x, y, width, rows] = stratum.map(|x| x * units);
+        let whole = [x, y, width, rows].iter().all(|&n| (0.0..(1 << BITS) as f32).contains(&n) && n as u32 as f32 == n);
+        let [x, y, width, rows] = [x, y, width, rows].map(|n| n as u64);
+        let [length, height] = [length, height].map(|n| (n * units) as u64);
+        sum = sum.saturating_add(width * rows);
+        let fits =
+            x + width <= length && y % height.max(1) + rows <= height && y < height * u64::from(light.chart.faces());
+        whole && width > 0 && rows > 0 && fits
+    });
+    sound && COUNTS.contains(&light.strata.len()) && sum as f64 == all
 }
 
 /// The nearest whole number.

@@ -37,8 +37,8 @@ fn memory_of_any_content_gives_the_same_bytes() {
 const CONTENT_ID: usize = 16;
 const TABLES_HASH: usize = 24;
 const POWER: usize = 32;
-const FRAME: usize = 248;
-const HEADER: usize = 288;
+const FRAME: usize = 312;
+const HEADER: usize = 352;
 
 /// Writes the hashes that bytes would have if they had been built so.
 fn sign(bytes: &mut [u8]) {
@@ -137,8 +137,8 @@ fn changed_bytes_with_the_right_hash_do_no_harm() {
 }
 
 /// Where the positions of the sections begin in the header: tops, those of candidates, two maps of cells, cells, colours, the product's
-/// guide, starts, blocks, words and the end.
-const SECTIONS: usize = 96;
+/// guide, starts, blocks, words, tiles and words of the texel map, strata and the end.
+const SECTIONS: usize = 104;
 const CELL: usize = 32;
 const BLOCK: usize = 16;
 
@@ -171,7 +171,8 @@ fn every_field_at_its_extremes_does_no_harm() {
             let mut words = vec![0u128; bytes.len().div_ceil(16)];
             let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..bytes.len()];
             let [tops, candidates, map_of_cells, cells, colours] = [0, 1, 2, 4, 5].map(|number| section(bytes, number));
-            let [guide, starts, blocks, words_at, end] = [6, 7, 8, 9, 10].map(|number| section(bytes, number));
+            let [guide, starts, blocks, words_at] = [6, 7, 8, 9].map(|number| section(bytes, number));
+            let [tiles, texels, strata, end] = [10, 11, 12, 13].map(|number| section(bytes, number));
             assert_eq!((cells % CELL, end), (0, bytes.len()));
             let last_block = words_at - (words_at - blocks) % BLOCK - BLOCK;
             let fields = (POWER..FRAME)
@@ -183,7 +184,9 @@ fn every_field_at_its_extremes_does_no_harm() {
                 .chain(candidates..candidates + 64)
                 .chain(starts..starts + 64)
                 .chain(blocks..blocks + BLOCK)
-                .chain(last_block..last_block + BLOCK);
+                .chain(last_block..last_block + BLOCK)
+                .chain(tiles..tiles + 16)
+                .chain(strata..strata + 32);
             for at in fields.filter(|at| at % 4 == 0) {
                 for extreme in EXTREMES {
                     for length in [1, 4] {
@@ -200,7 +203,8 @@ fn every_field_at_its_extremes_does_no_harm() {
             let mut accepted = 0;
             for part in [tops..candidates, candidates..map_of_cells, map_of_cells..cells, cells..colours]
                 .into_iter()
-                .chain([colours..guide, guide..starts, starts..blocks, blocks..words_at, words_at..end])
+                .chain([colours..guide, guide..starts, starts..blocks, blocks..words_at, words_at..tiles])
+                .chain([tiles..texels, texels..strata, strata..end])
             {
                 for filling in [0, 1, 0x7f, 0x80, 0xff] {
                     copy.copy_from_slice(bytes);

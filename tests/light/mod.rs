@@ -19,5 +19,6 @@ pub mod lookup;
 pub mod maps;
 mod parts;
 mod reach;
+mod strata;
 mod weights;
 mod words;

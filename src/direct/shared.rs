@@ -122,7 +122,7 @@ impl<'a> Shared<'a> {
         out: &mut [Ray],
     ) -> Result<Option<usize>, Fault> {
         let Some(number) = self.serve(level, environment, point, work)? else { return Ok(None) };
-        Ok(self.slot(number).and_then(|product| draw(level, environment, point, product, u, out)))
+        Ok(self.slot(number).and_then(|product| draw(environment, point, product, u, out)))
     }
 }
 
@@ -130,7 +130,6 @@ impl<'a> Shared<'a> {
 /// Answers how many there are. Apart, so that its stack does not lie below that of a preparation.
 #[inline(never)]
 fn draw(
-    level: Level,
     environment: &Environment<'_>,
     point: &Point<'_>,
     product: &[u8],
@@ -142,7 +141,7 @@ fn draw(
     let mut written = 0;
     for some in u.chunks(TOGETHER) {
         let mut drawn = [Drawn::default(); TOGETHER];
-        samples(level, &shaded, &frame, some, &mut drawn);
+        samples(&shaded, &frame, some, &mut drawn);
         for &Drawn { wi, pdf } in drawn.iter().take(some.len()) {
             if let (true, Some(ray)) = (pdf > 0.0 && is_above(point, wi), out.get_mut(written)) {
                 *ray = Ray { wi, weight: (1.0 / (u.len() as f32 * pdf)).min(f32::MAX) };

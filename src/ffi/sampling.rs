@@ -34,7 +34,7 @@ pub unsafe extern "C" fn wis_sample(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |level| {
+        with_level(sampler, |_| {
             let environment = view(environment, 2)?;
             let u = Strided::<2>::new(u, u_stride, count, 5)?;
             let out = StridedMut::<4>::new(drawn.cast(), drawn_stride, count, 7)?;
@@ -42,14 +42,14 @@ pub unsafe extern "C" fn wis_sample(
             match shaded(product, &environment, 3)? {
                 None => {
                     let light = environment.light();
-                    in_batches(&u, &out, count, |u, out| samples(level, &light, &frame, u, cast_slice_mut(out)));
+                    in_batches(&u, &out, count, |u, out| samples(&light, &frame, u, cast_slice_mut(out)));
                 }
                 // A black product has no cell to search: that leads to no direction.
                 Some(shaded) if shaded.product.header.scale == 0.0 => {
                     (0..count).for_each(|i| out.write(i, [0.0, 0.0, 1.0, 0.0]));
                 }
                 Some(shaded) => {
-                    in_batches(&u, &out, count, |u, out| samples(level, &shaded, &frame, u, cast_slice_mut(out)));
+                    in_batches(&u, &out, count, |u, out| samples(&shaded, &frame, u, cast_slice_mut(out)));
                 }
             }
             Ok(())
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn wis_pdf(
 ) -> Status {
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
-        with_level(sampler, |level| {
+        with_level(sampler, |_| {
             let environment = view(environment, 2)?;
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let pdf = StridedMut::<1>::new(pdf, pdf_stride, count, 7)?;
@@ -85,11 +85,11 @@ pub unsafe extern "C" fn wis_pdf(
                 None => {
                     let light = environment.light();
                     in_batches(&wi, &pdf, count, |wi, pdf| {
-                        pdfs(level, &light, &frame, wi, pdf.as_flattened_mut());
+                        pdfs(&light, &frame, wi, pdf.as_flattened_mut());
                     });
                 }
                 Some(shaded) => in_batches(&wi, &pdf, count, |wi, pdf| {
-                    pdfs(level, &shaded, &frame, wi, pdf.as_flattened_mut());
+                    pdfs(&shaded, &frame, wi, pdf.as_flattened_mut());
                 }),
             }
             Ok(())

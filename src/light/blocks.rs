@@ -202,7 +202,6 @@ pub fn write_cell(texels: &Texels<'_>, index: u32, level: u32, steps: &[Steps], 
         starts: if cell.count() == 1 { 0 } else { offset.starts as u32 },
         first: offset.blocks as u32,
         probability: 0.0,
-        candidates: 0.0,
     };
     (written, total)
 }

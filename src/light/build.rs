@@ -4,7 +4,6 @@
 use super::blocks::{CellBlocks, CellTables, Lengths, SINGLE, Steps, write_cell};
 use super::budget::{Choice, choose};
 use super::decode::RowSummary;
-use super::guide::MAX_CELLS;
 use super::map;
 use super::plan::Plan;
 use super::search::{stored_cell, write_table};
@@ -128,44 +127,6 @@ pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f3
             cell.probability = probability;
         }
     })
-}
-
-/// The tables of cells from which candidates are drawn, as compensation would have it for whole cells: lobes find what is as bright as the
-/// mean. A light that is compensated stays as it is.
-pub fn write_candidates(plan: &Plan, cells: &mut [Cell], tops: &mut [f32]) {
-    let of = |index: usize| {
-        let Some(cell) = cells.get(index) else { return 0.0 };
-        let light = f64::from(cell.probability);
-        let above = if plan.of.compensated { light } else { light - solid_angle(plan, cell) / (4.0 * PI) };
-        above.max(light * DIM)
-    };
-    let mut weights = [0.0; MAX_CELLS];
-    for (index, weight) in weights.iter_mut().enumerate() {
-        *weight = of(index);
-    }
-    let of = |index: usize| weights.get(index).copied().unwrap_or(0.0);
-    write_tops(plan, of, tops, |index, probability| {
-        if let Some(cell) = cells.get_mut(index) {
-            cell.candidates = if cell.probability > 0.0 { probability / cell.probability } else { 0.0 };
-        }
-    });
-}
-
-/// What a cell below the mean keeps of its light among candidates, at least. Compensation keeps a 64th (Karlik et al. 2019); but a client's
-/// BRDF may reflect where no lobe of the library does, and weighs 64 times more there.
-const DIM: f64 = 0.25;
-
-/// The solid angle of a cell, about: it only decides how many candidates the cell gets.
-fn solid_angle(plan: &Plan, cell: &Cell) -> f64 {
-    const STEPS: usize = 4;
-    let chart = &plan.chart;
-    let edge = |k: usize, patch: u16| chart.axes[k].edge(f32::from(patch));
-    let low = [edge(0, cell.origin[0]), edge(1, cell.origin[1])];
-    let size = [0, 1].map(|k: usize| edge(k, cell.origin[k] + cell.patches[k]) - low[k]);
-    let at = |i: usize, k: usize| low[k] + size[k] * ((i as f32 + 0.5) / STEPS as f32);
-    let places = (0..STEPS * STEPS).map(|i| [at(i % STEPS, 0), at(i / STEPS, 1)]);
-    let density = |position| f64::from(chart.place(chart.direction(f32::from(cell.face), position)).solid_angle);
-    f64::from(size[0] * size[1]) * places.map(density).sum::<f64>() / (STEPS * STEPS) as f64
 }
 
 /// Writes the starts of the rows of cells, then of the cells of each row, for the light of each cell, and hands over their probabilities.

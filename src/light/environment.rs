@@ -110,7 +110,6 @@ const LINE: usize = 64;
 #[repr(C)]
 struct Sections {
     tops: u64,
-    candidates: u64,
     cell_of: [u64; 2],
     cells: u64,
     colours: u64,
@@ -139,7 +138,6 @@ impl Sections {
         // What every sample reads stands together: the fewer pages, the fewer walks through page tables.
         let sections = Sections {
             tops: put(tops(grid) + WINDOW, 4, 4)?,
-            candidates: put(tops(grid) + WINDOW, 4, 4)?,
             cell_of: [put(plan.small_blocks(0) as usize, 1, 1)?, put(plan.small_blocks(1) as usize, 1, 1)?],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
@@ -461,7 +459,6 @@ impl<'a> Environment<'a> {
             grid: h.grid,
             cells: blob.part(s.cells, cells as u64),
             tops: Table::new(blob.part(s.tops, (tops(h.grid) + WINDOW) as u64), &[0.0; WINDOW]),
-            candidates: Table::new(blob.part(s.candidates, (tops(h.grid) + WINDOW) as u64), &[0.0; WINDOW]),
             cell_of: [
                 blob.part(s.cell_of[0], s.cell_of[1].wrapping_sub(s.cell_of[0])),
                 blob.part(s.cell_of[1], s.cells.wrapping_sub(s.cell_of[1])),
@@ -661,8 +658,7 @@ impl<'a> Writer<'a> {
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.tops),
-            (sections.tops, 4 * tops(plan.grid), sections.candidates),
-            (sections.candidates, 4 * tops(plan.grid), sections.cell_of[0]),
+            (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
             (sections.cell_of[1], plan.small_blocks(1) as usize, sections.cells),
             (sections.colours, 12 * count, sections.guide),
             (sections.guide, 0, sections.starts),
@@ -687,7 +683,6 @@ impl<'a> Writer<'a> {
         let (before, cells) = before.split_at_mut_checked(sections.cells as usize).unwrap_or_default();
         let cells = part_mut(cells, 0, count);
         let power = build::finish(&plan, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
-        build::write_candidates(&plan, cells, part_mut(before, sections.candidates as usize, tops(plan.grid)));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();

@@ -35,8 +35,6 @@ pub struct Cell {
     pub first: u32,
     /// Its share of the light.
     pub probability: f32,
-    /// How many times more candidates are drawn from it than its share of the light.
-    pub candidates: f32,
 }
 
 /// A block.
@@ -75,8 +73,6 @@ pub struct Light<'a> {
     pub cells: &'a [Cell],
     /// The starts of the rows of cells, then of the cells of each row.
     pub tops: Table<'a, f32>,
-    /// The same for candidates, which are drawn above all where the light is brighter than its mean.
-    pub candidates: Table<'a, f32>,
     /// The column and the row of cells in which a column and a row of the smallest blocks lie.
     pub cell_of: [&'a [u8]; 2],
     /// The smallest block has 2^side patches along each axis.

@@ -29,8 +29,6 @@ pub struct Patches<F: Num> {
     corner: [F; 4],
     /// What 1 in a corner stands for, as radiance over the power of the light.
     brightest: F,
-    /// How many times more candidates are drawn from the cell than its share of the light.
-    pub candidates: F,
     probability: F,
     start: [F; 2],
     width: [F; 2],
@@ -159,11 +157,10 @@ pub(super) struct Walk<const N: usize> {
     corner: [Ints<N>; 2],
 }
 
-/// What a walk also notes of cells, if it is asked to: products and candidates need it.
+/// What a walk also notes of cells, if it is asked to: products need it.
 pub(super) struct OfCells<const N: usize> {
     /// Starts and ends of blocks in their cells.
     outer: [[Floats<N>; 2]; 2],
-    candidates: Floats<N>,
 }
 
 // What lanes begin with is never read. Not zeros: the compiler leaves those to a function of the C library, whose code is in
@@ -174,7 +171,7 @@ pub(super) const NUMBER: f32 = 0.5;
 impl<const N: usize> OfCells<N> {
     #[inline(always)]
     pub(super) fn new() -> Self {
-        OfCells { outer: [[[NUMBER; N]; 2]; 2], candidates: [NUMBER; N] }
+        OfCells { outer: [[[NUMBER; N]; 2]; 2] }
     }
 
     #[inline(always)]
@@ -296,7 +293,6 @@ impl<const N: usize> Walk<N> {
             numbers[0][lane] = UNITS * rest(w, range);
             if let Some(of_cells) = &mut of_cells {
                 of_cells.put(0, lane, range);
-                of_cells.candidates[lane] = c.candidates;
             }
         }
     }
@@ -423,12 +419,9 @@ impl<const N: usize> Walk<N> {
     #[inline(always)]
     pub(super) fn patches<F: Num>(&self, light: &Light<'_>, of_cells: Option<&OfCells<N>>, first: usize) -> Patches<F> {
         let none = F::splat(0.0);
-        let (outer, candidates) = match of_cells {
-            None => ([(none, none); 2], none),
-            Some(of) => {
-                let outer = [of.range::<F>(0, first), of.range::<F>(1, first)];
-                (outer, floats::<F, N>(&of.candidates, first))
-            }
+        let outer = match of_cells {
+            None => [(none, none); 2],
+            Some(of) => [of.range::<F>(0, first), of.range::<F>(1, first)],
         };
         let inner = [self.inner_range::<F>(0, first), self.inner_range::<F>(1, first)];
         let whole = |of: &Ints<N>| F::of_ints(ints::<F, N>(of, first));
@@ -457,7 +450,6 @@ impl<const N: usize> Walk<N> {
             size: [columns.edge(behind[0]) - low[0], rows.edge(behind[1]) - low[1]],
             corner,
             brightest: floats::<F, N>(&self.brightest, first),
-            candidates,
             probability: floats::<F, N>(&self.share, first) * row_width * column_width,
             start: [outer[0].0 + outer[0].1 * (inner[0].0 * unit), outer[1].0 + outer[1].1 * (inner[1].0 * unit)],
             width: [outer[0].1 * column_width, outer[1].1 * row_width],
@@ -802,7 +794,6 @@ impl Light<'_> {
             starts: 0,
             first: 0,
             probability: 0.0,
-            candidates: 0.0,
         };
         self.cells.get(index as usize).unwrap_or(NONE)
     }

@@ -58,15 +58,13 @@ pub use num::{GROUP, Num, REGISTERS, Whole, places, sum};
 pub use scalar::{prefetch, rank, rank16, sqrt};
 pub use table::{Blob, Table};
 
-/// Four numbers, as every processor of this target has them.
-#[cfg(target_arch = "x86_64")]
-pub type Four = x86::X4;
-/// Four numbers, as every processor of this target has them.
-#[cfg(target_arch = "aarch64")]
-pub type Four = neon::N4;
-/// Four numbers, as every processor of this target has them.
+// Four numbers, as every processor of this target has them.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub type Four = A4;
+pub use array::A4 as Four;
+#[cfg(target_arch = "aarch64")]
+pub use neon::N4 as Four;
+#[cfg(target_arch = "x86_64")]
+pub use x86::X4 as Four;
 
 /// Numbers of a table that a search reads at once.
 pub const WINDOW: usize = 16;

@@ -243,7 +243,9 @@ fn the_same_bytes_as_in_rust() {
         assert!(built.as_bytes() == build(&config), "{name}");
         assert_eq!(size(&config).bytes, needed.bytes);
         if config.error_budget == 0.0 {
-            assert_eq!(built.as_bytes().len(), needed.bytes, "{name}");
+            let light = built.light();
+            let missing = wis::light::strata::most(&light.chart) - light.strata.len();
+            assert_eq!(built.as_bytes().len() + 16 * missing, needed.bytes, "{name}");
         }
     });
 }
@@ -496,7 +498,7 @@ fn stored_bytes() {
     });
 }
 
-/// With a budget the bytes are known after the second pass: a block that is too short can be replaced.
+/// With a budget the bytes are known after the second pass, but for the strata: a block that is too short can be replaced.
 #[test]
 fn short_memory() {
     let smooth: Vec<f32> = (0..256 * 128).map(|i| 1.0 + (i / 256) as f32 / 128.0).collect();
@@ -504,17 +506,19 @@ fn short_memory() {
     let config = LightConfig { error_budget: 0.01, flags, ..config(WIS_LAYOUT_LATLONG, 256, 128, &smooth) };
     let expected = build(&config);
     let most = size(&config);
-    assert!(expected.len() <= 16 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
+    assert!(expected.len() <= 24 << 10 && expected.len() < most.bytes / 4, "{} of {}", expected.len(), most.bytes);
     let mut scratch = Memory::new(most.scratch_bytes, 0);
     let (mut handle, mut at) = (null(), Diagnostic::default());
     let mut short = Memory::new(64, 0xa5);
     let (place, work) = (short.pointer(), scratch.pointer());
     // SAFETY: the blocks are as long as stated.
     let status = unsafe { wis_environment_init(&config, place, 64, work, most.scratch_bytes, &mut handle, &mut at) };
-    assert_eq!((status, at.argument, at.bytes_needed), (Status::MemoryTooSmall, 2, expected.len() as u64));
+    let needed = at.bytes_needed as usize;
+    assert_eq!((status, at.argument), (Status::MemoryTooSmall, 2));
+    assert!(expected.len() <= needed && needed <= expected.len() + 16 * wis::light::strata::MOST);
     assert!(short.bytes().iter().all(|&byte| byte == 0xa5));
-    let mut memory = Memory::new(expected.len(), 0xa5);
-    let size = MemorySize { bytes: expected.len(), ..most };
+    let mut memory = Memory::new(needed, 0xa5);
+    let size = MemorySize { bytes: needed, ..most };
     let shared = Shared { config: &config, memory: memory.pointer(), scratch: work, size };
     let cells = 16 * 8;
     assert_eq!(shared.run(2, 0, cells), Status::Ok);
@@ -524,7 +528,7 @@ fn short_memory() {
         wis_environment_finish(&config, shared.memory, size.bytes, work, scratch_bytes, &mut handle, null_mut())
     };
     assert_eq!(status, Status::Ok);
-    assert!(memory.bytes() == expected);
+    assert!(memory.bytes()[..expected.len()] == expected);
 }
 
 /// A pass waits for all items of those before it, and takes only its own items.
@@ -560,7 +564,8 @@ fn passes_in_order() {
     }
     assert_eq!(shared.run(3, 0, 0), Status::InvalidArgument);
     assert_eq!(finish(), Status::Ok);
-    assert!(memory.bytes() == build(&config));
+    let expected = build(&config);
+    assert!(memory.bytes()[..expected.len()] == expected);
 }
 
 /// Another configuration than that of wis_environment_begin is a mismatch.

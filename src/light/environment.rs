@@ -196,7 +196,7 @@ impl Plan {
         if full.words as u64 > u64::from(u32::MAX) {
             return Err(Status::Overflow);
         }
-        let sections = Sections::new(self, full, strata::MOST).ok_or(Status::Overflow)?;
+        let sections = Sections::new(self, full, strata::most(&self.chart)).ok_or(Status::Overflow)?;
         Ok(Size { bytes: sections.end as usize, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
     }
 }
@@ -547,7 +547,7 @@ impl Places {
     pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
         let lengths = build::offset(work, plan.cells());
         let Sections { cells, starts, blocks, words, texels, end, .. } =
-            Sections::new(plan, lengths, strata::MOST).ok_or(Status::Overflow)?;
+            Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
         let [cells, starts, blocks, words, texels, end] =
             [cells, starts, blocks, words, texels, end].map(|place| place as usize);
         Ok(Places { cells, starts, blocks, words, texels, end })
@@ -575,7 +575,7 @@ impl<'a> Writer<'a> {
     /// [`BuildError::TooSmall`].
     pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, BuildError> {
         let lengths = build::offset(work, plan.cells());
-        let sections = Sections::new(plan, lengths, strata::MOST).ok_or(Status::Overflow)?;
+        let sections = Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
         let end = sections.end as usize;
         let bytes = memory.get_mut(..end).ok_or(BuildError::TooSmall(end))?;
         Ok(Writer { plan: *plan, sections, lengths, bytes })
@@ -742,7 +742,7 @@ impl<'a> Writer<'a> {
 fn write_strata(plan: &Plan, sections: &Sections, bytes: &mut [u8], room: &mut [f32]) -> usize {
     let (before, rest) = bytes.split_at_mut_checked(sections.strata as usize).unwrap_or_default();
     let Some(environment) = Environment::view(before) else { return 0 };
-    let built = strata::build(&environment.light(), plan.of.budget, room, part_mut(rest, 0, strata::MOST));
+    let built = strata::build(&environment.light(), plan.of.budget, room, part_mut(rest, 0, strata::most(&plan.chart)));
     let header = before.get_mut(..size_of::<Header>()).and_then(|start| bytemuck::try_from_bytes_mut(start).ok());
     let Some::<&mut Header>(header) = header else { return 0 };
     header.bytes = sections.strata + (built.count * size_of::<[f32; 4]>()) as u64;

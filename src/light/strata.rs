@@ -7,7 +7,7 @@
 //! A node looks at its box as a grid of at most 64 x 64 cells and cuts at their borders: cells are 2^k patches wide, whose sums
 //! stand in a pyramid, or parts of a patch, which are looked up. So the work is that of the strata, besides one pass over all patches.
 
-use super::chart::Layout;
+use super::chart::{Chart, Layout};
 use super::map::{WHOLE, decode, solid_angle};
 use super::plan::Plan;
 use super::tables::Light;
@@ -79,6 +79,12 @@ fn level_cells(patches: [u32; 2], level: u32) -> [usize; 2] {
 /// Cells of all levels below one.
 fn cells_below(patches: [u32; 2], level: u32) -> usize {
     (1..level).map(|level| level_cells(patches, level)).map(|[columns, rows]| columns * rows).sum()
+}
+
+/// The most strata of a chart: a map of a few texels is followed by a few strata.
+pub fn most(chart: &Chart) -> usize {
+    let patches = chart.axes.map(|axis| u64::from(axis.patches)).iter().product::<u64>() * u64::from(chart.faces());
+    COUNTS.into_iter().find(|&count| count as u64 >= patches).unwrap_or(MOST)
 }
 
 /// How many numbers a build needs room for.
@@ -200,7 +206,7 @@ pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 
     let power = field.sum_up(room);
     let inverse = if power > 0.0 { (field.scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
     let goal = 1.0 + GOAL.max(budget);
-    let all_patches = field.patches.map(u64::from).iter().product::<u64>() * u64::from(light.chart.faces());
+    let most = most(&light.chart);
     let mut built = Built { count: 0, mean: mean as f32, inverse_power: inverse, second_moment: 1.0 };
     for count in COUNTS {
         let out = out.get_mut(..count).unwrap_or_default();
@@ -208,8 +214,7 @@ pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 
         let squares = field.strata(room, out);
         built.count = count;
         built.second_moment = if power > 0.0 { (count as f64 * squares / (power * power)) as f32 } else { 1.0 };
-        // A map of a few texels is followed by a few strata.
-        if built.second_moment <= goal || count as u64 >= all_patches {
+        if built.second_moment <= goal || count == most {
             break;
         }
     }
@@ -673,12 +678,15 @@ pub fn are_sound(light: &Light<'_>) -> bool {
     let sound = light.strata.iter().all(|stratum| {
         let [x, y, width, rows] = stratum.map(|x| x * units);
         let whole = [x, y, width, rows].iter().all(|&n| (0.0..(1 << BITS) as f32).contains(&n) && n as u32 as f32 == n);
+        if !whole {
+            return false;
+        }
         let [x, y, width, rows] = [x, y, width, rows].map(|n| n as u64);
         let [length, height] = [length, height].map(|n| (n * units) as u64);
         sum = sum.saturating_add(width * rows);
         let fits =
             x + width <= length && y % height.max(1) + rows <= height && y < height * u64::from(light.chart.faces());
-        whole && width > 0 && rows > 0 && fits
+        width > 0 && rows > 0 && fits
     });
     sound && COUNTS.contains(&light.strata.len()) && sum as f64 == all
 }

@@ -12,6 +12,9 @@ use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
+/// A Phong lobe of which less than this share of its peak reaches above the horizon reflects nothing.
+const FAINT: f32 = 1.0 / (1u64 << 63) as f32;
+
 /// A lobe at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe {
@@ -120,7 +123,11 @@ impl Surface {
                 return Err(Fault::F0(index));
             }
             // From below no microfacet is visible, but clients evaluate other lobes there as from above.
-            let visible = above || !shape.kind.is_ggx();
+            let visible = above
+                || match shape.kind {
+                    Kind::Phong => libm::powf(min(sqrt(wo[0] * wo[0] + wo[1] * wo[1]), 1.0), shape.a) > FAINT,
+                    kind => !kind.is_ggx(),
+                };
             let fresnel = if visible { schlick(shape.kind, *weight, *f0) } else { [0.0; 2] };
             let share = reflectance(fresnel, wo[2]);
             let seen = if above { wo } else { [0.0, 0.0, 1.0] };

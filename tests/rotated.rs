@@ -13,6 +13,10 @@ const HEIGHT: u32 = 64;
 
 /// A sky with a lamp, and its environment.
 fn environment(radiance: impl Fn([f64; 3]) -> f32) -> (Memory, *const Environment) {
+    environment_in(WIS_STORAGE_PYRAMID, radiance)
+}
+
+fn environment_in(storage: u32, radiance: impl Fn([f64; 3]) -> f32) -> (Memory, *const Environment) {
     let (width, height) = (2 * HEIGHT as usize, HEIGHT as usize);
     let texel = |i: usize| {
         let uv = [((i % width) as f64 + 0.5) / width as f64, ((i / width) as f64 + 0.5) / height as f64];
@@ -24,7 +28,7 @@ fn environment(radiance: impl Fn([f64; 3]) -> f32) -> (Memory, *const Environmen
         let mut config: EnvironmentConfig = std::mem::zeroed();
         config.size = size_of::<EnvironmentConfig>() as u32;
         (config.layout, config.width, config.height) = (WIS_LAYOUT_LATLONG, width as u32, height as u32);
-        (config.channels, config.format, config.storage) = (1, WIS_FORMAT_F32, WIS_STORAGE_PYRAMID);
+        (config.channels, config.format, config.storage) = (1, WIS_FORMAT_F32, storage);
         (config.resolution, config.pixels) = (128, texels.as_ptr().cast());
         let (mut size, mut handle) = (MemorySize::default(), null());
         assert_eq!(wis_wavelet_light_size(&config, &mut size, null_mut()), Status::Ok);
@@ -129,4 +133,25 @@ fn the_least_and_the_frames() {
     assert!((added - 0.5).abs() < 0.01, "{added}");
     let (_memory, black) = environment(|_| 0.0);
     assert_eq!(rotated(&TreeConfig { least: 1.0, ..config(black, 5, &frame) }).1.average, 0.0);
+}
+
+/// A sparse light keeps its squares in another order than one in heap order, and means the same.
+#[test]
+fn sparse_lights_rotate_as_others_do() {
+    let lights = [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE].map(|storage| environment_in(storage, luminance));
+    let frame = random_frame(&mut Random(11), false);
+    let trees = [0, 1].map(|k: usize| rotated(&config(lights[k].1, 5, &frame)).0);
+    let mut random = Random(13);
+    for _ in 0..300 {
+        let point = [random.f32(), random.f32()];
+        let [a, b] = [0, 1].map(|k: usize| {
+            let mut pdf = 0.0;
+            // SAFETY: the tree is alive and the point has two numbers.
+            unsafe {
+                assert_eq!(wis_tree_pdf(trees[k].bytes().as_ptr().cast(), point.as_ptr(), &mut pdf), Status::Ok);
+            }
+            pdf
+        });
+        assert!((a - b).abs() <= 1e-3 * a, "{point:?}: {a} {b}");
+    }
 }

@@ -495,3 +495,13 @@ fn bad_maps_and_configs_are_refused() {
     assert_eq!(lights(&nothing.light_config(WIS_ENVIRONMENT_SANITISE), &good).unwrap(), (vec![], vec![0; 128]));
     assert_eq!(lights(&map.light_config(0), &strata_config(0)).unwrap().0, vec![]);
 }
+
+/// A texel with light has a density above 0, however small its share of the stratum.
+#[test]
+fn the_faintest_place_has_a_density() {
+    let (width, height) = (8, 4);
+    let map = Map::latlong(width, height, |x, y| if (x, y) == (0, 0) { 1e-38 } else { 1e37 });
+    let places = Places::new(&map.light_config(0), 1, &vec![0; (width * height) as usize], WIS_JITTER_ENERGY);
+    let wi = direction(&Config::new(width, height, 1), 0).map(|c| c as f32);
+    assert!(places.pdf(0, wi) > 0.0);
+}

@@ -12,6 +12,9 @@ use crate::sphere::{Frame, unit};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
+/// A Phong lobe of which less than this share of its peak reaches above the horizon reflects nothing.
+const FAINT: f32 = 1.0 / (1u64 << 63) as f32;
+
 /// A lobe at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe {
@@ -145,7 +148,13 @@ impl Surface {
                 _ => LobeShape::Lambert,
             };
             // From below no microfacet is visible, but clients evaluate other lobes there as from above.
-            if above || !shape.kind.is_ggx() {
+            let [x, y, _] = self.wo;
+            let visible = above
+                || match shape.kind {
+                    Kind::Phong => libm::powf(min(sqrt(x * x + y * y), 1.0), shape.a) > FAINT,
+                    kind => !kind.is_ggx(),
+                };
+            if visible {
                 lobe.fresnel = schlick(shape.kind, *weight, *f0);
                 lobe.share = reflectance(lobe.fresnel, self.wo[2]);
                 total += lobe.share;

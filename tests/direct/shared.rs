@@ -142,6 +142,21 @@ fn hits_share_a_product() {
     assert_eq!(single(here[0].wi.map(f64::from)), here[0].wi);
 }
 
+/// A product belongs to its light: of two lights in one pixel each has its own.
+#[test]
+fn another_light_has_another_product() {
+    let [(_, sky), (_, sun)] = maps();
+    let (sky, sun) = (Light::of(&sky), Light::of(&sun));
+    let client = Client::new(&[Shape::LAMBERT], client::lambert);
+    let at = Sequence { seed: 1, turn: 0, stream: 0 };
+    let mut thread = sharing(Level::detect());
+    let mut rays = |light: &Light| thread.direct_by(&light.environment(), &client.point(), at, &[[0.3, 0.7]]);
+    rays(&sky);
+    let behind = rays(&sun);
+    let alone = sharing(Level::detect()).direct_by(&sun.environment(), &client.point(), at, &[[0.3, 0.7]]);
+    assert_eq!(behind, alone);
+}
+
 /// A hit of a later bounce is chosen among candidates, whatever numbers the client has: to the bit.
 #[test]
 fn later_bounces_share_no_products() {

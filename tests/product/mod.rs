@@ -7,6 +7,7 @@ mod cone;
 mod degenerate;
 mod divided;
 mod floor;
+mod formulas;
 mod invert;
 mod lamp;
 mod mean;

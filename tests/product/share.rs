@@ -5,7 +5,7 @@ use super::lookup::Map;
 use super::maps::sky;
 use super::points::view;
 use super::prepared::Prepared;
-use wis::brdf::material::{Material, Shape};
+use wis::brdf::material::{Kind, Material, Shape};
 use wis::light::chart::Layout;
 use wis::light::plan::Filter;
 use wis::product::prepare::Config;
@@ -53,6 +53,18 @@ fn weights_and_reflectances_may_differ_but_not_lobes() {
         point.weight = [[1.0; 3]; 4];
         assert_eq!(product.product().header.covers(&point), serves, "{shapes:?}");
     }
+}
+
+/// A sharp lobe through glass points elsewhere than one through water.
+#[test]
+fn another_refractive_index_is_not_served() {
+    let built = built();
+    let through = |eta: f32| material(&[Shape { kind: Kind::GgxTransmission, a: 0.2, b: 0.2, eta }]);
+    let (glass, water) = (through(1.5), through(1.33));
+    let point = view(&glass, [0.0, 0.0, 1.0], 30.0, 0.5);
+    let product = Prepared::new(&built, &point);
+    assert!(product.product().header.covers(&point));
+    assert!(!product.product().header.covers(&view(&water, [0.0, 0.0, 1.0], 30.0, 0.5)));
 }
 
 /// Weights f cos / pdf grow as the share of a lobe does.

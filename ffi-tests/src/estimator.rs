@@ -186,16 +186,6 @@ impl Sampler {
         }
     }
 
-    /// How many samples each of two techniques draws, and how many are to be expected.
-    pub fn halves(&mut self, n: usize) -> ([usize; 2], [f32; 2]) {
-        if n == 1 {
-            let heads = self.batch.points(Stream::Choice, 1)[0][0] < 0.5;
-            return ([usize::from(heads), usize::from(!heads)], [0.5; 2]);
-        }
-        let counts = [n / 2, n - n / 2];
-        (counts, counts.map(|count| count as f32))
-    }
-
     /// Picks every sample that adds something.
     pub fn take_all(&mut self) {
         let Sampler { batch, picks, .. } = self;
@@ -271,8 +261,9 @@ mod tests {
             for (peer, evaluated) in [
                 (Peer::Environment, n),
                 (Peer::Brdf, n),
-                (Peer::MisBalance, n),
-                (Peer::MisCompensated, n),
+                // At least one of each technique.
+                (Peer::MisBalance, n.max(2)),
+                (Peer::MisCompensated, n.max(2)),
                 (Peer::Ris(8, Candidates::Compensated), 8 * n),
                 (Peer::Pool(4, Candidates::Plain), 4 * n),
             ] {

@@ -9,6 +9,7 @@ use crate::estimator::{Sampler, Setting};
 use crate::kept::Kept;
 use crate::lanes::F8;
 use crate::material::Bsdf;
+use crate::peers::halves;
 use crate::scene::ShadingPoint;
 use std::cell::RefCell;
 
@@ -168,7 +169,7 @@ impl Sampler {
         Ok(())
     }
 
-    /// Half of a density and half of the BRDF, by the balance heuristic; a single sample tosses a coin.
+    /// Half of a density and half of the BRDF, by the balance heuristic, as [`halves`] has it.
     ///
     /// # Errors
     /// Those of the library.
@@ -179,13 +180,13 @@ impl Sampler {
         bsdf: &Bsdf,
         n: usize,
     ) -> client::Result<()> {
-        let (counts, expected) = self.halves(n);
+        let counts = halves(n);
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(density)?;
         self.reflect(setting, bsdf);
-        let expected = expected.map(F8::splat);
-        self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
+        let [drawn, scattered] = counts.map(|count| F8::splat(count as f32));
+        self.batch.weigh_by_drawn(|product, bsdf| product * drawn + bsdf * scattered);
         self.take_all();
         Ok(())
     }

@@ -174,7 +174,8 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
     );
     let words = "Absolute error weighs bright pixels, relative error weighs all pixels alike. Cheap: a ray takes about 50 ns, and the \
                  BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
-                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. MIS \
+                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
+                 it takes one of each, and pays for both. MIS \
                  compensated: the same, but the light is sampled by what it has above its mean. The best peer is chosen for each cell. \
                  Caches are cold. More situations stand [below](#all-situations).";
     vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]

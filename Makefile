@@ -33,7 +33,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler tuning passes structured wavelets \
-	triple check test fuzz fuzz-guided growth check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
+	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -208,6 +208,10 @@ check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an 
 
 check-thumb: ## build all of the library for ARM Cortex-M4F and link it without anything else: proof of no_std
 	scripts/check-thumb.sh $(BUILD)/thumb
+
+instructions: lib ## count the instructions of one call of wis_direct and the cache lines that it touches
+	scripts/setup.sh test
+	scripts/check-instructions.sh $(LIB) $(BUILD)/instructions --lines
 
 check: ## after each change: format, lints and the laws of the renderer's path, in a minute
 	scripts/check.sh

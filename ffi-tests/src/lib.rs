@@ -11,13 +11,13 @@ pub mod cost;
 pub mod data;
 pub mod dense;
 pub mod directions;
+pub mod earlier;
 pub mod embree;
 pub mod environment;
 pub mod estimator;
 pub mod grid;
 pub mod hardcases;
 pub mod images;
-pub mod kept;
 pub mod lanes;
 #[cfg(test)]
 mod laws;

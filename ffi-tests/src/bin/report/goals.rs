@@ -8,6 +8,7 @@ use std::time::Instant;
 use wis_ffi_tests::before;
 use wis_ffi_tests::caches::{CACHES, WARM};
 use wis_ffi_tests::client::{self, Block, raw};
+use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment::{self, Environment, Light};
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::material::Material;
@@ -43,14 +44,11 @@ pub struct Measured {
     pub product_bytes: usize,
     /// A call for one ray of 16 candidates, and a candidate of a call for 64 rays of 4.
     pub direct: [Times; 2],
+    /// How many times its warm time a call of version 0.2 takes with each of `CACHES`: of the current one if that is not there.
+    pub slower: Times,
 }
 
 impl Measured {
-    /// How many times its warm time a call for one ray takes with each of `CACHES`.
-    pub fn slower(&self) -> Times {
-        self.direct[0].map(|ns| ns / self.direct[0][WARM])
-    }
-
     /// # Errors
     /// Those of the library.
     pub fn new(studies: &[Study], quick: bool) -> Result<Measured> {
@@ -66,7 +64,9 @@ impl Measured {
         let glossy = Material::ggx(0.2);
         let one = direct(&lit, &glossy, &points, (1, 16), rounds)?;
         let many = direct(&lit, &glossy, &points, (64, 4), rounds)?;
+        let before = earlier(&lit, &glossy, &points, rounds)?.unwrap_or(one);
         Ok(Measured {
+            slower: before.map(|ns| ns / before[WARM]),
             light: light.name.clone(),
             build: (median(&builds), lit.tables.info.bytes as usize),
             prepare: prepare.into_iter().collect::<client::Result<_>>()?,
@@ -114,6 +114,14 @@ fn product(lit: &Lit, material: &Material, point: &ShadingPoint, rounds: usize) 
     let mut memory = setting.preparation.memory()?;
     let before = before::prepare(&setting, point, &mut memory)?;
     speed::speed(&[&now, &before], rounds)
+}
+
+/// Nanoseconds of a call of version 0.2 for one ray of 16 candidates.
+fn earlier(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<Option<Times>> {
+    let Some(mut sampler) = earlier::Sampler::new(1, 16, 1, &material.lobes())? else { return Ok(None) };
+    let Some(environment) = &lit.earlier else { return Ok(None) };
+    let at = shaded(material, &environment::material(&material.lobes())?, points);
+    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], 1).map(drop)).map(Some)
 }
 
 /// Nanoseconds of a call for rays and candidates of each.

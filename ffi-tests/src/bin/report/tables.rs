@@ -9,6 +9,7 @@ use anyhow::Result;
 use std::collections::HashMap;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::earlier;
 use wis_ffi_tests::measure::{Cell, Errors, FEW, REGIONS};
 use wis_ffi_tests::method::{EXTENDED, FIRST};
 use wis_ffi_tests::page::{Page, Part, Table, times};
@@ -61,8 +62,12 @@ const SITUATIONS: [Situation; 15] = [
 ];
 
 /// What the first table compares with.
-const RIVALS: [Against; 3] =
-    [Against::Method("MIS balance"), Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
+const RIVALS: [Against; 4] = [
+    Against::Method("MIS balance"),
+    Against::Method("MIS compensated"),
+    Against::Best(&EXTENDED),
+    Against::Method(earlier::NAME),
+];
 
 /// The whole page.
 ///
@@ -80,7 +85,7 @@ pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured, pictu
     short.extend(sun(suns));
     short.extend(weights_and_limit(&main));
     short.extend(tuned::parts(&main, &lights(&main)));
-    short.extend(method(run, measured.slower()));
+    short.extend(method(run, measured.slower));
     let mut long = Vec::new();
     for name in studies(cells) {
         let cells = of_study(cells, &name);
@@ -178,6 +183,7 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
                  renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
                  it takes one of each, and pays for both. MIS \
                  compensated: the same, but the light is sampled by what it has above its mean. The best peer is chosen for each cell. \
+                 0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
                  Caches are those of a renderer. More situations stand [below](#all-situations).";
     vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]
 }
@@ -507,7 +513,7 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
         "Equal time: variance x time of a peer over variance x time of wis, at the same number of rays.".into(),
         "Times include drawing, preparing, evaluating and tracing. The costs of the expensive model are really spent.".into(),
         "Caches of a renderer: before each hit a ray goes through a million triangles, tile after tile, and 256 kB of other memory are read. Warm: a pixel after another. Cold: 32 MB are touched before a pixel.".into(),
-        format!("A call for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
+        format!("A call of 0.2 for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
         "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
         "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
         format!("The {} peers: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses). The list of version 0.1 is the first {}.", EXTENDED.each.len(), FIRST.each.len()),

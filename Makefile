@@ -35,8 +35,8 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report test-report performance check-pages light sampler tuning passes structured wavelets \
-	triple check test fuzz fuzz-guided growth check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
+.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report goals test-report performance check-pages light sampler tuning passes structured wavelets \
+	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -138,8 +138,14 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 
 report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
+	scripts/earlier.sh
 	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
 	$(if $(QUICK),,scripts/performance-page.sh)
+
+goals: lib ## hold the goals of 0.3 beside version 0.2, which is built from the history, and write docs/measurements/goals.md: QUICK=1 for a check
+	scripts/setup.sh test
+	scripts/earlier.sh
+	scripts/instruments.sh $(LIB) run --bin goals -- $(if $(QUICK),$(BUILD)/goals-quick.md --quick,docs/measurements/goals.md)
 
 test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
 	scripts/setup.sh browser
@@ -214,6 +220,10 @@ check-aarch64: ## run the tests of lanes and of recorded bits on AArch64, in an 
 
 check-thumb: ## build all of the library for ARM Cortex-M4F and link it without anything else: proof of no_std
 	scripts/check-thumb.sh $(BUILD)/thumb
+
+instructions: lib ## count the instructions of one call of wis_direct and the cache lines that it touches
+	scripts/setup.sh test
+	scripts/check-instructions.sh $(LIB) $(BUILD)/instructions --lines
 
 check: ## after each change: format, lints and the laws of the renderer's path, in a minute
 	scripts/check.sh

@@ -4,7 +4,8 @@
 set -eu
 cd "$(dirname "$0")/.."
 stale=0
-for page in docs/*.md; do
+for page in docs/*.md docs/measurements/*.md; do
+    [ -e "$page" ] || continue
     line=$(sed -n 's/^<!-- made from \([0-9a-f]*\) by \([a-z-]*\) -->$/\1 \2/p' "$page")
     [ -n "$line" ] || continue
     made=${line% *}

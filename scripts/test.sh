@@ -160,6 +160,7 @@ library() {
     touch "$logs/installed"
     step header scripts/check-header.sh
     step size scripts/check-size.sh "$installed/lib" "$logs/size"
+    step instructions scripts/check-instructions.sh "$installed/lib" "$logs/instructions"
     step symbols scripts/check-symbols.sh "$installed/lib"
     step licences scripts/check-licences.sh "$installed"
     step mathematics scripts/check-mathematics.sh "$installed" "$logs/mathematics"

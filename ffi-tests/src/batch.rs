@@ -138,13 +138,6 @@ impl Batch {
         self.pdf_drawn.push(pdf);
     }
 
-    /// The directions of all samples as the library takes them, and their weights.
-    pub fn weighed(&mut self) -> (&[[f32; 3]], &[f32]) {
-        self.drawn.clear();
-        self.drawn.extend((0..self.count).map(|i| self.wi.get(i).to_array()));
-        (&self.drawn, &self.reflected[..self.count])
-    }
-
     /// Asks the library for the pdfs of those samples that have none of it.
     pub fn ask(&mut self, density: &dyn Density) -> client::Result<()> {
         let first = self.pdf_drawn.len();

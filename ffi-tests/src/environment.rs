@@ -28,7 +28,8 @@ impl<'a> Map<'a> {
         Map { layout, width, height, channels, filter, flags: 0, error_budget: 0.0, texels, world_from_map: None }
     }
 
-    fn config(&self) -> raw::wis_environment_config {
+    /// As the library takes it.
+    pub fn config(&self) -> raw::wis_environment_config {
         let mut config = raw::wis_environment_config {
             size: size_of::<raw::wis_environment_config>() as u32,
             layout: self.layout,

@@ -5,6 +5,7 @@ use crate::batch::{Batch, Stream};
 use crate::client::{self, Environment, Preparation};
 use crate::cost::Cost;
 use crate::dense::{Dense, Grid};
+use crate::earlier;
 use crate::environment;
 use crate::lanes::F8;
 use crate::library::Library;
@@ -25,6 +26,8 @@ pub struct Lit<'a> {
     pub environment: &'a Environment,
     /// The light in small tables.
     pub tables: environment::Environment,
+    /// As version 0.2 builds it, if that is there.
+    pub earlier: Option<earlier::Environment>,
     pub sources: Option<Sources>,
     pub plain: Texels,
     pub compensated: Texels,
@@ -38,9 +41,9 @@ impl<'a> Lit<'a> {
     pub fn new(light: &'a Light, environment: &'a Environment) -> client::Result<Lit<'a>> {
         let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
         let strata = Stratified::new(light)?;
-        let tables = light.tables(0, 0.0)?;
+        let (tables, earlier) = (light.tables(0, 0.0)?, light.mapped(0, 0.0, earlier::Environment::new)?);
         let (grid, sources) = (Grid::new(light), None);
-        Ok(Lit { light, environment, tables, sources, plain, compensated, strata, grid })
+        Ok(Lit { light, environment, tables, earlier, sources, plain, compensated, strata, grid })
     }
 
     /// With what is needed to sample the light alone in other ways.
@@ -58,6 +61,7 @@ pub struct Setting<'a> {
     pub light: &'a Light,
     pub environment: &'a Environment,
     pub tables: &'a environment::Environment,
+    pub earlier: Option<&'a earlier::Environment>,
     pub sources: Option<&'a Sources>,
     pub material: &'a Material,
     pub plain: &'a Texels,
@@ -74,13 +78,14 @@ pub struct Setting<'a> {
 impl<'a> Setting<'a> {
     pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
         let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, .. } = lit;
-        let sources = lit.sources.as_ref();
+        let (earlier, sources) = (lit.earlier.as_ref(), lit.sources.as_ref());
         let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
         let (candidates, cost) = (0, Cost::CHEAP);
         Setting {
             light,
             environment,
             tables,
+            earlier,
             sources,
             material,
             plain,
@@ -186,16 +191,6 @@ impl Sampler {
         }
     }
 
-    /// How many samples each of two techniques draws, and how many are to be expected.
-    pub fn halves(&mut self, n: usize) -> ([usize; 2], [f32; 2]) {
-        if n == 1 {
-            let heads = self.batch.points(Stream::Choice, 1)[0][0] < 0.5;
-            return ([usize::from(heads), usize::from(!heads)], [0.5; 2]);
-        }
-        let counts = [n / 2, n - n / 2];
-        (counts, counts.map(|count| count as f32))
-    }
-
     /// Picks every sample that adds something.
     pub fn take_all(&mut self) {
         let Sampler { batch, picks, .. } = self;
@@ -271,8 +266,9 @@ mod tests {
             for (peer, evaluated) in [
                 (Peer::Environment, n),
                 (Peer::Brdf, n),
-                (Peer::MisBalance, n),
-                (Peer::MisCompensated, n),
+                // At least one of each technique.
+                (Peer::MisBalance, n.max(2)),
+                (Peer::MisCompensated, n.max(2)),
                 (Peer::Ris(8, Candidates::Compensated), 8 * n),
                 (Peer::Pool(4, Candidates::Plain), 4 * n),
             ] {

@@ -1,14 +1,15 @@
 //! The methods under test: the library through its C interface. What calls it in order to estimate stands here, in `before`
-//! and in `kept`, and nowhere else.
+//! and in `earlier`, and nowhere else.
 
 use crate::batch::Stream;
-use crate::before::{self, Before};
+use crate::before;
 use crate::client::{self, Block, Brdf, Density, raw};
+use crate::earlier;
 use crate::environment::{self, Light};
 use crate::estimator::{Sampler, Setting};
-use crate::kept::Kept;
 use crate::lanes::F8;
 use crate::material::Bsdf;
+use crate::peers::halves;
 use crate::scene::ShadingPoint;
 use std::cell::RefCell;
 
@@ -23,25 +24,18 @@ pub enum Mode {
     Target,
     /// Samples of the product.
     Product,
-    /// Samples of a product that the client keeps for the hits of a pixel: what wis_direct does with numbers of the client's own.
-    Kept,
     /// Half of the product and half of the BRDF, by the balance heuristic: classic MIS.
     ProductMis,
-    /// A sampler of version 0.1.
-    Before(Before),
+    /// The rays that wis_direct of version 0.2 answers.
+    Earlier,
+    /// Samples of the product of version 0.1.
+    Before,
 }
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 7] = [
-        Mode::Direct,
-        Mode::Shared,
-        Mode::Target,
-        Mode::Product,
-        Mode::Kept,
-        Mode::ProductMis,
-        Mode::Before(Before::Product),
-    ];
+    pub const ALL: [Mode; 7] =
+        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Earlier, Mode::Before];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -49,16 +43,16 @@ impl Mode {
             Mode::Shared => "direct, shared",
             Mode::Target => "direct, target",
             Mode::Product => "product",
-            Mode::Kept => "product, kept",
             Mode::ProductMis => "product + MIS",
-            Mode::Before(before) => before.name(),
+            Mode::Earlier => earlier::NAME,
+            Mode::Before => "wavelet product",
         }
     }
 
-    /// Whether it is something of its own: of a single hit, sharing and keeping are not, nor is a target that is the lobes.
+    /// Whether it is something of its own: of a single hit, sharing is not, nor is a target that is the lobes.
     pub fn differs(self, hits_share: bool, is_measured: bool) -> bool {
         match self {
-            Mode::Shared | Mode::Kept => hits_share,
+            Mode::Shared => hits_share,
             Mode::Target => is_measured,
             _ => true,
         }
@@ -70,10 +64,10 @@ pub struct Library {
     sampler: RefCell<environment::Sampler>,
     material: raw::wis_material,
     product: Block,
-    kept: Kept,
+    earlier: Option<earlier::Sampler>,
     numbers: Vec<[f32; 2]>,
     rays: Vec<raw::wis_ray>,
-    before: before::State,
+    before: Block,
 }
 
 /// Rays of a call to wis_direct at most.
@@ -84,9 +78,10 @@ impl Library {
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
         let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, hits)?);
-        let (product, kept, numbers, rays) = (Block::new(0), Kept::new()?, Vec::new(), Vec::new());
-        let material = environment::material(&setting.material.lobes())?;
-        Ok(Library { sampler, material, product, kept, numbers, rays, before: before::State::new(setting)? })
+        let (product, numbers, rays, lobes) = (Block::new(0), Vec::new(), Vec::new(), setting.material.lobes());
+        let material = environment::material(&lobes)?;
+        let earlier = earlier::Sampler::new(RAYS, setting.candidates, hits, &lobes)?;
+        Ok(Library { sampler, material, product, earlier, numbers, rays, before: setting.preparation.memory()? })
     }
 
     /// What calls on the new light take.
@@ -106,7 +101,7 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, material, product, kept, numbers, rays, before } = self;
+        let Library { sampler: own, material, product, earlier, numbers, rays, before } = self;
         let mut at = setting.material.point(point, material);
         match mode {
             Mode::Direct | Mode::Shared | Mode::Target => {
@@ -130,32 +125,42 @@ impl Library {
                 // BRDF and radiance are evaluated for the rays alone, after the loop: eight side by side.
                 let add = |wi, weight: f32| sampler.batch.push_drawn(wi, 1.0 / weight);
                 own.get_mut().direct_light(setting.tables, &at, u, target, rays, add)?;
-                sampler.reflect(setting, bsdf);
-                sampler.batch.weigh_by_drawn(|density, _| density);
-                sampler.take_all();
+                sampler.weighted(setting, bsdf);
+                Ok(())
+            }
+            Mode::Earlier => {
+                (at.seed, at.turn) = (client::pixel_seed(point.pixel, pass), point.hit);
+                let (own, light) = earlier.as_mut().zip(setting.earlier).expect("a mode that is there");
+                for ray in own.direct(light, &at, n)? {
+                    sampler.batch.push_drawn(ray.wi, 1.0 / ray.weight);
+                }
+                sampler.weighted(setting, bsdf);
                 Ok(())
             }
             Mode::Product => {
                 let density = Light::product(setting.tables, own, &at, product)?;
                 sampler.density(&density, setting, bsdf, n)
             }
-            Mode::Kept => {
-                if point.hit == 0 {
-                    kept.begin_pixel();
-                }
-                let density = kept.product(setting.tables, own, &at)?;
-                sampler.density(&density, setting, bsdf, n)
-            }
             Mode::ProductMis => {
                 let density = Light::product(setting.tables, own, &at, product)?;
                 sampler.density_mis(&density, setting, bsdf, n)
             }
-            Mode::Before(mode) => before.estimate(mode, sampler, (setting, point, bsdf), n),
+            Mode::Before => {
+                let density = before::prepare(setting, point, before)?;
+                sampler.density(&density, setting, bsdf, n)
+            }
         }
     }
 }
 
 impl Sampler {
+    /// Rays that have weights.
+    fn weighted(&mut self, setting: &Setting, bsdf: &Bsdf) {
+        self.reflect(setting, bsdf);
+        self.batch.weigh_by_drawn(|density, _| density);
+        self.take_all();
+    }
+
     /// Samples of a density alone.
     ///
     /// # Errors
@@ -168,7 +173,7 @@ impl Sampler {
         Ok(())
     }
 
-    /// Half of a density and half of the BRDF, by the balance heuristic; a single sample tosses a coin.
+    /// Half of a density and half of the BRDF, by the balance heuristic, as [`halves`] has it.
     ///
     /// # Errors
     /// Those of the library.
@@ -179,13 +184,13 @@ impl Sampler {
         bsdf: &Bsdf,
         n: usize,
     ) -> client::Result<()> {
-        let (counts, expected) = self.halves(n);
+        let counts = halves(n);
         self.batch.from_density(density, counts[0])?;
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.ask(density)?;
         self.reflect(setting, bsdf);
-        let expected = expected.map(F8::splat);
-        self.batch.weigh_by_drawn(|product, bsdf| product * expected[0] + bsdf * expected[1]);
+        let [drawn, scattered] = counts.map(|count| F8::splat(count as f32));
+        self.batch.weigh_by_drawn(|product, bsdf| product * drawn + bsdf * scattered);
         self.take_all();
         Ok(())
     }

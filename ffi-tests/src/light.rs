@@ -346,12 +346,25 @@ impl Light {
     /// # Errors
     /// Those of the library.
     pub fn tables(&self, flags: u32, error_budget: f32) -> crate::client::Result<environment::Environment> {
+        self.mapped(flags, error_budget, environment::Environment::new)
+    }
+
+    /// What `build` makes of the map that [`Light::tables`] builds.
+    ///
+    /// # Errors
+    /// Those of `build`.
+    pub fn mapped<T>(
+        &self,
+        flags: u32,
+        error_budget: f32,
+        build: impl Fn(&environment::Map) -> crate::client::Result<T>,
+    ) -> crate::client::Result<T> {
         let filter = if self.is_bilinear() { raw::WIS_FILTER_BILINEAR } else { raw::WIS_FILTER_NEAREST };
         let world_from_map = Some(self.world_from_map());
         let map = environment::Map { filter, flags, error_budget, world_from_map, ..self.map() };
         match self.layout {
-            Layout::LatLong => environment::Environment::new(&map),
-            Layout::Cube => environment::Environment::new(&environment::Map { layout: raw::WIS_LAYOUT_CUBE, ..map }),
+            Layout::LatLong => build(&map),
+            Layout::Cube => build(&environment::Map { layout: raw::WIS_LAYOUT_CUBE, ..map }),
             Layout::Angular => {
                 let side = self.width.max(self.height).next_power_of_two() as u32;
                 let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
@@ -359,7 +372,7 @@ impl Light {
                 // Its cells are means of texels: between them is the better guess.
                 let filter = raw::WIS_FILTER_BILINEAR;
                 let map = environment::Map { layout, filter, width: side, height: side, texels, ..map };
-                environment::Environment::new(&map)
+                build(&map)
             }
         }
     }

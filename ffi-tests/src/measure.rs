@@ -1,5 +1,6 @@
 //! Measures the estimators on a cell: one scene, light and material.
 
+use crate::caches::CACHES;
 use crate::client::{self, Block, Density, raw};
 use crate::cost::Cost;
 use crate::environment::{self, Light};
@@ -10,7 +11,7 @@ use crate::method::Method;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
 use crate::statistics::median;
-use crate::timing::{CACHES, Times, time};
+use crate::timing::{Times, time};
 use anyhow::Result;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,6 @@
 //! The methods under comparison, and the lists of peers that the library is judged against.
 
+use crate::earlier;
 use crate::library::Mode;
 use crate::lightonly::LightOnly;
 use crate::peers::{Candidates, Peer};
@@ -74,11 +75,12 @@ pub const EXTENDED: Peers = Peers {
 pub const LISTS: [Peers; 2] = [FIRST, EXTENDED];
 
 impl Method {
-    /// Every peer, every mode of the library, and the limits.
+    /// Every peer, every mode of the library, and the limits; version 0.2 if it is there.
     pub fn all() -> impl Iterator<Item = Method> {
         let limits = [Limit::Sampled, Limit::Pooled].into_iter().map(Method::Limit);
         let peers = EXTENDED.each.iter().copied().map(Method::Peer);
-        peers.chain(Mode::ALL.into_iter().map(Method::Library)).chain(limits)
+        let modes = Mode::ALL.into_iter().filter(|mode| *mode != Mode::Earlier || earlier::is_there());
+        peers.chain(modes.map(Method::Library)).chain(limits)
     }
 
     pub fn name(self) -> String {

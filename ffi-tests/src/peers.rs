@@ -74,6 +74,12 @@ fn power(own: F8, other: F8) -> F8 {
     own + other * (other / own)
 }
 
+/// How many of `n` samples each of two techniques draws. A single one is one of each, as renderers have it: two rays and two
+/// evaluations, which count as such. A coin between the two would be worse, and neither would be stratified over a pixel's hits.
+pub fn halves(n: usize) -> [usize; 2] {
+    [(n / 2).max(1), n - n / 2]
+}
+
 impl Sampler {
     /// Estimates by a peer.
     ///
@@ -107,13 +113,13 @@ impl Sampler {
         self.take_all();
     }
 
-    /// Half the samples from the light and half from the BRDF; a single sample tosses a coin.
+    /// Half the samples from the light and half from the BRDF, as [`halves`] has it.
     pub fn mis(&mut self, texels: &Texels, heuristic: Heuristic, setting: &Setting, bsdf: &Bsdf, n: usize) {
-        let (counts, expected) = self.halves(n);
+        let counts = halves(n);
         self.batch.from_texels(texels, setting.light, counts[0]);
         self.batch.from_bsdf(bsdf, counts[1]);
         self.batch.evaluate(bsdf, setting.light, texels, setting.cost);
-        let [from_light, from_bsdf] = expected.map(F8::splat);
+        let [from_light, from_bsdf] = counts.map(|count| F8::splat(count as f32));
         self.batch.weigh(|first, light, bsdf| {
             let (light, bsdf) = (light * from_light, bsdf * from_bsdf);
             let own = F8::new(std::array::from_fn(|i| f32::from(u8::from(first + i < counts[0]))));

@@ -1,10 +1,9 @@
-//! What a method takes for a pixel in each cost model: with cold caches, since a renderer does other work between pixels, and
-//! with warm ones, since that work may be little.
+//! What a method takes for a pixel in each cost model, with a renderer's caches, with warm and with cold ones.
 
+use crate::caches::{CACHES, COLD, Others, RENDERER, WARM};
 use crate::client;
-use crate::cold::Cold;
 use crate::cost::{Cost, MODELS};
-use crate::estimator::{Estimator, Pick, Setting};
+use crate::estimator::{Estimator, Setting};
 use crate::measure::shadowed_and_not;
 use crate::method::Method;
 use crate::scene::Scene;
@@ -31,20 +30,17 @@ impl Time {
 /// In each of `MODELS`.
 pub type Times = [Time; MODELS.len()];
 
-/// What is in the caches when a pixel begins, by name: other memory, or what the pixel before left.
-pub const CACHES: [&str; 2] = ["cold", "warm"];
-
 /// A pixel that took so many times the median was interrupted by another program.
 const INTERRUPTED: f64 = 4.0;
 /// The pass whose random numbers are timed.
 const PASS: u32 = 0;
 
 thread_local! {
-    /// Made once: memory that was never written costs more than the touch.
-    static COLD: RefCell<Cold> = RefCell::new(Cold::default());
+    /// Made once, since both take long to make.
+    static OTHERS: RefCell<Others> = RefCell::default();
 }
 
-/// The mean over some pixels of a scene, evenly spread, with cold and with warm caches.
+/// The mean over some pixels of a scene, evenly spread, with each of `CACHES`.
 ///
 /// # Errors
 /// Those of the library.
@@ -57,22 +53,22 @@ pub fn time(
 ) -> client::Result<[Times; CACHES.len()]> {
     let all = scene.points.len() / scene.hits;
     let pixels: Vec<usize> = (0..pixels.min(all)).map(|i| i * all / pixels.min(all)).collect();
-    let mut stopwatch =
-        Stopwatch { estimator: Estimator::new(setting, scene.hits)?, picks: Vec::new(), ends: Vec::new() };
+    let mut stopwatch = Stopwatch(Estimator::new(setting, scene.hits)?);
     let mut times = [const { [const { Vec::new() }; MODELS.len()] }; CACHES.len()];
     // The first pixel finds memory that was never written and calls that were never bound.
-    stopwatch.pixel(scene, setting, MODELS[0].1, (method, count), 0)?;
+    stopwatch.pixel(scene, setting, MODELS[0].1, (method, count), 0, WARM)?;
     for (caches, times) in times.iter_mut().enumerate() {
         for (number, &pixel) in pixels.iter().enumerate() {
             for ((_, cost), times) in MODELS.into_iter().zip(&mut *times) {
-                if caches == 0 {
-                    COLD.with_borrow_mut(Cold::touch);
+                let between = if caches == RENDERER { RENDERER } else { WARM };
+                if caches == COLD {
+                    OTHERS.with_borrow_mut(|others| others.run(COLD));
                 } else {
                     // A pixel far from this one, so that code and scene are near but not the pixel itself.
                     let other = pixels[(number + pixels.len() / 2) % pixels.len()];
-                    stopwatch.pixel(scene, setting, cost, (method, count), other)?;
+                    stopwatch.pixel(scene, setting, cost, (method, count), other, between)?;
                 }
-                times.push(stopwatch.pixel(scene, setting, cost, (method, count), pixel)?);
+                times.push(stopwatch.pixel(scene, setting, cost, (method, count), pixel, between)?);
             }
         }
     }
@@ -80,14 +76,10 @@ pub fn time(
 }
 
 /// What a timed pixel needs.
-struct Stopwatch {
-    estimator: Estimator,
-    picks: Vec<Pick>,
-    ends: Vec<usize>,
-}
+struct Stopwatch(Estimator);
 
 impl Stopwatch {
-    /// Estimates all hits of a pixel, then traces all rays, so that the two are timed apart.
+    /// Estimates each hit of a pixel and traces its rays, after what runs between hits.
     fn pixel(
         &mut self,
         scene: &Scene,
@@ -95,25 +87,50 @@ impl Stopwatch {
         cost: Cost,
         (method, count): (Method, usize),
         pixel: usize,
+        between: usize,
     ) -> client::Result<Time> {
-        let (setting, hits) = (setting.at(cost), &scene.points[pixel * scene.hits..][..scene.hits]);
-        self.picks.clear();
-        self.ends.clear();
-        let start = Instant::now();
-        for point in hits {
-            self.picks.extend_from_slice(self.estimator.picks(method, &setting, point, PASS, count)?);
-            self.ends.push(self.picks.len());
+        let (setting, mut time) = (setting.at(cost), Time::default());
+        for point in &scene.points[pixel * scene.hits..][..scene.hits] {
+            OTHERS.with_borrow_mut(|others| others.run(between));
+            let start = Instant::now();
+            let picks = self.0.picks(method, &setting, point, PASS, count)?;
+            let drawn = Instant::now();
+            black_box(shadowed_and_not(scene, cost, point, picks));
+            let traced = Instant::now();
+            time.sampling += ns(start, drawn);
+            time.rays += ns(drawn, traced);
         }
-        let drawn = Instant::now();
-        let mut first = 0;
-        for (point, &end) in hits.iter().zip(&self.ends) {
-            black_box(shadowed_and_not(scene, cost, point, &self.picks[first..end]));
-            first = end;
-        }
-        let traced = Instant::now();
-        let ns = |from: Instant, to: Instant| (to.duration_since(from).as_secs_f64() * 1e9 - clock()).max(0.0);
-        Ok(Time { sampling: ns(start, drawn), rays: ns(drawn, traced) })
+        Ok(time)
     }
+}
+
+/// Nanoseconds of single calls with each of `CACHES`, call by call, which take turns: each runs with another number, then what runs
+/// between hits, then it is timed.
+///
+/// # Errors
+/// Those of the calls.
+pub fn singles<const N: usize>(
+    rounds: usize,
+    mut calls: [&mut dyn FnMut(usize) -> client::Result<()>; N],
+) -> client::Result<[[Vec<f64>; CACHES.len()]; N]> {
+    let mut times = [const { [const { Vec::new() }; CACHES.len()] }; N];
+    for caches in 0..CACHES.len() {
+        // A touch takes milliseconds.
+        for round in 0..if caches == COLD { rounds } else { 8 * rounds } {
+            for (call, times) in calls.iter_mut().zip(&mut times) {
+                call(7 * round + 3)?;
+                OTHERS.with_borrow_mut(|others| others.run(caches));
+                let start = Instant::now();
+                call(7 * round)?;
+                times[caches].push(ns(start, Instant::now()));
+            }
+        }
+    }
+    Ok(times)
+}
+
+fn ns(from: Instant, to: Instant) -> f64 {
+    (to.duration_since(from).as_secs_f64() * 1e9 - clock()).max(0.0)
 }
 
 /// The mean for a hit, without interrupted pixels.
@@ -162,7 +179,7 @@ mod tests {
                 traced += picks.iter().filter(|pick| point.normal.dot(pick.wi) > 0.0).count();
             }
             let rays = traced as f64 / scene.points.len() as f64;
-            let [_, [cheap, expensive]] = time(&scene, &setting, method, count, 64).unwrap();
+            let [_, [cheap, expensive], _] = time(&scene, &setting, method, count, 64).unwrap();
             let (sampling, tracing) = (expensive.sampling - cheap.sampling, expensive.rays - cheap.rays);
             println!("{count}: {cheap:?} {expensive:?}, {rays} rays");
             let asked = [150.0 * count as f64, 500.0 * rays];

@@ -1,7 +1,7 @@
 //! The hard cases: degenerate light, lobes, arguments and numbers, each with the answer that the header documents.
 
 mod bounds;
-mod brdf;
+pub mod brdf;
 mod callbacks;
 mod failing;
 mod holes;

@@ -2,7 +2,6 @@
 //! occluder, Holm-corrected to a significance of 0.001 for all of them together. Each single test finds a shift of 2 %
 //! with power .99, which is asserted, and a density that is 2 % too large is shown to be found.
 
-use crate::before::Before;
 use crate::estimator::{Estimator, Lit, Setting};
 use crate::library::Mode;
 use crate::light::Light;
@@ -76,7 +75,8 @@ fn hits_that_share_products_are_unbiased() {
     };
     let hits: Vec<ShadingPoint> = (0..18).map(turned).collect();
     let materials = [Material::lambert(), Material::mix(0.4)];
-    for (material, mode) in materials.iter().flat_map(|m| [Mode::Shared, Mode::Kept].map(|mode| (m, mode))) {
+    let mode = Mode::Shared;
+    for material in &materials {
         let setting = Setting::new(&lit, material);
         let integral = |hit: &ShadingPoint| integrals(&light, &Bsdf::new(material, hit))[0];
         let expected = hits.iter().map(integral).sum::<f64>();
@@ -89,9 +89,9 @@ fn hits_that_share_products_are_unbiased() {
             hits.iter().map(of_hit).sum()
         };
         let values: Vec<f64> = (0..PASSES).map(&mut estimate).collect();
-        let (p, fault) = (z_test(&values, expected), smallest_fault(&values, expected, SIGNIFICANCE / 4.0));
+        let (p, fault) = (z_test(&values, expected), smallest_fault(&values, expected, SIGNIFICANCE / 2.0));
         let name = format!("{}, {}", mode.name(), material.name);
-        assert!(p > SIGNIFICANCE / 4.0, "{name}: {p}");
+        assert!(p > SIGNIFICANCE / 2.0, "{name}: {p}");
         assert!(fault <= 0.01, "{name}: only a shift of {fault} would be found");
     }
 }
@@ -102,9 +102,8 @@ fn every_method_meets_quadrature_and_a_density_two_percent_off_does_not() {
     let environment = light.environment().unwrap();
     let lit = Lit::new(&light, &environment).unwrap();
     let (mut names, mut sound, mut faulty, mut faults) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    // The pool is on no page, but a client may pick from one.
     let methods = Method::all().filter(|m| m.is_unbiased()).flat_map(|m| SAMPLES.map(|n| (m, n)));
-    let methods: Vec<_> = methods.chain([(Mode::Before(Before::TreePool(4)).into(), SAMPLES[1])]).collect();
+    let methods: Vec<_> = methods.collect();
     for material in [Material::lambert(), Material::mix(0.4)] {
         let setting = Setting::new(&lit, &material);
         let expected = integrals(&light, &Bsdf::new(&material, &point()));

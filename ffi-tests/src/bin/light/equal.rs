@@ -3,6 +3,7 @@
 
 use anyhow::Result;
 use std::path::Path;
+use wis_ffi_tests::caches::CACHES;
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::light::Light;
@@ -13,7 +14,6 @@ use wis_ffi_tests::method::Method;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::Scene;
 use wis_ffi_tests::statistics::{quantile, splitmix};
-use wis_ffi_tests::timing::CACHES;
 
 /// What was measured under a light on a material.
 pub struct Cell {

@@ -147,7 +147,7 @@ fn gains(out: &mut String, results: &Results) -> Result<()> {
 Gain: variance x time with the other tables over variance x time with wis; above 1 wis is ahead. The geometric mean over
 materials, lights and N = {}, with bootstrap intervals of 95 % over {} repeats. {} shading points with shadows and
 a bilinear client. Caches are cold where 32 MB of other memory are touched before a point, and warm where another point comes
-before it. The last section has the cells.\n",
+before it. Renderer: before a point a ray goes through a million triangles, and 256 kB of other memory are read. The last section has the cells.\n",
         counts.join(", "),
         results.repeats,
         results.points
@@ -284,7 +284,7 @@ fn cells(out: &mut String, results: &Results) -> Result<()> {
         out,
         "\n## Cells\n
 Absolute: RMSE over the mean of the image. Relative: RMSE of each point over its reference. us: microseconds for a shading point in
-the {} and the {} cost model, with cold caches. The reference's own error follows the name of the light.\n",
+the {} and the {} cost model, with a renderer's caches. The reference's own error follows the name of the light.\n",
         MODELS[0].0, MODELS[1].0
     )?;
     write!(out, "| light (error of the reference) | material | technique | N ")?;

@@ -3,8 +3,8 @@
 use anyhow::Result;
 use std::hint::black_box;
 use std::time::Instant;
+use wis_ffi_tests::caches::Cold;
 use wis_ffi_tests::client::{self, Density};
-use wis_ffi_tests::cold::Cold;
 use wis_ffi_tests::statistics::median;
 
 /// Samples of a batch.

@@ -11,17 +11,17 @@ type Error = fn(&Errors) -> f64;
 /// The metrics, by name.
 pub const METRICS: [(&str, Error); 2] = [("absolute", |e| e.absolute), ("relative", |e| e.relative)];
 
-/// How gains are counted: a region of pixels, one of `METRICS`, one of `MODELS`, with cold caches or warm.
+/// How gains are counted: a region of pixels, one of `METRICS`, one of `MODELS`, with one of `CACHES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scale {
     pub region: usize,
     pub metric: usize,
     pub model: usize,
-    pub warm: bool,
+    pub caches: usize,
 }
 
 impl Scale {
-    /// Every metric in every cost model, over all pixels, cold.
+    /// Every metric in every cost model, over all pixels, with a renderer's caches.
     pub fn all() -> impl Iterator<Item = Scale> {
         let of = |model| (0..METRICS.len()).map(move |metric| Scale { metric, model, ..Scale::default() });
         (0..MODELS.len()).flat_map(of)
@@ -68,7 +68,7 @@ fn costs(row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
 
 /// The same, in the time of another method.
 fn costs_in_time_of(timed: &Row, row: &Row, parity: Option<usize>, scale: Scale) -> Vec<f64> {
-    let ns = timed.times[usize::from(scale.warm)][scale.model].ns();
+    let ns = timed.times[scale.caches][scale.model].ns();
     let kept = row.repeats.iter().enumerate().filter(|(i, _)| parity.is_none_or(|p| i % 2 == p));
     kept.map(|(_, repeat)| METRICS[scale.metric].1(&repeat.errors[scale.region]) * ns).collect()
 }

@@ -6,13 +6,15 @@ use anyhow::Result;
 use std::cell::RefCell;
 use std::time::Instant;
 use wis_ffi_tests::before;
+use wis_ffi_tests::caches::{CACHES, WARM};
 use wis_ffi_tests::client::{self, Block, raw};
-use wis_ffi_tests::cold::Cold;
+use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment::{self, Environment, Light};
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::scene::ShadingPoint;
 use wis_ffi_tests::statistics::median;
+use wis_ffi_tests::timing::singles;
 
 /// The bound of rule 33.
 pub const LARGEST_WEIGHT: f64 = 50.0;
@@ -27,8 +29,8 @@ pub const PRODUCT_BYTES: usize = 4096;
 /// Nanoseconds of a call for one ray, and of a candidate in bulk.
 pub const DIRECT: [f64; 2] = [450.0, 18.0];
 
-/// Cold and warm, nanoseconds.
-pub type Pair = [f64; 2];
+/// Nanoseconds with each of `CACHES`.
+pub type Times = [f64; CACHES.len()];
 
 /// What was measured apart from the cells.
 pub struct Measured {
@@ -36,12 +38,14 @@ pub struct Measured {
     pub light: String,
     pub build: (f64, usize),
     /// The preparation of a product for each of `PREPARE`: now, and version 0.1.
-    pub prepare: Vec<[Pair; 2]>,
+    pub prepare: Vec<[Times; 2]>,
     /// The product of GGX 0.2: now, and version 0.1.
     pub product: Vec<Speed>,
     pub product_bytes: usize,
     /// A call for one ray of 16 candidates, and a candidate of a call for 64 rays of 4.
-    pub direct: [Pair; 2],
+    pub direct: [Times; 2],
+    /// How many times its warm time a call of version 0.2 takes with each of `CACHES`: of the current one if that is not there.
+    pub slower: Times,
 }
 
 impl Measured {
@@ -60,7 +64,9 @@ impl Measured {
         let glossy = Material::ggx(0.2);
         let one = direct(&lit, &glossy, &points, (1, 16), rounds)?;
         let many = direct(&lit, &glossy, &points, (64, 4), rounds)?;
+        let before = earlier(&lit, &glossy, &points, rounds)?.unwrap_or(one);
         Ok(Measured {
+            slower: before.map(|ns| ns / before[WARM]),
             light: light.name.clone(),
             build: (median(&builds), lit.tables.info.bytes as usize),
             prepare: prepare.into_iter().collect::<client::Result<_>>()?,
@@ -77,41 +83,26 @@ fn build(light: &wis_ffi_tests::light::Light) -> client::Result<f64> {
     Ok(start.elapsed().as_secs_f64() * 1e3)
 }
 
-/// A call for each point: the median of single calls after other memory was touched, and the fastest of rounds over all points.
-fn time(
-    points: &[raw::wis_point],
-    rounds: usize,
-    mut call: impl FnMut(usize) -> client::Result<()>,
-) -> client::Result<Pair> {
-    let (mut memory, mut cold, mut warm) = (Cold::default(), Vec::new(), f64::INFINITY);
-    for round in 0..rounds {
-        memory.touch();
-        let start = Instant::now();
-        call(round * 7 % points.len())?;
-        cold.push(start.elapsed().as_secs_f64() * 1e9);
-    }
-    for _ in 0..rounds {
-        let start = Instant::now();
-        (0..points.len()).try_for_each(&mut call)?;
-        warm = warm.min(start.elapsed().as_secs_f64() * 1e9 / points.len() as f64);
-    }
-    Ok([median(&cold), warm])
+/// The median of calls for one point each.
+fn time(count: usize, rounds: usize, mut call: impl FnMut(usize) -> client::Result<()>) -> client::Result<Times> {
+    let [times] = singles(rounds, [&mut |i| call(i % count)])?;
+    Ok(times.map(|times| median(&times)))
 }
 
 fn shaded(material: &Material, own: &raw::wis_material, points: &[ShadingPoint]) -> Vec<raw::wis_point> {
     points.iter().map(|point| material.point(point, own)).collect()
 }
 
-fn prepare(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<[Pair; 2]> {
+fn prepare(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<[Times; 2]> {
     let (own, setting) = (environment::material(&material.lobes())?, Setting::new(lit, material));
     let (mut sampler, config) = (environment::Sampler::new(1, 0, 1)?, environment::product_config());
     let (at, mut memory) = (shaded(material, &own, points), Block::new(1 << 14));
-    let now = time(&at, rounds, |i| {
+    let now = time(at.len(), rounds, |i| {
         let prepared = sampler.prepare(&lit.tables, &config, &at[i..=i], &mut memory, &mut [0]);
         prepared.map(drop)
     })?;
     let mut memory = setting.preparation.memory()?;
-    let before = time(&at, rounds, |i| before::prepare(&setting, &points[i], &mut memory).map(drop))?;
+    let before = time(at.len(), rounds, |i| before::prepare(&setting, &points[i], &mut memory).map(drop))?;
     Ok([now, before])
 }
 
@@ -125,6 +116,14 @@ fn product(lit: &Lit, material: &Material, point: &ShadingPoint, rounds: usize) 
     speed::speed(&[&now, &before], rounds)
 }
 
+/// Nanoseconds of a call of version 0.2 for one ray of 16 candidates.
+fn earlier(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<Option<Times>> {
+    let Some(mut sampler) = earlier::Sampler::new(1, 16, 1, &material.lobes())? else { return Ok(None) };
+    let Some(environment) = &lit.earlier else { return Ok(None) };
+    let at = shaded(material, &environment::material(&material.lobes())?, points);
+    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], 1).map(drop)).map(Some)
+}
+
 /// Nanoseconds of a call for rays and candidates of each.
 fn direct(
     lit: &Lit,
@@ -132,9 +131,9 @@ fn direct(
     points: &[ShadingPoint],
     (rays, candidates): (usize, usize),
     rounds: usize,
-) -> client::Result<Pair> {
+) -> client::Result<Times> {
     let (own, environment): (_, &Environment) = (environment::material(&material.lobes())?, &lit.tables);
     let (mut sampler, mut ray) = (environment::Sampler::new(rays, candidates, 1)?, vec![raw::wis_ray::default(); rays]);
     let at = shaded(material, &own, points);
-    time(&at, rounds, |i| sampler.direct(environment, &at[i], None, &mut ray).map(drop))
+    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], None, &mut ray).map(drop))
 }

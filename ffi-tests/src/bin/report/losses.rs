@@ -126,7 +126,8 @@ impl Loss {
         let ratio = |theirs: &dyn Fn(&Cell, &str) -> Option<f64>, ours: &dyn Fn(&Cell) -> Option<f64>| {
             geometric_mean(best.iter().filter_map(|(cell, peer, _)| Some(theirs(cell, peer)? / ours(cell)?)))
         };
-        let ns = |cell: &Cell, method: &str| Some(gains::row(cell, method, count)?.times[0][scale.model].ns());
+        let ns =
+            |cell: &Cell, method: &str| Some(gains::row(cell, method, count)?.times[scale.caches][scale.model].ns());
         let variance = |cell: &Cell, method: &str| gains::variance(cell, method, count, scale.metric);
         let unshadowed = |cell: &Cell, method: &str| {
             let of = |errors: &Errors| errors.unshadowed;

@@ -1,7 +1,6 @@
 //! Measures how well the library samples beside other ways, and writes a page with tables, plots and pictures. Cells that were
 //! measured before with the same programs are read from the cache, so a run that was stopped goes on where it was.
 
-mod before;
 mod gains;
 mod goals;
 mod losses;

@@ -1,12 +1,15 @@
 //! The page: what to call and what it gives, where the library loses, which goals are reached, and all numbers behind it.
 
 use crate::gains::{self, Against, METRICS, Scale, geometric_mean, over, over_best};
-use crate::goals::{self, Measured};
+use crate::goals::{self, Measured, Times};
+use crate::speed::Speed;
 use crate::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
-use crate::{Run, before, losses, plots, tuned};
+use crate::{Run, losses, plots, tuned};
 use anyhow::Result;
 use std::collections::HashMap;
+use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
 use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::earlier;
 use wis_ffi_tests::measure::{Cell, Errors, FEW, REGIONS};
 use wis_ffi_tests::method::{EXTENDED, FIRST};
 use wis_ffi_tests::page::{Page, Part, Table, times};
@@ -59,8 +62,12 @@ const SITUATIONS: [Situation; 15] = [
 ];
 
 /// What the first table compares with.
-const RIVALS: [Against; 3] =
-    [Against::Method("MIS balance"), Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
+const RIVALS: [Against; 4] = [
+    Against::Method("MIS balance"),
+    Against::Method("MIS compensated"),
+    Against::Best(&EXTENDED),
+    Against::Method(earlier::NAME),
+];
 
 /// The whole page.
 ///
@@ -74,12 +81,11 @@ pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured, pictu
     short.extend(drawn(&main, &lobes, pictures)?);
     short.extend(situations(cells));
     short.extend(certain(cells));
-    short.extend(before::parts(cells));
     short.extend(verdicts(cells, measured));
     short.extend(sun(suns));
     short.extend(weights_and_limit(&main));
     short.extend(tuned::parts(&main, &lights(&main)));
-    short.extend(method(run));
+    short.extend(method(run, measured.slower));
     let mut long = Vec::new();
     for name in studies(cells) {
         let cells = of_study(cells, &name);
@@ -174,28 +180,30 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
     );
     let words = "Absolute error weighs bright pixels, relative error weighs all pixels alike. Cheap: a ray takes about 50 ns, and the \
                  BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
-                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. MIS \
+                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
+                 it takes one of each, and pays for both. MIS \
                  compensated: the same, but the light is sampled by what it has above its mean. The best peer is chosen for each cell. \
-                 Caches are cold. More situations stand [below](#all-situations).";
+                 0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
+                 Caches are those of a renderer. More situations stand [below](#all-situations).";
     vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]
 }
 
-/// Every situation, with warm caches, too.
+/// Every situation, with other caches, too.
 fn situations(cells: &[Cell]) -> Vec<Part> {
-    let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are cold, but in \
-                the last two columns.";
+    let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are those of a \
+                renderer, but in the columns that name others.";
     let table = of_situations(cells, &|_| true, true);
     vec![Part::Heading("All situations".into()), Part::Text(text.into()), Part::Table(table)]
 }
 
-fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, warm: bool) -> Table {
+fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool) -> Table {
     let metrics = METRICS.map(|metric| metric.0);
     let best = RIVALS[2];
     let heads = RIVALS.iter().flat_map(|rival| metrics.map(|metric| format!("{}, {metric}", rival.name())));
-    let warm_heads = metrics.map(|metric| format!("{}, {metric}, warm", best.name()));
+    let caches: &[usize] = if others { &[WARM, COLD] } else { &[] };
+    let beside = caches.iter().flat_map(|&c| metrics.map(|metric| format!("{}, {metric}, {}", best.name(), CACHES[c])));
     let words = ["your renderer", "call", "costs"].map(String::from);
-    let warm_heads = warm_heads.into_iter().filter(|_| warm);
-    let head: Vec<String> = words.into_iter().chain(heads).chain(warm_heads).collect();
+    let head: Vec<String> = words.into_iter().chain(heads).chain(beside).collect();
     let mut table = Table::new(3, &head);
     for situation in SITUATIONS.iter().filter(|situation| kept(situation)) {
         let measured = |cell: &&Cell| {
@@ -213,9 +221,8 @@ fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, warm: bool) 
                 times(rival.mean(cells.iter().copied(), situation.method, situation.count, scale))
             };
             let numbers = RIVALS.iter().flat_map(|rival| Scale::of_model(model).map(|scale| gain(rival, scale)));
-            let warm_caches = Scale::of_model(model).into_iter().filter(|_| warm);
-            let warm_caches = warm_caches.map(|scale| gain(&best, Scale { warm: true, ..scale }));
-            table.row(words.into_iter().chain(numbers).chain(warm_caches));
+            let beside = caches.iter().flat_map(|&caches| Scale::of_model(model).map(|s| Scale { caches, ..s }));
+            table.row(words.into_iter().chain(numbers).chain(beside.map(|scale| gain(&best, scale))));
         }
     }
     table
@@ -338,40 +345,35 @@ fn verdicts(cells: &[Cell], measured: &Measured) -> Vec<Part> {
 }
 
 fn call_times(measured: &Measured) -> Vec<Part> {
-    let mut table = Table::new(1, &["ns", "cold", "warm", "0.1, cold", "0.1, warm", "cold / 0.1", "warm / 0.1"]);
-    let mut row = |name: String, now: [f64; 2], before: Option<[f64; 2]>| {
+    let of_first = CACHES.map(|caches| format!("0.1, {caches}"));
+    let mut table =
+        Table::new(1, &["ns"].into_iter().chain(CACHES).chain(of_first.iter().map(String::as_str)).collect::<Vec<_>>());
+    let mut row = |name: String, now: Times, before: Times| {
         let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.0}") };
-        let before_cells = before.map_or([String::from("-"), "-".into()], |pair| pair.map(number));
-        let ratios = before.map_or([String::from("-"), "-".into()], |b| {
-            [0, 1].map(|i| if now[i].is_nan() { "-".into() } else { format!("{:.2}", now[i] / b[i]) })
-        });
-        table.row([name].into_iter().chain(now.map(number)).chain(before_cells).chain(ratios));
+        table.row([name].into_iter().chain(now.into_iter().chain(before).map(number)));
     };
     for ((material, _), [now, before]) in goals::PREPARE.iter().zip(&measured.prepare) {
-        row(format!("prepare a product, {material}"), *now, Some(*before));
+        row(format!("prepare a product, {material}"), *now, *before);
     }
     let [now, before] = [&measured.product[0], &measured.product[1]];
     for (i, call) in crate::speed::CALLS.iter().enumerate() {
-        row(format!("product of GGX 0.2: {call}"), [now.cold[i], now.warm[i]], Some([before.cold[i], before.warm[i]]));
+        let of = |speed: &Speed| [f64::NAN, speed.warm[i], speed.cold[i]];
+        row(format!("product of GGX 0.2: {call}"), of(now), of(before));
     }
     for (i, call) in ["first sample", "first pdf"].iter().enumerate() {
-        table_first(&mut row, call, now.first[i], before.first[i]);
+        let of = |speed: &Speed| [f64::NAN, f64::NAN, speed.first[i]];
+        row(format!("product of GGX 0.2: {call} alone"), of(now), of(before));
     }
-    row("direct: one ray, 16 candidates".into(), measured.direct[0], None);
-    row("direct: a candidate of 64 rays x 4".into(), measured.direct[1], None);
+    row("direct: one ray, 16 candidates".into(), measured.direct[0], [f64::NAN; CACHES.len()]);
+    row("direct: a candidate of 64 rays x 4".into(), measured.direct[1], [f64::NAN; CACHES.len()]);
     let (ms, bytes) = measured.build;
     let text = format!(
-        "Times of calls in ns, lower is better, under {}. Cold: after 32 MB of other memory were touched. The light was built in {ms:.1} ms \
+        "Times of calls in ns, lower is better, under {}. The light was built in {ms:.1} ms \
          and takes {:.2} MB.",
         measured.light,
         bytes as f64 / 1e6
     );
     vec![Part::Text(text), Part::Table(table)]
-}
-
-/// Of a first call there is no warm time.
-fn table_first(row: &mut impl FnMut(String, [f64; 2], Option<[f64; 2]>), call: &str, now: f64, before: f64) {
-    row(format!("product of GGX 0.2: {call} alone"), [now, f64::NAN], Some([before, f64::NAN]));
 }
 
 /// What the product should reach against compensated MIS under suns that are not clipped: absolute, relative.
@@ -480,7 +482,7 @@ fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Pa
         let metric = METRICS[scale.metric].0;
         let svg = plots::error_against_time(main, scale, &names, &shown)?;
         let caption = format!(
-            "Root mean squared {metric} error against time per hit, expensive costs, cold caches, 1 to 64 rays. Lower left is better. \
+            "Root mean squared {metric} error against time per hit, expensive costs, a renderer's caches, 1 to 64 rays. Lower left is better. \
              Green and violet: the other peers that are best most often here. Black: no peer of the {} lies to the lower left.",
             EXTENDED.each.len()
         );
@@ -489,7 +491,7 @@ fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Pa
     let against = [Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
     for (method, call) in [("direct", "`wis_direct`"), ("product", "the product alone (`wis_sample`)")] {
         let caption = format!(
-            "Gain of {call} by lobe and number of rays, mean over lights, cold caches: blue above 1 is ahead, red below 1 is behind."
+            "Gain of {call} by lobe and number of rays, mean over lights, a renderer's caches: blue above 1 is ahead, red below 1 is behind."
         );
         parts.push(Part::Plot(format!("gains-{method}.svg"), plots::heat(main, method, &against, lobes)?, caption));
     }
@@ -502,14 +504,16 @@ fn drawn(main: &[&Cell], lobes: &[String], pictures: Vec<Part>) -> Result<Vec<Pa
     Ok(parts)
 }
 
-fn method(run: &Run) -> Vec<Part> {
+fn method(run: &Run, slower: Times) -> Vec<Part> {
     let peers = EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join("; ");
     let items = [
         format!("Machine: {}, one thread. Commit {}. `report {}`.", run.machine, run.commit, run.command),
         format!("{} shading points in a scene, {} independent repeats, medians over repeats.", run.points, run.repeats),
         "Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Tables of gains compare squared errors.".into(),
         "Equal time: variance x time of a peer over variance x time of wis, at the same number of rays.".into(),
-        "Times include drawing, preparing, evaluating and tracing. 32 MB of other memory are touched before each timed pixel. The costs of the expensive model are really spent.".into(),
+        "Times include drawing, preparing, evaluating and tracing. The costs of the expensive model are really spent.".into(),
+        "Caches of a renderer: before each hit a ray goes through a million triangles, tile after tile, and 256 kB of other memory are read. Warm: a pixel after another. Cold: 32 MB are touched before a pixel.".into(),
+        format!("A call of 0.2 for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
         "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
         "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
         format!("The {} peers: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses). The list of version 0.1 is the first {}.", EXTENDED.each.len(), FIRST.each.len()),
@@ -531,9 +535,9 @@ fn by_method(cells: &[&Cell]) -> Vec<Part> {
     let head: Vec<String> =
         ["metric, costs".into(), "rays".into()].into_iter().chain(best).chain(others.iter().cloned()).collect();
     let mut table = Table::new(1, &head);
-    let warm = Scale::all().map(|scale| Scale { warm: true, ..scale });
-    for (scale, count) in Scale::all().chain(warm).flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))) {
-        let name = format!("{}{}", scale.name(), if scale.warm { ", warm" } else { "" });
+    let scales = (0..CACHES.len()).flat_map(|caches| Scale::all().map(move |scale| Scale { caches, ..scale }));
+    for (scale, count) in scales.flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))) {
+        let name = format!("{}, {}", scale.name(), CACHES[scale.caches]);
         let best = lists.iter().map(|list| times(Against::Best(list).mean(cells.iter().copied(), own, count, scale)));
         let each = others.iter().map(|other| {
             times(geometric_mean(
@@ -597,19 +601,10 @@ fn by_region(cells: &[&Cell]) -> Vec<Part> {
 
 /// Errors of every method on the whole image.
 fn errors(cell: &Cell) -> Vec<Part> {
-    let head = [
-        "method",
-        "rays",
-        "us, cheap",
-        "us, expensive",
-        "us, cheap, warm",
-        "us, expensive, warm",
-        "absolute",
-        "relative",
-        "unshadowed",
-        "99.9 %",
-    ];
-    let mut table = Table::new(1, &head);
+    let us = CACHES.iter().flat_map(|caches| MODELS.map(|model| format!("us, {}, {caches}", model.0)));
+    let errors = ["absolute", "relative", "unshadowed", "99.9 %"];
+    let head = ["method", "rays"].into_iter().map(String::from).chain(us).chain(errors.map(String::from));
+    let mut table = Table::new(1, &head.collect::<Vec<_>>());
     for row in &cell.rows {
         let root = |of: fn(&Errors) -> f64| format!("{:.4}", row.median(|r| of(&r.errors[0])).sqrt());
         let us = row

@@ -158,7 +158,7 @@ pub fn parts(main: &[&Cell], lights: &[String]) -> Vec<Part> {
             table.row([name.into(), rays.to_string()].into_iter().chain(gains));
         }
     }
-    let beside = "Gains of `direct` on both groups of maps, expensive costs, cold caches. A library that fits its development maps \
+    let beside = "Gains of `direct` on both groups of maps, expensive costs, a renderer's caches. A library that fits its development maps \
                   alone would be behind on the others.";
     vec![
         Part::Heading("Maps for tuning and maps for judging".into()),

@@ -2,8 +2,8 @@
 
 use crate::own::Own;
 use std::time::Instant;
+use wis_ffi_tests::caches::Cold;
 use wis_ffi_tests::client::{self, Density, Preparation, Product, Result};
-use wis_ffi_tests::cold::Cold;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::products::points;

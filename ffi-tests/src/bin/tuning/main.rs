@@ -16,6 +16,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use wis_ffi_tests::caches::CACHES;
 use wis_ffi_tests::data;
 use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::light::Light;
@@ -25,7 +26,7 @@ use wis_ffi_tests::method::Method;
 use wis_ffi_tests::products::lights;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, View};
-use wis_ffi_tests::timing::{CACHES, Times, time};
+use wis_ffi_tests::timing::{Times, time};
 
 /// The development maps. `forest_slope`, which older constants were tuned on, too, is not among them.
 const MAPS: [&str; 4] =

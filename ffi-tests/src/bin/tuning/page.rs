@@ -4,13 +4,13 @@ use crate::constants::Constant;
 use crate::{Cell, MAPS};
 use anyhow::{Context, Result};
 use std::fmt::Write;
+use wis_ffi_tests::caches::{CACHES, RENDERER, WARM};
 use wis_ffi_tests::statistics::{median, quantile, splitmix};
-use wis_ffi_tests::timing::CACHES;
 
 /// How a value is chosen.
 const RULE: &str = "**The rule.** The value with the smallest score is the best. The score is variance x time over that of the value in \
     force: the geometric mean over four maps, all materials and numbers of rays where the constant acts, both metrics and both cost models, \
-    with cold caches. A value in force whose score is within 3 % of the best stays.";
+    with a renderer's caches. A value in force whose score is within 3 % of the best stays.";
 /// What led to the values in force.
 const ORDER: &str = "**The order.** The rule was committed in 2c2b48f, before the first run. The first whole run, c95070a, moved two \
     constants: 16 candidates in place of 8 for 2 and 3 rays, and 1.25 in place of 1.5 for products that hits share. This run tries the \
@@ -57,7 +57,7 @@ impl Measured {
         let time = |caches: usize, model: usize| median(&ns.iter().map(|t| t[caches][model]).collect::<Vec<_>>());
         Means {
             errors: [0, 1].map(|metric| errors.iter().map(|e| e[metric]).sum::<f64>() / repeats as f64),
-            ns: [0, 1].map(|caches| [0, 1].map(|model| time(caches, model))),
+            ns: std::array::from_fn(|caches| [0, 1].map(|model| time(caches, model))),
         }
     }
 }
@@ -72,7 +72,7 @@ struct Scope<'a> {
     time: bool,
 }
 
-const ALL: Scope = Scope { metrics: &[0, 1], models: &[0, 1], caches: 0, variance: true, time: true };
+const ALL: Scope = Scope { metrics: &[0, 1], models: &[0, 1], caches: RENDERER, variance: true, time: true };
 
 /// A row with a value, and with the one in force.
 type Pair<'a> = (&'a Measured, &'a Measured);
@@ -210,7 +210,7 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>]) -> Result<
         columns.extend([0, 1].map(|model| score(Scope { models: &[model], ..ALL })));
         let time = Scope { variance: false, ..ALL };
         columns.extend([score(Scope { time: false, ..ALL }), score(time), process]);
-        let warm = score(Scope { caches: 1, ..ALL });
+        let warm = score(Scope { caches: WARM, ..ALL });
         columns.push(warm);
         let mut cells: Vec<String> = columns.into_iter().map(figure).collect();
         let interval = interval(&acts);
@@ -225,10 +225,11 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>]) -> Result<
     Ok(best)
 }
 
-/// Divides times by those of the rows that do the same work with both values. Answers what it is with cold caches; NaN: there is none.
+/// Divides times by those of the rows that do the same work with both values. Answers what it is with a renderer's caches; NaN: there is none.
 fn same_process(rows: &mut [Measured], in_force: &[Measured]) -> f64 {
     let pairs: Vec<Pair> = rows.iter().zip(in_force).filter(|(own, other)| own.errors == other.errors).collect();
-    let factors = [0, 1].map(|caches| Scope { caches, variance: false, ..ALL }.of(&pairs));
+    let factors: [f64; CACHES.len()] =
+        std::array::from_fn(|caches| Scope { caches, variance: false, ..ALL }.of(&pairs));
     if factors.iter().all(|factor| factor.is_finite()) {
         for caches in rows.iter_mut().flat_map(|row| &mut row.ns) {
             caches.iter_mut().zip(factors).for_each(|(ns, factor)| ns.iter_mut().for_each(|ns| *ns /= factor));
@@ -245,7 +246,7 @@ fn by_rays(out: &mut String, constant: &Constant, measured: &[Vec<Measured>]) ->
     if rays.len() < 2 {
         return Ok(());
     }
-    let heads = rays.iter().flat_map(|rays| ["cold", "warm"].map(|caches| format!("rays: {rays}, {caches}")));
+    let heads = rays.iter().flat_map(|rays| [RENDERER, WARM].map(|caches| format!("rays: {rays}, {}", CACHES[caches])));
     writeln!(out, "| value | {} |\n|---|{}", heads.collect::<Vec<_>>().join(" | "), "---:|".repeat(2 * rays.len()))?;
     for (value, rows) in constant.values.iter().zip(measured).skip(1) {
         let of = |rays: usize, caches: usize| {
@@ -253,7 +254,7 @@ fn by_rays(out: &mut String, constant: &Constant, measured: &[Vec<Measured>]) ->
                 rows.iter().zip(&measured[0]).filter(|(own, other)| own.rays == rays && own.errors != other.errors);
             figure(Scope { caches, ..ALL }.of(&pairs.collect::<Vec<_>>()))
         };
-        let scores = rays.iter().flat_map(|&rays| [0, 1].map(|caches| of(rays, caches)));
+        let scores = rays.iter().flat_map(|&rays| [RENDERER, WARM].map(|caches| of(rays, caches)));
         writeln!(out, "| {value} | {} |", scores.collect::<Vec<_>>().join(" | "))?;
     }
     Ok(writeln!(out)?)

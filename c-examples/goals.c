@@ -1,0 +1,166 @@
+/* Calls of wis_direct for a machine that counts: goals WIDTH lambert|ggx CALLS FILE
+ *
+ * One ray of 16 (Lambert) or 32 (GGX 0.2) candidates under a sky with a sun, WIDTH x WIDTH / 2 texels. The environment is built once and
+ * kept in FILE, so that what is counted is calls. Prints where environment and sampler stand. scripts/check-instructions.sh runs it. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "wis.h"
+
+static void check(wis_status status) {
+    if (status != WIS_OK) {
+        fprintf(stderr, "%s\n", wis_status_string(status));
+        exit(EXIT_FAILURE);
+    }
+}
+
+/* At the beginning of a page, so that lines are the same in every run. */
+static void *allocate(size_t bytes) {
+    const size_t page = 4096;
+    char *memory = malloc(bytes + page);
+    if (memory == NULL) {
+        fputs("out of memory\n", stderr);
+        exit(EXIT_FAILURE);
+    }
+    return memory + (page - (uintptr_t)memory % page);
+}
+
+/* A number in [0, 1): a generator of Numerical Recipes. */
+static float uniform(uint32_t *state) {
+    *state = *state * 1664525u + 1013904223u;
+    return (float)(*state >> 8) / 16777216.0f;
+}
+
+/* A sky with clouds that grows brighter to the horizon, a darker ground, and a sun of 3 x 3 texels. */
+static float *sky(uint32_t width) {
+    const uint32_t height = width / 2;
+    uint32_t state = 1;
+    float *map = malloc((size_t)width * height * sizeof *map);
+    if (map == NULL) {
+        exit(EXIT_FAILURE);
+    }
+    for (uint32_t y = 0; y < height; y++) {
+        const float up = 1.0f - 2.0f * ((float)y + 0.5f) / (float)height;
+        for (uint32_t x = 0; x < width; x++) {
+            const int is_sun = y - height / 5 < 3 && x - width / 3 < 3;
+            const float clear = up > 0.0f ? 1.5f - up : 0.3f;
+            map[(size_t)y * width + x] = is_sun ? 2e4f : clear * (0.7f + 0.6f * uniform(&state));
+        }
+    }
+    return map;
+}
+
+/* What an earlier run kept, or else a new environment. */
+static const wis_environment *environment(uint32_t width, const char *name, size_t *bytes) {
+    const wis_environment *handle;
+    FILE *file = fopen(name, "rb");
+    if (file != NULL) {
+        fseek(file, 0, SEEK_END);
+        *bytes = (size_t)ftell(file);
+        rewind(file);
+        void *memory = allocate(*bytes);
+        if (fread(memory, 1, *bytes, file) == *bytes && wis_environment_open(memory, *bytes, &handle, NULL) == WIS_OK) {
+            fclose(file);
+            return handle;
+        }
+        fclose(file);
+    }
+    wis_environment_config config = {0};
+    config.size = sizeof config;
+    config.layout = WIS_LAYOUT_LATLONG;
+    config.width = width;
+    config.height = width / 2;
+    config.channels = 1;
+    config.format = WIS_FORMAT_F32;
+    config.filter = WIS_FILTER_BILINEAR;
+    config.pixels = sky(width);
+    wis_memory_size size;
+    check(wis_environment_size(&config, &size, NULL));
+    void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
+    check(wis_environment_init(&config, memory, size.bytes, scratch, size.scratch_bytes, &handle, NULL));
+    *bytes = size.bytes;
+    file = fopen(name, "wb");
+    if (file == NULL || fwrite(memory, 1, size.bytes, file) != size.bytes || fclose(file) != 0) {
+        fprintf(stderr, "%s: cannot be written\n", name);
+        exit(EXIT_FAILURE);
+    }
+    return handle;
+}
+
+/* A normal and a view above it. Their lengths are 1 within the header's tolerance, without a square root of the C library. */
+static void unit(float v[3]) {
+    const float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    float length = 1.0f;
+    for (int i = 0; i < 20; i++) {
+        length = 0.5f * (length + square / length);
+    }
+    for (int k = 0; k < 3; k++) {
+        v[k] /= length;
+    }
+}
+
+static void place(wis_point *point, uint32_t *state) {
+    float cosine;
+    do {
+        cosine = 0.0f;
+        for (int k = 0; k < 3; k++) {
+            point->normal[k] = 2.0f * uniform(state) - 1.0f;
+            point->wo[k] = 2.0f * uniform(state) - 1.0f;
+        }
+        unit(point->normal);
+        unit(point->wo);
+        for (int k = 0; k < 3; k++) {
+            cosine += point->normal[k] * point->wo[k];
+        }
+    } while (cosine < 0.1f);
+    point->seed = *state;
+}
+
+int main(int count, char **argument) {
+    if (count != 5) {
+        fputs("usage: goals WIDTH lambert|ggx CALLS FILE\n", stderr);
+        return EXIT_FAILURE;
+    }
+    const uint32_t width = (uint32_t)atoi(argument[1]), calls = (uint32_t)atoi(argument[3]);
+    const int is_glossy = strcmp(argument[2], "ggx") == 0;
+    size_t bytes;
+    const wis_environment *light = environment(width, argument[4], &bytes);
+
+    wis_sampler_config config = {0};
+    config.size = sizeof config;
+    config.rays = 1;
+    config.candidates_per_ray = is_glossy ? 32 : 16;
+    wis_memory_size size;
+    wis_sampler *sampler;
+    check(wis_sampler_size(&config, &size, NULL));
+    void *memory = allocate(size.bytes);
+    check(wis_sampler_init(&config, memory, size.bytes, &sampler, NULL));
+
+    wis_material material = {0};
+    material.size = sizeof material;
+    material.lobe_count = 1;
+    material.lobe[0].kind = is_glossy ? WIS_LOBE_GGX : WIS_LOBE_LAMBERT;
+    material.lobe[0].a = material.lobe[0].b = 0.2f;
+    check(wis_material_init(&material, NULL));
+    wis_point point = {0};
+    point.size = sizeof point;
+    point.material = &material;
+    for (int k = 0; k < 3; k++) {
+        point.weight[0][k] = 0.8f;
+        point.f0[0][k] = 0.9f;
+    }
+
+    fprintf(stderr, "environment %zx %zx\nsampler %zx %zx\n", (size_t)light, (size_t)light + bytes, (size_t)memory, (size_t)memory + size.bytes);
+    double sum = 0.0;
+    uint32_t state = 7;
+    for (uint32_t i = 0; i < calls; i++) {
+        wis_ray ray;
+        uint32_t rays;
+        place(&point, &state);
+        check(wis_direct(sampler, light, &point, 1, NULL, &ray, &rays));
+        sum += rays > 0 ? ray.weight : 0.0;
+    }
+    printf("mean weight %g\n", sum / calls);
+    return EXIT_SUCCESS;
+}

@@ -1,0 +1,360 @@
+//! Version 0.2 of the library beside the current one, in one process: the shared library that scripts/earlier.sh built from the history,
+//! if it is there. The structs are those of its own header, so that fields of the current one may have other names and others may follow.
+
+use crate::client::{Block, Result, check, raw};
+use crate::environment::Map;
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use std::ffi::c_void;
+use std::ptr::{null, null_mut};
+use std::sync::OnceLock;
+
+/// Its name in tables.
+pub const NAME: &str = "0.2";
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../build/0.2/lib/libwis.so");
+const VERSION: u32 = 512;
+
+#[repr(C)]
+#[derive(Default)]
+struct Size {
+    bytes: usize,
+    align: usize,
+    scratch_bytes: usize,
+}
+
+#[repr(C)]
+struct EnvironmentConfig {
+    size: u32,
+    layout: u32,
+    width: u32,
+    height: u32,
+    channels: u32,
+    format: u32,
+    filter: u32,
+    flags: u32,
+    error_budget: f32,
+    pixels: *const c_void,
+    row_stride: isize,
+    row: raw::wis_row_fn,
+    row_user: *mut c_void,
+    world_from_map: *const f32,
+}
+
+#[repr(C)]
+struct SamplerConfig {
+    size: u32,
+    cpu_level: u32,
+    rays: u32,
+    candidates_per_ray: u32,
+    hits_per_pixel: u32,
+    reserved: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+struct Lobe {
+    kind: u32,
+    a: f32,
+    b: f32,
+    eta: f32,
+}
+
+#[repr(C)]
+#[derive(Default)]
+struct Material {
+    size: u32,
+    lobe_count: u32,
+    lobe: [Lobe; 4],
+    hash: u64,
+}
+
+#[repr(C)]
+struct Point {
+    size: u32,
+    flags: u32,
+    material: *const Material,
+    normal: [f32; 3],
+    tangent: [f32; 3],
+    wo: [f32; 3],
+    weight: [[f32; 3]; 4],
+    f0: [[f32; 3]; 4],
+    seed: u32,
+    turn: u32,
+    stream: u32,
+    visibility_key: u32,
+    visibility: *mut c_void,
+    target: *const c_void,
+    target_user: *mut c_void,
+}
+
+/// A direction, and the weight of a ray or the pdf of a sample.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+pub struct Ray {
+    pub wi: [f32; 3],
+    pub weight: f32,
+}
+
+#[repr(C)]
+#[derive(Default)]
+struct ProductConfig {
+    size: u32,
+    flags: u32,
+    divided_cells: u32,
+    cone: f32,
+}
+
+macro_rules! calls {
+    ($($name:ident: fn($($argument:ty),*);)*) => {
+        struct Calls {
+            $($name: unsafe extern "C" fn($($argument),*) -> raw::wis_status,)*
+        }
+
+        impl Calls {
+            /// # Safety
+            /// The library is that of version 0.2, and stays loaded.
+            unsafe fn new(library: &Library) -> std::result::Result<Calls, libloading::Error> {
+                // SAFETY: the types are those of its header.
+                Ok(Calls { $($name: unsafe { *library.get(concat!("wis_", stringify!($name)).as_bytes())? },)* })
+            }
+        }
+    };
+}
+
+type Void = *mut c_void;
+
+calls! {
+    environment_size: fn(*const EnvironmentConfig, *mut Size, Void);
+    environment_init: fn(*const EnvironmentConfig, Void, usize, Void, usize, *mut *const c_void, Void);
+    sampler_size: fn(*const SamplerConfig, *mut Size, Void);
+    sampler_init: fn(*const SamplerConfig, Void, usize, *mut Void, Void);
+    material_init: fn(*mut Material, Void);
+    direct: fn(Void, *const c_void, *const Point, u32, *const f32, *mut Ray, *mut u32);
+    product_size: fn(*const ProductConfig, *mut Size, Void);
+    product_prepare: fn(Void, *const c_void, *const ProductConfig, usize, *const Point, Void, usize, *mut usize, *mut usize);
+    sample: fn(Void, *const c_void, *const c_void, usize, *const f32, usize, *mut Ray, usize);
+    pdf: fn(Void, *const c_void, *const c_void, usize, *const f32, usize, *mut f32, usize);
+}
+
+/// What RTLD_DEEPBIND is on Linux: names that the library has itself are its own, not those of the current one.
+const DEEPBIND: i32 = 8;
+
+/// # Panics
+/// If the file is no library of version 0.2.
+fn calls() -> Option<&'static Calls> {
+    static CALLS: OnceLock<Option<Calls>> = OnceLock::new();
+    let load = || {
+        // SAFETY: loading it runs no code of its own.
+        let library = unsafe { Library::open(Some(FILE), RTLD_NOW | RTLD_LOCAL | DEEPBIND) }.ok()?;
+        // SAFETY: the header says so; the version is checked before any other call, and nothing unloads the library.
+        let (version, calls) = unsafe {
+            let version = *library.get::<unsafe extern "C" fn() -> u32>(b"wis_version").expect("its version");
+            (version(), Calls::new(&library).expect("its functions"))
+        };
+        assert_eq!(version, VERSION, "{FILE}");
+        std::mem::forget(library);
+        Some(calls)
+    };
+    CALLS.get_or_init(load).as_ref()
+}
+
+/// Whether it is there.
+pub fn is_there() -> bool {
+    calls().is_some()
+}
+
+/// An environment.
+pub struct Environment {
+    memory: Block,
+}
+
+impl Environment {
+    /// Builds a map, if version 0.2 is there.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(map: &Map) -> Result<Option<Environment>> {
+        let Some(calls) = calls() else { return Ok(None) };
+        let of = map.config();
+        let config = EnvironmentConfig {
+            size: size_of::<EnvironmentConfig>() as u32,
+            layout: of.layout,
+            width: of.width,
+            height: of.height,
+            channels: of.channels,
+            format: of.format,
+            filter: of.filter,
+            flags: of.flags,
+            error_budget: of.error_budget,
+            pixels: of.pixels,
+            row_stride: of.row_stride,
+            row: of.row,
+            row_user: of.row_user,
+            world_from_map: of.world_from_map,
+        };
+        let mut size = Size::default();
+        // SAFETY: the pointers are to live values; the blocks are as long as they say.
+        unsafe {
+            check((calls.environment_size)(&config, &mut size, null_mut()))?;
+            let (mut memory, mut scratch, mut handle) =
+                (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
+            let (at, beside) = (memory.start_mut(), scratch.start_mut());
+            check((calls.environment_init)(
+                &config,
+                at,
+                memory.bytes(),
+                beside,
+                scratch.bytes(),
+                &mut handle,
+                null_mut(),
+            ))?;
+            Ok(Some(Environment { memory }))
+        }
+    }
+}
+
+/// A thread's sampler with a material.
+pub struct Sampler {
+    calls: &'static Calls,
+    memory: Block,
+    material: Box<Material>,
+    rays: Vec<Ray>,
+    product: Block,
+}
+
+impl Sampler {
+    /// For at most so many rays, if version 0.2 is there.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn new(rays: usize, candidates: usize, hits: usize, lobes: &[raw::wis_lobe]) -> Result<Option<Sampler>> {
+        let Some(calls) = calls() else { return Ok(None) };
+        let config = SamplerConfig {
+            size: size_of::<SamplerConfig>() as u32,
+            cpu_level: 0,
+            rays: rays as u32,
+            candidates_per_ray: candidates as u32,
+            hits_per_pixel: hits as u32,
+            reserved: 0,
+        };
+        let mut material = Box::new(Material { size: size_of::<Material>() as u32, ..Default::default() });
+        material.lobe_count = lobes.len() as u32;
+        for (own, lobe) in material.lobe.iter_mut().zip(lobes) {
+            *own = Lobe { kind: lobe.kind, a: lobe.a, b: lobe.b, eta: lobe.eta };
+        }
+        let products = ProductConfig { size: size_of::<ProductConfig>() as u32, ..Default::default() };
+        let (mut size, mut product) = (Size::default(), Size::default());
+        // SAFETY: as in `Environment::new`.
+        unsafe {
+            check((calls.sampler_size)(&config, &mut size, null_mut()))?;
+            check((calls.product_size)(&products, &mut product, null_mut()))?;
+            let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
+            let at = memory.start_mut();
+            check((calls.sampler_init)(&config, at, memory.bytes(), &mut handle, null_mut()))?;
+            check((calls.material_init)(&mut *material, null_mut()))?;
+            let rays = vec![Ray::default(); rays];
+            Ok(Some(Sampler { calls, memory, material, rays, product: Block::new(product.bytes) }))
+        }
+    }
+
+    fn point(&self, point: &raw::wis_point) -> Point {
+        Point {
+            size: size_of::<Point>() as u32,
+            flags: point.flags,
+            material: &*self.material,
+            normal: point.normal,
+            tangent: point.tangent,
+            wo: point.wo,
+            weight: point.weight,
+            f0: point.f0,
+            seed: point.seed,
+            turn: point.turn,
+            stream: point.stream,
+            visibility_key: 0,
+            visibility: null_mut(),
+            target: null(),
+            target_user: null_mut(),
+        }
+    }
+
+    /// The rays to trace at a point, at most `count`.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn direct(&mut self, environment: &Environment, point: &raw::wis_point, count: usize) -> Result<&[Ray]> {
+        let (point, mut rays) = (self.point(point), 0);
+        assert!(count <= self.rays.len());
+        let (own, light) = (self.memory.start_mut(), environment.memory.start());
+        // SAFETY: the handles and the material are alive, and there is room for the rays.
+        check(unsafe {
+            (self.calls.direct)(own, light, &point, count as u32, null(), self.rays.as_mut_ptr(), &mut rays)
+        })?;
+        Ok(&self.rays[..rays as usize])
+    }
+
+    /// Prepares the product at a point, which is kept for `sample` and `pdf`.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn prepare(&mut self, environment: &Environment, point: &raw::wis_point) -> Result<()> {
+        let (point, mut offset, mut used) = (self.point(point), 0, 0);
+        let config = ProductConfig { size: size_of::<ProductConfig>() as u32, ..Default::default() };
+        let (own, light) = (self.memory.start_mut(), environment.memory.start());
+        let (at, bytes) = (self.product.start_mut(), self.product.bytes());
+        // SAFETY: as in `direct`; the block has the bytes of one product.
+        check(unsafe {
+            (self.calls.product_prepare)(own, light, &config, 1, &point, at, bytes, &mut offset, &mut used)
+        })
+    }
+
+    /// Samples of the product that was prepared.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn sample(&mut self, environment: &Environment, u: &[[f32; 2]], drawn: &mut [Ray]) -> Result<()> {
+        assert!(u.len() == drawn.len());
+        let (own, light, product) = (self.memory.start_mut(), environment.memory.start(), self.product.start());
+        // SAFETY: as in `direct`; the arrays are of one length.
+        check(unsafe { (self.calls.sample)(own, light, product, u.len(), u.as_ptr().cast(), 0, drawn.as_mut_ptr(), 0) })
+    }
+
+    /// Pdfs of the product that was prepared.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn pdf(&mut self, environment: &Environment, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
+        assert!(wi.len() == pdf.len());
+        let (own, light, product) = (self.memory.start_mut(), environment.memory.start(), self.product.start());
+        // SAFETY: as in `sample`.
+        check(unsafe { (self.calls.pdf)(own, light, product, wi.len(), wi.as_ptr().cast(), 0, pdf.as_mut_ptr(), 0) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Light;
+
+    /// Its functions are its own, and its rays carry the light of a white sky.
+    #[test]
+    fn version_0_2_stands_beside_the_current_one() {
+        let Some(calls) = calls() else {
+            eprintln!("left out: scripts/earlier.sh did not build it");
+            return;
+        };
+        assert_ne!(calls.direct as usize, raw::wis_direct as usize);
+        let light = Light::latlong("white", 64, 32, vec![1.0; 64 * 32]).bilinear();
+        let environment = light.mapped(0, 0.0, Environment::new).unwrap().unwrap();
+        let lobe = raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, ..Default::default() };
+        let mut sampler = Sampler::new(4, 0, 1, &[lobe]).unwrap().unwrap();
+        let mut point = raw::wis_point { normal: [0.0, 0.0, 1.0], wo: [0.6, 0.0, 0.8], ..Default::default() };
+        point.weight[0] = [1.0; 3];
+        const HITS: u32 = 1000;
+        let mut sum = 0.0;
+        for seed in 0..HITS {
+            point.seed = seed;
+            let rays = sampler.direct(&environment, &point, 4).unwrap();
+            sum += rays.iter().map(|ray| ray.weight * ray.wi[2].max(0.0)).sum::<f32>() / std::f32::consts::PI;
+        }
+        assert!((sum / HITS as f32 - 1.0).abs() < 0.02, "{sum}");
+    }
+}

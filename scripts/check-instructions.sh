@@ -1,0 +1,100 @@
+#!/bin/sh
+# The instructions of one call of wis_direct, entry included: check-instructions.sh <folder of the library> <output folder> [--lines]
+#
+# Prints them beside their goal. Fails where they are above the goal and above the most that is allowed.
+# --lines: also the cache lines that a call touches.
+set -eu
+cd "$(dirname "$0")/.."
+library=$1
+out=$2
+mkdir -p "$out"
+
+# material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of version 0.2
+goals="
+lambert 256  2700 11623 11395 11395
+ggx     256  3600 20897 20487 20487
+lambert 1024 2700 11298 11076 11076
+ggx     1024 3600 20289 19891 19891
+"
+# Calls that are counted, and those whose lines are: their mean is printed.
+calls=64
+traced=16
+
+if ! grep -q avx2 /proc/cpuinfo; then
+    echo "skip: the numbers on record are those of AVX2"
+    exit 0
+fi
+cc -std=c99 -O2 -g -no-pie -Iinclude c-examples/goals.c "$library/libwis.a" -o "$out/goals"
+rm -f "$out"/*.environment
+
+# run TOOL MATERIAL WIDTH CALLS: the program under valgrind, with the environment that the first run of that width kept. Names and variables
+# stand on the stack, and copies take 12 instructions more where it begins at an odd multiple of 16: so they are the same everywhere.
+run() {
+    tool=$1
+    shift
+    cd "$out"
+    [ -e "$2.environment" ] || ./goals "$2" "$1" 1 "$2.environment" > /dev/null 2>&1
+    # The options are split into words on purpose.
+    # shellcheck disable=SC2086
+    env -i "$(command -v valgrind)" $tool ./goals "$2" "$1" "$3" "$2.environment" 2>&1
+}
+
+instructions() {
+    run "--tool=callgrind --toggle-collect=wis_direct --callgrind-out-file=callgrind" "$1" "$2" $calls |
+        awk -v calls=$calls '$2 == "Collected" { printf "%d\n", $4 / calls + 0.5; found = 1 } END { exit !found }'
+}
+
+# Cache lines of code and data from the first instruction of wis_direct to the one that follows its call.
+lines() {
+    entry=$(nm "$out/goals" | awk '$3 == "wis_direct" { sub(/^0+/, "", $1); print $1 }')
+    run "--tool=lackey --trace-mem=yes --basic-counts=no" "$1" "$2" $traced | awk -v entry="$entry" -v calls=$traced '
+        function number(hex,  i, value) {
+            for (i = 1; i <= length(hex); i++) value = 16 * value + index("0123456789abcdef", substr(hex, i, 1)) - 1
+            return value
+        }
+        function touch(of,  first, last) {
+            last = int((at + size - 1) / 64)
+            for (first = int(at / 64); first <= last; first++)
+                if (!((call, of, first) in seen)) { seen[call, of, first] = 1; lines[of]++ }
+        }
+        $1 == "environment" || $1 == "sampler" { low[$1] = number($2); high[$1] = number($3); next }
+        $1 !~ /^[ILSM]$/ { next }
+        { split($2, part, ","); sub(/^0+/, "", part[1]) }
+        $1 == "I" && part[1] == entry { inside = 1; call++ }
+        $1 == "I" && inside && part[1] == after { inside = 0 }
+        $1 == "I" && !inside { before = part[1]; size = part[2]; next }
+        !inside { next }
+        $1 == "I" && part[1] == entry { after = sprintf("%x", number(before) + size) }
+        {
+            at = number(part[1])
+            size = part[2]
+            of = "stack and others"
+            if ($1 == "I") of = "code"
+            else for (name in low) if (at >= low[name] && at < high[name]) of = name
+            touch(of)
+        }
+        END {
+            for (of in lines) all += lines[of]
+            if (call != calls) exit 1
+            printf "%d code, %d environment, %d sampler, %d stack and others, %d all\n", lines["code"] / calls, lines["environment"] / calls,
+                lines["sampler"] / calls, lines["stack and others"] / calls, all / calls
+        }'
+}
+
+grown=0
+printf '%-8s %5s %12s %8s %8s %8s\n' call map instructions goal recorded 0.2
+while read -r material width goal most recorded before; do
+    [ -n "$material" ] || continue
+    count=$(instructions "$material" "$width")
+    verdict=""
+    [ "$count" -le "$goal" ] || verdict="above its goal"
+    if [ "$count" -gt "$goal" ] && [ "$count" -gt "$most" ]; then
+        verdict="has grown"
+        grown=$((grown + 1))
+    fi
+    printf '%-8s %5d %12d %8d %8d %8d %s\n' "$material" "$width" "$count" "$goal" "$recorded" "$before" "$verdict"
+    [ "${3:-}" != --lines ] || echo "         cache lines: $(lines "$material" "$width")"
+done << END
+$goals
+END
+[ "$grown" = 0 ]

@@ -168,7 +168,7 @@ impl Bench<'_> {
     fn estimate(&self, surface: &Surface, seed: u32, count: u32) -> f64 {
         let u: Vec<[f32; 2]> = (0..count).map(|i| sobol(seed, i)).collect();
         let mut drawn = vec![Drawn::default(); u.len()];
-        samples(self.level, &self.shaded(), &Frame::IDENTITY, &u, &mut drawn);
+        samples(&self.shaded(), &Frame::IDENTITY, &u, &mut drawn);
         let value = |d: &Drawn| {
             let local = surface.to_local(d.wi);
             if local[2] <= 0.0 {
@@ -235,17 +235,17 @@ impl Bench<'_> {
                     body();
                     start.elapsed().as_nanos() as f64 / 64.0
                 };
-                t64 += timed(&mut || samples(self.level, &shaded, &Frame::IDENTITY, black_box(&u), &mut drawn));
+                t64 += timed(&mut || samples(&shaded, &Frame::IDENTITY, black_box(&u), &mut drawn));
                 let wi = drawn.map(|d| d.wi);
-                p64 += timed(&mut || pdfs(self.level, &shaded, &Frame::IDENTITY, black_box(&wi), &mut densities));
+                p64 += timed(&mut || pdfs(&shaded, &Frame::IDENTITY, black_box(&wi), &mut densities));
                 t1 += timed(&mut || {
                     for (u, out) in u.iter().zip(drawn.chunks_mut(1)) {
-                        samples(self.level, &shaded, &Frame::IDENTITY, black_box(std::slice::from_ref(u)), out);
+                        samples(&shaded, &Frame::IDENTITY, black_box(std::slice::from_ref(u)), out);
                     }
                 });
                 p1 += timed(&mut || {
                     for (wi, out) in wi.iter().zip(densities.chunks_mut(1)) {
-                        pdfs(self.level, &shaded, &Frame::IDENTITY, black_box(std::slice::from_ref(wi)), out);
+                        pdfs(&shaded, &Frame::IDENTITY, black_box(std::slice::from_ref(wi)), out);
                     }
                 });
                 black_box((&drawn, &densities));

@@ -78,7 +78,7 @@ fn batches_have_the_bits_of_single_calls() {
                 *first = [f32::NAN, 2.0];
             }
             let mut drawn = vec![Drawn::default(); count];
-            samples(Level::detect(), &light, &frame, &u, &mut drawn);
+            samples(&light, &frame, &u, &mut drawn);
             for (drawn, &u) in drawn.iter().zip(&u) {
                 assert_eq!(bits((drawn.wi, drawn.pdf)), bits(built.sample(&frame, u)), "{count}");
             }
@@ -88,7 +88,7 @@ fn batches_have_the_bits_of_single_calls() {
                 *wi = wi.map(|x| 1.01 * x);
             }
             let mut all = vec![-1.0; count];
-            pdfs(Level::detect(), &light, &frame, &wi, &mut all);
+            pdfs(&light, &frame, &wi, &mut all);
             for (i, (&pdf, &wi)) in all.iter().zip(&wi).enumerate() {
                 assert_eq!(pdf.to_bits(), light.pdf::<f32>(&frame, wi).to_bits());
                 assert_eq!(pdf == 0.0, i % 5 == 1);

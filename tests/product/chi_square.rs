@@ -10,7 +10,6 @@ use std::f64::consts::PI;
 use wis::light::batch::{Drawn, samples};
 use wis::light::chart::Layout;
 use wis::light::plan::Filter;
-use wis::simd::Level;
 
 const COLUMNS: usize = 32;
 const ROWS: usize = 16;
@@ -40,8 +39,6 @@ fn samples_follow_the_density() {
     let mut maps = vec![Map::of_directions(Layout::LatLong, 64, 32, rough)];
     maps.push(suns(64, 32).swap_remove(9).1);
     let significance = corrected(maps.len() * WIDE.len());
-    // Asking a virtual machine's processor takes longer than the samples.
-    let level = Level::detect();
     let mut random = Random(5);
     for map in maps {
         let built = Built::new(&map, &map.description(Filter::Bilinear));
@@ -54,7 +51,7 @@ fn samples_follow_the_density() {
             let mut drawn = [Drawn::default(); 64];
             for _ in 0..SAMPLES / 64 {
                 let u: [[f32; 2]; 64] = std::array::from_fn(|_| [random.f32(), random.f32()]);
-                samples(level, &prepared.shaded(), &prepared.frame(), &u, &mut drawn);
+                samples(&prepared.shaded(), &prepared.frame(), &u, &mut drawn);
                 for drawn in &drawn {
                     let (_, [u, v]) = place_of(Layout::LatLong, drawn.wi.map(f64::from));
                     let (i, j) = ((u * COLUMNS as f64) as usize, (v * ROWS as f64) as usize);

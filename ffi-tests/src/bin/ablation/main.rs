@@ -112,7 +112,7 @@ fn ablation(out: &mut String, maps: &[Light]) -> Result<()> {
                     let prepared = Prepared::new(&environment, &at(&lobes, material, point), config);
                     let mut drawn = vec![Drawn::default(); u.len()];
                     let shaded = prepared.over(&environment);
-                    samples(Level::detect(), &shaded, &environment.frame(), u, &mut drawn);
+                    samples(&shaded, &environment.frame(), u, &mut drawn);
                     for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(drawn) {
                         (*wi, *pdf) = (drawn.wi, drawn.pdf);
                     }

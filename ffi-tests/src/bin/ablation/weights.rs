@@ -91,8 +91,8 @@ fn largest(light: &Light, built: &Built, point: &Point<'_>) -> f64 {
     let mut random = Random(91);
     let mut u = || (0..TRIED).map(|_| [random.next(), random.next()]).collect::<Vec<_>>();
     let [mut own, mut lit] = [0, 1].map(|_| vec![Drawn::default(); TRIED]);
-    samples(Level::detect(), &shaded, &frame, &u(), &mut own);
-    samples(Level::detect(), &environment.light(), &frame, &u(), &mut lit);
+    samples(&shaded, &frame, &u(), &mut own);
+    samples(&environment.light(), &frame, &u(), &mut lit);
     let value = |wi: [f32; 3]| {
         let map = frame.to_map(Vec3::from_array(wi)).to_array();
         f64::from(surface.value(surface.to_local::<f32>(map))) * f64::from(light.radiance(Vec3::from_array(wi)))

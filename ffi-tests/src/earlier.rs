@@ -341,7 +341,7 @@ mod tests {
             eprintln!("left out: scripts/earlier.sh did not build it");
             return;
         };
-        assert_ne!(calls.direct as usize, raw::wis_direct as usize);
+        assert_ne!(calls.direct as usize, raw::wis_direct as *const () as usize);
         let light = Light::latlong("white", 64, 32, vec![1.0; 64 * 32]).bilinear();
         let environment = light.mapped(0, 0.0, Environment::new).unwrap().unwrap();
         let lobe = raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, ..Default::default() };

@@ -147,7 +147,7 @@ fn gains(out: &mut String, results: &Results) -> Result<()> {
 Gain: variance x time with the other tables over variance x time with wis; above 1 wis is ahead. The geometric mean over
 materials, lights and N = {}, with bootstrap intervals of 95 % over {} repeats. {} shading points with shadows and
 a bilinear client. Caches are cold where 32 MB of other memory are touched before a point, and warm where another point comes
-before it. Renderer: before a point a ray goes through a million triangles, and 256 kB of other memory are read. The last section has the cells.\n",
+before it. Renderer: before a point a ray goes through a million triangles, and 256 kB of 16 MB of other memory are read. The last section has the cells.\n",
         counts.join(", "),
         results.repeats,
         results.points

@@ -512,7 +512,7 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
         "Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Tables of gains compare squared errors.".into(),
         "Equal time: variance x time of a peer over variance x time of wis, at the same number of rays.".into(),
         "Times include drawing, preparing, evaluating and tracing. The costs of the expensive model are really spent.".into(),
-        "Caches of a renderer: before each hit a ray goes through a million triangles, tile after tile, and 256 kB of other memory are read. Warm: a pixel after another. Cold: 32 MB are touched before a pixel.".into(),
+        "Caches of a renderer: before each hit a ray goes through a million triangles, tile after tile, and 256 kB of 16 MB of other memory are read. Warm: a pixel after another. Cold: 32 MB are touched before a pixel.".into(),
         format!("A call of 0.2 for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
         "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
         "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),

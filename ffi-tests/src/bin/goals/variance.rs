@@ -79,13 +79,16 @@ fn blocked(spheres: &[(Vec3, f32); 6], wi: Vec3) -> bool {
 /// By number of hits, view and metric: the variance of each group of seeds, times the hits.
 type Variances = Vec<[[Vec<f64>; METRICS.len()]; VIEWS.len()]>;
 
-/// Estimates of a direction and a weight that a call answers for a point.
+/// A direction and its weight, or none.
+type Drawn = Option<([f32; 3], f32)>;
+
+/// Those of the estimates that a call answers for points.
 fn variances(
     lit: &Lit,
     material: &str,
     own: &raw::wis_material,
     (count, seeds, means): (usize, usize, &[usize]),
-    call: &mut dyn FnMut(&raw::wis_point) -> Result<Option<([f32; 3], f32)>>,
+    call: &mut dyn FnMut(&raw::wis_point) -> Result<Drawn>,
 ) -> Result<Variances> {
     let (hits, spheres) = (hits(material, count), spheres(count));
     let mut values = vec![[const { Vec::new() }; VIEWS.len()]; means.len()];

@@ -393,7 +393,7 @@ impl Compared<'_> {
             if differs {
                 fit.error = if under > 0.0 { above / under } else { 0.0 };
             } else if under != 0.0 {
-                fit.scale = (above / under).clamp(0.0, most);
+                fit.scale = (above / under).max(0.0).min(most);
             }
         }
         fit

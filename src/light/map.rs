@@ -8,40 +8,23 @@
 
 use super::chart::{Chart, Layout};
 use super::plan::{Filter, Plan};
+pub use super::radiance::ONE_TILE as WHOLE;
+use super::radiance::{STEP_SHIFT, decode, encode};
 use super::tables::Light;
 use super::texels::Texels;
 use core::f32::consts::PI;
 
 /// Words of zeros behind the last: words are read in pairs.
 pub const PAD: usize = 16;
-/// log2 of the patches along a side of a tile if there is only one.
-pub const WHOLE: u32 = 31;
 /// The same with an error budget.
 const TILE_SIDE: u32 = 5;
 /// Corners along a side of a tile, at most.
 const NODES: usize = (1 << TILE_SIDE) + 1;
 /// Tiles begin at multiples of so many words.
 const GROUP: usize = 8;
-/// A tile's record: its step above so many bits of where it begins.
-const STEP_AT: u32 = 28;
 /// L over what a coarse tile says is at most so many budgets above 1, or a third, as in the tables.
 const LARGEST: f32 = 8.0;
 const LARGEST_AT_LEAST: f32 = 1.0 / 3.0;
-
-/// The nearest word to a light; above 0 if that is, and finite.
-#[inline(always)]
-pub fn encode(light: f32) -> u16 {
-    const LARGEST_WORD: u32 = f32::MAX.to_bits() >> 16;
-    let bits = light.to_bits();
-    let word = (bits.saturating_add(0x7fff + (bits >> 16 & 1)) >> 16).clamp(1, LARGEST_WORD) as u16;
-    if light > 0.0 { word } else { 0 }
-}
-
-/// The light of a word.
-#[inline(always)]
-pub fn decode(word: u16) -> f32 {
-    f32::from_bits(u32::from(word) << 16)
-}
 
 /// log2 of the patches along a side of a tile.
 pub fn tile_side(plan: &Plan) -> u32 {
@@ -119,7 +102,7 @@ pub fn write_table(plan: &Plan, steps: &[u8], table: &mut [u32]) {
     let tiles = (0..plan.cells()).flat_map(|index| tiles_of(plan, index));
     for ((number, ..), &step) in tiles.zip(steps) {
         if let Some(record) = table.get_mut(number) {
-            *record = u32::from(step) << STEP_AT | at as u32;
+            *record = u32::from(step) << STEP_SHIFT | at as u32;
         }
         at += groups(step);
     }
@@ -288,8 +271,8 @@ impl Light<'_> {
         let along = patches.map(|n| n.div_ceil(1 << side));
         let number = (face * along[1] + (patch[1] >> side)) * along[0] + (patch[0] >> side);
         let record = self.tiles.get(number as usize).copied().unwrap_or(0);
-        let step = record >> STEP_AT;
-        let start = (record & ((1 << STEP_AT) - 1)) as usize * GROUP;
+        let step = record >> STEP_SHIFT;
+        let start = (record & ((1 << STEP_SHIFT) - 1)) as usize * GROUP;
         let stride = (1usize << side >> step) + 1;
         let own = patch.map(|n| n & ((1 << side) - 1));
         let [x, y] = own.map(|n| (n >> step) as usize);
@@ -304,7 +287,7 @@ impl Light<'_> {
 pub fn is_sound(plan: &Plan, light: &Light<'_>) -> bool {
     let Some(end) = light.texels.len().checked_sub(PAD) else { return false };
     let tile_fits = |&record: &u32| {
-        let (step, start) = (record >> STEP_AT, (record & ((1 << STEP_AT) - 1)) as usize * GROUP);
+        let (step, start) = (record >> STEP_SHIFT, (record & ((1 << STEP_SHIFT) - 1)) as usize * GROUP);
         step <= TILE_SIDE && start.checked_add(groups(step as u8) * GROUP).is_some_and(|behind| behind <= end)
     };
     let tiles = if tile_side(plan) == WHOLE { light.tiles == [0] } else { light.tiles.iter().all(tile_fits) };

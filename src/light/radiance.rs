@@ -14,6 +14,21 @@ pub const STEP_SHIFT: i32 = 28;
 /// [`Radiance::tile`] of a map of one tile.
 pub const ONE_TILE: u32 = 31;
 
+/// The nearest word to a light; above 0 if that is, and finite.
+#[inline(always)]
+pub fn encode(light: f32) -> u16 {
+    const LARGEST_WORD: u32 = f32::MAX.to_bits() >> 16;
+    let bits = light.to_bits();
+    let word = (bits.saturating_add(0x7fff + (bits >> 16 & 1)) >> 16).clamp(1, LARGEST_WORD) as u16;
+    if light > 0.0 { word } else { 0 }
+}
+
+/// The light of a word.
+#[inline(always)]
+pub fn decode(word: u16) -> f32 {
+    f32::from_bits(u32::from(word) << 16)
+}
+
 /// The map.
 #[derive(Clone, Copy, Debug)]
 pub struct Radiance<'a> {

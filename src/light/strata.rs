@@ -8,8 +8,9 @@
 //! stand in a pyramid, or parts of a patch, which are looked up. So the work is that of the strata, besides one pass over all patches.
 
 use super::chart::{Chart, Layout};
-use super::map::{WHOLE, decode, solid_angle};
+use super::map::{WHOLE, solid_angle};
 use super::plan::Plan;
+use super::radiance::decode;
 use super::tables::Light;
 use core::f64::consts::PI;
 
@@ -145,7 +146,7 @@ impl Span {
 
     /// Where cell `i` begins.
     fn border(&self, i: usize) -> u32 {
-        ((self.first + i as u32) << self.size).clamp(self.ends[0], self.ends[1])
+        ((self.first + i as u32) << self.size).max(self.ends[0]).min(self.ends[1])
     }
 }
 
@@ -456,14 +457,15 @@ impl Field<'_> {
         let per_face = cells_below(self.patches, levels(self.patches) + 1) * NUMBERS;
         for numbers in room.chunks_exact_mut(per_face.max(1)).take(self.light.chart.faces() as usize) {
             for level in 2..=levels(self.patches) {
-                let (done, out) = numbers.split_at_mut(cells_below(self.patches, level) * NUMBERS);
+                let below = cells_below(self.patches, level) * NUMBERS;
+                let (done, out) = numbers.split_at_mut_checked(below).unwrap_or_default();
                 let [below, above] = [level - 1, level].map(|level| level_cells(self.patches, level));
                 let done = done.get(cells_below(self.patches, level - 1) * NUMBERS..).unwrap_or(&[]);
                 let at =
                     |x: usize, y: usize, k: usize| done.get((y * below[0] + x) * NUMBERS + k).copied().unwrap_or(0.0);
                 let area = (1u64 << (2 * level)) as f32;
                 for (number, out) in out.chunks_exact_mut(NUMBERS).enumerate().take(above[0] * above[1]) {
-                    let [x, y] = [number % above[0], number / above[0]].map(|n| 2 * n);
+                    let [x, y] = [number % above[0].max(1), number / above[0].max(1)].map(|n| 2 * n);
                     let across = [x, x + 1].map(|x| (x, x < below[0]));
                     let down = [y, y + 1].map(|y| (y, y < below[1]));
                     for (k, out) in out.iter_mut().enumerate() {
@@ -503,7 +505,7 @@ impl Field<'_> {
             let [mass, square] = of_face(face);
             let (left, behind) = (out.len() as u32 - first, faces - 1 - face);
             let share = if behind == 0 { left } else { rounded(f64::from(left) * mass / rest) };
-            let count = share.clamp(1, left.saturating_sub(behind).max(1));
+            let count = share.max(1).min(left.saturating_sub(behind).max(1));
             let node = Node { face, extent, first, count, size };
             total += if count == 1 { self.leaf(&node, square, out) } else { self.divide(room, node, out) };
             first += count;
@@ -525,6 +527,7 @@ impl Field<'_> {
                 order = [1, 0];
             }
             for k in order {
+                let k = k & 1;
                 if parts[k].count == 1 {
                     total += squares[k];
                     self.put(&parts[k], out);
@@ -603,14 +606,14 @@ impl Field<'_> {
         let middle = node.extent.map(|[low, high]| low.midpoint(high));
         let mut best = Cut { cost: f64::INFINITY, axis: 0, at: middle[0], count: node.count / 2, squares: [0.0; 2] };
         for (axis, sums) in [&columns, &rows].into_iter().enumerate() {
-            self.best_cut(node, &grid[axis], axis, sums, &mut best);
+            self.best_cut(node, &grid[axis & 1], axis, sums, &mut best);
         }
         let mut parts = [*node; 2];
         for part in &mut parts {
             part.size = grid[0].size;
         }
-        parts[0].extent[best.axis][1] = best.at;
-        parts[1].extent[best.axis][0] = best.at;
+        parts[0].extent[best.axis & 1][1] = best.at;
+        parts[1].extent[best.axis & 1][0] = best.at;
         parts[0].count = best.count;
         parts[1].count = node.count - best.count;
         parts[1].first += best.count;

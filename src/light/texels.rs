@@ -2,8 +2,8 @@
 //! and the exact integrals over patches.
 
 use super::chart::Layout;
-use super::map::encode;
 use super::plan::{Filter, Plan};
+use super::radiance::encode;
 use super::tables::BLOCK;
 use core::f64::consts::PI;
 

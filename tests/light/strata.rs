@@ -4,8 +4,9 @@ use super::built::{Built, Random};
 use super::lookup::{Map, double};
 use super::maps::{descriptions, layouts, rough, sky, suns};
 use wis::light::chart::Layout;
-use wis::light::map::{decode, encode, solid_angle};
+use wis::light::map::solid_angle;
 use wis::light::plan::{Description, Filter};
+use wis::light::radiance::{decode, encode};
 use wis::light::tables::Light;
 
 /// The face of a stratum.

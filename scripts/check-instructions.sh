@@ -11,10 +11,10 @@ mkdir -p "$out"
 
 # material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of version 0.2
 goals="
-lambert 256  2700 11623 11395 11395
-ggx     256  3600 20897 20487 20487
-lambert 1024 2700 11298 11076 11076
-ggx     1024 3600 20289 19891 19891
+lambert 256  2700 3403 3336 11395
+ggx     256  3600 5212 5110 20487
+lambert 1024 2700 3406 3339 11076
+ggx     1024 3600 5217 5115 19891
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64

@@ -166,7 +166,8 @@ impl Draw<'_> {
         // A density that is not finite comes from a place without light.
         let zero = F::splat(0.0);
         let counts = F::and(zero.lt(height), F::and(zero.lt(density), density.lt(F::splat(f32::INFINITY))));
-        let brought = if self.compensated { (radiance - light.mean).max(zero) } else { radiance };
+        // As a share of the light, so that its unit changes no bit.
+        let brought = if self.compensated { (radiance - light.mean).max(zero) } else { radiance } * light.inverse_power;
         let mut target = if self.without_lobes { brought } else { value * brought };
         if let Some(seen) = self.seen {
             target = target * visible(self.frame, seen, direction);

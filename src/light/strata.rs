@@ -40,6 +40,8 @@ const EVEN: f64 = 0.01;
 /// A cut that leaves one side with few strata counts more by up to this share: groups of candidates, which lie side by side in the order of
 /// the tree, are then compact. Open variances of 8 + 8 are 0.7 of those of exact candidates with 0, and 0.9 with 16.
 const UNEVEN: f64 = 16.0;
+/// Candidates beyond which that no longer counts.
+const MOST_TOGETHER: usize = 64;
 
 /// log2 of the units that a patch is wide, at most: where strata can begin and end.
 const FINEST: u32 = 12;
@@ -107,6 +109,8 @@ struct Node {
     extent: Box,
     first: u32,
     count: u32,
+    /// The strata of a candidate, where as many are drawn together as may be.
+    group: u32,
     /// log2 of the units of the cells at whose borders it lies.
     size: u32,
 }
@@ -491,7 +495,7 @@ impl Field<'_> {
         let (extent, size) = (self.face(), self.patch + levels(self.patches));
         let of_face = |face: u32| {
             let mut sums = [[0.0; NUMBERS]; 2];
-            let root = Node { face, extent, first: 0, count: 1, size };
+            let root = Node { face, extent, first: 0, count: 1, group: 1, size };
             let (mut columns, mut rows) = ([[0.0; NUMBERS]; CELLS], [[0.0; NUMBERS]; CELLS]);
             self.read(room, &root, &mut columns, &mut rows);
             for column in columns {
@@ -506,7 +510,7 @@ impl Field<'_> {
             let (left, behind) = (out.len() as u32 - first, faces - 1 - face);
             let share = if behind == 0 { left } else { rounded(f64::from(left) * mass / rest) };
             let count = share.max(1).min(left.saturating_sub(behind).max(1));
-            let node = Node { face, extent, first, count, size };
+            let node = Node { face, extent, first, count, group: (out.len() / MOST_TOGETHER) as u32, size };
             total += if count == 1 { self.leaf(&node, square, out) } else { self.divide(room, node, out) };
             first += count;
             rest -= mass;
@@ -646,7 +650,8 @@ impl Field<'_> {
                 (square + even) / count
             });
             let uneven = f64::from(count) * 2.0 / f64::from(node.count) - 1.0;
-            let cost = (first + second) * shape * (1.0 + UNEVEN * uneven * uneven);
+            let uneven = if node.count > node.group { UNEVEN * uneven * uneven } else { 0.0 };
+            let cost = (first + second) * shape * (1.0 + uneven);
             if cost < best.cost {
                 *best = Cut { cost, axis, at, count, squares };
             }

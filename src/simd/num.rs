@@ -171,6 +171,9 @@ pub trait Num:
     #[inline(always)]
     fn scatter(self, out: &mut [f32], places: Self::Whole) {
         let (numbers, places) = (self.store(), Self::ints_of(places));
+        if !places.as_ref().iter().all(|&place| (place as usize) < out.len()) {
+            return;
+        }
         for (&place, &number) in places.as_ref().iter().zip(numbers.as_ref()) {
             if let Some(out) = out.get_mut(place as usize) {
                 *out = number;

@@ -7,7 +7,6 @@ mod compare;
 mod effort;
 mod joint;
 mod light;
-mod mixed;
 mod picks;
 mod rays;
 mod shared;

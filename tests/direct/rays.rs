@@ -126,7 +126,7 @@ fn the_unit_of_radiance_changes_no_bit() {
                 let point = random_point(&mut random, &materials);
                 let at = random_hit(&mut random);
                 let [a, b] = [&light, &scaled].map(|l| bits(&Thread::new(4).direct(&l.environment(), &point, at, 4)));
-                assert_eq!(a, b);
+                assert_eq!(a, b, "2^{k}, {point:?}");
             }
         }
     }

@@ -259,7 +259,7 @@ fn parts_without_a_width_are_refused() {
         let built = Built::new(&map, &map.description(Filter::Bilinear));
         let mut words = vec![0u128; built.bytes().len().div_ceil(16)];
         let copy: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..built.bytes().len()];
-        let first = section(built.bytes(), 6) + FIRST;
+        let first = section(built.bytes(), 5) + FIRST;
         for (border, value) in (0..BORDERS).flat_map(|border| [0, -1, guide::Short::MIN].map(|value| (border, value))) {
             copy.copy_from_slice(built.bytes());
             copy[first + 2 * border..][..2].copy_from_slice(&value.to_le_bytes());

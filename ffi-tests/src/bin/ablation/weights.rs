@@ -7,7 +7,7 @@ use std::fmt::Write;
 use wis::brdf::surface::Surface;
 use wis::light::batch::{Density, Drawn, samples};
 use wis::product::prepare::Config;
-use wis::{Kind, Level, Material, Point, Shape};
+use wis::{Kind, Material, Point, Shape};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::statistics::splitmix;
 

@@ -827,8 +827,12 @@ enum wis_status wis_invert(struct wis_sampler *sampler,
 /// You interpolate and the environment takes the nearest texel, or the other way round.
 #define WIS_CAUSE_FILTER 9
 
-/// Something else: another map, a rotation by another angle, a curve applied to the colours.
+/// Something else: another map, a rotation by another angle, a blur, a curve applied to the colours. No other cause is named unless it
+/// leaves almost no difference.
 #define WIS_CAUSE_OTHER 10
+
+/// You clamp what you look up at `limit`: clamp the map before you build the light.
+#define WIS_CAUSE_CLAMPED 11
 
 /// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at
 /// least 0. Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
@@ -855,7 +859,7 @@ typedef struct wis_check_info {
   /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not
   /// count.
   float error;
-  /// The difference that is left with the fields below. Large: there is more than one mistake.
+  /// The difference that is left with the fields below: `error` if nothing explains it.
   float explained;
   /// Your radiance over that of the light.
   float scale;
@@ -867,15 +871,18 @@ typedef struct wis_check_info {
   float shift[2];
   /// The row-major matrix.
   float world_from_map[9];
+  /// The luminance at which you clamp what you look up; 0 if you do not.
+  float limit;
 } wis_check_info;
 
 /// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but
 /// many times the error, in silence. Call it once while you integrate the library, or in a test.
 ///
-/// `radiance` of `config` is called four times, for 64 world directions each: half of them drawn from the light, half spread over the
-/// sphere. What your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
-/// infinite or negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set
-/// `info->size` before. Costs 1 to 6 ms besides `radiance`. Work: constant.
+/// `radiance` of `config` is called for at most 64 world directions at a time: 256, of which half are drawn from the light and half spread
+/// over the sphere, and up to 25,000 more that confirm what would explain a difference. It answers the same for the same direction. What
+/// your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
+/// infinite or negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
+/// 20 ms besides `radiance`. Work: constant.
 enum wis_status wis_check(struct wis_sampler *sampler,
                           const struct wis_environment *environment,
                           const struct wis_check_config *config,

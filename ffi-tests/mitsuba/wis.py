@@ -7,7 +7,8 @@ import numpy as np
 
 OK, ROWS_AT_POLES, COMPENSATED = 0, 1, 4
 LAMBERT, GGX = 1, 2
-CAUSES = ["none", "scaled", "frame", "turned", "mirrored", "upside down", "axes", "shifted", "rows", "filter", "other"]
+CAUSES = ["none", "scaled", "frame", "turned", "mirrored", "upside down", "axes", "shifted", "rows", "filter", "other",
+          "clamped"]
 
 
 class Size(c.Structure):
@@ -68,7 +69,7 @@ class CheckConfig(c.Structure):
 
 class CheckInfo(c.Structure):
     _fields_ = [("size", c.c_uint32), ("cause", c.c_uint32)] + [(n, c.c_float) for n in "error explained scale".split()] + [
-        ("filter", c.c_uint32), ("flags", c.c_uint32), ("shift", c.c_float * 2), ("world_from_map", c.c_float * 9)]
+        ("filter", c.c_uint32), ("flags", c.c_uint32), ("shift", c.c_float * 2), ("world_from_map", c.c_float * 9), ("limit", c.c_float)]
 
 
 library = c.CDLL(os.path.join(os.environ["WIS_LIB"], "libwis.so"))

@@ -155,6 +155,9 @@ fn sign(kind: &str, bytes: &mut [u8]) {
     put(bytes, CHECKSUM.start, &id.to_le_bytes());
 }
 
+/// Where an environment says how long it is.
+const LENGTH: usize = 8;
+
 /// Where the parts of an environment's header stand that its hashes cover.
 struct EnvironmentHeader {
     tables_hash: usize,
@@ -163,12 +166,14 @@ struct EnvironmentHeader {
     header: usize,
 }
 
-const ENVIRONMENT: EnvironmentHeader = EnvironmentHeader { tables_hash: 24, power: 32, frame: 248, header: 288 };
+const ENVIRONMENT: EnvironmentHeader = EnvironmentHeader { tables_hash: 24, power: 32, frame: 304, header: 344 };
 
 fn sign_environment(bytes: &mut [u8]) -> u64 {
     let EnvironmentHeader { tables_hash, power, frame, header } = ENVIRONMENT;
     let mut tables = ContentHash::new();
-    for part in [&bytes[power..frame], &bytes[header..]] {
+    // How long it is depends on its pixels: memory may be longer.
+    let end = (long(bytes, LENGTH) as usize).clamp(header, bytes.len());
+    for part in [&bytes[power..frame], &bytes[header..end]] {
         // Word k goes into stream k % 4.
         let mut streams = [tables; 4];
         for (k, word) in part.chunks(8).enumerate() {

@@ -24,8 +24,11 @@ pub const WIS_CAUSE_SHIFTED: u32 = 7;
 pub const WIS_CAUSE_ROWS: u32 = 8;
 /// You interpolate and the environment takes the nearest texel, or the other way round.
 pub const WIS_CAUSE_FILTER: u32 = 9;
-/// Something else: another map, a rotation by another angle, a curve applied to the colours.
+/// Something else: another map, a rotation by another angle, a blur, a curve applied to the colours. No other cause is named unless it
+/// leaves almost no difference.
 pub const WIS_CAUSE_OTHER: u32 = 10;
+/// You clamp what you look up at `limit`: clamp the map before you build the light.
+pub const WIS_CAUSE_CLAMPED: u32 = 11;
 
 /// What was found. From `filter` on: what to build the environment with so that it is the light that you see.
 #[repr(C)]
@@ -38,7 +41,7 @@ pub struct CheckInfo {
     /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not
     /// count.
     pub error: f32,
-    /// The difference that is left with the fields below. Large: there is more than one mistake.
+    /// The difference that is left with the fields below: `error` if nothing explains it.
     pub explained: f32,
     /// Your radiance over that of the light.
     pub scale: f32,
@@ -50,6 +53,8 @@ pub struct CheckInfo {
     pub shift: [f32; 2],
     /// The row-major matrix.
     pub world_from_map: [f32; 9],
+    /// The luminance at which you clamp what you look up; 0 if you do not.
+    pub limit: f32,
 }
 
 impl From<Comparison> for CheckInfo {
@@ -64,6 +69,7 @@ impl From<Comparison> for CheckInfo {
             flags: if found.rows_at_poles { WIS_ENVIRONMENT_ROWS_AT_POLES } else { 0 },
             shift: found.shift,
             world_from_map: found.world_from_map,
+            limit: found.limit,
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::arguments::block::Block;
 use std::ptr::{null, null_mut};
 use wis::ffi::MemorySize;
 use wis::ffi::light::*;
+use wis::light::environment::Environment;
 use wis::status::Status;
 
 thread_local! {
@@ -60,7 +61,7 @@ pub fn built(pixels: &[f32], size: [u32; 2]) -> Vec<u8> {
         let status = wis_environment_init(&config, block, size.bytes, work, scratch.len(), &mut handle, none);
         assert_eq!(status, Status::Ok);
         // Less than was asked for: how many strata a light has depends on its pixels.
-        let bytes = wis::light::environment::Environment::view(&memory.to_vec()).unwrap().as_bytes().len();
-        memory.to_vec()[..bytes].to_vec()
+        let bytes = memory.to_vec();
+        Environment::view(&bytes).unwrap().as_bytes().to_vec()
     }
 }

@@ -46,8 +46,8 @@ fn candidates_fit_into_the_room() {
     let shapes = [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.2, 0.05), Shape::ggx(0.01, 0.01)];
     for _ in 0..4000 {
         let bits = random.bits();
-        let most = 1 + (bits as usize % 4096 >> ((bits >> 40) % 12));
-        let wanted = (bits >> 20) as usize % 257 >> ((bits >> 50) % 9);
+        let most = 1 + ((bits as usize % 4096) >> ((bits >> 40) % 12));
+        let wanted = ((bits >> 20) as usize % 257) >> ((bits >> 50) % 9);
         let rays = 1 + (bits >> 32) as usize % most;
         let (compensated, targeted) = (bits >> 60 & 1 == 1, bits >> 61 & 1 == 1);
         let counts =

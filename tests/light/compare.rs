@@ -10,7 +10,7 @@ use wis::light::plan::{Description, Filter};
 const IDENTITY: [f32; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// A renderer that sees this luminance.
-fn seen(built: &Built, mut radiance: impl FnMut(V3) -> f64) -> Comparison {
+pub fn seen(built: &Built, mut radiance: impl FnMut(V3) -> f64) -> Comparison {
     let mut all = |wi: &[[f32; 3]], rgb: &mut [[f32; 3]]| {
         for (out, wi) in rgb.iter_mut().zip(wi) {
             *out = [radiance(double(*wi)) as f32; 3];
@@ -21,12 +21,12 @@ fn seen(built: &Built, mut radiance: impl FnMut(V3) -> f64) -> Comparison {
 }
 
 /// The luminance that a renderer finds in a map.
-fn look(map: &Map, filter: Filter, rows_at_poles: bool, least: f64, d: V3) -> f64 {
+pub fn look(map: &Map, filter: Filter, rows_at_poles: bool, least: f64, d: V3) -> f64 {
     map.radiance(&Description { rows_at_poles, ..map.description(filter) }, least, d)
 }
 
 /// A row-major matrix times a direction.
-fn times(m: &[f32; 9], d: V3) -> V3 {
+pub fn times(m: &[f32; 9], d: V3) -> V3 {
     [0, 1, 2].map(|k| (0..3).map(|j| f64::from(m[3 * k + j]) * d[j]).sum())
 }
 
@@ -47,7 +47,7 @@ fn rough_map(layout: Layout, side: u32) -> Map {
     Map::of_directions(layout, width, height, rough)
 }
 
-fn other(filter: Filter) -> Filter {
+pub fn other(filter: Filter) -> Filter {
     if filter == Filter::Bilinear { Filter::Nearest } else { Filter::Bilinear }
 }
 

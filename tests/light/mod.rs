@@ -8,6 +8,7 @@ mod build;
 pub mod built;
 mod bumps;
 mod bytes;
+mod causes;
 mod chi_square;
 mod compare;
 mod compensated;

@@ -48,18 +48,18 @@ pub fn sizes(widths: &[usize]) -> Result<Vec<Size>> {
         let maps = [Texels::RowsF32(&row_f32), Texels::RowsF16(&row_f16)].map(|texels| Map::latlong(w, h, 3, texels));
         let mut build = [f64::INFINITY; 2];
         let asked = Environment::size(&maps[0])?;
-        let (mut memory, mut scratch) = (Block::new(asked.bytes), Block::new(asked.scratch_bytes));
+        let mut scratch = Block::new(asked.scratch_bytes);
         let mut bytes = 0;
         for _ in 0..if width > LARGE { 1 } else { BUILDS } {
             for (map, build) in maps.iter().zip(&mut build) {
+                let memory = Block::new(asked.bytes);
                 let start = processor_ms();
                 let built = Environment::new_in(map, memory, &mut scratch)?;
                 *build = build.min(processor_ms() - start);
                 bytes = built.info.bytes;
-                memory = built.into_memory();
             }
         }
-        drop((memory, scratch));
+        drop(scratch);
         let pyramid = if width <= PYRAMID { Some(pyramid(width, &row_f32)?) } else { None };
         Ok(Size { width, bytes, scratch: asked.scratch_bytes, build, pyramid })
     };

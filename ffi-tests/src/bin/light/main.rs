@@ -116,7 +116,7 @@ fn check(results: &Results) -> Result<()> {
     ensure!(own < 3.0 * pyramid, "a cold sample in 64 takes {own} ns, with version 0.1 {pyramid} ns");
     for size in results.sizes.iter().filter(|size| size.width == 1024) {
         ensure!(size.bytes <= 3_720_000, "a 1k map takes {} bytes", size.bytes);
-        ensure!(size.build[0] < 50.0, "a 1k map is built in {} ms", size.build[0]);
+        ensure!(size.build[0] < 150.0, "a 1k map is built in {} ms", size.build[0]);
     }
     for budget in results.budgets.iter().filter(|budget| budget.light == "sky") {
         ensure!(budget.bytes <= 32_000, "a smooth sky takes {} bytes", budget.bytes);

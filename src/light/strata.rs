@@ -564,8 +564,9 @@ impl Field<'_> {
     /// The grid that a node looks at.
     fn grid(&self, node: &Node) -> [Span; 2] {
         let finest = match node.count {
-            0..8 => CELLS / 4,
-            8..32 => CELLS / 2,
+            0..4 => CELLS / 8,
+            4..16 => CELLS / 4,
+            16..64 => CELLS / 2,
             _ => CELLS,
         };
         // Never coarser than the cells of which the box is made.

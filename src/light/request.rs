@@ -39,7 +39,7 @@ pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
 /// of 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
 pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
-/// No products will be prepared with it, nor shared by hits, nor used for several rays: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
+/// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
 /// Negative channels count by their size instead of as 0, for renderers that look them up as they are: pdf > 0 wherever |L| > 0.
 pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;

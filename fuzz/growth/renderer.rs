@@ -169,7 +169,7 @@ fn builds(w: &mut World) {
             counted!(w, wis_environment_run(config, memory, bytes, scratch, room, pass, 0, count, none));
         });
     }
-    w.at_most("wis_environment_finish", "texels", &TEXELS, linear, |w, n| {
+    w.at_most("wis_environment_finish", "texels", &BUILDS, linear, |w, n| {
         let mut build = Build::new(w, n);
         build.begin(w);
         (0..3).for_each(|pass| build.run(w, pass));
@@ -205,11 +205,11 @@ fn samplers(w: &mut World) {
         let mut size = MemorySize::default();
         counted!(w, wis_sampler_size(&config(n, 0), &mut size, null_mut()));
     });
-    w.curve("wis_sampler_size", "bytes by rays", &COUNTS, linear, |w, n| w.bytes(room(w, &config(n, 0)).bytes));
+    w.at_most("wis_sampler_size", "bytes by rays", &COUNTS, linear, |w, n| w.bytes(room(w, &config(n, 0)).bytes));
     w.curve("wis_sampler_size", "bytes by candidates", &[16, 64, 256], linear, |w, n| {
         w.bytes(room(w, &config(16, n)).bytes);
     });
-    w.curve("wis_sampler_init", "bytes", &COUNTS, linear, |w, n| {
+    w.at_most("wis_sampler_init", "bytes", &COUNTS, linear, |w, n| {
         let config = config(n, 0);
         let (mut memory, mut handle) = (room(w, &config), null_mut());
         let (place, bytes) = (memory.at(), memory.bytes);

@@ -65,7 +65,9 @@ pub fn of(name: &str) -> &'static Row {
 /// Kinds of objects that a call needs.
 fn needs(name: &str) -> &'static [&'static str] {
     match name {
-        "wis_environment_open" | "wis_environment_turn" | "wis_environment_describe" => &["wis_environment"],
+        "wis_environment_open" | "wis_environment_turn" | "wis_environment_describe" | "wis_base" => {
+            &["wis_environment"]
+        }
         "wis_sampler_begin_pixel" | "wis_sampler_fault" => &["wis_sampler"],
         "wis_visibility_cache_end_pass" => &["wis_visibility_cache"],
         "wis_direct" | "wis_direct_wave" | "wis_check" | "wis_check_point" | "wis_product_prepare" => {
@@ -117,7 +119,6 @@ pub const ROWS: &[Row] = &[
     row("wis_visibility_cache_record"),
     row("wis_visibility_cache_end_pass"),
     row("wis_visibility_key").law(laws::key),
-    row("wis_base"),
     row("wis_direct").often().law(laws::rays),
     row("wis_direct_wave").often(),
     row("wis_product_size").law(laws::aligned),
@@ -195,4 +196,5 @@ pub const ROWS: &[Row] = &[
     row("wis_product_open").often(),
     row("wis_jitter_open"),
     row("wis_check_point"),
+    row("wis_base"),
 ];

@@ -416,7 +416,7 @@ impl Stage<'_> {
                 let (mut all, mut floor, mut sum) = ([zero; 4], zero, zero);
                 if F::bits(counts) != 0 {
                     let corners = corner_values::<F>(&self.guide, values, group * GROUP + first);
-                    floor = (largest(corners) * FLOOR).max(F::splat(self.darkest));
+                    floor = F::only(counts, (largest(corners) * FLOOR).max(F::splat(self.darkest)));
                     for (out, corner) in all.iter_mut().zip(tilted(&quadrants, &corners, group, first)) {
                         *out = F::only(counts, corner.max(floor));
                         sum = sum + *out;

@@ -119,7 +119,7 @@ fn check(results: &Results) -> Result<()> {
         ensure!(size.build[0] < 150.0, "a 1k map is built in {} ms", size.build[0]);
     }
     for budget in results.budgets.iter().filter(|budget| budget.light == "sky") {
-        ensure!(budget.bytes <= 32_000, "a smooth sky takes {} bytes", budget.bytes);
+        ensure!(budget.bytes <= 40_960, "a smooth sky takes {} bytes", budget.bytes);
     }
     Ok(())
 }

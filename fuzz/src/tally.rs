@@ -13,7 +13,7 @@ struct Of {
 }
 
 /// The most bytes of stack that a call may use, with its return address.
-const MOST_STACK: usize = 8192;
+const MOST_STACK: usize = 12288;
 
 /// By row.
 #[derive(Default)]

@@ -119,7 +119,7 @@ int main(void) {
                 point.wo[0] = -d.x, point.wo[1] = -d.y, point.wo[2] = -d.z;
                 point.weight[0][0] = point.weight[0][1] = point.weight[0][2] = 0.7f;
                 point.seed = (uint32_t)(y * WIDTH + x);
-                point.turn = sample;
+                point.sample = sample;
                 check(wis_direct(sampler, environment, &point, 4, NULL, ray, &count));
                 for (uint32_t i = 0; i < count; i++) {
                     vec wi = of(ray[i].wi), unused;

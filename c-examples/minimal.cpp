@@ -64,7 +64,7 @@ int main() {
     check(sampler.begin_pixel());
     for (std::uint32_t hit = 0; hit < hits; hit++) {
         wis_ray ray[rays];
-        point.turn = hit;
+        point.sample = hit;
         const std::uint32_t count = value(sampler.direct(environment, point, rays, ray));
         for (std::uint32_t i = 0; i < count; i++) {
             if (!occluded(ray[i].wi))

@@ -49,8 +49,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     // 5. The rays to trace, each with its weight. Here as for many hits of one pixel.
     let (mut sum, mut rays) = (0.0, [Ray::default(); RAYS]);
     sampler.begin_pixel();
-    for turn in 0..HITS {
-        let at = Sequence { seed: 7, turn, stream: 0 };
+    for sample in 0..HITS {
+        let at = Sequence { seed: 7, sample, bounce: 0 };
         let count =
             sampler.direct(&environment, &point, at, RAYS, &[], &mut rays).map_err(|fault| format!("{fault:?}"))?;
         for ray in rays.iter().take(count).filter(|ray| !occluded(ray.wi)) {

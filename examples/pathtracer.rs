@@ -93,7 +93,7 @@ impl Tracer<'_> {
         (self.mean / light).min(1.0)
     }
 
-    fn path(&mut self, seed: u32, turn: u32, mut o: V3, mut d: V3) -> f32 {
+    fn path(&mut self, seed: u32, sample: u32, mut o: V3, mut d: V3) -> f32 {
         let (mut color, mut beta) = (0.0, 1.0);
         for bounce in 0.. {
             let Some((distance, normal)) = trace(o, d) else {
@@ -106,7 +106,7 @@ impl Tracer<'_> {
             o = axpy(o, distance, d);
             let mut point = Point::new(&self.material, normal, scale(d, -1.0));
             point.weight[0] = [0.6; 3];
-            let (at, mut rays) = (Sequence { seed, turn, stream: bounce }, [Ray::default()]);
+            let (at, mut rays) = (Sequence { seed, sample, bounce }, [Ray::default()]);
             let count = self.sampler.direct(&self.environment, &point, at, 1, &[], &mut rays).unwrap_or(0);
             for ray in rays.iter().take(count) {
                 let (light, cosine) = (self.radiance(ray.wi), dot(normal, ray.wi));
@@ -148,10 +148,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         tracer.random = Random(pixel.into());
         tracer.sampler.begin_pixel();
         let mut sum = 0.0;
-        for turn in 0..SAMPLES {
+        for sample in 0..SAMPLES {
             let x = ((pixel % 8) as f32 + tracer.random.uniform() - 4.0) / 4.0;
             let z = (2.0 - (pixel / 8) as f32) / 4.0 - tracer.random.uniform() / 4.0;
-            sum += f64::from(tracer.path(pixel, turn, [0.0, -3.0, 1.0], normalise([x, 2.0, z - 0.4])));
+            sum += f64::from(tracer.path(pixel, sample, [0.0, -3.0, 1.0], normalise([x, 2.0, z - 0.4])));
         }
         print!("{:.4}{}", sum / f64::from(SAMPLES), if pixel % 8 == 7 { '\n' } else { ' ' });
     }

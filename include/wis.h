@@ -97,7 +97,7 @@ typedef enum wis_status {
 } wis_status;
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-#define WIS_VERSION 512
+#define WIS_VERSION 768
 
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 #define WIS_ALIGNMENT 16
@@ -355,7 +355,7 @@ typedef struct wis_sampler_config {
   /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16:
   /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
   uint32_t candidates_per_ray;
-  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`stream` 0)
+  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0)
   /// that come with numbers of yours (`u` of wis_direct) share at most four products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
   /// Always 0.
@@ -465,11 +465,11 @@ typedef struct wis_point {
   float f0[WIS_MAX_LOBES][3];
   /// The pixel: any number, another one for each pixel.
   uint32_t seed;
-  /// The number of this hit among all hits of the pixel and the stream, over all passes: 0, 1, 2 ... Gaps
+  /// The number of this hit among all hits of the pixel and the bounce, over all passes: 0, 1, 2 ... Gaps
   /// leave means as they are; errors then fall more slowly.
-  uint32_t turn;
+  uint32_t sample;
   /// The bounce: 0 for camera hits, 1 for the next ...
-  uint32_t stream;
+  uint32_t bounce;
   /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
   uint32_t visibility_key;
   /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
@@ -553,7 +553,7 @@ enum wis_status wis_base(const struct wis_environment *environment,
 /// times (2048 in all at the most).
 ///
 /// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
-/// are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
+/// are read at first hits (`bounce` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
 /// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
 /// chosen among candidates.
 ///
@@ -629,10 +629,10 @@ typedef struct wis_wave {
   struct wis_floats_in f0;
   /// The pixel of each point; wis_sampler_begin_pixel is called where it changes.
   struct wis_ints_in seed;
-  /// The number of the hit of each point among all hits of its pixel and stream; null: 0.
-  struct wis_ints_in turn;
+  /// The number of the hit of each point among all hits of its pixel and bounce; null: 0.
+  struct wis_ints_in sample;
   /// The bounce of each point; null: 0.
-  struct wis_ints_in stream;
+  struct wis_ints_in bounce;
   /// The place of each point in `visibility`; null: 0, which is none.
   struct wis_ints_in visibility_key;
   /// What rays of earlier passes saw. Null: not known.
@@ -708,7 +708,7 @@ enum wis_status wis_product_size(const struct wis_product_config *config,
 
 /// Prepares products at `count` points, one behind the other in `memory`: product i begins `offset[i]` bytes behind it, at a multiple
 /// of 16. `bytes_used` receives the bytes of all, which is what needs to be copied. `memory`: `count` times the bytes of
-/// wis_product_size. `seed`, `turn` and `stream` of the points are not read. The number of a bad point stands in `y` of the fault
+/// wis_product_size. `seed`, `sample` and `bounce` of the points are not read. The number of a bad point stands in `y` of the fault
 /// (wis_sampler_fault). WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_LIGHT_ONLY.
 /// About 1 us for Lambert's lobe, 2 us for another wide one, and 4 us where lobes below about 0.12 are tried.
 /// Work: count x (lobes + divided cells).
@@ -970,7 +970,7 @@ typedef struct wis_point_verdict {
 /// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 40 world
 /// directions each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that
 /// resemble a BSDF have none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and
-/// give each lobe a weight. One call cannot see `turn`, `seed` and `stream`: a `turn` that is always 0 stays unseen.
+/// give each lobe a weight. One call cannot see `sample`, `seed` and `bounce`: a `sample` that is always 0 stays unseen.
 /// WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the
 /// fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM:
 /// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work: constant.

@@ -160,7 +160,7 @@ From [light.md](light.md), for maps of 1024 x 512 without what products read. Sm
 
 - An environment does not change once it is built. Any number of threads may read it, with a sampler each.
 - \`wis_environment_begin\`, \`wis_environment_run\` and \`wis_environment_finish\` spread the build over your threads. The bytes do not depend on their number.
-- \`seed\` and \`turn\` decide the random numbers, so an image does not depend on the order of pixels. Tests of both: [trust.md](trust.md).
+- \`seed\` and \`sample\` decide the random numbers, so an image does not depend on the order of pixels. Tests of both: [trust.md](trust.md).
 
 ## Cold caches
 

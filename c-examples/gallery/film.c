@@ -75,7 +75,7 @@ static wis_status expose(const Pass *pass, unsigned worker, uint32_t x, uint32_t
     size_t pixel = (size_t)y * pass->camera->width + x;
     uint32_t numbers = 3 * f->number + 1;
     LightSample *samples = pass->samples + (size_t)worker * f->samples;
-    ShadingPoint point = {.x = x, .y = y, .turn = f->taken[pixel] - f->escaped[pixel]};
+    ShadingPoint point = {.x = x, .y = y, .sample = f->taken[pixel] - f->escaped[pixel]};
     float u[2];
     Vec3 direction;
     wis_status status = wis_points_sobol(wis_pixel_seed(x, y, numbers - 1), f->taken[pixel], 1, u, 0);

@@ -176,7 +176,7 @@ bool page_write_markdown(const Page *page, const char *path) {
                "  in each pixel. The time counts camera rays, sampling, BRDFs, radiance and shadow rays; Embree traces them.\n"
                "- MIS takes half of its samples from the light and half from the BRDF, with the balance heuristic. Its "
                "random numbers are an\n"
-               "  Owen-scrambled Sobol sequence, which passes continue. `wis_direct` gets `turn`, and neither a "
+               "  Owen-scrambled Sobol sequence, which passes continue. `wis_direct` gets `sample`, and neither a "
                "visibility cache nor `u`.\n"
                "- Errors are of luminance, over the pixels that the set covers. Relative: d^2 / (truth^2 + 1e-4 "
                "mean^2); absolute: d^2 / mean^2.\n"

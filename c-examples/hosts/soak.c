@@ -54,7 +54,7 @@ static uint64_t chunk(wis_sampler *sampler, work_memory *memory, uint32_t number
     for (uint32_t hit = 0; hit < HITS; hit++) {
         wis_ray ray[WORK_RAYS];
         uint32_t count = 0;
-        point.turn = hit;
+        point.sample = hit;
         if (wis_direct(sampler, environment, &point, 1 + hit % WORK_RAYS, NULL, ray, &count) != WIS_OK) return 0;
         hash = work_hash(hash, ray, count * sizeof ray[0]);
     }

@@ -128,7 +128,7 @@ static uint64_t work_render(const work_library *wis, const wis_environment *envi
     for (uint32_t hit = 0; hit < WORK_HITS; hit++) {
         wis_ray ray[WORK_RAYS];
         uint32_t count = 0;
-        point.turn = hit;
+        point.sample = hit;
         if (wis->wis_direct(sampler, environment, &point, WORK_RAYS, NULL, ray, &count) != WIS_OK) return 0;
         hash = work_hash(hash, ray, count * sizeof ray[0]);
     }

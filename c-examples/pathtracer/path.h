@@ -123,8 +123,8 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         Bsdf b = bsdf_begin(&material, hit.normal, vec3_scale(direction, -1));
         wis_point point = bsdf_point(&b, &shapes[hit.material]);
         point.seed = t->pixel;
-        point.turn = t->hits[bounce]++;
-        point.stream = bounce;
+        point.sample = t->hits[bounce]++;
+        point.bounce = bounce;
         if (m->kind != BY_DIRECT || m->keeps) {
             numbers(t, 1 + 2 * bounce, t->rays, u);
         }

@@ -87,7 +87,7 @@ static float path(wis_sampler *sampler, const wis_environment *environment, wis_
         normal = sum.normal;
         vec3_store(normal, point.normal);
         vec3_store(vec3_scale(d, -1), point.wo);
-        point.stream = bounce;
+        point.bounce = bounce;
         check(direct_light(sampler, environment, &point, 1, NULL, ray, &sum));
         sum.beta *= 0.6f;
         phi = 2 * PI * uniform();
@@ -129,7 +129,7 @@ int main(void) {
         state = pixel;
         point.seed = pixel;
         check(wis_sampler_begin_pixel(sampler));
-        for (point.turn = 0; point.turn < SAMPLES; point.turn++) {
+        for (point.sample = 0; point.sample < SAMPLES; point.sample++) {
             float x = ((float)(pixel % 8) + uniform() - 4) / 4;
             float z = (2 - (float)(pixel / 8)) / 4 - uniform() / 4;
             sum += path(sampler, environment, point, vec3_make(0, -3, 1), vec3_normalise(vec3_make(x, 2, z - 0.4f)));

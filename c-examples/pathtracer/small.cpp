@@ -99,14 +99,14 @@ Vec3 diffuse(Vec3 normal, Random &random) {
 float path(wis::sampler &sampler, const wis::environment &environment, const Map &map, wis_point point, Random &random,
            Vec3 o, Vec3 d) {
     float color = 0, beta = 1;
-    for (point.stream = 0;; point.stream++) {
+    for (point.bounce = 0;; point.bounce++) {
         Vec3 normal = {0, 0, 1}, hidden;
         const float distance = trace(o, d, normal);
         if (distance == 0) {
             const float light = map(d);
-            return color + beta * light * (point.stream == 0 ? 1 : map.base(light));
+            return color + beta * light * (point.bounce == 0 ? 1 : map.base(light));
         }
-        if (point.stream == depth) return color;
+        if (point.bounce == depth) return color;
         o = o + distance * d;
         store(normal, point.normal);
         store(-1.0f * d, point.wo);
@@ -154,7 +154,7 @@ int main() {
         Random random = {pixel};
         point.seed = pixel;
         check(sampler.begin_pixel());
-        for (point.turn = 0; point.turn < samples; point.turn++) {
+        for (point.sample = 0; point.sample < samples; point.sample++) {
             const float x = (static_cast<float>(pixel % 8) + random() - 4) / 4;
             const float z = (2 - static_cast<float>(pixel / 8)) / 4 - random() / 4;
             sum += path(sampler, environment, map, point, random, Vec3{0, -3, 1}, normalise(Vec3{x, 2, z - 0.4f}));

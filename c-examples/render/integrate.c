@@ -75,7 +75,7 @@ static LightSample weigh(const Lighting *l, Vec3 wi, Vec3 f_cos, float weight) {
 /* Hits of a pixel go on in one sequence. */
 static wis_status draw_points(Workspace *w, const ShadingPoint *point, uint32_t pass, uint32_t count) {
     uint32_t seed = wis_pixel_seed(point->x, point->y, pass);
-    return wis_points_sobol(seed, point->turn * count, count, w->u[0], 0);
+    return wis_points_sobol(seed, point->sample * count, count, w->u[0], 0);
 }
 
 static wis_status draw_light(const Environment *e, Workspace *w, uint32_t count) {
@@ -179,7 +179,7 @@ static wis_status by_wis(const Lighting *l, Workspace *w, const Bsdf *b, const S
     point.seed = place.seed;
     point.visibility = place.visibility;
     point.visibility_key = place.visibility_key;
-    point.turn = at->turn;
+    point.sample = at->sample;
     status = direct_light(w->sampler, l->environment.handle, &point, count, NULL, w->ray, &sum);
     while (sum.next < out + count) {
         *sum.next++ = nothing;

@@ -14,7 +14,7 @@
 /* Where a camera ray met the scene. */
 typedef struct ShadingPoint {
     uint32_t x, y; /* pixel */
-    uint32_t turn; /* number of this hit among those of its pixel: 0, 1, 2 ... */
+    uint32_t sample; /* number of this hit among those of its pixel: 0, 1, 2 ... */
     uint32_t object;
     Vec3 position, normal, wo;
 } ShadingPoint;

@@ -30,7 +30,7 @@ wis_status view_trace(View *view, uint32_t width, uint32_t height) {
             ShadingPoint *point = &view->points[view->count];
             point->x = x;
             point->y = y;
-            point->turn = 0;
+            point->sample = 0;
             view->count += scene_first_hit(eye, view_direction(width, height, x, y), point);
         }
     }

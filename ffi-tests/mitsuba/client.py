@@ -69,7 +69,7 @@ class Direct(Base):
         si = scene.ray_intersect(mi.Ray3f(ray), active)
         mask, number, normal, wo, weight, f0 = self.hits(si)
         count = len(mask)
-        seed, turn = self.seeds(count)
+        seed, sample = self.seeds(count)
         rays = np.zeros((4 * self.rays, count), np.float32)
 
         def part(of):
@@ -81,7 +81,7 @@ class Direct(Base):
             wave = wis.sized(wis.Wave, material_count=len(self.materials), rays=self.rays,
                              materials=c.cast(self.materials, c.c_void_p), material=ints(number), mask=mask[first:].ctypes.data,
                              normal=columns(normal), wo=columns(wo), weight=columns(weight), f0=columns(f0), seed=ints(seed),
-                             turn=ints(turn), ray=columns(rays), count=counts.ctypes.data)
+                             sample=ints(sample), ray=columns(rays), count=counts.ctypes.data)
             wis.check(wis.library.wis_direct_wave(self.samplers[of].handle, self.environment.handle,
                                                   c.c_size_t(last - first), c.byref(wave)))
 

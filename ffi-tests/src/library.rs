@@ -106,7 +106,7 @@ impl Library {
         match mode {
             Mode::Direct | Mode::Shared | Mode::Target => {
                 // A repeat has another seed, as another pixel has.
-                (at.seed, at.turn) = (client::pixel_seed(point.pixel, pass), point.hit);
+                (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
                 if point.hit == 0 {
                     own.get_mut().begin_pixel()?;
                 }
@@ -129,7 +129,7 @@ impl Library {
                 Ok(())
             }
             Mode::Earlier => {
-                (at.seed, at.turn) = (client::pixel_seed(point.pixel, pass), point.hit);
+                (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
                 let (own, light) = earlier.as_mut().zip(setting.earlier).expect("a mode that is there");
                 for ray in own.direct(light, &at, n)? {
                     sampler.batch.push_drawn(ray.wi, 1.0 / ray.weight);

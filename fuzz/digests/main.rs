@@ -65,7 +65,7 @@ fn of_hits(sampler: &mut Sampler, light: &Environment, material: &Material) -> R
         let mut point = Point::new(material, unit(2 * hit), unit(2 * hit + 1));
         (point.weight, point.f0) = ([[0.5, 0.25, 0.125]; 4], [[0.04, 0.5, 0.9]; 4]);
         point.tangent = [0.0, 1.0, 0.0];
-        let at = Sequence { seed: pixel_seed(hit / 4, 3, 1), turn: hit % 4, stream: hit % 2 };
+        let at = Sequence { seed: pixel_seed(hit / 4, 3, 1), sample: hit % 4, bounce: hit % 2 };
         let (count, mut out) = ([1, 4, RAYS][hit as usize % 3], [Ray::default(); RAYS]);
         sampler.begin_pixel();
         let count = sampler.direct(light, &point, at, count, &[], &mut out).map_err(|fault| format!("{fault:?}"))?;

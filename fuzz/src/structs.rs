@@ -149,7 +149,7 @@ fn point(case: &mut Case, fields: &mut Fields) {
     fields.floats("wo", &case.random.direction());
     fields.floats("weight", &factors(&mut case.random, 12, 2.0));
     fields.floats("f0", &factors(&mut case.random, 12, 1.0));
-    for path in ["seed", "turn", "stream"] {
+    for path in ["seed", "sample", "bounce"] {
         fields.word(path, case.random.bits());
     }
     fields.word("visibility_key", case.random.below(4) as u64);
@@ -199,7 +199,7 @@ fn wave(case: &mut Case, fields: &mut Fields) {
         fields.word(&format!("{path}.first"), first);
         fields.word(&format!("{path}.point"), if is_shared { 0 } else { stride as u64 });
     }
-    for path in ["seed", "turn", "stream", "visibility_key"] {
+    for path in ["seed", "sample", "bounce", "visibility_key"] {
         let bytes: Vec<u8> = (0..count).flat_map(|i| (i as u32 / 3).to_le_bytes()).collect();
         let first = case.input(&bytes, 4);
         fields.word(&format!("{path}.first"), first);

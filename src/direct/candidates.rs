@@ -7,7 +7,7 @@
 //! Candidates stand in order: those of the light along the kD-tree of the strata, those of the lobes along a Morton curve of their numbers.
 //! Systematic picks are then spread over directions, also over those of other hits of the pixel (rule 39).
 
-use super::joint::{Set, Turn};
+use super::joint::{Points, Set};
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
 use crate::light::candidates::Source;
@@ -55,7 +55,7 @@ pub struct Draw<'a> {
     /// The point, in map space.
     pub surface: &'a Surface,
     /// Its random numbers.
-    pub turn: Turn,
+    pub points: Points,
     /// From map space to the world.
     pub frame: &'a Frame,
     /// How many candidates come from each source.
@@ -120,7 +120,7 @@ impl Draw<'_> {
     /// Writes the numbers of a set in the order of its candidates: a (0, 2)-net has one point in each box of that order.
     #[inline(always)]
     fn place<F: Num>(&self, out: &mut Candidates<'_>, set: Set, begin: usize, count: usize) {
-        let (seed, first) = self.turn.set(set, count);
+        let (seed, first) = self.points.set(set, count);
         let [across, down, _] = &mut out.direction;
         let (Some(across), Some(down)) = (across.get_mut(begin..begin + count), down.get_mut(begin..begin + count))
         else {

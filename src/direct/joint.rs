@@ -1,24 +1,24 @@
-//! Random numbers that all hits of a pixel share: each hit has a turn, and the points of all turns are one Sobol sequence.
+//! Random numbers that all hits of a pixel share: the points of all its samples are one Sobol sequence.
 //!
-//! Candidate i of a set is point `t block + i` of an Owen-scrambled Sobol sequence, `t` being the shuffled turn and `block` the
-//! power of two that holds the set: a smaller block would overlap the next turn's, and of a larger one the first points lie in
-//! the same intervals at every turn. Both sets are functions of the first two Sobol coordinates; the pick is the third at the same
+//! Candidate i of a set is point `t block + i` of an Owen-scrambled Sobol sequence, `t` being the shuffled number of the sample and `block` the
+//! power of two that holds the set: a smaller block would overlap the next sample's, and of a larger one the first points lie in
+//! the same intervals for every sample. Both sets are functions of the first two Sobol coordinates; the pick is the third at the same
 //! index. So the pick is uniform for any given candidates, and all three are stratified together. (With one of the first two
-//! coordinates for the pick the mean over turns is wrong by some per cent, however many there are.)
+//! coordinates for the pick the mean over samples is wrong by some per cent, however many there are.)
 
 use crate::points::{centred, dimension_seed, permute, sobol_in_order, third_sobol};
 use crate::simd::Num;
 
 /// A hit among all hits of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Turn {
+pub struct Points {
     /// The pixel.
     seed: u32,
-    /// The shuffled turn.
+    /// The shuffled number of the sample.
     order: u32,
 }
 
-/// Sets of points at a turn.
+/// Sets of points of a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Set {
     /// Candidates from the light.
@@ -30,11 +30,11 @@ pub enum Set {
 /// The pick's number among the sets.
 const PICK: u32 = 2;
 
-impl Turn {
-    /// Hit number `turn` of the pixel `seed` along the stream (bounce) `stream`.
-    pub fn new(seed: u32, turn: u32, stream: u32) -> Turn {
-        let seed = dimension_seed(seed, stream);
-        Turn { seed, order: permute(turn.reverse_bits(), dimension_seed(seed, 3)).reverse_bits() }
+impl Points {
+    /// Hit number `sample` of the pixel `seed` at the bounce `bounce`.
+    pub fn new(seed: u32, sample: u32, bounce: u32) -> Points {
+        let seed = dimension_seed(seed, bounce);
+        Points { seed, order: permute(sample.reverse_bits(), dimension_seed(seed, 3)).reverse_bits() }
     }
 
     /// A seed for points of sets of `count` points, a power of two. Sets of different sizes would share points.

@@ -2,7 +2,7 @@
 
 use super::Ray;
 use super::candidates::Candidates;
-use super::joint::Turn;
+use super::joint::Points;
 use crate::simd::{Compute, Four, Num};
 use crate::sphere::Frame;
 use glam::Vec3;
@@ -20,7 +20,7 @@ pub struct Pick<'a, 'b> {
     /// From map space to the world.
     pub frame: &'a Frame,
     /// The random numbers of the hit.
-    pub turn: Turn,
+    pub points: Points,
     /// How many candidates a set has.
     pub count: usize,
     /// The rays.
@@ -33,8 +33,8 @@ impl Compute for Pick<'_, '_> {
     /// How many rays there are.
     #[inline(always)]
     fn run<F: Num>(self) -> usize {
-        let Pick { candidates, frame, turn, count, out } = self;
-        pick(candidates, out.len(), turn.pick::<F>(count), |ray, direction, weight| {
+        let Pick { candidates, frame, points, count, out } = self;
+        pick(candidates, out.len(), points.pick::<F>(count), |ray, direction, weight| {
             if let Some(out) = out.get_mut(ray) {
                 *out = Ray { wi: frame.to_world(Vec3::from_array(direction)).to_array(), weight };
             }

@@ -3,7 +3,7 @@
 use super::Ray;
 use super::candidates::{Candidates, Draw, DrawInto};
 use super::effort::Effort;
-use super::joint::Turn;
+use super::joint::Points;
 use super::pick::Pick;
 use super::shared::{self, Shared};
 use crate::brdf::point::{Fault, Point};
@@ -74,10 +74,10 @@ impl Config {
 pub struct Sequence {
     /// The pixel.
     pub seed: u32,
-    /// The number of the hit among all hits of the pixel and the stream, over all passes.
-    pub turn: u32,
+    /// The number of the hit among all hits of the pixel and the bounce, over all passes.
+    pub sample: u32,
     /// The bounce.
-    pub stream: u32,
+    pub bounce: u32,
 }
 
 /// Room for a point of a wave: up to [`WAVE_RAYS`], and as many as the sampler was made for.
@@ -159,7 +159,7 @@ impl<'a> Sampler<'a> {
         if rays == 0 || !(environment.header().power > 0.0) {
             return check(environment, point).map(|()| 0);
         }
-        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.stream));
+        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.bounce));
         if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
             check(environment, point)?;
             let Some(work) = work(self.scratch) else { return Ok(0) };
@@ -167,9 +167,9 @@ impl<'a> Sampler<'a> {
                 return Ok(count);
             }
         }
-        let turn = Turn::new(at.seed, at.turn, at.stream);
+        let points = Points::new(at.seed, at.sample, at.bounce);
         let out = out.get_mut(..rays).unwrap_or_default();
-        let call = Call { level: self.level, config: self.config, environment, point, turn };
+        let call = Call { level: self.level, config: self.config, environment, point, points };
         call.rays(self.scratch, out)
     }
 }
@@ -197,14 +197,14 @@ struct Call<'a> {
     config: Config,
     environment: &'a Environment<'a>,
     point: &'a Point<'a>,
-    turn: Turn,
+    points: Points,
 }
 
 impl Call<'_> {
     /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
-        let &Call { level, config, environment, point, turn } = self;
+        let &Call { level, config, environment, point, points } = self;
         let frame = &environment.frame();
         let surface = &Surface::new(point, frame)?;
         let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
@@ -214,11 +214,12 @@ impl Call<'_> {
         let candidates =
             &mut Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
         let light = &environment.source();
-        let draw = Draw { light, surface, turn, frame, counts, without_lobes: targeted, compensated, seen: point.seen };
+        let draw =
+            Draw { light, surface, points, frame, counts, without_lobes: targeted, compensated, seen: point.seen };
         compute(level, DrawInto(&draw, candidates));
         if let Some(target) = point.target {
             candidates.weigh_by(target, frame).ok_or(Fault::Target)?;
         }
-        Ok(compute(level, Pick { candidates, frame, turn, count: counts.light, out }))
+        Ok(compute(level, Pick { candidates, frame, points, count: counts.light, out }))
     }
 }

@@ -38,7 +38,7 @@ pub unsafe extern "C" fn wis_base(
 /// times (2048 in all at the most).
 ///
 /// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
-/// are read at first hits (`stream` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
+/// are read at first hits (`bounce` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
 /// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
 /// chosen among candidates.
 ///
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn wis_direct(
             let u: &[[f32; 2]] = if u.is_null() { &[] } else { slice(u.cast(), rays as usize, 5)? };
             let room = slice_mut(ray, rays as usize, 6)?;
             let counted = out(ray_count, 7)?;
-            let at = Sequence { seed: data.seed, turn: data.turn, stream: data.stream };
+            let at = Sequence { seed: data.seed, sample: data.sample, bounce: data.bounce };
             let got = sampler
                 .direct(&environment, &data.kernel(material, seen, target.as_ref()), at, rays as usize, u, room)
                 .map_err(|fault| failure(fault, 3))?;

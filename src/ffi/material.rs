@@ -93,11 +93,11 @@ pub struct PointData {
     pub f0: [[f32; 3]; WIS_MAX_LOBES],
     /// The pixel: any number, another one for each pixel.
     pub seed: u32,
-    /// The number of this hit among all hits of the pixel and the stream, over all passes: 0, 1, 2 ... Gaps
+    /// The number of this hit among all hits of the pixel and the bounce, over all passes: 0, 1, 2 ... Gaps
     /// leave means as they are; errors then fall more slowly.
-    pub turn: u32,
+    pub sample: u32,
     /// The bounce: 0 for camera hits, 1 for the next ...
-    pub stream: u32,
+    pub bounce: u32,
     /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
     pub visibility_key: u32,
     /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.

@@ -31,7 +31,7 @@ use core::ffi::{CStr, c_char};
 pub(crate) use memory::{check_block, slice, slice_mut};
 
 /// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-pub const WIS_VERSION: u32 = 0x000200;
+pub const WIS_VERSION: u32 = 0x000300;
 /// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
 pub const WIS_ALIGNMENT: usize = 16;
 

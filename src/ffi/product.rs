@@ -78,7 +78,7 @@ pub unsafe extern "C" fn wis_product_size(
 
 /// Prepares products at `count` points, one behind the other in `memory`: product i begins `offset[i]` bytes behind it, at a multiple
 /// of 16. `bytes_used` receives the bytes of all, which is what needs to be copied. `memory`: `count` times the bytes of
-/// wis_product_size. `seed`, `turn` and `stream` of the points are not read. The number of a bad point stands in `y` of the fault
+/// wis_product_size. `seed`, `sample` and `bounce` of the points are not read. The number of a bad point stands in `y` of the fault
 /// (wis_sampler_fault). WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_LIGHT_ONLY.
 /// About 1 us for Lambert's lobe, 2 us for another wide one, and 4 us where lobes below about 0.12 are tried.
 /// Work: count x (lobes + divided cells).

@@ -79,10 +79,10 @@ pub struct DirectWave {
     pub f0: FloatsIn,
     /// The pixel of each point; wis_sampler_begin_pixel is called where it changes.
     pub seed: IntsIn,
-    /// The number of the hit of each point among all hits of its pixel and stream; null: 0.
-    pub turn: IntsIn,
+    /// The number of the hit of each point among all hits of its pixel and bounce; null: 0.
+    pub sample: IntsIn,
     /// The bounce of each point; null: 0.
-    pub stream: IntsIn,
+    pub bounce: IntsIn,
     /// The place of each point in `visibility`; null: 0, which is none.
     pub visibility_key: IntsIn,
     /// What rays of earlier passes saw. Null: not known.
@@ -173,8 +173,8 @@ impl DirectWave {
         self.f0.check(true, c"f0")?;
         self.material.check(true, c"material")?;
         self.seed.check(false, c"seed")?;
-        self.turn.check(true, c"turn")?;
-        self.stream.check(true, c"stream")?;
+        self.sample.check(true, c"sample")?;
+        self.bounce.check(true, c"bounce")?;
         self.visibility_key.check(true, c"visibility_key")?;
         self.u.check(true, c"u")?;
         self.ray.check(c"ray")?;
@@ -227,7 +227,7 @@ impl DirectWave {
                 }
             }
             point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
-            let at = Sequence { seed: self.seed.read(i), turn: self.turn.read(i), stream: self.stream.read(i) };
+            let at = Sequence { seed: self.seed.read(i), sample: self.sample.read(i), bounce: self.bounce.read(i) };
             let given = if self.u.first.is_null() { 0 } else { self.rays as usize };
             let u = room.numbers.get_mut(..given).unwrap_or_default();
             for (ray, number) in u.iter_mut().enumerate() {

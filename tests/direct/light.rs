@@ -122,7 +122,7 @@ impl Thread {
 
 /// The first hit of a pixel.
 pub fn first_hit(seed: u32) -> Sequence {
-    Sequence { seed, turn: 0, stream: 0 }
+    Sequence { seed, sample: 0, bounce: 0 }
 }
 
 /// The mean over seeds of as many calls as a z-test needs to find a fault of [`LARGEST_MISSED`]; how many those are is learnt from

@@ -75,7 +75,7 @@ fn weights_are_those_of_the_rule() {
 /// Over evenly spread u a candidate is picked N w / S times: also those whose target is 0.
 #[test]
 fn candidates_are_picked_in_proportion() {
-    const TURNS: usize = 1 << 12;
+    const SAMPLES: usize = 1 << 12;
     let mut random = Random(137);
     for rays in [1, 3] {
         let given = Columns::random(&mut random, 24);
@@ -85,12 +85,12 @@ fn candidates_are_picked_in_proportion() {
         };
         let sum: f64 = (0..24).map(expected).sum();
         let mut times = [0.0; 24];
-        for turn in 0..TURNS {
-            let u = (turn as f32 + 0.5) / TURNS as f32;
+        for sample in 0..SAMPLES {
+            let u = (sample as f32 + 0.5) / SAMPLES as f32;
             let mut again =
                 Columns { place: given.place.clone(), density: given.density.clone(), weight: given.weight.clone() };
             for (i, weight) in again.pick(rays, u) {
-                times[i] += weight * rays as f64 * expected(i) * f64::from(given.density[i]) / sum / TURNS as f64;
+                times[i] += weight * rays as f64 * expected(i) * f64::from(given.density[i]) / sum / SAMPLES as f64;
             }
         }
         for (i, times) in times.iter().enumerate() {

@@ -58,7 +58,7 @@ fn random_point<'a>(random: &mut Random, materials: &'a [Material]) -> Point<'a>
 
 fn random_hit(random: &mut Random) -> Sequence {
     let bits = random.bits();
-    Sequence { seed: bits as u32, turn: (bits >> 32) as u32, stream: (random.bits() % 8) as u32 }
+    Sequence { seed: bits as u32, sample: (bits >> 32) as u32, bounce: (random.bits() % 8) as u32 }
 }
 
 fn bits(rays: &[Ray]) -> Vec<[u32; 4]> {
@@ -96,14 +96,14 @@ fn rays_are_sound_and_the_same_on_every_level() {
     }
 }
 
-/// Turns, streams and seeds give other rays.
+/// Turns, bounces and seeds give other rays.
 #[test]
 fn other_hits_have_other_rays() {
     let [(_, map), _] = maps();
     let light = Light::of(&map);
     let client = Client::new(&[Shape::LAMBERT], client::lambert);
-    let at = |seed, turn, stream| {
-        bits(&Thread::new(1).direct(&light.environment(), &client.point(), Sequence { seed, turn, stream }, 1))
+    let at = |seed, sample, bounce| {
+        bits(&Thread::new(1).direct(&light.environment(), &client.point(), Sequence { seed, sample, bounce }, 1))
     };
     let mut all: Vec<_> = (0..1000u32).map(|k| at(k % 10, k / 10 % 10, k / 100)).collect();
     all.sort_unstable();

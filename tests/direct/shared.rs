@@ -65,7 +65,7 @@ fn are_unbiased(compensated: bool) {
                 let mut random = Random(u64::from(pixel));
                 shares.begin_pixel();
                 let mut sum = 0.0;
-                for turn in 0..HITS {
+                for sample in 0..HITS {
                     let hit = turned(&client, &mut random);
                     // A texture: it changes weights only, and no product knows it.
                     let texture = 0.2 + random.f64();
@@ -74,8 +74,8 @@ fn are_unbiased(compensated: bool) {
                         let radiance = map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi));
                         (1.0 - (base / luminance(radiance)).min(1.0)) * radiance[0] * texture
                     };
-                    let at = Sequence { seed: pixel, turn, stream: 0 };
-                    let u = [sobol(pixel, turn)];
+                    let at = Sequence { seed: pixel, sample, bounce: 0 };
+                    let u = [sobol(pixel, sample)];
                     let environment = light.environment();
                     let with = brings(&shares.direct_by(&environment, &point, at, &u), |wi| hit.response(wi), radiance);
                     let without = brings(&own.direct(&environment, &point, at, 1), |wi| hit.response(wi), radiance);
@@ -106,10 +106,10 @@ fn rays_are_the_same_on_every_level_and_after_every_pixel() {
         thread.begin_pixel();
         let mut random = Random(u64::from(pixel));
         let mut bits = Vec::new();
-        for turn in 0..HITS {
+        for sample in 0..HITS {
             let hit = turned(&client, &mut random);
-            let u = [0, 1, 2].map(|k| sobol(pixel, 3 * turn + k));
-            let at = Sequence { seed: pixel, turn, stream: 0 };
+            let u = [0, 1, 2].map(|k| sobol(pixel, 3 * sample + k));
+            let at = Sequence { seed: pixel, sample, bounce: 0 };
             for ray in thread.direct_by(&light.environment(), &hit.point(), at, &u) {
                 assert!(ray.weight > 0.0 && ray.weight < f32::INFINITY);
                 bits.extend(ray.wi.map(f32::to_bits));
@@ -134,7 +134,7 @@ fn hits_share_a_product() {
     let other = Client { normal: unit(add(client.normal, scale(client.tangent, 0.05))), ..client.clone() };
     let far = Client { normal: client.tangent, tangent: client.normal, ..client.clone() };
     let [here, there, away, again] = [&client, &other, &far, &client].map(|client| {
-        let at = Sequence { seed: 1, turn: 0, stream: 0 };
+        let at = Sequence { seed: 1, sample: 0, bounce: 0 };
         thread.direct_by(&light.environment(), &client.point(), at, &[[0.3, 0.7]])
     });
     assert_eq!((&here, &here), (&there, &again));
@@ -148,7 +148,7 @@ fn another_light_has_another_product() {
     let [(_, sky), (_, sun)] = maps();
     let (sky, sun) = (Light::of(&sky), Light::of(&sun));
     let client = Client::new(&[Shape::LAMBERT], client::lambert);
-    let at = Sequence { seed: 1, turn: 0, stream: 0 };
+    let at = Sequence { seed: 1, sample: 0, bounce: 0 };
     let mut thread = sharing(Level::detect());
     let mut rays = |light: &Light| thread.direct_by(&light.environment(), &client.point(), at, &[[0.3, 0.7]]);
     rays(&sky);
@@ -163,10 +163,10 @@ fn later_bounces_share_no_products() {
     let light = Light::of(&maps()[1].1);
     let client = Client::new(&[Shape::LAMBERT, Shape::ggx(0.4, 0.15)], client::mixture);
     let mut thread = sharing(Level::detect());
-    for turn in 0..HITS {
-        let at = Sequence { seed: 5, turn, stream: 1 };
+    for sample in 0..HITS {
+        let at = Sequence { seed: 5, sample, bounce: 1 };
         let (environment, point) = (light.environment(), client.point());
-        let with = thread.direct_by(&environment, &point, at, &[sobol(5, turn)]);
+        let with = thread.direct_by(&environment, &point, at, &[sobol(5, sample)]);
         assert_eq!(with, thread.direct(&environment, &point, at, 1));
         assert_eq!(with.len(), 1);
     }
@@ -196,7 +196,7 @@ fn draws_a_product(thread: &mut Thread, light: &Light, normal: V3, client: &Clie
     let tangent =
         if normal == client.tangent || normal == scale(client.tangent, -1.0) { client.normal } else { client.tangent };
     let hit = Client { normal, tangent, ..client.clone() };
-    let at = Sequence { seed: pixel, turn: 0, stream: 0 };
+    let at = Sequence { seed: pixel, sample: 0, bounce: 0 };
     let [one, other] = [[0.3, 0.7], [0.6, 0.2]].map(|u| thread.direct_by(&light.environment(), &hit.point(), at, &[u]));
     one != other
 }

@@ -157,11 +157,11 @@ impl Group<'_> {
                 let sum: f64 = (0..PIXELS)
                     .map(|pixel| {
                         let own = PIXELS * number + pixel;
-                        let (seed, turn) = if self.fresh { (own * PASSES + pass, 0) } else { (own, pass) };
+                        let (seed, sample) = if self.fresh { (own * PASSES + pass, 0) } else { (own, pass) };
                         let cache = memory.cache();
                         let factors = if self.learns { cache.factors(1, seed) } else { None };
                         let point = Point { seen: factors, ..self.client.point() };
-                        let at = Sequence { seed, turn, stream: 0 };
+                        let at = Sequence { seed, sample, bounce: 0 };
                         let rays = thread.direct(&self.light.environment(), &point, at, 1);
                         let brings = rays.iter().map(|ray| {
                             let wi = ray.wi.map(f64::from);

@@ -84,7 +84,7 @@ fn waves_are_single_calls() {
                 kind[i] = (i % 2) as u32;
             }
             let seed: Vec<u32> = (0..POINTS as u32).map(|i| i / 16).collect();
-            let turn: Vec<u32> = (0..POINTS as u32).map(|i| i % 16).collect();
+            let sample: Vec<u32> = (0..POINTS as u32).map(|i| i % 16).collect();
             let mask: Vec<u8> = (0..POINTS).map(|i| u8::from(i % 7 != 3)).collect();
             let mut rays = vec![0.0f32; 4 * RAYS * POINTS];
             let (mut count, mut status) = (vec![9u32; POINTS], vec![99u8; POINTS]);
@@ -105,8 +105,8 @@ fn waves_are_single_calls() {
                 weight: floats(&columns, 9, layout),
                 f0: floats(&columns, 15, layout),
                 seed: ints(&seed),
-                turn: ints(&turn),
-                stream: zero,
+                sample: ints(&sample),
+                bounce: zero,
                 visibility_key: zero,
                 visibility: null_mut(),
                 u: if with_u { floats(&columns, 21, layout) } else { none },
@@ -135,8 +135,8 @@ fn waves_are_single_calls() {
                     weight: [[0.0; 3]; WIS_MAX_LOBES],
                     f0: [[0.0; 3]; WIS_MAX_LOBES],
                     seed: seed[i],
-                    turn: turn[i],
-                    stream: 0,
+                    sample: sample[i],
+                    bounce: 0,
                     visibility_key: 0,
                     visibility: null_mut(),
                     target: None,

@@ -90,8 +90,8 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
     let material = Material::new(&[Shape::LAMBERT]).unwrap();
     let point = Point::new(&material, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]);
     let mut ray = [Ray::default()];
-    for turn in 0..4 {
-        let at = Sequence { seed: random.bits() as u32, turn, stream: 0 };
+    for sample in 0..4 {
+        let at = Sequence { seed: random.bits() as u32, sample, bounce: 0 };
         let count = sampler.direct(environment, &point, at, 1, &[], &mut ray).unwrap();
         assert!(
             ray[..count].iter().all(|ray| ray.weight.is_finite() && ray.wi.iter().all(|x| x.is_finite())),

@@ -311,7 +311,7 @@ fn main() -> Result<()> {
     let wis = with_light(&light, |environment, sampler| {
         Pictures::take(|seed| {
             picture(&scene, PICTURES as u64 + seed, &mut |hit, pixel, sample, _| {
-                let at = Sequence { seed: pixel + seed as u32 * WIDTH * HEIGHT, turn: sample, stream: 0 };
+                let at = Sequence { seed: pixel + seed as u32 * WIDTH * HEIGHT, sample, bounce: 0 };
                 let mut rays = [Ray::default(); 1];
                 let count = sampler.direct(environment, &point(&lobes, hit), at, 1, &[], &mut rays);
                 let rays = &rays[..count.map_err(|fault| anyhow!("{fault:?}"))?];

@@ -281,14 +281,14 @@ pub fn rays(
             for seed in means.len()..(2 * means.len()).max(PIXELS[0]) {
                 sampler.begin_pixel()?;
                 let mut sum = 0.0;
-                for turn in 0..HITS {
-                    let point = raw::wis_point { seed: seed as u32 + 1, turn, ..*point };
+                for sample in 0..HITS {
+                    let point = raw::wis_point { seed: seed as u32 + 1, sample, ..*point };
                     let count = match &mut target {
                         Some(target) => sampler.direct_by(environment, &point, *target, &mut ray)?,
                         None => sampler.direct(environment, &point, None, &mut ray)?,
                     };
                     for ray in &ray[..count] {
-                        let sign = if task.fault == Fault::Idle && turn % 10 == 0 { -1.0 } else { 1.0 };
+                        let sign = if task.fault == Fault::Idle && sample % 10 == 0 { -1.0 } else { 1.0 };
                         let brings = (task.brings)(wide(ray.wi).map(|x| sign * x));
                         idle += usize::from(brings == 0.0);
                         sum += f64::from(ray.weight) * factor * brings;

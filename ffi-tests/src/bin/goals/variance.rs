@@ -97,17 +97,17 @@ fn variances(
         for _ in 0..seeds {
             point.seed = (values[0][0].len() as u32).wrapping_mul(2_654_435_761);
             let (mut sum, mut next) = ([0.0; VIEWS.len()], 0);
-            for turn in 0..means[means.len() - 1] {
-                point.turn = turn as u32;
+            for sample in 0..means[means.len() - 1] {
+                point.sample = sample as u32;
                 if let Some((wi, weight)) = call(&point)? {
                     let direction = Vec3::from_array(wi);
                     let value = hit.f_cos(wi.map(f64::from)) * f64::from(lit.light.radiance(direction) * weight);
                     sum[0] += value;
                     sum[1] += if value > 0.0 && blocked(spheres, direction) { 0.0 } else { value };
                 }
-                if turn + 1 == means[next] {
+                if sample + 1 == means[next] {
                     let of_view = values[next].iter_mut().zip(sum);
-                    of_view.for_each(|(values, sum)| values.push(sum / (turn + 1) as f64));
+                    of_view.for_each(|(values, sum)| values.push(sum / (sample + 1) as f64));
                     next += 1;
                 }
             }

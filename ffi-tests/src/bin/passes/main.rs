@@ -153,7 +153,7 @@ fn passes(scene: &Scene, setting: &Setting, with: bool, repeat: u32) -> Result<(
         for (place, pixel) in scene.points.iter().zip(&mut image) {
             let bsdf = Bsdf::new(setting.material, place);
             let mut point = setting.material.point(place, &made);
-            (point.seed, point.turn) = (pixel_seed(place.pixel, repeat), pass);
+            (point.seed, point.sample) = (pixel_seed(place.pixel, repeat), pass);
             if with {
                 cache.lend(place, &mut point)?;
             }

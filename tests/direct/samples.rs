@@ -1,14 +1,14 @@
-//! The numbers of a turn (rule 39): blocks of turns lie apart, shuffled for each stream; each set and the pick have their own.
+//! The numbers of a sample (rule 39): blocks of samples lie apart, shuffled for each bounce; each set and the pick have their own.
 
 use crate::support::statistics::{LARGEST_MISSED, chi_square, chi_square_smallest_fault, corrected};
-use wis::direct::joint::{Set, Turn};
+use wis::direct::joint::{Points, Set};
 
 const SEEDS: [u32; 5] = [0, 1, 77, 0xdead_beef, u32::MAX];
 const SETS: [Set; 2] = [Set::Light, Set::Lobes];
 
-fn points(turn: Turn, set: Set, count: usize) -> impl Iterator<Item = [f32; 2]> {
-    let (seed, first) = turn.set(set, count);
-    (0..count as u32).map(move |i| Turn::point(seed, first.wrapping_add(i)))
+fn points(sample: Points, set: Set, count: usize) -> impl Iterator<Item = [f32; 2]> {
+    let (seed, first) = sample.set(set, count);
+    (0..count as u32).map(move |i| Points::point(seed, first.wrapping_add(i)))
 }
 
 /// Whether every elementary interval of area 2^-k holds at most one of the points.
@@ -23,7 +23,7 @@ fn lie_apart(points: &[[f32; 2]], k: u32) -> bool {
     })
 }
 
-/// The sets of the first 2^m turns are parts of one net: with sets of 2^k points they are the net. Also turns
+/// The sets of the first 2^m samples are parts of one net: with sets of 2^k points they are the net. Also samples
 /// that begin later at a multiple of 2^m.
 #[test]
 fn sets_of_all_turns_lie_apart() {
@@ -32,47 +32,47 @@ fn sets_of_all_turns_lie_apart() {
             for (m, first) in [(0, 3), (4, 0), (7, 0), (6, 5 << 6)] {
                 let block = count.next_power_of_two().ilog2();
                 for set in SETS {
-                    let turns = (first..first + (1 << m)).map(|turn| Turn::new(seed, turn, 1));
-                    let all: Vec<[f32; 2]> = turns.flat_map(|turn| points(turn, set, count)).collect();
-                    assert!(lie_apart(&all, m + block), "{set:?} of {count}, 2^{m} turns from {first}, seed {seed}");
+                    let samples = (first..first + (1 << m)).map(|sample| Points::new(seed, sample, 1));
+                    let all: Vec<[f32; 2]> = samples.flat_map(|sample| points(sample, set, count)).collect();
+                    assert!(lie_apart(&all, m + block), "{set:?} of {count}, 2^{m} samples from {first}, seed {seed}");
                 }
             }
         }
     }
 }
 
-/// Numbers of a turn that must fill the space between them: those of two streams, of two sets, of the candidates and the pick.
+/// Numbers of a sample that must fill the space between them: those of two bounces, of two sets, of the candidates and the pick.
 #[test]
 fn numbers_of_a_turn_are_independent() {
-    const TURNS: u32 = 1 << 19;
+    const SAMPLES: u32 = 1 << 19;
     const PARTS: usize = 4;
-    let first = |seed, turn, stream, set| points(Turn::new(seed, turn, stream), set, 1).next().unwrap();
+    let first = |seed, sample, bounce, set| points(Points::new(seed, sample, bounce), set, 1).next().unwrap();
     type Numbers<'a> = &'a dyn Fn(u32, u32) -> [f32; 3];
     let cases: [(&str, Numbers); 3] = [
-        ("streams", &|seed, turn| {
-            let ([x, _], [y, z]) = (first(seed, turn, 0, Set::Light), first(seed, turn, 1, Set::Light));
+        ("bounces", &|seed, sample| {
+            let ([x, _], [y, z]) = (first(seed, sample, 0, Set::Light), first(seed, sample, 1, Set::Light));
             [x, y, z]
         }),
-        ("bounces", &|seed, turn| {
-            let [x, y, z] = [1, 2, 3].map(|stream| first(seed, turn, stream, Set::Light)[0]);
+        ("bounces", &|seed, sample| {
+            let [x, y, z] = [1, 2, 3].map(|bounce| first(seed, sample, bounce, Set::Light)[0]);
             [x, y, z]
         }),
-        ("candidates and pick", &|seed, turn| {
-            let [x, y] = first(seed, turn, 0, Set::Light);
-            [x, y, Turn::new(seed, turn, 0).pick::<f32>(1)]
+        ("candidates and pick", &|seed, sample| {
+            let [x, y] = first(seed, sample, 0, Set::Light);
+            [x, y, Points::new(seed, sample, 0).pick::<f32>(1)]
         }),
     ];
     let significance = corrected(cases.len() * SEEDS.len());
     for (name, numbers) in cases {
         for seed in SEEDS {
             let mut counts = vec![0; PARTS.pow(3)];
-            for turn in 0..TURNS {
-                let cell = numbers(seed, turn).iter().fold(0, |cell, x| PARTS * cell + (x * PARTS as f32) as usize);
+            for sample in 0..SAMPLES {
+                let cell = numbers(seed, sample).iter().fold(0, |cell, x| PARTS * cell + (x * PARTS as f32) as usize);
                 counts[cell] += 1;
             }
-            let expected = vec![f64::from(TURNS) / counts.len() as f64; counts.len()];
+            let expected = vec![f64::from(SAMPLES) / counts.len() as f64; counts.len()];
             let result = chi_square(&counts, &expected);
-            let fault = chi_square_smallest_fault(result.degrees, f64::from(TURNS), significance);
+            let fault = chi_square_smallest_fault(result.degrees, f64::from(SAMPLES), significance);
             println!("{name}, seed {seed}: p {:.4}, finds {fault:.4}", result.p_value);
             assert!(fault <= LARGEST_MISSED, "finds only faults of {fault}");
             assert!(result.p_value > significance, "{name}, seed {seed}: p {:e}", result.p_value);
@@ -84,8 +84,8 @@ fn numbers_of_a_turn_are_independent() {
 #[test]
 fn sets_are_scrambled_apart() {
     for seed in SEEDS {
-        let turn = Turn::new(seed, 3, 0);
-        let placed = SETS.map(|set| points(turn, set, 64).collect::<Vec<_>>());
+        let sample = Points::new(seed, 3, 0);
+        let placed = SETS.map(|set| points(sample, set, 64).collect::<Vec<_>>());
         let alike = placed[0].iter().zip(&placed[1]).filter(|(a, b)| (a[0] - b[0]).abs() < 1.0 / 64.0).count();
         assert!(alike < 16, "{alike} of 64 points");
     }

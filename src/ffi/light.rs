@@ -97,7 +97,7 @@ pub unsafe extern "C" fn wis_environment_size(
 /// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups
 /// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
 /// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
-/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 20 to 120 ms,
+/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms,
 /// with an error budget 0.1 s more. Work: texels.
 ///
 /// # Safety
@@ -188,7 +188,7 @@ pub unsafe extern "C" fn wis_environment_run(
 }
 
 /// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the
-/// handle. It builds the strata, on this thread: for a map of 1024 x 512, 10 ms under a smooth sky and 100 ms under many lamps.
+/// handle. It builds the strata, on this thread: for a map of 1024 x 512, 5 ms under a smooth sky and 30 ms under many lamps.
 /// Work: texels.
 ///
 /// # Safety

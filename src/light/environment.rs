@@ -742,7 +742,13 @@ impl<'a> Writer<'a> {
 fn write_strata(plan: &Plan, sections: &Sections, bytes: &mut [u8], room: &mut [f32]) -> usize {
     let (before, rest) = bytes.split_at_mut_checked(sections.strata as usize).unwrap_or_default();
     let Some(environment) = Environment::view(before) else { return 0 };
-    let built = strata::build(&environment.light(), plan.of.budget, room, part_mut(rest, 0, strata::most(&plan.chart)));
+    let built = strata::build(
+        &environment.light(),
+        environment.header().mean,
+        plan.of.budget,
+        room,
+        part_mut(rest, 0, strata::most(&plan.chart)),
+    );
     let header = before.get_mut(..size_of::<Header>()).and_then(|start| bytemuck::try_from_bytes_mut(start).ok());
     let Some::<&mut Header>(header) = header else { return 0 };
     header.bytes = sections.strata + (built.count * size_of::<[f32; 4]>()) as u64;

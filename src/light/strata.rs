@@ -4,8 +4,10 @@
 //! strata of Agarwal et al. 2003 for random numbers). What they follow is g = max(L - mean, L / 4) x solid angle; of a cut, the sum over
 //! both sides of area x integral of g^2 / strata counts, which is the second moment of g over the strata's density.
 //!
-//! A node looks at its box as a grid of at most 64 x 64 cells and cuts at their borders: cells are 2^k patches wide, whose sums
-//! stand in a pyramid, or parts of a patch, which are looked up. So the work is that of the strata, besides one pass over all patches.
+//! A node looks at its box as a grid of at most 32 x 32 cells and cuts at their borders: cells are 2^k patches wide, whose sums
+//! stand in a pyramid, or parts of a patch, which are looked up. Its parts are cut in the same grid, until they have too few cells and
+//! wait for one of their own, in the place of the strata that they will be. So the work is that of the strata, besides one pass over
+//! all patches.
 
 use super::chart::{Chart, Layout};
 use super::map::{WHOLE, solid_angle};
@@ -27,13 +29,15 @@ const GAIN: f32 = 3.0;
 /// What is below the mean keeps this share of its light, at least.
 const DIM: f32 = 0.25;
 /// Strata are divided by a mass that is the light but for this share, which is the root of its mean square in a cell, ...
-const ROOT: f32 = 0.2;
+const ROOT: f32 = 0.1;
 /// ... at most so many times the light, ...
 const MOST_ROOT: f32 = 4.0;
 /// ... and by a little for every direction: of the mean.
 const EVERYWHERE: f32 = 0.005;
+/// Cells with less light than so many strata are divided by that root alone: a lamp that few strata can follow gets more of them.
+const RAISED: f64 = 4.0;
 /// A cut that leaves long boxes counts more by this share.
-const LONG: f64 = 0.3;
+const LONG: f64 = 0.16;
 /// Where all cuts are equal, so many squares of the mass decide by the shape of boxes.
 const EVEN: f64 = 0.01;
 
@@ -47,8 +51,14 @@ const MOST_TOGETHER: usize = 64;
 const FINEST: u32 = 12;
 /// Units are told apart by an f32.
 const BITS: u32 = 24;
-/// The most cells of a node's grid along an axis.
+/// The most cells of a grid along an axis.
+const GRID: usize = 32;
+/// Cells of a row that are integrated at once.
 const CELLS: usize = 64;
+/// Fewer strata are cut in a grid of half as many cells along an axis.
+const FEW: u32 = 8;
+/// Along its longer side a part has so many cells, at least, to be cut in the grid of the node that it is a part of.
+const FINE: [usize; 2] = [8, 10];
 /// So many cells of a row are integrated together.
 const TOGETHER: usize = 16;
 /// Cells at the top of the pyramid along an axis.
@@ -56,7 +66,9 @@ const TOP: u32 = 16;
 /// Numbers of a pyramid's cell: mass and square.
 const NUMBERS: usize = 2;
 
-/// Nodes of the tree that wait: the smaller one of two goes first.
+/// Faces of a chart, at most.
+const FACES: usize = 6;
+/// Nodes of a grid that wait: the smaller one of two goes first.
 const WAITING: usize = 16;
 
 /// What was built.
@@ -93,10 +105,15 @@ pub fn most(chart: &Chart) -> usize {
     COUNTS.into_iter().find(|&count| count as u64 >= patches).unwrap_or(MOST)
 }
 
+/// Numbers of the pyramid of a chart.
+fn pyramid(chart: &Chart) -> usize {
+    let patches = chart.axes.map(|axis| axis.patches);
+    chart.faces() as usize * cells_below(patches, levels(patches) + 1) * NUMBERS
+}
+
 /// How many numbers a build needs room for.
 pub fn room(plan: &Plan) -> usize {
-    let patches = plan.chart.axes.map(|axis| axis.patches);
-    plan.chart.faces() as usize * cells_below(patches, levels(patches) + 1) * NUMBERS
+    pyramid(&plan.chart) + GRID * GRID * NUMBERS
 }
 
 /// A rectangle of a face in units: low and high ends of columns, then of rows.
@@ -109,8 +126,6 @@ struct Node {
     extent: Box,
     first: u32,
     count: u32,
-    /// The strata of a candidate, where as many are drawn together as may be.
-    group: u32,
     /// log2 of the units of the cells at whose borders it lies.
     size: u32,
 }
@@ -178,8 +193,43 @@ impl Line {
     const EMPTY: Line = Line { light: [0.0; CELLS + 1], angle: [0.0; CELLS + 1] };
 }
 
-/// Sums of the columns or rows of a node's grid: mass and square.
-type Sums = [[f64; NUMBERS]; CELLS];
+/// Sums of the columns or rows of a part of a grid: mass and square.
+type Sums = [[f64; NUMBERS]; GRID];
+
+/// Mass and square of the cells of a node's box, row by row.
+struct Grid<'a> {
+    spans: [Span; 2],
+    cells: &'a [[f32; NUMBERS]],
+}
+
+impl Grid<'_> {
+    /// Sums of the columns and of the rows of a part.
+    fn sums(&self, part: &[Span; 2]) -> [Sums; 2] {
+        let [x, y] = [0, 1].map(|k: usize| (part[k].first - self.spans[k].first) as usize);
+        let mut sums = [[[0.0; NUMBERS]; GRID]; 2];
+        let [columns, rows] = &mut sums;
+        let lines = self.cells.chunks_exact(GRID).skip(y).take(part[1].count);
+        for (line, row) in lines.zip(rows) {
+            for (cell, column) in line.iter().skip(x).take(part[0].count).zip(columns.iter_mut()) {
+                let numbers = cell.map(f64::from);
+                *column = [column[0] + numbers[0], column[1] + numbers[1]];
+                *row = [row[0] + numbers[0], row[1] + numbers[1]];
+            }
+        }
+        sums
+    }
+}
+
+/// What all nodes of a build share.
+struct Build<'a, 'b> {
+    field: &'a Field<'a>,
+    /// The sums of the patches.
+    pyramid: &'b [f32],
+    /// Room for a grid.
+    cells: &'b mut [[f32; NUMBERS]],
+    /// The strata of a candidate, where as many are drawn together as may be.
+    group: u32,
+}
 
 /// A cut, and what it is worth.
 #[derive(Clone, Copy)]
@@ -189,7 +239,7 @@ struct Cut {
     at: u32,
     /// Strata before it.
     count: u32,
-    /// Area x integral of the square of both sides.
+    /// The integrals of the square of both sides.
     squares: [f64; 2],
 }
 
@@ -202,16 +252,16 @@ struct Field<'a> {
     patch: u32,
     /// What light is multiplied by, so that neither huge nor tiny maps leave the range of f32.
     scale: f64,
-    /// The mean radiance, so multiplied.
-    mean: f32,
 }
 
-/// Builds the strata of a light whose texel map is written. `room`: as many numbers as [`room`] says; `out` has room for [`MOST`].
-pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
-    let all = Field::new(light, 1.0 / light.power, 0.0);
-    let mean = all.sum_up(room) / (all.scale * 4.0 * PI);
-    let field = Field::new(light, 1.0 / mean, 1.0);
-    let power = field.sum_up(room);
+/// Builds the strata of a light whose texel map is written. `mean`: that of its radiance. `room`: as many numbers as [`room`] says; `out`
+/// has room for [`MOST`].
+pub fn build(light: &Light<'_>, mean: f64, budget: f32, room: &mut [f32], out: &mut [[f32; 4]]) -> Built {
+    let (pyramid, cells) = room.split_at_mut_checked(pyramid(&light.chart)).unwrap_or_default();
+    let cells = cells.get_mut(..GRID * GRID * NUMBERS).unwrap_or_default();
+    let cells = bytemuck::try_cast_slice_mut(cells).unwrap_or_default();
+    let field = &Field::new(light, 1.0 / mean);
+    let power = field.sum_up(pyramid);
     let inverse = if power > 0.0 { (field.scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
     let goal = 1.0 + GOAL.max(budget);
     let most = most(&light.chart);
@@ -223,8 +273,8 @@ pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 
             continue;
         }
         let out = out.get_mut(..count).unwrap_or_default();
-        field.raise(room, (power / count as f64) as f32);
-        let squares = field.strata(room, out);
+        field.raise(pyramid, (RAISED * power / count as f64) as f32);
+        let squares = Build { field, pyramid, cells, group: (count / MOST_TOGETHER) as u32 }.strata(out);
         built.count = count;
         built.second_moment = if power > 0.0 { (count as f64 * squares / (power * power)) as f32 } else { 1.0 };
         if built.second_moment <= goal || count == most {
@@ -236,13 +286,13 @@ pub fn build(light: &Light<'_>, budget: f32, room: &mut [f32], out: &mut [[f32; 
 }
 
 impl Field<'_> {
-    /// The light of a map in units of a radiance, above a mean.
-    fn new<'a>(light: &'a Light<'a>, scale: f64, mean: f32) -> Field<'a> {
+    /// The light of a map in units of its mean.
+    fn new<'a>(light: &'a Light<'a>, scale: f64) -> Field<'a> {
         let axes = &light.chart.axes;
         let longest = axes[0].length.max(axes[1].length * light.chart.faces() as f32) as u32;
         let patch = FINEST.min(BITS - longest.next_power_of_two().trailing_zeros());
         let scale = if scale.is_finite() { scale } else { 1.0 };
-        Field { light, patches: axes.map(|axis| axis.patches), patch, scale, mean }
+        Field { light, patches: axes.map(|axis| axis.patches), patch, scale }
     }
 
     /// The width of a unit.
@@ -263,7 +313,7 @@ impl Field<'_> {
     /// What exceeds the mean, or a share of the light.
     #[inline(always)]
     fn excess(&self, light: f32) -> f32 {
-        (light - self.mean).max(DIM * light)
+        (light - 1.0).max(DIM * light)
     }
 
     /// Light and solid angle at the borders of cells along a line.
@@ -350,7 +400,7 @@ impl Field<'_> {
     #[inline(never)]
     fn integrate(&self, above: &Line, below: &Line, count: usize, row: &mut Row) {
         const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
-        let (next, kink) = (usize::from(self.light.bilinear), self.mean * (1.0 / (1.0 - DIM)));
+        let (next, kink) = (usize::from(self.light.bilinear), 1.0 / (1.0 - DIM));
         let below_light = if self.light.bilinear { &below.light } else { &above.light };
         let mut across = [false; CELLS];
         let height = row.height;
@@ -488,135 +538,153 @@ impl Field<'_> {
             }
         }
     }
+}
 
+impl Build<'_, '_> {
     /// Writes strata of all faces, and answers the sum of area x integral of the square.
-    fn strata(&self, room: &[f32], out: &mut [[f32; 4]]) -> f64 {
-        let faces = self.light.chart.faces();
-        let (extent, size) = (self.face(), self.patch + levels(self.patches));
-        let of_face = |face: u32| {
-            let mut sums = [[0.0; NUMBERS]; 2];
-            let root = Node { face, extent, first: 0, count: 1, group: 1, size };
-            let (mut columns, mut rows) = ([[0.0; NUMBERS]; CELLS], [[0.0; NUMBERS]; CELLS]);
-            self.read(room, &root, &mut columns, &mut rows);
-            for column in columns {
-                sums[0] = [sums[0][0] + column[0], sums[0][1] + column[1]];
-            }
-            sums[0]
-        };
-        let masses: f64 = (0..faces).map(|face| of_face(face)[0]).sum();
+    fn strata(&mut self, out: &mut [[f32; 4]]) -> f64 {
+        let Field { light, patches, patch, .. } = *self.field;
+        let faces = light.chart.faces();
+        let root = Node { face: 0, extent: self.field.face(), first: 0, count: 1, size: patch + levels(patches) };
+        let mut of_faces = [[0.0; NUMBERS]; FACES];
+        for (face, all) in (0..faces).zip(&mut of_faces) {
+            let grid = self.read(&Node { face, ..root });
+            let [columns, _] = grid.sums(&grid.spans);
+            *all = columns.iter().fold(*all, |a, b| [a[0] + b[0], a[1] + b[1]]);
+        }
+        let masses: f64 = of_faces.iter().map(|face| face[0]).sum();
         let (mut first, mut rest, mut total) = (0, masses, 0.0);
-        for face in 0..faces {
-            let [mass, square] = of_face(face);
+        for (face, [mass, square]) in (0..faces).zip(of_faces) {
             let (left, behind) = (out.len() as u32 - first, faces - 1 - face);
             let share = if behind == 0 { left } else { rounded(f64::from(left) * mass / rest) };
             let count = share.max(1).min(left.saturating_sub(behind).max(1));
-            let node = Node { face, extent, first, count, group: (out.len() / MOST_TOGETHER) as u32, size };
-            total += if count == 1 { self.leaf(&node, square, out) } else { self.divide(room, node, out) };
+            total += self.field.put(&Node { face, first, count, ..root }, square, out);
             first += count;
             rest -= mass;
         }
-        total
-    }
-
-    /// Cuts a node until it is strata. Answers the sum of area x integral of the square.
-    fn divide(&self, room: &[f32], node: Node, out: &mut [[f32; 4]]) -> f64 {
-        let mut waiting = [Node::default(); WAITING];
-        let (mut count, mut total) = (1, 0.0);
-        waiting[0] = node;
-        while let Some(&node) = waiting.get(count - 1).filter(|_| count > 0) {
-            count -= 1;
-            let (parts, squares) = self.cut(room, &node);
-            let mut order = [0, 1];
-            if parts[0].count < parts[1].count {
-                order = [1, 0];
-            }
-            for k in order {
-                let k = k & 1;
-                if parts[k].count == 1 {
-                    total += squares[k];
-                    self.put(&parts[k], out);
-                } else if let Some(place) = waiting.get_mut(count) {
-                    *place = parts[k];
-                    count += 1;
-                }
-            }
-            if count == 0 {
-                break;
+        let mut at = 0;
+        while at < out.len() {
+            match Node::waiting(out, at) {
+                Some(node) => total += self.divide(node, out),
+                None => at += 1,
             }
         }
         total
     }
 
-    /// A face that is one stratum.
-    fn leaf(&self, node: &Node, square: f64, out: &mut [[f32; 4]]) -> f64 {
-        self.put(node, out);
+    /// Cuts a node until its parts are strata, or too small for its grid. Answers the sum of area x integral of the square over the strata.
+    fn divide(&mut self, node: Node, out: &mut [[f32; 4]]) -> f64 {
+        let (field, group) = (self.field, self.group);
+        let grid = self.read(&node);
+        let size = grid.spans[0].size;
+        let mut nodes = [Node::default(); WAITING];
+        let (mut count, mut total) = (1usize, 0.0);
+        nodes[0] = Node { size, ..node };
+        while let Some(&node) = count.checked_sub(1).and_then(|last| nodes.get(last)) {
+            count -= 1;
+            let (mut parts, mut squares) = field.cut(&grid, &node, group);
+            // The smaller part goes first, so that few wait.
+            if parts[0].count < parts[1].count {
+                parts.swap(0, 1);
+                squares.swap(0, 1);
+            }
+            for (part, square) in parts.iter().zip(squares) {
+                let cells = part.extent.map(|ends| Span::new(ends, size).count);
+                let is_fine = part.count > 1 && cells[0].max(cells[1]) >= FINE[usize::from(part.count > 3)];
+                match nodes.get_mut(count).filter(|_| is_fine) {
+                    Some(place) => {
+                        *place = *part;
+                        count += 1;
+                    }
+                    None => total += field.put(part, square, out),
+                }
+            }
+        }
+        total
+    }
+
+    /// The grid of a node's box.
+    #[inline(never)]
+    fn read(&mut self, node: &Node) -> Grid<'_> {
+        let field = self.field;
+        let spans = node.grid();
+        let [across, down] = spans;
+        if across.size <= field.patch {
+            field.each_cell(node.face, spans, |i, j, cell| {
+                if let Some(out) = self.cells.get_mut(j * GRID + i) {
+                    *out = [cell.mass(), cell.square];
+                }
+            });
+            return Grid { spans, cells: self.cells };
+        }
+        let level = across.size - field.patch;
+        let per_face = cells_below(field.patches, levels(field.patches) + 1);
+        let first = node.face as usize * per_face + cells_below(field.patches, level);
+        let width = level_cells(field.patches, level)[0];
+        for (j, out) in self.cells.chunks_exact_mut(GRID).enumerate().take(down.count) {
+            let start = first + (down.first as usize + j) * width + across.first as usize;
+            let line = self.pyramid.get(NUMBERS * start..).unwrap_or(&[]);
+            for (out, numbers) in out.iter_mut().zip(line.chunks_exact(NUMBERS)).take(across.count) {
+                out.copy_from_slice(numbers);
+            }
+        }
+        Grid { spans, cells: self.cells }
+    }
+}
+
+impl Node {
+    /// The grid in which it is cut: never coarser than the cells of which its box is made.
+    fn grid(&self) -> [Span; 2] {
+        let finest = if self.count < FEW { GRID / 2 } else { GRID };
+        let fits = |size: &u32| self.extent.iter().all(|&ends| Span::new(ends, *size).count <= finest);
+        let size = (0..self.size).find(fits).unwrap_or(self.size);
+        self.extent.map(|ends| Span::new(ends, size))
+    }
+
+    /// A node of at least two strata as it waits in their place: told from strata by a width below 0.
+    fn waits(&self) -> [[f32; 4]; 2] {
+        let [[left, right], [top, bottom]] = self.extent.map(|ends| ends.map(|end| end as f32));
+        [[left, right, -1.0 - self.face as f32, self.size as f32], [top, bottom, self.count as f32, 0.0]]
+    }
+
+    /// The node that waits in a place.
+    fn waiting(out: &[[f32; 4]], first: usize) -> Option<Node> {
+        let [left, right, face, size] = *out.get(first).filter(|slot| slot[2] < 0.0)?;
+        let [top, bottom, count, _] = *out.get(first + 1)?;
+        let extent = [[left, right], [top, bottom]].map(|ends| ends.map(|end| end as u32));
+        let (face, count, size) = ((-1.0 - face) as u32, count as u32, size as u32);
+        Some(Node { face, extent, first: first as u32, count, size })
+    }
+}
+
+impl Field<'_> {
+    /// Writes a stratum, and answers area x integral of the square; or leaves a node to wait.
+    fn put(&self, node: &Node, square: f64, out: &mut [[f32; 4]]) -> f64 {
+        let Some(slots) = out.get_mut(node.first as usize..) else { return 0.0 };
+        if node.count > 1 {
+            for (slot, waits) in slots.iter_mut().zip(node.waits()) {
+                *slot = waits;
+            }
+            return 0.0;
+        }
+        let [x, y] = [0, 1].map(|k: usize| self.position(k, node.extent[k][0]));
+        let [width, height] = node.extent.map(|[low, high]| (high - low) as f32 * self.unit());
+        if let Some(slot) = slots.first_mut() {
+            *slot = [x, y + node.face as f32 * self.light.chart.axes[1].length, width, height];
+        }
         self.area(&node.extent) * square
     }
 
-    /// Writes a stratum.
-    fn put(&self, node: &Node, out: &mut [[f32; 4]]) {
-        let Some(out) = out.get_mut(node.first as usize) else { return };
-        let [x, y] = [0, 1].map(|k: usize| self.position(k, node.extent[k][0]));
-        let [width, height] = node.extent.map(|[low, high]| (high - low) as f32 * self.unit());
-        *out = [x, y + node.face as f32 * self.light.chart.axes[1].length, width, height];
-    }
-
-    /// The grid that a node looks at.
-    fn grid(&self, node: &Node) -> [Span; 2] {
-        let finest = match node.count {
-            0..4 => CELLS / 8,
-            4..16 => CELLS / 4,
-            16..64 => CELLS / 2,
-            _ => CELLS,
-        };
-        // Never coarser than the cells of which the box is made.
-        let fits = |size: &u32| node.extent.iter().all(|&ends| Span::new(ends, *size).count <= finest);
-        let size = (0..node.size).find(fits).unwrap_or(node.size);
-        node.extent.map(|ends| Span::new(ends, size))
-    }
-
-    /// Sums up the columns and the rows of a node's grid.
-    #[inline(never)]
-    fn read(&self, room: &[f32], node: &Node, columns: &mut Sums, rows: &mut Sums) -> [Span; 2] {
-        let grid = self.grid(node);
-        let mut add = |i: usize, j: usize, numbers: [f32; NUMBERS]| {
-            let numbers = numbers.map(f64::from);
-            for sums in [columns.get_mut(i), rows.get_mut(j)].into_iter().flatten() {
-                *sums = [sums[0] + numbers[0], sums[1] + numbers[1]];
-            }
-        };
-        let [across, down] = grid;
-        if across.size <= self.patch {
-            self.each_cell(node.face, grid, |i, j, cell| add(i, j, [cell.mass(), cell.square]));
-            return grid;
-        }
-        let level = across.size - self.patch;
-        let per_face = cells_below(self.patches, levels(self.patches) + 1);
-        let first = node.face as usize * per_face + cells_below(self.patches, level);
-        let width = level_cells(self.patches, level)[0];
-        for j in 0..down.count {
-            let start = first + (down.first as usize + j) * width + across.first as usize;
-            let line = room.get(NUMBERS * start..).unwrap_or(&[]);
-            for (i, numbers) in line.chunks_exact(NUMBERS).enumerate().take(across.count) {
-                add(i, j, [numbers[0], numbers[1]]);
-            }
-        }
-        grid
-    }
-
-    /// Cuts a node in two, where that makes the least second moment.
-    fn cut(&self, room: &[f32], node: &Node) -> ([Node; 2], [f64; 2]) {
-        let (mut columns, mut rows) = ([[0.0; NUMBERS]; CELLS], [[0.0; NUMBERS]; CELLS]);
-        let grid = self.read(room, node, &mut columns, &mut rows);
+    /// Cuts a node in two, where that makes the least second moment. Answers the integrals of the squares of both parts.
+    fn cut(&self, grid: &Grid<'_>, node: &Node, group: u32) -> ([Node; 2], [f64; 2]) {
+        let spans = node.extent.map(|ends| Span::new(ends, node.size));
+        let sums = grid.sums(&spans);
         let middle = node.extent.map(|[low, high]| low.midpoint(high));
         let mut best = Cut { cost: f64::INFINITY, axis: 0, at: middle[0], count: node.count / 2, squares: [0.0; 2] };
-        for (axis, sums) in [&columns, &rows].into_iter().enumerate() {
-            self.best_cut(node, &grid[axis & 1], axis, sums, &mut best);
+        for (axis, (sums, span)) in sums.iter().zip(&spans).enumerate() {
+            self.best_cut(node, group, span, axis, sums, &mut best);
         }
         let mut parts = [*node; 2];
-        for part in &mut parts {
-            part.size = grid[0].size;
-        }
         parts[0].extent[best.axis & 1][1] = best.at;
         parts[1].extent[best.axis & 1][0] = best.at;
         parts[0].count = best.count;
@@ -627,7 +695,7 @@ impl Field<'_> {
 
     /// The best cut along an axis, if it is better than one that is known.
     #[inline(never)]
-    fn best_cut(&self, node: &Node, span: &Span, axis: usize, sums: &Sums, best: &mut Cut) {
+    fn best_cut(&self, node: &Node, group: u32, span: &Span, axis: usize, sums: &Sums, best: &mut Cut) {
         let all = sums.iter().fold([0.0; NUMBERS], |a, b| [a[0] + b[0], a[1] + b[1]]);
         let mut before = [0.0; NUMBERS];
         let whole = self.area(&node.extent);
@@ -644,17 +712,18 @@ impl Field<'_> {
             // No side has more strata than units.
             let [least, most] = [(strata - units * (1.0 - share)).max(1.0), (units * share).min(last)];
             let count = rounded((before[0] * per_mass).min(most).max(least));
-            let squares = [whole * share * before[1], whole * (1.0 - share) * behind[1]];
-            let sides = [(count, squares[0], before[0]), (node.count - count, squares[1], behind[0])];
+            let areas = [whole * share, whole * (1.0 - share)];
+            let sides =
+                [(count, areas[0] * before[1], before[0]), (node.count - count, areas[1] * behind[1], behind[0])];
             let [first, second] = sides.map(|(count, square, mass)| {
                 let (count, even) = (f64::from(count), EVEN * mass * mass);
                 (square + even) / count
             });
             let uneven = f64::from(count) * 2.0 / f64::from(node.count) - 1.0;
-            let uneven = if node.count > node.group { UNEVEN * uneven * uneven } else { 0.0 };
+            let uneven = if node.count > group { UNEVEN * uneven * uneven } else { 0.0 };
             let cost = (first + second) * shape * (1.0 + uneven);
             if cost < best.cost {
-                *best = Cut { cost, axis, at, count, squares };
+                *best = Cut { cost, axis, at, count, squares: [before[1], behind[1]] };
             }
         }
     }
@@ -689,7 +758,7 @@ fn part(line: &[f32], first: usize) -> [f32; TOGETHER] {
 
 /// Whether strata lie in faces, at units of which an f32 tells the sides apart, and cover as much as all faces.
 pub fn are_sound(light: &Light<'_>) -> bool {
-    let field = Field::new(light, 1.0, 1.0);
+    let field = Field::new(light, 1.0);
     let units = (1u32 << field.patch) as f32;
     let [length, height] = light.chart.axes.map(|axis| axis.length);
     let (mut sum, all) = (0u64, f64::from(length * units) * f64::from(height * units) * f64::from(light.chart.faces()));

@@ -20,8 +20,8 @@ use core::f64::consts::PI;
 pub const MOST: usize = 16384;
 /// How many there may be: the fewest that follow the light well enough.
 const COUNTS: [usize; 4] = [256, 1024, 4096, MOST];
-/// The second moment of p^ / p that is well enough, above 1. An error budget above this allows as much as itself.
-const GOAL: f32 = 0.03;
+/// The second moment of p^ / p that is well enough, above 1. An error budget allows as much as itself besides.
+const GOAL: f32 = 0.025;
 
 /// Four times as many strata divide what the moment is above 1 by 2 to 3: numbers that cannot reach the goal are not tried.
 const GAIN: f32 = 3.0;
@@ -37,7 +37,7 @@ const EVERYWHERE: f32 = 0.005;
 /// Cells with less light than so many strata are divided by that root alone: a lamp that few strata can follow gets more of them.
 const RAISED: f64 = 4.0;
 /// A cut that leaves long boxes counts more by this share.
-const LONG: f64 = 0.16;
+const LONG: f64 = 0.3;
 /// Where all cuts are equal, so many squares of the mass decide by the shape of boxes.
 const EVEN: f64 = 0.01;
 
@@ -52,13 +52,7 @@ const FINEST: u32 = 12;
 /// Units are told apart by an f32.
 const BITS: u32 = 24;
 /// The most cells of a grid along an axis.
-const GRID: usize = 32;
-/// Cells of a row that are integrated at once.
-const CELLS: usize = 64;
-/// Fewer strata are cut in a grid of half as many cells along an axis.
-const FEW: u32 = 8;
-/// Along its longer side a part has so many cells, at least, to be cut in the grid of the node that it is a part of.
-const FINE: [usize; 2] = [8, 10];
+const GRID: usize = 64;
 /// So many cells of a row are integrated together.
 const TOGETHER: usize = 16;
 /// Cells at the top of the pyramid along an axis.
@@ -116,6 +110,16 @@ pub fn room(plan: &Plan) -> usize {
     pyramid(&plan.chart) + GRID * GRID * NUMBERS
 }
 
+/// The most cells of a node's grid along an axis. With half of them along its longer side a part is cut in the grid of another node.
+fn most_cells(count: u32) -> usize {
+    match count {
+        0..4 => GRID / 8,
+        4..16 => GRID / 4,
+        16..64 => GRID / 2,
+        _ => GRID,
+    }
+}
+
 /// A rectangle of a face in units: low and high ends of columns, then of rows.
 type Box = [[u32; 2]; 2];
 
@@ -171,26 +175,26 @@ impl Span {
 
 /// Light and solid angle along a line.
 struct Line {
-    light: [f32; CELLS + 1],
-    angle: [f32; CELLS + 1],
+    light: [f32; GRID + 1],
+    angle: [f32; GRID + 1],
 }
 
 /// Integrals over a row of cells.
 struct Row {
-    width: [f32; CELLS],
+    width: [f32; GRID],
     height: f32,
-    light: [f32; CELLS],
-    square: [f32; CELLS],
-    angle: [f32; CELLS],
+    light: [f32; GRID],
+    square: [f32; GRID],
+    angle: [f32; GRID],
 }
 
 impl Row {
     const EMPTY: Row =
-        Row { width: [0.0; CELLS], height: 0.0, light: [0.0; CELLS], square: [0.0; CELLS], angle: [0.0; CELLS] };
+        Row { width: [0.0; GRID], height: 0.0, light: [0.0; GRID], square: [0.0; GRID], angle: [0.0; GRID] };
 }
 
 impl Line {
-    const EMPTY: Line = Line { light: [0.0; CELLS + 1], angle: [0.0; CELLS + 1] };
+    const EMPTY: Line = Line { light: [0.0; GRID + 1], angle: [0.0; GRID + 1] };
 }
 
 /// Sums of the columns or rows of a part of a grid: mass and square.
@@ -263,7 +267,7 @@ pub fn build(light: &Light<'_>, mean: f64, budget: f32, room: &mut [f32], out: &
     let field = &Field::new(light, 1.0 / mean);
     let power = field.sum_up(pyramid);
     let inverse = if power > 0.0 { (field.scale / power).min(f64::from(f32::MAX)) as f32 } else { 0.0 };
-    let goal = 1.0 + GOAL.max(budget);
+    let goal = 1.0 + GOAL + budget;
     let most = most(&light.chart);
     let mut built = Built { count: 0, mean: mean as f32, inverse_power: inverse, second_moment: 1.0 };
     let mut hoped = 1.0;
@@ -387,7 +391,7 @@ impl Field<'_> {
             self.read_line(face, rows.border(j + 1), &columns, below);
             row.height = (rows.border(j + 1) - rows.border(j)) as f32 * unit;
             self.integrate(above, below, columns.count, &mut row);
-            for i in 0..columns.count.min(CELLS) {
+            for i in 0..columns.count.min(GRID) {
                 let area = row.width[i] * row.height;
                 each(i, j, &Integrals { light: row.light[i], square: row.square[i], angle: row.angle[i], area });
             }
@@ -402,11 +406,11 @@ impl Field<'_> {
         const GAUSS: [f32; 2] = [0.211_324_87, 0.788_675_1];
         let (next, kink) = (usize::from(self.light.bilinear), 1.0 / (1.0 - DIM));
         let below_light = if self.light.bilinear { &below.light } else { &above.light };
-        let mut across = [false; CELLS];
+        let mut across = [false; GRID];
         let height = row.height;
         let parts = row.light.chunks_exact_mut(TOGETHER).zip(row.square.chunks_exact_mut(TOGETHER));
         let parts = parts.zip(row.angle.chunks_exact_mut(TOGETHER)).zip(across.chunks_exact_mut(TOGETHER));
-        let starts = (0..count.min(CELLS)).step_by(TOGETHER);
+        let starts = (0..count.min(GRID)).step_by(TOGETHER);
         for (first, (((sums, all_squares), angles), across)) in starts.zip(parts) {
             let take = |[above, below]: [&[f32]; 2], next: usize| {
                 [part(above, first), part(above, first + next), part(below, first), part(below, first + next)]
@@ -438,7 +442,7 @@ impl Field<'_> {
                 out.copy_from_slice(of);
             }
         }
-        for i in (0..count.min(CELLS)).filter(|i| across[i % CELLS]) {
+        for i in (0..count.min(GRID)).filter(|i| across[i % GRID]) {
             let light = [above.light[i], above.light[i + (next & 1)], below_light[i], below_light[i + (next & 1)]];
             let angle = [above.angle[i], above.angle[i + 1], below.angle[i], below.angle[i + 1]];
             let [sum, squares] = self.means_across(light, angle);
@@ -478,8 +482,8 @@ impl Field<'_> {
                 let ends = |k: u32, span: u32| [k * span, (k + 1) * span].map(|patch| patch << self.patch);
                 let clip = |[low, high]: [u32; 2], all: [u32; 2]| [low.max(all[0]), high.min(all[1])];
                 let of_rows = Span::new(clip(ends(row, 2), down), self.patch);
-                for (part, out) in (0..).zip(line.chunks_mut(CELLS / 2 * NUMBERS)) {
-                    let of_columns = Span::new(clip(ends(part, CELLS as u32), across), self.patch);
+                for (part, out) in (0..).zip(line.chunks_mut(GRID / 2 * NUMBERS)) {
+                    let of_columns = Span::new(clip(ends(part, GRID as u32), across), self.patch);
                     total += self.sum_up_part(face, [of_columns, of_rows], out);
                 }
             }
@@ -490,7 +494,7 @@ impl Field<'_> {
     /// The same for a part of a row of cells.
     #[inline(never)]
     fn sum_up_part(&self, face: u32, spans: [Span; 2], out: &mut [f32]) -> f64 {
-        let mut sums = [Integrals::default(); CELLS / 2];
+        let mut sums = [Integrals::default(); GRID / 2];
         self.each_cell(face, spans, |column, _, cell| {
             if let Some(sum) = sums.get_mut(column / 2) {
                 sum.light += cell.light;
@@ -590,7 +594,9 @@ impl Build<'_, '_> {
             }
             for (part, square) in parts.iter().zip(squares) {
                 let cells = part.extent.map(|ends| Span::new(ends, size).count);
-                let is_fine = part.count > 1 && cells[0].max(cells[1]) >= FINE[usize::from(part.count > 3)];
+                // Even cuts need borders of their own.
+                let suits = part.count <= group && 2 * cells[0].max(cells[1]) >= most_cells(part.count);
+                let is_fine = part.count > 1 && suits;
                 match nodes.get_mut(count).filter(|_| is_fine) {
                     Some(place) => {
                         *place = *part;
@@ -607,7 +613,7 @@ impl Build<'_, '_> {
     #[inline(never)]
     fn read(&mut self, node: &Node) -> Grid<'_> {
         let field = self.field;
-        let spans = node.grid();
+        let spans = node.grid(most_cells(node.count));
         let [across, down] = spans;
         if across.size <= field.patch {
             field.each_cell(node.face, spans, |i, j, cell| {
@@ -634,9 +640,8 @@ impl Build<'_, '_> {
 
 impl Node {
     /// The grid in which it is cut: never coarser than the cells of which its box is made.
-    fn grid(&self) -> [Span; 2] {
-        let finest = if self.count < FEW { GRID / 2 } else { GRID };
-        let fits = |size: &u32| self.extent.iter().all(|&ends| Span::new(ends, *size).count <= finest);
+    fn grid(&self, most: usize) -> [Span; 2] {
+        let fits = |size: &u32| self.extent.iter().all(|&ends| Span::new(ends, *size).count <= most);
         let size = (0..self.size).find(fits).unwrap_or(self.size);
         self.extent.map(|ends| Span::new(ends, size))
     }

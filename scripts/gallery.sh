@@ -19,4 +19,4 @@ else
     done
 fi
 [ -z "$page" ] || scripts/performance-page.sh
-echo "The pictures are in $build/gallery: open $build/gallery/index.html"
+echo "The pictures are in $build/gallery"

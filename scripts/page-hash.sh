@@ -8,7 +8,7 @@ sources() {
     echo fuzz/digests/record.txt
     case $1 in
         gallery)
-            find c-examples/direct.h c-examples/gallery c-examples/relight/mesh.c c-examples/relight/tracer.c c-examples/render -name '*.[ch]' -not -name 'page.*' ;;
+            find c-examples/direct.h c-examples/gallery c-examples/render -name '*.[ch]' -not -name 'page.*' ;;
         pathtracer-page) find c-examples/direct.h c-examples/pathtracer c-examples/render -name '*.[ch]' -not -name 'small.c' ;;
         hardcases) find ffi-tests/src/bin/hardcases.rs ffi-tests/src/hardcases -name '*.rs' ;;
         renderers) find ffi-tests/mitsuba ffi-tests/rpt -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;

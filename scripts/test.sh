@@ -72,13 +72,11 @@ minimal_valgrind() {
 }
 
 demo() {
-    make --no-print-directory "$build/render" BUILD="$build" &&
-        ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ] &&
-        make --no-print-directory "$build/relight" BUILD="$build" &&
-        "$build/relight" "$logs" 2 && [ -s "$logs/relight-01.png" ] &&
+    make --no-print-directory "$build/demo" BUILD="$build" &&
+        "$build/demo" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ] &&
         make --no-print-directory "$build/gallery-program" BUILD="$build" &&
         "$build/gallery-program" --only spot --size 256x240 --seconds 0.1 --reference 0.2 --out "$logs/gallery" &&
-        [ -s "$logs/gallery/spot.png" ] && [ -s "$logs/gallery/index.html" ]
+        [ -s "$logs/gallery/spot.png" ] && [ -s "$logs/gallery/spot-crop.png" ]
 }
 
 # Clippy compiles tests, where it is installed, and lints on the way: a pass of its own would check all that they depend on once more.

@@ -1,6 +1,6 @@
 /* Rays against a mesh, by Embree. */
-#ifndef RELIGHT_TRACER_H
-#define RELIGHT_TRACER_H
+#ifndef GALLERY_TRACER_H
+#define GALLERY_TRACER_H
 
 #include <embree3/rtcore.h>
 

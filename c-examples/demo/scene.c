@@ -1,6 +1,6 @@
 /* Analytic rays, spheres and plane. All objects are convex, so a shadow ray skips the one it starts from
  * and needs no offset. */
-#include "scene.h"
+#include "../render/scene.h"
 
 #define PLANE SCENE_SPHERES
 

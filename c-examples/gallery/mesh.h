@@ -1,6 +1,6 @@
 /* Triangles to be lit: a mesh file or a knot made here, standing on a ground of small squares. */
-#ifndef RELIGHT_MESH_H
-#define RELIGHT_MESH_H
+#ifndef GALLERY_MESH_H
+#define GALLERY_MESH_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -128,7 +128,7 @@ report: lib ## measure speed against error into report/index.html and docs/repor
 	scripts/setup.sh test
 	scripts/earlier.sh
 	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
-	$(if $(QUICK),,scripts/performance-page.sh)
+	$(if $(QUICK),,scripts/performance-page.py)
 
 goals: lib ## hold the goals of 0.3 beside version 0.2, which is built from the history, and write docs/measurements/goals.md: QUICK=1 for a check
 	scripts/setup.sh test
@@ -140,7 +140,7 @@ test-report: ## open report/index.html in a browser without a window, at two wid
 	scripts/test-report.sh report/index.html $(BUILD)/test-report
 
 performance: ## write docs/performance.md and the gains of README.md from the measured pages
-	scripts/performance-page.sh
+	scripts/performance-page.py
 
 check-pages: ## say which measured pages were made from other sources than those that are there
 	scripts/check-pages.sh
@@ -148,7 +148,7 @@ check-pages: ## say which measured pages were made from other sources than those
 light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
-	$(if $(QUICK),,scripts/performance-page.sh)
+	$(if $(QUICK),,scripts/performance-page.py)
 
 sampler: lib ## measure products by themselves beside those of version 0.1, idea by idea, and write docs/sampler.md
 	scripts/setup.sh test

@@ -31,7 +31,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page gallery hardcases report goals test-report performance check-pages light sampler tuning passes structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
@@ -149,11 +149,6 @@ light: lib ## measure the light beside version 0.1 and pbrt's tables, and write 
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
 	$(if $(QUICK),,scripts/performance-page.py)
-
-sampler: lib ## measure products by themselves beside those of version 0.1, idea by idea, and write docs/sampler.md
-	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin ablation -- $(BUILD)/ablation.md
-	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md $(BUILD)/ablation.md
 
 tuning: lib ## choose constants anew on development maps alone, and write docs/tuning.md
 	scripts/setup.sh test

@@ -13,8 +13,6 @@ sources() {
         hardcases) find ffi-tests/src/bin/hardcases.rs ffi-tests/src/hardcases -name '*.rs' ;;
         renderers) find ffi-tests/mitsuba ffi-tests/rpt -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
         *)
-            # What the page of products holds besides.
-            [ "$1" != sampler ] || find ffi-tests/src/bin/ablation -name '*.rs'
             echo c-examples/direct.h
             find ffi-tests/src -name '*.c' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
             find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*.rs" ;;

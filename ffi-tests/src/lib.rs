@@ -38,7 +38,6 @@ pub mod piecewise;
 pub mod points;
 pub mod pool;
 pub mod processor;
-pub mod products;
 pub mod reference;
 pub mod rgl;
 pub mod scene;

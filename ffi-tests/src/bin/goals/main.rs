@@ -14,7 +14,8 @@ use wis_ffi_tests::environment;
 use wis_ffi_tests::hardcases::brdf::Lobe;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::page::{self, Page, Part};
-use wis_ffi_tests::products::{DEVELOPER, OTHERS, geometric, lights};
+use wis_ffi_tests::data::{DEVELOPER, OTHERS, lights};
+use wis_ffi_tests::statistics::geometric;
 
 /// A light as both build it.
 pub struct Lit {

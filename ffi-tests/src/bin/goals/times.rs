@@ -8,7 +8,7 @@ use wis_ffi_tests::client::{self, Block, Density, raw};
 use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment::{self, Light};
 use wis_ffi_tests::page::{Part, Table};
-use wis_ffi_tests::products::geometric;
+use wis_ffi_tests::statistics::geometric;
 use wis_ffi_tests::statistics::{bootstrap_ratio, median};
 use wis_ffi_tests::timing::singles;
 

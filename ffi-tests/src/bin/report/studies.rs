@@ -51,7 +51,7 @@ const LOBES: [&str; 3] = ["Lambert", "GGX ", "mix "];
 /// The unclipped sun of the project's own.
 pub const SUN: &str = "unclipped sun";
 
-/// Maps of the studies, if they are there. Which of them were used for tuning: `products::DEVELOPER`.
+/// Maps of the studies, if they are there. Which of them were used for tuning: `data::DEVELOPER`.
 const MAPS: [&str; 7] = [
     "st_fagans_interior_1k.hdr",
     "rooitou_park_1k.hdr",

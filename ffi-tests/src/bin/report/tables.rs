@@ -461,7 +461,7 @@ fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
         table.row([material.clone(), format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
     }
     let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light. \
-                The bound is 50. Anisotropic lobes and grazing views are in [sampler.md](sampler.md). Variance / limit: 16 samples, \
+                The bound is 50. Variance / limit: 16 samples, \
                 absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
                 512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
                 left comes from visibility.";

@@ -6,7 +6,7 @@ use crate::studies::SUN;
 use wis_ffi_tests::measure::Cell;
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::{Part, Table, times};
-use wis_ffi_tests::products::DEVELOPER;
+use wis_ffi_tests::data::DEVELOPER;
 
 /// A constant that was chosen by measurements.
 struct Tuned {

@@ -127,13 +127,13 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
 	scripts/earlier.sh
-	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
+	scripts/instruments.sh $(LIB) run --bin measure -- report $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
 	$(if $(QUICK),,scripts/performance-page.py)
 
 goals: lib ## hold the goals of 0.3 beside version 0.2, which is built from the history, and write docs/measurements/goals.md: QUICK=1 for a check
 	scripts/setup.sh test
 	scripts/earlier.sh
-	scripts/instruments.sh $(LIB) run --bin goals -- $(if $(QUICK),$(BUILD)/goals-quick.md --quick,docs/measurements/goals.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- goals $(if $(QUICK),$(BUILD)/goals-quick.md --quick,docs/measurements/goals.md)
 
 test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
 	scripts/setup.sh browser
@@ -145,19 +145,18 @@ performance: ## write docs/performance.md and the gains of README.md from the me
 check-pages: ## say which measured pages were made from other sources than those that are there
 	scripts/check-pages.sh
 
-light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
+light: lib ## measure the light beside pbrt's tables, and write docs/light.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- light $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
 	$(if $(QUICK),,scripts/performance-page.py)
 
 tuning: lib ## choose constants anew on development maps alone, and write docs/tuning.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin tuning -- docs/tuning.md
-	{ echo && scripts/provenance.sh tuning; } >> docs/tuning.md
+	scripts/instruments.sh $(LIB) run --bin measure -- tuning docs/tuning.md
 
 passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/passes.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin passes -- $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/passes.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- passes $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/passes.md)
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test

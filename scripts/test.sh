@@ -114,16 +114,16 @@ hardcases() {
 
 # Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.
 report_quick() {
-    instruments run --bin report -- --quick --out "$logs/report" --cache "$logs/report-cache"
+    instruments run --bin measure -- report --quick --out "$logs/report" --cache "$logs/report-cache"
 }
 
 # Few samples: fails if the light misses a goal by far.
 light_quick() {
-    instruments run --bin light -- --quick "$logs/light.md" --cache "$logs/light-cache"
+    instruments run --bin measure -- light --quick "$logs/light.md"
 }
 
 passes_quick() {
-    instruments run --bin passes -- "$logs/passes.md" --quick
+    instruments run --bin measure -- passes "$logs/passes.md" --quick
 }
 
 # The packages that this takes are another architecture's: it runs where they are.

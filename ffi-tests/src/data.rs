@@ -4,9 +4,8 @@
 use crate::cornell::Scattered;
 use crate::light::Light;
 use crate::material::Material;
-use crate::measured::Reflectance;
-use crate::merl::Merl;
 use crate::mesh::Mesh;
+use crate::reflectance::Reflectance;
 use crate::rgl::Measured;
 use crate::scene::{Scene, View};
 use anyhow::Result;
@@ -112,11 +111,6 @@ pub fn all_brdfs() -> Result<Vec<Brdf>> {
             }
             Some("brdf") => {
                 let measured = Scattered::load(&file)?;
-                let name = measured.name.clone();
-                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)), channels: None });
-            }
-            Some("binary") => {
-                let measured = Merl::load(&file)?;
                 let name = measured.name.clone();
                 brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)), channels: None });
             }

@@ -31,7 +31,7 @@ fn main() -> Result<()> {
         ("time", approximation::write),
         ("bases", |page, _| spherical::write(page)),
         ("vertices", relighting::write),
-        ("terms", fields::by_terms),
+        ("terms", terms::write),
         ("fields", fields::write),
         ("sampling", sampling::write),
     ];

@@ -4,74 +4,29 @@
 mod gains;
 mod goals;
 mod losses;
-mod pictures;
 mod plots;
-#[path = "../light/speed.rs"]
-mod speed;
 mod studies;
 mod tables;
-mod tuned;
 
+pub use self::studies::Options;
+use self::tables::Run;
 use anyhow::{Context, Result, bail};
-use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use studies::Study;
-use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::measure::{Cell, Effort, measure};
 use wis_ffi_tests::method::Method;
 use wis_ffi_tests::page::{self, Page};
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::Scene;
+use wis_ffi_tests::setting::{Lit, Setting};
 
-/// Speed against error of wis and of other ways to sample an environment.
-#[derive(Parser)]
-pub struct Options {
-    /// A few small cells, for a check that takes seconds
-    #[arg(long)]
-    quick: bool,
-    /// A Radiance or OpenEXR map, lat-long or vertical cross; may be repeated
-    #[arg(long)]
-    map: Vec<PathBuf>,
-    /// An OBJ or PLY mesh, y up, in place of those of the studies
-    #[arg(long)]
-    mesh: Option<PathBuf>,
-    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf or .brdf file; may be repeated
-    #[arg(long)]
-    material: Vec<String>,
-    /// A study by its name ("single hits", room, ...); may be repeated
-    #[arg(long)]
-    study: Vec<String>,
-    /// Shading points in a scene
-    #[arg(long)]
-    points: Option<usize>,
-    /// Where index.html goes
-    #[arg(long, default_value = "report")]
-    out: PathBuf,
-    /// Also writes the short form to this file, with its plots and a picture in a folder of its name
-    #[arg(long)]
-    docs: Option<PathBuf>,
-    /// Computes references and nothing else
-    #[arg(long)]
-    references: bool,
-    /// Where references and measured cells are kept
-    #[arg(long, default_value = "build/report")]
-    cache: PathBuf,
-}
-
-/// What the page says about the run.
-pub struct Run {
-    pub machine: String,
-    pub commit: String,
-    pub command: String,
-    pub made_from: String,
-    pub points: usize,
-    pub repeats: u32,
-}
-
-fn main() -> Result<()> {
-    let options = Options::parse();
+/// Measures and writes the page.
+///
+/// # Errors
+/// Those of the library, of files, and what a run must show.
+pub fn run(options: Options) -> Result<()> {
     let studies = studies::all(&options)?;
     let (repeats, most) = if options.quick { (4, 1024) } else { (8, 4096) };
     let bench = Bench { cache: options.cache.clone(), most, repeats, references: options.references };
@@ -87,7 +42,6 @@ fn main() -> Result<()> {
         return Ok(());
     }
     let goals = goals::Measured::new(&studies, options.quick)?;
-    let pictures = if options.quick { Vec::new() } else { pictures::all(&options, &bench)? };
     let run = Run {
         machine: machine(),
         commit: page::commit(),
@@ -97,7 +51,7 @@ fn main() -> Result<()> {
         repeats,
     };
     let (suns, cells): (Vec<_>, Vec<_>) = cells.into_iter().partition(|cell| cell.study == studies::SUNS);
-    write(&tables::page(&run, &cells, &suns, &goals, pictures)?, &options)?;
+    write(&tables::page(&run, &cells, &suns, &goals)?, &options)?;
     check(&cells)?;
     check(&suns)
 }
@@ -125,8 +79,7 @@ impl Bench {
         let mut cells = Vec::new();
         for light in &study.lights {
             let light = if study.bilinear { light.clone().bilinear() } else { light.clone() };
-            let environment = light.environment().with_context(|| format!("light {}", light.name))?;
-            let lit = Lit::new(&light, &environment)?;
+            let lit = Lit::new(&light).with_context(|| format!("light {}", light.name))?;
             for material in &study.materials {
                 progress.set_message(format!("{}, {}, {}", study.name, light.name, material.name));
                 let setting = Setting::new(&lit, material);
@@ -232,16 +185,6 @@ fn falls(errors: &[f64], of_reference: f64) -> bool {
         [first, .., last] => last < first || *last <= NOISE * of_reference.powi(2),
         _ => true,
     }
-}
-
-/// A name as a file.
-pub fn file_name(name: &str) -> String {
-    name.replace(|c: char| !c.is_ascii_alphanumeric() && !"-.".contains(c), "_")
-}
-
-/// A file of the data, if it is there.
-pub fn data_file(kind: &str, name: &str) -> Option<PathBuf> {
-    Some(Path::new(wis_ffi_tests::data::FOLDER).join(kind).join(name)).filter(|path| path.exists())
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What calls take.
 
-use crate::{Both, Lit, printed, variance};
+use super::both::{Both, Lit, printed};
+use super::variance;
 use anyhow::Result;
 use std::cell::RefCell;
 use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};

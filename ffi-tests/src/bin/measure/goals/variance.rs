@@ -1,6 +1,6 @@
 //! Variances of estimates of one ray, and of their means over the hits of a pixel.
 
-use crate::{Both, Lit, mean_and_least, printed};
+use super::both::{Both, Lit, mean_and_least, printed};
 use anyhow::Result;
 use glam::Vec3;
 use std::f64::consts::TAU;

@@ -1,7 +1,6 @@
 //! Where the best peers are ahead: why, as far as the measured numbers tell, and what to call instead.
 
-use crate::gains::{self, Scale, geometric_mean, over, over_best};
-use crate::tables::{materials, of_study, ours, studies};
+use super::gains::{self, Scale, geometric_mean, materials, of_study, ours, over, over_best, studies};
 use wis_ffi_tests::measure::{Cell, Errors};
 use wis_ffi_tests::method::EXTENDED;
 use wis_ffi_tests::page::{Part, Table, times};

@@ -1,4 +1,4 @@
-//! Chooses constants of the library anew from measurements on development maps alone, and writes a page: tuning <file>
+//! Chooses constants of the library anew from measurements on development maps alone, and writes a page.
 //!
 //! A value is built into a library of its own, from the sources of the last commit. Each has a process, and these take turns of less than
 //! a second, so that what else the machine does meets all of them alike. What was measured is kept in `build/tuning`.
@@ -11,25 +11,21 @@ mod page;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Parser;
 use constants::{CONSTANTS, Constant};
-use serde::{Deserialize, Serialize};
+use page::{Cell, MAPS};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use wis_ffi_tests::caches::CACHES;
 use wis_ffi_tests::data::{self, lights};
-use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::Material;
-use wis_ffi_tests::measure::{Effort, Row, Truth, rows};
+use wis_ffi_tests::measure::{Effort, Truth, rows};
 use wis_ffi_tests::method::Method;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, View};
-use wis_ffi_tests::timing::{Times, time};
+use wis_ffi_tests::setting::{Lit, Setting};
+use wis_ffi_tests::timing::time;
 
-/// The development maps. `forest_slope`, which older constants were tuned on, too, is not among them.
-const MAPS: [&str; 4] =
-    ["st_fagans_interior_1k.hdr", "studio_small_03_1k.hdr", "venice_sunset_1k.hdr", "rooitou_park_1k.hdr"];
 /// Shading points of single hits.
 const POINTS: usize = 400;
 /// Pixels of many hits.
@@ -44,7 +40,7 @@ const FOLDER: &str = "build/tuning";
 
 /// Constants chosen on development maps alone.
 #[derive(Parser)]
-struct Options {
+pub struct Options {
     /// Where the page goes
     file: PathBuf,
     /// Only constants whose name holds this
@@ -58,18 +54,11 @@ struct Options {
     times: bool,
 }
 
-/// What was measured on one map and material.
-#[derive(Serialize, Deserialize)]
-pub struct Cell {
-    pub light: String,
-    /// Its times are those of one pixel: see `times`.
-    pub rows: Vec<Row>,
-    /// Of each row, by round.
-    pub times: Vec<Vec<[Times; CACHES.len()]>>,
-}
-
-fn main() -> Result<()> {
-    let options = Options::parse();
+/// Measures and writes the page.
+///
+/// # Errors
+/// Those of the library, of files and of builds.
+pub fn run(options: Options) -> Result<()> {
     if let Some(number) = options.measure {
         let cells = measure(&CONSTANTS[number], options.times)?;
         return Ok(std::fs::write(&options.file, serde_json::to_vec(&cells)?)?);
@@ -80,7 +69,7 @@ fn main() -> Result<()> {
         let libraries = constant.values.iter().map(|value| sources.library(constant, value));
         let libraries = libraries.collect::<Result<Vec<_>>>()?;
         measured.push((constant, measured_with(number, &libraries)?));
-        std::fs::write(&options.file, page::page(&measured, &sources.commit)?)?;
+        page::page(&measured, &sources.commit)?.write_markdown(&options.file)?;
     }
     Ok(())
 }
@@ -99,7 +88,7 @@ impl Sources {
         std::fs::create_dir_all(&folder)?;
         let mut archive = Command::new("git").args(["archive", "HEAD"]).stdout(Stdio::piped()).spawn()?;
         let files = archive.stdout.take().context("git archive")?;
-        run(Command::new("tar").arg("-x").arg("-C").arg(&folder).stdin(files))?;
+        finish(Command::new("tar").arg("-x").arg("-C").arg(&folder).stdin(files))?;
         ensure!(archive.wait()?.success(), "git archive fails");
         let (commit, trees) = (git(&["--short", "HEAD"])?, git(&["HEAD:src", "HEAD:capi", "HEAD:Cargo.lock"])?);
         Ok(Sources { folder, commit, trees })
@@ -115,12 +104,14 @@ impl Sources {
         eprintln!("{}: {value}", constant.what);
         let target = self.folder.with_file_name("target");
         constant.edit(&self.folder, constant.values[0], value)?;
-        let built = run(Command::new("cargo")
-            .args(["build", "--quiet", "--release", "--package", "wis-capi", "--no-default-features"])
-            .args(["--features", "lights wavelets avx2", "--target-dir"])
-            .arg(&target)
-            .current_dir(&self.folder)
-            .env_remove("RUSTFLAGS"));
+        let built = finish(
+            Command::new("cargo")
+                .args(["build", "--quiet", "--release", "--package", "wis-capi", "--no-default-features"])
+                .args(["--features", "lights wavelets avx2", "--target-dir"])
+                .arg(&target)
+                .current_dir(&self.folder)
+                .env_remove("RUSTFLAGS"),
+        );
         constant.edit(&self.folder, value, constant.values[0])?;
         built?;
         std::fs::create_dir_all(&library)?;
@@ -137,7 +128,7 @@ fn git(names: &[&str]) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).trim().into())
 }
 
-fn run(command: &mut Command) -> Result<()> {
+fn finish(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("{command:?}"))?;
     ensure!(status.success(), "{command:?} fails");
     Ok(())
@@ -166,7 +157,7 @@ fn together(number: usize, libraries: &[PathBuf], process: usize) -> Result<Vec<
         for (library, file) in libraries.iter().zip(&files) {
             let mut command = Command::new(&program);
             command
-                .args(["--measure", &number.to_string()])
+                .args(["tuning", "--measure", &number.to_string()])
                 .args((process > 0).then_some("--times"))
                 .arg(file)
                 .env("LD_LIBRARY_PATH", library);
@@ -212,8 +203,7 @@ fn measure(constant: &Constant, times_alone: bool) -> Result<Vec<Cell>> {
     let (method, repeats) = (Method::from(constant.mode), if times_alone { 0 } else { constant.repeats });
     let mut cells = Vec::new();
     for light in &maps {
-        let environment = light.environment()?;
-        let lit = Lit::new(light, &environment)?;
+        let lit = Lit::new(light)?;
         for (material, counts) in (constant.cells)() {
             let setting = Setting::new(&lit, &material);
             let truth = Truth::new(&reference(&scene, light, &setting)?, scene.hits);

@@ -1,7 +1,7 @@
 //! What is measured: groups of cells that answer one question each.
 
-use crate::Options;
 use anyhow::{Context, Result, bail};
+use clap::Parser;
 use std::path::{Path, PathBuf};
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::Light;
@@ -10,6 +10,41 @@ use wis_ffi_tests::measure::Cell;
 use wis_ffi_tests::measured;
 use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::scene::{Scene, View};
+
+/// Speed against error of wis and of other ways to sample an environment.
+#[derive(Parser)]
+pub struct Options {
+    /// A few small cells, for a check that takes seconds
+    #[arg(long)]
+    pub quick: bool,
+    /// A Radiance or OpenEXR map, lat-long or vertical cross; may be repeated
+    #[arg(long)]
+    pub map: Vec<PathBuf>,
+    /// An OBJ or PLY mesh, y up, in place of those of the studies
+    #[arg(long)]
+    pub mesh: Option<PathBuf>,
+    /// A material by its name (Lambert, "GGX 0.5", ...), or a measured one by its .bsdf or .brdf file; may be repeated
+    #[arg(long)]
+    pub material: Vec<String>,
+    /// A study by its name ("single hits", room, ...); may be repeated
+    #[arg(long)]
+    pub study: Vec<String>,
+    /// Shading points in a scene
+    #[arg(long)]
+    pub points: Option<usize>,
+    /// Where index.html goes
+    #[arg(long, default_value = "report")]
+    pub out: PathBuf,
+    /// Also writes the short form to this file, with its plots and a picture in a folder of its name
+    #[arg(long)]
+    pub docs: Option<PathBuf>,
+    /// Computes references and nothing else
+    #[arg(long)]
+    pub references: bool,
+    /// Where references and measured cells are kept
+    #[arg(long, default_value = "build/report")]
+    pub cache: PathBuf,
+}
 
 /// A group of cells: every light with every material, in one scene.
 pub struct Study {
@@ -220,7 +255,6 @@ fn lobes(options: &Options) -> Result<Vec<Material>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::Parser;
 
     fn named(name: &str) -> Light {
         let mut light = Light::windows(16);

@@ -1,7 +1,7 @@
 //! Bytes and build time against the size of the map, its format and the error budget.
 
 use anyhow::Result;
-use wis_ffi_tests::client::{self, Block, Texels, raw};
+use wis_ffi_tests::client::{Block, Texels, raw};
 use wis_ffi_tests::environment::{Environment, Map};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::processor;
@@ -13,8 +13,6 @@ pub struct Size {
     pub scratch: usize,
     /// Milliseconds of processor time on one core, of 32-bit and of 16-bit RGB.
     pub build: [f64; 2],
-    /// The same with version 0.1 from 32-bit RGB, and its bytes, where it does not take too long.
-    pub pyramid: Option<(f64, u64)>,
 }
 
 /// What an error budget leaves.
@@ -29,8 +27,6 @@ pub struct Budget {
 
 /// Rows that the callback hands out in turn.
 const ROWS: usize = 61;
-/// The widest map that version 0.1 is built from.
-const PYRAMID: usize = 2048;
 /// The fastest of so many builds counts; of maps wider than `LARGE` of one.
 const BUILDS: usize = 5;
 const LARGE: usize = 4096;
@@ -60,8 +56,7 @@ pub fn sizes(widths: &[usize]) -> Result<Vec<Size>> {
             }
         }
         drop(scratch);
-        let pyramid = if width <= PYRAMID { Some(pyramid(width, &row_f32)?) } else { None };
-        Ok(Size { width, bytes, scratch: asked.scratch_bytes, build, pyramid })
+        Ok(Size { width, bytes, scratch: asked.scratch_bytes, build })
     };
     widths.iter().map(size).collect()
 }
@@ -74,24 +69,6 @@ fn rows(width: usize) -> (Vec<Vec<f32>>, Vec<Vec<u16>>) {
     let of = |bits: u16| f32::from_bits((u32::from(bits) << 13) + (112 << 23));
     let halves: Vec<Vec<u16>> = (0..ROWS).map(|y| (0..3 * width).map(|x| half(y * 3 * width + x)).collect()).collect();
     (halves.iter().map(|row| row.iter().map(|&bits| of(bits)).collect()).collect(), halves)
-}
-
-/// Milliseconds and bytes of version 0.1, for a bilinear client and without its compensated distribution.
-fn pyramid(width: usize, row: &(dyn Fn(u32) -> *const f32 + Sync)) -> Result<(f64, u64)> {
-    let map = client::Map {
-        layout: raw::WIS_LAYOUT_LATLONG,
-        width: width as u32,
-        height: width as u32 / 2,
-        channels: 3,
-        flags: 0,
-        storage: raw::WIS_STORAGE_PYRAMID,
-        resolution: 0,
-        error_budget: 0.0,
-        texels: Texels::RowsF32(&row),
-    };
-    let start = processor_ms();
-    let environment = client::Environment::new(&map)?;
-    Ok((processor_ms() - start, environment.info.bytes))
 }
 
 /// What budgets leave of lights, for their clients.

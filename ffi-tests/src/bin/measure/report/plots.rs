@@ -1,7 +1,7 @@
 //! The plots of the page, as SVG: error against time, gains by lobe and samples, distance to the limit.
 
-use crate::gains::{self, Against, METRICS, Scale, geometric_mean};
-use crate::losses::most_often;
+use super::gains::{self, Against, METRICS, Scale, geometric_mean};
+use super::losses::most_often;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -21,10 +21,9 @@ struct Line {
 }
 
 /// Methods that plots show, with their colours: the library's are wide.
-const METHODS: [(&str, RGBColor, u32); 5] = [
+const METHODS: [(&str, RGBColor, u32); 4] = [
     ("direct", RGBColor(0, 60, 170), 4),
     ("product", RGBColor(0, 150, 200), 3),
-    ("wavelet product", RGBColor(110, 110, 110), 2),
     ("MIS balance", RGBColor(220, 120, 0), 2),
     ("MIS compensated", RGBColor(190, 20, 40), 2),
 ];

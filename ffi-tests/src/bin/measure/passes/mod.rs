@@ -1,65 +1,59 @@
-//! Measures what a visibility cache brings in a renderer that works in passes of one ray at a hit: passes <page> [--quick]
+//! What a visibility cache brings in a renderer that works in passes of one ray at a hit.
 
 mod cache;
 mod page;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use cache::Cache;
+use clap::Parser;
 use glam::Vec3;
+use page::{Cell, PASSES, REGIONS};
 use rustix::time::{ClockId, clock_gettime};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use wis_ffi_tests::client::{pixel_seed, raw};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::environment::{Sampler, material};
-use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
+use wis_ffi_tests::measure::Truth;
 use wis_ffi_tests::mesh::Mesh;
 use wis_ffi_tests::reference::Reference;
 use wis_ffi_tests::scene::{Scene, ShadingPoint, View};
+use wis_ffi_tests::setting::{Lit, Setting};
 use wis_ffi_tests::{data, statistics};
 
-/// Passes of one ray; errors and times are those of all but the first, in which the cache knows nothing.
-pub const PASSES: u32 = 16;
 /// Independent repeats.
 const REPEATS: u32 = 2;
 /// Of the columns and rows that are rendered, every so many have a reference.
 const KNOWN: u32 = 2;
-/// Groups of points by the visible part v of their light.
-pub const REGIONS: [&str; 3] = ["lit", "penumbra", "umbra"];
-/// Fewer points are no group.
-pub const FEW: usize = 30;
 const MAPS: [&str; 2] = ["rooitou_park_1k.hdr", "adams_place_bridge_1k.hdr"];
 /// No image is brighter or darker than its reference by more than this part, with or without a cache.
 const BIAS: f64 = 0.2;
 /// Where references are kept.
 const REFERENCES: &str = "build/passes";
 
-/// A scene, a light and a material.
-pub struct Cell {
-    pub name: [String; 3],
-    /// Points that are rendered in a pass, and whether those are all.
-    pub rendered: usize,
-    pub all: bool,
-    /// Points in each region.
-    pub points: [usize; REGIONS.len()],
-    /// Mean squared relative error of the image by region, without and with a cache.
-    pub errors: [[f64; REGIONS.len()]; 2],
-    /// Nanoseconds of processor time for a point and a pass in each cost model, without and with a cache.
-    pub times: [[f64; MODELS.len()]; 2],
+/// Rendering in passes of one ray at a hit, with and without a visibility cache.
+#[derive(Parser)]
+pub struct Options {
+    /// The page to write
+    page: PathBuf,
+    /// A small scene, for a check
+    #[arg(long)]
+    quick: bool,
 }
 
-fn main() -> Result<()> {
-    let mut arguments = std::env::args().skip(1);
-    let page = arguments.next().context("usage: passes <page> [--quick]")?;
-    let quick = arguments.next().is_some_and(|argument| argument == "--quick");
+/// Measures and writes the page.
+///
+/// # Errors
+/// Those of the library and of files, and images that are far too bright or too dark.
+pub fn run(options: Options) -> Result<()> {
+    let quick = options.quick;
     let step = step(quick);
     let mut cells = Vec::new();
     let [rendered, judged] = [step, KNOWN * step].map(|step| scenes(View::Image(step), quick));
     for scene in rendered?.iter().zip(&judged?) {
         for light in lights(quick)? {
-            let environment = light.environment()?;
-            let lit = Lit::new(&light, &environment)?;
+            let lit = Lit::new(&light)?;
             for material in [Material::lambert(), Material::ggx(0.2), Material::mix(0.1)] {
                 // The cache learns from all that is rendered: once with those points alone that have a reference.
                 for rendered in [scene.0, scene.1] {
@@ -69,9 +63,7 @@ fn main() -> Result<()> {
             }
         }
     }
-    let written = page::write(&cells)?;
-    print!("{written}");
-    Ok(std::fs::write(page, written)?)
+    page::page(&cells)?.write_markdown(&options.page)
 }
 
 /// Every so many columns and rows of the view are rendered.
@@ -103,15 +95,8 @@ fn cell((scene, judged): (&Scene, &Scene), setting: &Setting, quick: bool) -> Re
     let name = [scene.name.clone(), setting.light.name.clone(), setting.material.name.clone()];
     let file =
         Path::new(REFERENCES).join(format!("{}-{:x}.json", name.join("-").replace(' ', "_"), judged.fingerprint()));
-    let reference = Reference::cached(&file, judged, setting, if quick { 512 } else { 4096 })?.values();
-    let region = |[shadowed, unshadowed]: &[f64; 2]| match shadowed / unshadowed {
-        v if v > 0.95 => 0,
-        v if v >= 0.05 => 1,
-        _ => 2,
-    };
-    let regions: Vec<usize> = reference.iter().map(region).collect();
-    let points = [0, 1, 2].map(|r| regions.iter().filter(|&&region| region == r).count());
-    let mean = reference.iter().map(|v| v[0]).sum::<f64>() / reference.len() as f64;
+    let truth = Truth::new(&Reference::cached(&file, judged, setting, if quick { 512 } else { 4096 })?, 1);
+    let points = [1, 2, 3].map(|region| truth.members(region).count());
     let (mut errors, mut times) = ([[0.0; REGIONS.len()]; 2], [[0.0; MODELS.len()]; 2]);
     for (with, (errors, times)) in errors.iter_mut().zip(&mut times).enumerate() {
         let mut taken = vec![Vec::new(); MODELS.len()];
@@ -125,14 +110,14 @@ fn cell((scene, judged): (&Scene, &Scene), setting: &Setting, quick: bool) -> Re
                 }
                 let is_known = |place: &ShadingPoint| place.pixel.iter().all(|c| c % (KNOWN * step) == 0);
                 let known = scene.points.iter().zip(&estimates).filter(|(place, _)| is_known(place));
-                for (((_, estimate), truth), &region) in known.zip(&reference).zip(&regions) {
-                    sum += estimate;
-                    let square = (estimate - truth[0]).powi(2) / (truth[0].powi(2) + (0.01 * mean).powi(2));
-                    errors[region] += square / f64::from(REPEATS) / points[region] as f64;
+                let known: Vec<[f64; 2]> = known.map(|(_, estimate)| [*estimate; 2]).collect();
+                sum += known.iter().map(|v| v[0]).sum::<f64>() / known.len() as f64;
+                for (region, error) in errors.iter_mut().enumerate() {
+                    *error += truth.errors(&known, region + 1).relative / f64::from(REPEATS);
                 }
             }
         }
-        let brightness = sum / (f64::from(REPEATS) * reference.len() as f64 * mean);
+        let brightness = sum / f64::from(REPEATS) / truth.mean();
         ensure!((brightness - 1.0).abs() < BIAS, "{}: {brightness} of the reference", name.join(", "));
         *times = [0, 1].map(|model| statistics::median(&taken[model]));
     }

@@ -1,33 +1,24 @@
-//! What the calls take, beside version 0.1 in the same run, and the goals of version 0.2 that this run decides.
+//! What the calls take.
 
+use super::studies::Study;
 use crate::speed::{self, Speed};
-use crate::studies::Study;
 use anyhow::Result;
 use std::cell::RefCell;
 use std::time::Instant;
-use wis_ffi_tests::before;
 use wis_ffi_tests::caches::{CACHES, WARM};
 use wis_ffi_tests::client::{self, Block, raw};
 use wis_ffi_tests::earlier;
 use wis_ffi_tests::environment::{self, Environment, Light};
-use wis_ffi_tests::estimator::{Lit, Setting};
 use wis_ffi_tests::material::Material;
 use wis_ffi_tests::scene::ShadingPoint;
+use wis_ffi_tests::setting::Lit;
 use wis_ffi_tests::statistics::median;
 use wis_ffi_tests::timing::singles;
 
 /// The bound of rule 33.
 pub const LARGEST_WEIGHT: f64 = 50.0;
-/// Unshadowed error of the product at 16 samples, in percent, by material.
-pub const UNSHADOWED: [(&str, f64); 5] =
-    [("Lambert", 1.8), ("GGX 0.5", 1.9), ("GGX 0.2", 3.5), ("mix 0.1", 3.5), ("GGX 0.05", 5.5)];
-/// Nanoseconds of a preparation with warm caches, by material.
-pub const PREPARE: [(&str, f64); 4] =
-    [("Lambert", 200.0), ("GGX 0.5", 600.0), ("GGX 0.2", 1000.0), ("GGX 0.05", 1500.0)];
-/// Bytes that a product asks for, at most.
-pub const PRODUCT_BYTES: usize = 4096;
-/// Nanoseconds of a call for one ray, and of a candidate in bulk.
-pub const DIRECT: [f64; 2] = [450.0, 18.0];
+/// Materials whose products are prepared.
+pub const PREPARE: [&str; 4] = ["Lambert", "GGX 0.5", "GGX 0.2", "GGX 0.05"];
 
 /// Nanoseconds with each of `CACHES`.
 pub type Times = [f64; CACHES.len()];
@@ -37,10 +28,10 @@ pub struct Measured {
     /// The light and its build: milliseconds and bytes.
     pub light: String,
     pub build: (f64, usize),
-    /// The preparation of a product for each of `PREPARE`: now, and version 0.1.
-    pub prepare: Vec<[Times; 2]>,
-    /// The product of GGX 0.2: now, and version 0.1.
-    pub product: Vec<Speed>,
+    /// The preparation of a product for each of `PREPARE`.
+    pub prepare: Vec<Times>,
+    /// The product of GGX 0.2.
+    pub product: Speed,
     pub product_bytes: usize,
     /// A call for one ray of 16 candidates, and a candidate of a call for 64 rays of 4.
     pub direct: [Times; 2],
@@ -53,14 +44,13 @@ impl Measured {
     /// Those of the library.
     pub fn new(studies: &[Study], quick: bool) -> Result<Measured> {
         let light = studies[0].lights[0].clone().bilinear();
-        let environment = light.environment()?;
         let builds: Vec<f64> = (0..if quick { 1 } else { 9 }).map(|_| build(&light)).collect::<client::Result<_>>()?;
-        let lit = Lit::new(&light, &environment)?;
+        let lit = Lit::new(&light)?;
         let rounds = if quick { 3 } else { 40 };
         let points: Vec<ShadingPoint> =
             studies[0].scene.points.iter().step_by(studies[0].scene.points.len().div_ceil(64)).copied().collect();
         let of = |name: &str| Material::all().into_iter().find(|m| m.name == name).unwrap_or_else(Material::lambert);
-        let prepare = PREPARE.map(|(name, _)| prepare(&lit, &of(name), &points, rounds));
+        let prepare = PREPARE.map(|name| prepare(&lit, &of(name), &points, rounds));
         let glossy = Material::ggx(0.2);
         let one = direct(&lit, &glossy, &points, (1, 16), rounds)?;
         let many = direct(&lit, &glossy, &points, (64, 4), rounds)?;
@@ -93,27 +83,22 @@ fn shaded(material: &Material, own: &raw::wis_material, points: &[ShadingPoint])
     points.iter().map(|point| material.point(point, own)).collect()
 }
 
-fn prepare(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<[Times; 2]> {
-    let (own, setting) = (environment::material(&material.lobes())?, Setting::new(lit, material));
+fn prepare(lit: &Lit, material: &Material, points: &[ShadingPoint], rounds: usize) -> client::Result<Times> {
+    let own = environment::material(&material.lobes())?;
     let (mut sampler, config) = (environment::Sampler::new(1, 0, 1)?, environment::product_config());
     let (at, mut memory) = (shaded(material, &own, points), Block::new(1 << 14));
-    let now = time(at.len(), rounds, |i| {
+    time(at.len(), rounds, |i| {
         let prepared = sampler.prepare(&lit.tables, &config, &at[i..=i], &mut memory, &mut [0]);
         prepared.map(drop)
-    })?;
-    let mut memory = setting.preparation.memory()?;
-    let before = time(at.len(), rounds, |i| before::prepare(&setting, &points[i], &mut memory).map(drop))?;
-    Ok([now, before])
+    })
 }
 
-fn product(lit: &Lit, material: &Material, point: &ShadingPoint, rounds: usize) -> Result<Vec<Speed>> {
-    let (own, setting) = (environment::material(&material.lobes())?, Setting::new(lit, material));
+fn product(lit: &Lit, material: &Material, point: &ShadingPoint, rounds: usize) -> Result<Speed> {
+    let own = environment::material(&material.lobes())?;
     let (sampler, mut memory) = (RefCell::new(environment::Sampler::new(1, 0, 1)?), Block::new(0));
     let at = material.point(point, &own);
-    let now = Light::product(&lit.tables, &sampler, &at, &mut memory)?;
-    let mut memory = setting.preparation.memory()?;
-    let before = before::prepare(&setting, point, &mut memory)?;
-    speed::speed(&[&now, &before], rounds)
+    let product = Light::product(&lit.tables, &sampler, &at, &mut memory)?;
+    Ok(speed::speed(&[&product], rounds)?[0])
 }
 
 /// Nanoseconds of a call of version 0.2 for one ray of 16 candidates.

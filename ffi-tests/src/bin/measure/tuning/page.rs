@@ -1,11 +1,14 @@
 //! Values of a constant side by side, and which of them the rule takes.
 
-use crate::constants::Constant;
-use crate::{Cell, MAPS};
+use super::constants::Constant;
+
 use anyhow::{Context, Result};
-use std::fmt::Write;
+use serde::{Deserialize, Serialize};
 use wis_ffi_tests::caches::{CACHES, RENDERER, WARM};
+use wis_ffi_tests::measure::Row;
+use wis_ffi_tests::page::{Page, Part, Table};
 use wis_ffi_tests::statistics::{median, quantile, splitmix};
+use wis_ffi_tests::timing::Times;
 
 /// How a value is chosen.
 const RULE: &str = "**The rule.** The value with the smallest score is the best. The score is variance x time over that of the value in \
@@ -19,6 +22,20 @@ const ORDER: &str = "**The order.** The rule was committed in 2c2b48f, before th
 const MARGIN: f64 = 0.03;
 /// Resamples of an interval.
 const RESAMPLES: usize = 300;
+
+/// The development maps. `forest_slope`, which older constants were tuned on, too, is not among them.
+pub const MAPS: [&str; 4] =
+    ["st_fagans_interior_1k.hdr", "studio_small_03_1k.hdr", "venice_sunset_1k.hdr", "rooitou_park_1k.hdr"];
+
+/// What was measured on one map and material.
+#[derive(Serialize, Deserialize)]
+pub struct Cell {
+    pub light: String,
+    /// Its times are those of one pixel: see `times`.
+    pub rows: Vec<Row>,
+    /// Of each row, by round.
+    pub times: Vec<Vec<[Times; CACHES.len()]>>,
+}
 
 /// A row of a cell.
 struct Measured {
@@ -117,81 +134,68 @@ impl Best {
 }
 
 /// The page of all constants that were measured.
-pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<String> {
-    let (mut out, mut tables, mut verdicts) = (String::new(), String::new(), Vec::new());
+///
+/// # Errors
+/// There is no value in force, or no provenance.
+pub fn page(measured: &[(&Constant, Vec<Vec<Cell>>)], commit: &str) -> Result<Page> {
+    let (mut sections, mut lines, mut go) = (Vec::new(), Vec::new(), Vec::new());
+    let head = ["constant", "file", "in force", "best", "score of the best", "95 %", "warm", "stays"];
+    let mut table = Table::new(2, &head);
     for (constant, values) in measured {
-        verdicts.push(table(&mut tables, constant, values)?);
-    }
-    writeln!(out, "# Constants chosen on development maps alone\n")?;
-    writeln!(
-        out,
-        "| constant | file | in force | best | score of the best | 95 % | warm | stays |\n|---|---|{}---|",
-        "---:|".repeat(5)
-    )?;
-    for ((constant, _), best) in measured.iter().zip(&verdicts) {
-        let stays = if best.stays() { "yes" } else { "no" };
-        let (what, file, in_force) = (constant.what, constant.file, constant.values[0]);
-        let [warm, score] = [best.warm, best.score].map(figure);
-        let interval = range(best.interval);
-        let value = best.value;
-        writeln!(out, "| {what} | `{file}` | {in_force} | {value} | {score} | {interval} | {warm} | {stays} |")?;
-    }
-    let (stay, go): (Vec<_>, Vec<_>) = measured.iter().zip(&verdicts).partition(|(_, best)| best.stays());
-    writeln!(
-        out,
-        "\n**{} of {} constants stay: development maps alone give the value in force, or one that is at most 3 % better.**",
-        stay.len(),
-        measured.len()
-    )?;
-    for ((constant, _), Best { value, score, interval, warm }) in go {
+        let best = section(&mut sections, constant, values)?;
         let (what, in_force) = (constant.what, constant.values[0]);
-        write!(
-            out,
-            "\n**Does not stay: {what}.** {value} in place of {in_force} has a score of {score:.3}, and {warm:.3} with warm caches."
-        )?;
-        if interval[1] >= 1.0 {
-            write!(out, " The interval reaches {:.3}, so this is not clear.", interval[1])?;
+        let Best { value, score, interval, warm } = best;
+        let stays = if best.stays() { "yes" } else { "no" };
+        let words = [what.into(), format!("`{}`", constant.file), in_force.into(), value.into()];
+        table.row(words.into_iter().chain([figure(score), range(interval), figure(warm), stays.into()]));
+        if !best.stays() {
+            let clear = if interval[1] >= 1.0 {
+                format!(" The interval reaches {:.3}, so this is not clear.", interval[1])
+            } else {
+                String::new()
+            };
+            go.push(format!(
+                "**Does not stay: {what}.** {value} in place of {in_force} has a score of {score:.3}, and {warm:.3} with warm caches.{clear}"
+            ));
         }
-        writeln!(out)?;
     }
-    let maps = MAPS.map(short).join(", ");
-    writeln!(out, "\n{RULE}\n\n{ORDER}\n")?;
-    writeln!(
-        out,
-        "**What was measured.** Maps: {maps}. The development map forest_slope was not used. Mesh: `spot`, with the same shading points for all \
+    lines.push(format!(
+        "**{} of {} constants stay: development maps alone give the value in force, or one that is at most 3 % better.**",
+        measured.len() - go.len(),
+        measured.len()
+    ));
+    lines.extend(go);
+    lines.extend([RULE.into(), ORDER.into()]);
+    lines.push(format!(
+        "**What was measured.** Maps: {}. The development map forest_slope was not used. Mesh: `spot`, with the same shading points for all \
          values. Below 1 a value is better than the one in force. The interval of 95 % resamples repeats and rounds of times. Where \
          a process keeps its memory changes its times by some percent. So rows that take the same rays with both values do not count: the \
          column \"time, same rays\" has their times, and all times of that value are divided by it. The division was added when 1.1, \
-         1.5 and 2.0 for shared products all seemed 4 % to 5 % faster than 1.25.\n"
-    )?;
-    out.push_str(&tables);
-    writeln!(
-        out,
-        "Written at commit {commit}. `make tuning` builds each value into a library of its own, measures all of them and writes this page."
-    )?;
-    Ok(out)
+         1.5 and 2.0 for shared products all seemed 4 % to 5 % faster than 1.25. The libraries are of commit {commit}: `make tuning` builds \
+         each value into one of its own.",
+        MAPS.map(short).join(", ")
+    ));
+    let short = std::iter::once(Part::Table(table)).chain(lines.into_iter().map(Part::Text)).chain(sections);
+    Page::measured("Constants chosen on development maps alone", short.collect(), "tuning")
 }
 
 fn short(map: &str) -> &str {
     map.trim_end_matches(".hdr").trim_end_matches("_1k")
 }
 
-/// Writes the values of a constant, and answers the best.
-fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>]) -> Result<Best> {
-    writeln!(out, "## {}\n", constant.what[..1].to_uppercase() + &constant.what[1..])?;
+/// Adds the values of a constant, and answers the best.
+fn section(out: &mut Vec<Part>, constant: &Constant, values: &[Vec<Cell>]) -> Result<Best> {
     let materials = (constant.cells)().into_iter().map(|(material, rays)| {
         let rays: Vec<String> = rays.iter().map(usize::to_string).collect();
         format!("{} ({})", material.name, rays.join(", "))
     });
+    let materials = materials.collect::<Vec<_>>().join(", ");
     let hits = if constant.hits > 1 { format!(", {} hits in a pixel", constant.hits) } else { String::new() };
-    writeln!(out, "Materials, and rays at a hit: {}{hits}.\n", materials.collect::<Vec<_>>().join(", "))?;
-    let maps = MAPS.map(short).join(" | ");
-    writeln!(out, "In force: `{}`.\n", constant.text)?;
-    writeln!(
-        out,
-        "| value | score | 95 % | {maps} | absolute | relative | cheap | expensive | variance | time | time, same rays | warm |\n|---|{}",
-        "---:|".repeat(10 + MAPS.len())
-    )?;
+    out.push(Part::Heading(constant.what[..1].to_uppercase() + &constant.what[1..]));
+    out.push(Part::Text(format!("Materials, and rays at a hit: {materials}{hits}. In force: `{}`.", constant.text)));
+    let scopes = ["absolute", "relative", "cheap", "expensive", "variance", "time", "time, same rays", "warm"];
+    let head: Vec<&str> = ["value", "score", "95 %"].into_iter().chain(MAPS.map(short)).chain(scopes).collect();
+    let mut table = Table::new(1, &head);
     let mut measured: Vec<Vec<Measured>> = values.iter().map(|cells| Measured::all(cells)).collect();
     let (in_force, others) = measured.split_first_mut().context("a value in force")?;
     let mut best = Best { value: constant.values[0], score: 1.0, interval: [f64::NAN; 2], warm: 1.0 };
@@ -215,13 +219,13 @@ fn table(out: &mut String, constant: &Constant, values: &[Vec<Cell>]) -> Result<
         let mut cells: Vec<String> = columns.into_iter().map(figure).collect();
         let interval = interval(&acts);
         cells.insert(1, range(interval));
-        writeln!(out, "| {value} | {} |", cells.join(" | "))?;
+        table.row(std::iter::once(value.to_string()).chain(cells));
         if total < best.score {
             best = Best { value, score: total, interval, warm };
         }
     }
-    writeln!(out)?;
-    by_rays(out, constant, &measured)?;
+    out.push(Part::Table(table));
+    out.extend(by_rays(constant, &measured).map(Part::Table));
     Ok(best)
 }
 
@@ -239,25 +243,23 @@ fn same_process(rows: &mut [Measured], in_force: &[Measured]) -> f64 {
 }
 
 /// Scores by the number of rays, if there is more than one.
-fn by_rays(out: &mut String, constant: &Constant, measured: &[Vec<Measured>]) -> Result<()> {
+fn by_rays(constant: &Constant, measured: &[Vec<Measured>]) -> Option<Table> {
     let mut rays: Vec<usize> = measured[0].iter().map(|row| row.rays).collect();
     rays.sort_unstable();
     rays.dedup();
-    if rays.len() < 2 {
-        return Ok(());
-    }
-    let heads = rays.iter().flat_map(|rays| [RENDERER, WARM].map(|caches| format!("rays: {rays}, {}", CACHES[caches])));
-    writeln!(out, "| value | {} |\n|---|{}", heads.collect::<Vec<_>>().join(" | "), "---:|".repeat(2 * rays.len()))?;
+    let columns: Vec<(usize, usize)> =
+        rays.iter().flat_map(|&rays| [RENDERER, WARM].map(|caches| (rays, caches))).collect();
+    let heads = columns.iter().map(|&(rays, caches)| format!("rays: {rays}, {}", CACHES[caches]));
+    let mut table = Table::new(1, &std::iter::once("value".into()).chain(heads).collect::<Vec<String>>());
     for (value, rows) in constant.values.iter().zip(measured).skip(1) {
-        let of = |rays: usize, caches: usize| {
+        let of = |&(rays, caches): &(usize, usize)| {
             let pairs =
                 rows.iter().zip(&measured[0]).filter(|(own, other)| own.rays == rays && own.errors != other.errors);
             figure(Scope { caches, ..ALL }.of(&pairs.collect::<Vec<_>>()))
         };
-        let scores = rays.iter().flat_map(|&rays| [RENDERER, WARM].map(|caches| of(rays, caches)));
-        writeln!(out, "| {value} | {} |", scores.collect::<Vec<_>>().join(" | "))?;
+        table.row(std::iter::once(value.to_string()).chain(columns.iter().map(of)));
     }
-    Ok(writeln!(out)?)
+    (rays.len() > 1).then_some(table)
 }
 
 /// A ratio, or a dash if there was nothing to compare.

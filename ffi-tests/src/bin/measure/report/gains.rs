@@ -1,5 +1,6 @@
 //! Gains: how many times lower the variance of one method is than that of others at equal time.
 
+use super::studies::{HITS, TEXTURED};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::measure::{Cell, Errors, Row};
 use wis_ffi_tests::method::{Method, Peers};
@@ -135,4 +136,36 @@ impl Against {
 pub fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
     let logarithms: Vec<f64> = values.map(f64::ln).collect();
     (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
+}
+
+pub fn of_study<'a>(cells: &'a [Cell], study: &str) -> Vec<&'a Cell> {
+    cells.iter().filter(|cell| cell.study == study).collect()
+}
+
+/// Names in the order in which they come first.
+pub fn distinct<'a>(names: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    names.for_each(|name| {
+        if !all.contains(name) {
+            all.push(name.clone())
+        }
+    });
+    all
+}
+
+pub fn studies(cells: &[Cell]) -> Vec<String> {
+    distinct(cells.iter().map(|cell| &cell.study))
+}
+
+pub fn materials(cells: &[&Cell]) -> Vec<String> {
+    distinct(cells.iter().map(|cell| &cell.material))
+}
+
+pub fn lights(cells: &[&Cell]) -> Vec<String> {
+    distinct(cells.iter().map(|cell| &cell.light))
+}
+
+/// The study's recommended method.
+pub fn ours(study: &str) -> &'static str {
+    if study == HITS || study == TEXTURED { "direct, shared" } else { "direct" }
 }

@@ -21,21 +21,17 @@ ABI     := $(if $(filter 0,$(MAJOR)),$(MAJOR).$(MINOR),$(MAJOR))
 ROOT    := $(DESTDIR)$(PREFIX)
 
 LIB      := $(BUILD)/lib
-# The map that an example reads, or the sky: its OpenEXR part is C++.
-MAP      := $(addprefix c-examples/render/,hdr.c image.c light.c read.c sky.c stb.c) $(BUILD)/exr.o
+# What the front ends of the renderer share; its OpenEXR part is C++.
+RENDER   := $(wildcard c-examples/render/*.c) $(BUILD)/exr.o
+TRACER   := $(addprefix c-examples/render/,environment.c hdr.c image.c light.c material.c options.c parallel.c read.c sky.c stb.c) $(BUILD)/exr.o
 EXR_LIBS  = $(shell pkg-config --libs OpenEXR) -lstdc++
-DEMO     := $(wildcard c-examples/render/*.c) $(BUILD)/exr.o
-RELIGHT  := $(wildcard c-examples/relight/*.c) $(addprefix c-examples/render/,parallel.c progress.c) $(MAP)
-GALLERY  := $(wildcard c-examples/gallery/*.c) $(addprefix c-examples/relight/,mesh.c tracer.c) \
-	$(addprefix c-examples/render/,environment.c integrate.c material.c parallel.c progress.c) $(MAP)
-PATHS    := c-examples/pathtracer/main.c $(addprefix c-examples/render/,material.c progress.c) $(MAP)
 CFLAGS   ?= -O2 -Wall -Wextra -Wpedantic
 CXXFLAGS ?= $(CFLAGS)
 
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page relight gallery hardcases report goals test-report performance check-pages light sampler tuning passes structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
@@ -85,17 +81,19 @@ $(BUILD)/measured: lib
 $(BUILD)/exr.o: c-examples/render/exr.cpp c-examples/render/read.h
 	$(CXX) -std=c++11 $(CXXFLAGS) $(shell pkg-config --cflags OpenEXR) -c $< -o $@
 
-$(BUILD)/render: lib $(BUILD)/exr.o
-	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(DEMO) $(LIB)/libwis.a $(EXR_LIBS) -lm -lpthread -o $@
+C_RENDER  = $(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude
+
+$(BUILD)/demo: lib $(BUILD)/exr.o
+	$(C_RENDER) c-examples/demo/main.c c-examples/demo/scene.c $(RENDER) $(LIB)/libwis.a $(EXR_LIBS) -lm -lpthread -o $@
 
 demo: ## render the demonstration to build/demo.png: ENV=map.hdr or .exr for a light of your own
 	scripts/setup.sh demo
-	$(MAKE) $(BUILD)/render
-	ENV='$(ENV)' $(BUILD)/render --out $(BUILD)/demo.png
+	$(MAKE) $(BUILD)/demo
+	$(BUILD)/demo $(if $(ENV),--map '$(ENV)') --out $(BUILD)/demo.png
 	@echo "The picture is $(BUILD)/demo.png"
 
 $(BUILD)/pathtracer: lib $(BUILD)/exr.o
-	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(PATHS) $(LIB)/libwis.a $(EXR_LIBS) -lm -o $@
+	$(C_RENDER) c-examples/pathtracer/main.c $(TRACER) $(LIB)/libwis.a $(EXR_LIBS) -lm -lpthread -o $@
 
 $(BUILD)/pathtracer-small: lib
 	$(CC) -std=c99 $(CFLAGS) -Iinclude c-examples/pathtracer/small.c $(LIB)/libwis.a -lm -o $@
@@ -113,21 +111,11 @@ pathtracer-page: ## run the path tracer under all lat-long maps of a folder and 
 	$(MAKE) $(BUILD)/pathtracer
 	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/pathtracer.md
 
-$(BUILD)/relight: lib $(BUILD)/exr.o
-	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(RELIGHT) $(LIB)/libwis.a \
-		-lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
-
-relight: ## relight a mesh while the light turns, into build/relight-*.png: ENV=map.hdr MESH=mesh.obj FRAMES=8
-	scripts/setup.sh relight
-	$(MAKE) $(BUILD)/relight
-	$(BUILD)/relight $(BUILD) $(or $(FRAMES),8) $(or $(ENV),-) $(or $(MESH),-)
-
 $(BUILD)/gallery-program: lib $(BUILD)/exr.o
-	$(CC) -std=c99 -D_POSIX_C_SOURCE=200809L $(CFLAGS) -Iinclude $(GALLERY) $(LIB)/libwis.a \
-		-lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
+	$(C_RENDER) $(wildcard c-examples/gallery/*.c) $(RENDER) $(LIB)/libwis.a -lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
 
 gallery: ## render six pictures by MIS and by wis_direct at equal time, into build/gallery: DATA=folder ENV=map.exr PAGE=1 for docs/gallery.md
-	scripts/setup.sh relight
+	scripts/setup.sh gallery
 	$(MAKE) $(BUILD)/gallery-program
 	scripts/gallery.sh $(BUILD) '$(DATA)' '$(PAGE)' '$(ENV)'
 
@@ -139,42 +127,36 @@ hardcases: lib ## run the hard cases, print their table and write docs/hard-case
 report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
 	scripts/earlier.sh
-	scripts/instruments.sh $(LIB) run --bin report -- $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
-	$(if $(QUICK),,scripts/performance-page.sh)
+	scripts/instruments.sh $(LIB) run --bin measure -- report $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
+	$(if $(QUICK),,scripts/performance-page.py)
 
 goals: lib ## hold the goals of 0.3 beside version 0.2, which is built from the history, and write docs/measurements/goals.md: QUICK=1 for a check
 	scripts/setup.sh test
 	scripts/earlier.sh
-	scripts/instruments.sh $(LIB) run --bin goals -- $(if $(QUICK),$(BUILD)/goals-quick.md --quick,docs/measurements/goals.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- goals $(if $(QUICK),$(BUILD)/goals-quick.md --quick,docs/measurements/goals.md)
 
 test-report: ## open report/index.html in a browser without a window, at two widths: screenshots in build/test-report
 	scripts/setup.sh browser
 	scripts/test-report.sh report/index.html $(BUILD)/test-report
 
 performance: ## write docs/performance.md and the gains of README.md from the measured pages
-	scripts/performance-page.sh
+	scripts/performance-page.py
 
 check-pages: ## say which measured pages were made from other sources than those that are there
 	scripts/check-pages.sh
 
-light: lib ## measure the light beside version 0.1 and pbrt's tables, and write docs/light.md: QUICK=1 for a check
+light: lib ## measure the light beside pbrt's tables, and write docs/light.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin light -- $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
-	$(if $(QUICK),,scripts/performance-page.sh)
-
-sampler: lib ## measure products by themselves beside those of version 0.1, idea by idea, and write docs/sampler.md
-	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin ablation -- $(BUILD)/ablation.md
-	scripts/instruments.sh $(LIB) run --bin sampler -- docs/sampler.md $(BUILD)/ablation.md
+	scripts/instruments.sh $(LIB) run --bin measure -- light $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
+	$(if $(QUICK),,scripts/performance-page.py)
 
 tuning: lib ## choose constants anew on development maps alone, and write docs/tuning.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin tuning -- docs/tuning.md
-	{ echo && scripts/provenance.sh tuning; } >> docs/tuning.md
+	scripts/instruments.sh $(LIB) run --bin measure -- tuning docs/tuning.md
 
 passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/passes.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin passes -- $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/passes.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- passes $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/passes.md)
 
 structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
 	scripts/setup.sh test

@@ -18,5 +18,5 @@ for page in docs/*.md docs/measurements/*.md; do
         stale=1
     fi
 done
-scripts/performance-page.sh --check || stale=1
+scripts/performance-page.py --check || stale=1
 exit $stale

@@ -62,12 +62,12 @@ parts=c-examples/render
 compile exr.o c++11 -fno-sanitize=vptr $(pkg-config --cflags OpenEXR) -c "$parts/exr.cpp"
 exr="$out/exr.o-san $(pkg-config --libs OpenEXR) -lstdc++"
 # shellcheck disable=SC2086
-compile pathtracer c99 c-examples/pathtracer/main.c "$parts/hdr.c" "$parts/image.c" "$parts/light.c" "$parts/material.c" "$parts/progress.c" \
-    "$parts/read.c" "$parts/sky.c" "$parts/stb.c" "$library" $exr -lm
+compile pathtracer c99 c-examples/pathtracer/main.c "$parts/environment.c" "$parts/hdr.c" "$parts/image.c" "$parts/light.c" "$parts/material.c" \
+    "$parts/options.c" "$parts/parallel.c" "$parts/read.c" "$parts/sky.c" "$parts/stb.c" "$library" $exr -lm -lpthread
 execute pathtracer --width 8 --height 4 --most 4 --repeats 1 --reference 4
 # shellcheck disable=SC2086
-compile render c99 "$parts"/*.c "$library" $exr -lm -lpthread
-execute render --size 32x16 --spp 2 --reference-spp 2 --threads 2 --out render.png
+compile demo c99 c-examples/demo/main.c c-examples/demo/scene.c "$parts"/*.c "$library" $exr -lm -lpthread
+execute demo --size 32x16 --spp 4 --reference-spp 16 --threads 2 --out demo.png
 
 # Hosts that load copies of the shared library, and one beside another Rust library.
 cp -L "$shared" "$out/first.so"

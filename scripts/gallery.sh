@@ -18,5 +18,5 @@ else
         cp "$build/gallery/$name-crop.png" "docs/gallery/$name.png"
     done
 fi
-[ -z "$page" ] || scripts/performance-page.sh
-echo "The pictures are in $build/gallery: open $build/gallery/index.html"
+[ -z "$page" ] || scripts/performance-page.py
+echo "The pictures are in $build/gallery"

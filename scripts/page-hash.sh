@@ -8,16 +8,14 @@ sources() {
     echo fuzz/digests/record.txt
     case $1 in
         gallery)
-            find c-examples/direct.h c-examples/gallery c-examples/relight/mesh.c c-examples/relight/tracer.c c-examples/render -name '*.[ch]' -not -name 'page.*' ;;
+            find c-examples/direct.h c-examples/gallery c-examples/render -name '*.[ch]' -not -name 'page.*' ;;
         pathtracer-page) find c-examples/direct.h c-examples/pathtracer c-examples/render -name '*.[ch]' -not -name 'small.c' ;;
         hardcases) find ffi-tests/src/bin/hardcases.rs ffi-tests/src/hardcases -name '*.rs' ;;
         renderers) find ffi-tests/mitsuba ffi-tests/rpt -name '*.py' -o -name '*.rs' -o -name requirements.txt ;;
         *)
-            # What the page of products holds besides.
-            [ "$1" != sampler ] || find ffi-tests/src/bin/ablation -name '*.rs'
             echo c-examples/direct.h
             find ffi-tests/src -name '*.c' -o -name '*.rs' -not -path '*/bin/*' -not -path '*/hardcases/*'
-            find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*.rs" ;;
+            find ffi-tests/src/bin -path "*/bin/$1.rs" -o -path "*/bin/$1/*.rs" -o -path "*/bin/measure/$1/*.rs" -o -path "*/bin/measure/*.rs" -not -path "*/measure/*/*" ;;
     esac
 }
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | relight | test | browser | renderers | docs | coverage | guided | bits
+# setup.sh demo | gallery | test | browser | renderers | docs | coverage | guided | bits
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -13,11 +13,11 @@ libopenexr-dev /usr/include/OpenEXR/ImfInputFile.h
 libstb-dev  /usr/include/stb/stb_image_write.h
 pkg-config  pkg-config
 "
-relight_needs="$demo_needs
+gallery_needs="$demo_needs
 libassimp-dev /usr/include/assimp/cimport.h
 libembree-dev /usr/include/embree3/rtcore.h
 "
-test_needs="$relight_needs
+test_needs="$gallery_needs
 clang         clang
 cmake         cmake
 libclang-dev  /usr/lib/llvm-*/lib/libclang.so
@@ -53,7 +53,7 @@ qemu-user             qemu-aarch64
 
 case "${1:-}" in
     demo) needs=$demo_needs ;;
-    relight) needs=$relight_needs ;;
+    gallery) needs=$gallery_needs ;;
     test) needs=$test_needs ;;
     browser) needs=$browser_needs ;;
     renderers) needs=$renderers_needs ;;
@@ -61,7 +61,7 @@ case "${1:-}" in
     coverage) needs=$coverage_needs ;;
     guided) needs=$guided_needs ;;
     bits) needs=$bits_needs ;;
-    *) echo "usage: $0 demo | relight | test | browser | renderers | docs | coverage | guided | bits" >&2; exit 2 ;;
+    *) echo "usage: $0 demo | gallery | test | browser | renderers | docs | coverage | guided | bits" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

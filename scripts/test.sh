@@ -72,13 +72,11 @@ minimal_valgrind() {
 }
 
 demo() {
-    make --no-print-directory "$build/render" BUILD="$build" &&
-        ENV='' "$build/render" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ] &&
-        make --no-print-directory "$build/relight" BUILD="$build" &&
-        "$build/relight" "$logs" 2 && [ -s "$logs/relight-01.png" ] &&
+    make --no-print-directory "$build/demo" BUILD="$build" &&
+        "$build/demo" --size 96x54 --reference-spp 64 --out "$logs/demo.png" && [ -s "$logs/demo.png" ] &&
         make --no-print-directory "$build/gallery-program" BUILD="$build" &&
         "$build/gallery-program" --only spot --size 256x240 --seconds 0.1 --reference 0.2 --out "$logs/gallery" &&
-        [ -s "$logs/gallery/spot.png" ] && [ -s "$logs/gallery/index.html" ]
+        [ -s "$logs/gallery/spot.png" ] && [ -s "$logs/gallery/spot-crop.png" ]
 }
 
 # Clippy compiles tests, where it is installed, and lints on the way: a pass of its own would check all that they depend on once more.
@@ -116,16 +114,16 @@ hardcases() {
 
 # Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.
 report_quick() {
-    instruments run --bin report -- --quick --out "$logs/report" --cache "$logs/report-cache"
+    instruments run --bin measure -- report --quick --out "$logs/report" --cache "$logs/report-cache"
 }
 
 # Few samples: fails if the light misses a goal by far.
 light_quick() {
-    instruments run --bin light -- --quick "$logs/light.md" --cache "$logs/light-cache"
+    instruments run --bin measure -- light --quick "$logs/light.md"
 }
 
 passes_quick() {
-    instruments run --bin passes -- "$logs/passes.md" --quick
+    instruments run --bin measure -- passes "$logs/passes.md" --quick
 }
 
 # The packages that this takes are another architecture's: it runs where they are.

@@ -25,7 +25,7 @@ type Sources = BTreeMap<Module, String>;
 /// The module of a path below `src/`.
 fn module_of(path: &str) -> Module {
     let path = path.trim_end_matches(".rs").trim_end_matches("/mod");
-    if path == "lib" { String::new() } else { path.replace('/', "::") }
+    if path == "lib" || path == "main" { String::new() } else { path.replace('/', "::") }
 }
 
 /// The source without comments and strings.
@@ -197,24 +197,7 @@ fn faults(sources: &Sources, order: &[String], known: &[(&[&str], &str)]) -> Vec
             faults.push(format!("{module} imports {imported}, a feature of its own"));
         }
     }
-    let cycles = cycles(&imports);
-    let named: Vec<BTreeSet<Module>> =
-        known.iter().map(|(modules, _)| modules.iter().map(|module| (*module).to_string()).collect()).collect();
-    for cycle in &cycles {
-        if !named.contains(cycle) {
-            let list: Vec<&str> = cycle.iter().map(String::as_str).collect();
-            let inside = |module: &str| {
-                let all: Vec<&str> =
-                    imports[module].iter().filter(|m| cycle.contains(*m)).map(String::as_str).collect();
-                format!("{module} -> {}", all.join(", "))
-            };
-            let edges: Vec<String> = list.iter().map(|module| inside(module)).collect();
-            faults.push(format!("modules import each other: {}", edges.join("; ")));
-        }
-    }
-    for known in named.iter().filter(|known| !cycles.contains(known)) {
-        faults.push(format!("no longer a cycle, strike it off the known ones: {known:?}"));
-    }
+    faults.extend(circles(sources, known));
     faults
 }
 
@@ -264,6 +247,49 @@ fn files_import_only_what_stands_before_them() {
     assert!(order.len() > 10, "the order of src/lib.rs was not found");
     let faults = faults(&sources, &order, KNOWN_CYCLES);
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Circles of a crate, each with its imports.
+fn circles(sources: &Sources, known: &[(&[&str], &str)]) -> Vec<String> {
+    let imports = imports(sources);
+    let cycles = cycles(&imports);
+    let named: Vec<BTreeSet<Module>> =
+        known.iter().map(|(modules, _)| modules.iter().map(|module| (*module).to_string()).collect()).collect();
+    let mut faults = Vec::new();
+    for cycle in cycles.iter().filter(|cycle| !named.contains(cycle)) {
+        let edges = cycle.iter().map(|module| {
+            let all: Vec<&str> = imports[module].iter().filter(|m| cycle.contains(*m)).map(String::as_str).collect();
+            format!("{module} -> {}", all.join(", "))
+        });
+        faults.push(format!("modules import each other: {}", edges.collect::<Vec<_>>().join("; ")));
+    }
+    let gone = named.iter().filter(|known| !cycles.contains(known));
+    faults.extend(gone.map(|known| format!("no longer a cycle, strike it off the known ones: {known:?}")));
+    faults
+}
+
+/// The instruments' library and each of their programs, of which none may have a circle.
+#[test]
+fn instruments_have_no_circles() {
+    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("ffi-tests/src");
+    let mut crates = vec![library.clone()];
+    for entry in fs::read_dir(library.join("bin")).expect("programs") {
+        crates.push(entry.expect("a program").path());
+    }
+    let mut files = 0;
+    for root in crates.into_iter().filter(|path| path.is_dir()) {
+        let mut sources = Sources::new();
+        collect(&root, &root, &mut sources);
+        sources.retain(|module, _| top(module) != "bin");
+        // What tests inside a file import by `super` is that file.
+        for source in sources.values_mut() {
+            source.truncate(source.find("#[cfg(test)]\nmod tests").unwrap_or(source.len()));
+        }
+        files += sources.len();
+        let faults = circles(&sources, &[]);
+        assert!(faults.is_empty(), "{}: {}", root.display(), faults.join("\n"));
+    }
+    assert!(files > 90, "only {files} files were found");
 }
 
 /// A made-up crate of three folders; `extra` is one more file.

@@ -144,7 +144,9 @@ fn the_demo_the_tracer_and_the_report_run_the_loop_of_the_readme() {
     }
     // Nothing calls wis_direct beside the loop, but a look of the hard cases at what a call that fails writes.
     let mut sources = vec![root().join(CLIENTS[0])];
-    for folder in ["c-examples/render", "c-examples/pathtracer", "c-examples/gallery", "ffi-tests/src"] {
+    for folder in
+        ["c-examples/render", "c-examples/demo", "c-examples/pathtracer", "c-examples/gallery", "ffi-tests/src"]
+    {
         files(&root().join(folder), &["c", "h", "rs"], &mut sources);
     }
     let calls = |path: &PathBuf| fs::read_to_string(path).expect("a source").matches("wis_direct(").count();

@@ -6,17 +6,21 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "../render/image.h"
+#include "../render/options.h"
+#include "../render/panel.h"
 #include "page.h"
-#include "panel.h"
+#include "set.h"
 
 /* Seconds of the methods, and of each reference, for a picture. */
 #define SECONDS 7.0
 #define REFERENCE_SECONDS 14.0
 /* At each hit, as in the loop of the README: the two halves of MIS are blocks of the Sobol sequence. */
 #define SAMPLES 4u
-#define REFERENCE_SAMPLES 16u
-#define MAX_THREADS 256u
+/* Rays are cheap here, and a pixel has many: more camera rays gain more than a better choice at each hit. */
+#define CANDIDATES_PER_RAY 4u
+/* The magnified part, in pixels. */
+#define CROP_WIDTH 240
+#define CROP_HEIGHT 160
 
 typedef struct Options {
     const char *out, *data, *map, *only, *page;
@@ -33,7 +37,7 @@ typedef struct Studio {
 
 static const char HELP[] =
     "gallery: six pictures by MIS and by wis_direct, with equal processor time\n\n"
-    "  --out FOLDER       of pictures and index.html (default: gallery)\n"
+    "  --out FOLDER       of the pictures (default: gallery)\n"
     "  --data FOLDER      with envmaps/ and meshes/ (default: a sky and a knot are made)\n"
     "  --map FILE         a lat-long map, .hdr or .exr, in place of those of the data\n"
     "  --only NAME        one picture\n"
@@ -43,48 +47,18 @@ static const char HELP[] =
     "  --samples N        at each hit, even (default: 4)\n"
     "  --size WxH         of a picture (default: 1280x720)";
 
-static bool complain(const char *what, const char *why) {
-    fprintf(stderr, "gallery: %s: %s\n", what, why);
-    return false;
-}
-
-static unsigned processors(void) {
-    long online = sysconf(_SC_NPROCESSORS_ONLN);
-    return online < 1 ? 1 : online > (long)MAX_THREADS ? MAX_THREADS : (unsigned)online;
-}
-
-static bool set_option(Options *o, const char *name, const char *value) {
-    const struct { const char *name, **text; double *number; unsigned *count; } known[] = {
-        {"--out", &o->out, NULL, NULL}, {"--data", &o->data, NULL, NULL}, {"--map", &o->map, NULL, NULL},
-        {"--only", &o->only, NULL, NULL}, {"--page", &o->page, NULL, NULL}, {"--seconds", NULL, &o->seconds, NULL},
-        {"--reference", NULL, &o->reference_seconds, NULL}, {"--samples", NULL, NULL, &o->samples}};
-    if (strcmp(name, "--size") == 0) {
-        return sscanf(value, "%ux%u", &o->width, &o->height) == 2;
-    }
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        if (strcmp(name, known[i].name) == 0 && known[i].text != NULL) {
-            *known[i].text = value;
-            return true;
-        }
-        if (strcmp(name, known[i].name) == 0 && known[i].number != NULL) {
-            *known[i].number = atof(value);
-            return *known[i].number > 0.0;
-        }
-        if (strcmp(name, known[i].name) == 0) {
-            *known[i].count = (unsigned)atoi(value);
-            return *known[i].count >= 2 && *known[i].count <= 64 && *known[i].count % 2 == 0;
-        }
-    }
-    return false;
-}
-
 static bool parse(Options *o, int count, char **arguments) {
-    for (int i = 1; i < count; i += 2) {
-        if (i + 1 == count || !set_option(o, arguments[i], arguments[i + 1])) {
-            return complain(arguments[i], HELP);
-        }
-    }
-    return (o->width >= 256 && o->height >= 240 && o->width <= 8192 && o->height <= 8192) || complain("--size", "out of range");
+    const Option known[] = {{.name = "--out", .text = &o->out},
+                            {.name = "--data", .text = &o->data},
+                            {.name = "--map", .text = &o->map},
+                            {.name = "--only", .text = &o->only},
+                            {.name = "--page", .text = &o->page},
+                            {.name = "--seconds", .number = &o->seconds},
+                            {.name = "--reference", .number = &o->reference_seconds},
+                            {.name = "--samples", .count = &o->samples, .least = 2, .most = MAX_SAMPLES},
+                            {.name = "--size", .count = &o->width, .second = &o->height, .least = 240, .most = 8192}};
+    return options_parse(known, sizeof known / sizeof known[0], HELP, count, arguments) &&
+           (o->samples % 2 == 0 || complain("--samples", HELP));
 }
 
 /* The path of a file of the data, or NULL if it is not there. */
@@ -94,10 +68,9 @@ static const char *find(const Options *o, const char *kind, const char *name, ch
 }
 
 static bool prepare(Studio *s, const Options *o, const Picture *p, Result *r) {
+    static const Method methods[METHODS] = {METHOD_MIS, METHOD_MIS_COMPENSATED, METHOD_WIS, METHOD_WIS};
     char mesh[512], map[512];
     const char *mesh_path = find(o, "meshes", p->mesh, mesh), *map_path = find(o, "envmaps", p->map, map), *why;
-    uint32_t number = 0;
-    bool made = true;
     map_path = o->map != NULL ? o->map : map_path;
     r->picture = p;
     r->has_mesh = mesh_path != NULL;
@@ -114,59 +87,63 @@ static bool prepare(Studio *s, const Options *o, const Picture *p, Result *r) {
         return complain(p->name, "the environment cannot be built");
     }
     s->camera = set_camera(p, (o->width - 3 * PANEL_GUTTER) / 2, o->height - 2 * PANEL_CAPTION - PANEL_GUTTER);
+    s->films.count = METHODS;
     for (int m = 0; m < METHODS; m++) {
-        static const Method methods[METHODS] = {METHOD_MIS, METHOD_MIS_COMPENSATED, METHOD_WIS, METHOD_WIS};
-        made = film_init(&s->films.method[m], methods[m], o->samples, number++, &s->camera) && made;
+        Film film = {.method = methods[m], .samples = o->samples, .candidates = CANDIDATES_PER_RAY, .budget = o->seconds, .most = UINT32_MAX};
+        s->films.method[m] = film;
     }
-    made = film_remember(&s->films.method[REMEMBERING]) && made;
-    made = film_init(&s->films.reference[0], METHOD_MIS_COMPENSATED, REFERENCE_SAMPLES, number++, &s->camera) && made;
-    made = film_init(&s->films.reference[1], METHOD_WIS, REFERENCE_SAMPLES, number++, &s->camera) && made;
-    return made || complain(p->name, "out of memory");
+    return (films_init(&s->films, &s->camera, o->reference_seconds, UINT32_MAX) && film_remember(&s->films.method[REMEMBERING])) ||
+           complain(p->name, "out of memory");
 }
 
-/* Films take turns, a pass each, so that what disturbs the machine disturbs them alike. */
-static bool expose(Studio *s, Film *films, uint32_t count, double budget, unsigned threads) {
-    bool done = false;
-    while (!done) {
-        done = true;
-        for (uint32_t i = 0; i < count; i++) {
-            wis_status status = WIS_OK;
-            if (films[i].seconds < budget) {
-                status = film_pass(&films[i], &s->lighting, &s->camera, budget, threads);
-                done = false;
-            }
-            if (status != WIS_OK) {
-                return complain(method_name(films[i].method), wis_status_string(status));
-            }
-        }
-    }
-    return true;
+static uint32_t placed(float share, uint32_t size, uint32_t part) {
+    float first = share * (float)size - 0.5f * (float)part;
+    return (uint32_t)fmaxf(0.0f, fminf(first, (float)(size - part)));
 }
 
+/* MIS beside wis_direct, the truth, and a part of the first, magnified. */
 static bool write_pictures(const Studio *s, const Options *o, const Result *r) {
     const Picture *p = r->picture;
-    Easel easel = {p, &s->camera, &s->light, &s->films, r, panel_exposure(p, &s->films)};
-    char path[512];
+    const Verdict *v = &r->verdict;
+    const Camera *c = &s->camera;
+    Easel easel = {c, &s->light, &s->films, panel_exposure(&s->films, p->exposure)};
+    uint32_t width = c->width < CROP_WIDTH ? c->width : CROP_WIDTH, height = c->height < CROP_HEIGHT ? c->height : CROP_HEIGHT;
+    Window part = {placed(p->crop_x, c->width, width), placed(p->crop_y, c->height, height), width, height, 2};
+    Panel panels[2] = {{&s->films.method[MIS], {0}}, {&s->films.method[DIRECT], {0}}}, truth = {NULL, "the reference"};
+    static const int methods[2] = {MIS, DIRECT};
+    static const char *const names[2] = {"MIS", "wis_direct"};
+    char path[512], below[256];
     bool written;
+    for (int i = 0; i < 2; i++) {
+        int m = methods[i];
+        snprintf(panels[i].caption, sizeof panels[i].caption, "%s, %.1f s, %.0f samples, relMSE %.4f", names[i], v->seconds[m], v->samples[m],
+                 v->score[m].relative);
+    }
+    snprintf(below, sizeof below, "%s: %s; %s. Left and right took the same time.", p->name, p->surface, page_light(r));
     snprintf(path, sizeof path, "%s/%s.png", o->out, p->name);
-    written = panel_write_pair(&easel, path);
+    written = panel_write(&easel, panel_all(c), panels, 2, 2, below, path);
     snprintf(path, sizeof path, "%s/%s-truth.png", o->out, p->name);
-    written = panel_write_truth(&easel, path) && written;
+    written = panel_write(&easel, panel_all(c), &truth, 1, 1, NULL, path) && written;
+    for (int i = 0; i < 2; i++) {
+        snprintf(panels[i].caption, sizeof panels[i].caption, "%s, %.1f s", names[i], v->seconds[methods[i]]);
+    }
     snprintf(path, sizeof path, "%s/%s-crop.png", o->out, p->name);
-    return (panel_write_crop(&easel, path) && written) || complain(o->out, "cannot be written");
+    return (panel_write(&easel, part, panels, 2, 2, NULL, path) && written) || complain(o->out, "cannot be written");
 }
 
 static bool render(const Options *o, const Picture *p, Result *r) {
     Studio s = {0};
-    bool done = prepare(&s, o, p, r) && expose(&s, s.films.method, METHODS, o->seconds, o->threads) &&
-                expose(&s, s.films.reference, REFERENCES, o->reference_seconds, o->threads);
+    bool done = prepare(&s, o, p, r);
     if (done) {
-        judge(&s.films, r);
+        wis_status status = films_expose(s.films.method, METHODS, &s.lighting, &s.camera, o->threads);
+        status = status == WIS_OK ? films_expose(s.films.reference, REFERENCES, &s.lighting, &s.camera, o->threads) : status;
+        done = status == WIS_OK || complain(p->name, wis_status_string(status));
+    }
+    if (done) {
+        r->verdict = judge(&s.films);
         done = o->out == NULL || write_pictures(&s, o, r);
     }
-    for (uint32_t i = 0; i < METHODS + REFERENCES; i++) {
-        film_free(i < METHODS ? &s.films.method[i] : &s.films.reference[i - METHODS]);
-    }
+    films_free(&s.films);
     lighting_free(&s.lighting);
     light_free(&s.light);
     set_free();
@@ -176,13 +153,10 @@ static bool render(const Options *o, const Picture *p, Result *r) {
 /* NaN, or an error that is not above 0, says that something is wrong, but for a black map. */
 static bool sound(const Result *r) {
     bool is_sound = true;
-    if (r->reference.absolute == 0.0) {
-        return true;
-    }
     for (int m = 0; m < METHODS; m++) {
-        is_sound = is_sound && r->score[m].relative > 0.0 && isfinite(r->score[m].absolute);
+        is_sound = is_sound && r->verdict.score[m].relative > 0.0 && isfinite(r->verdict.score[m].absolute);
     }
-    return is_sound || complain(r->picture->name, "an error is not a number above 0");
+    return is_sound || r->verdict.reference.absolute == 0.0 || complain(r->picture->name, "an error is not a number above 0");
 }
 
 /* The pictures a quarter as wide and high, with as much time for a pixel, at several numbers of samples at a hit. */
@@ -221,8 +195,7 @@ int main(int count, char **arguments) {
                   o.only == NULL ? (const Result(*)[COUNTS])small : NULL, counts};
     if (done) {
         page_print(&page);
-        done = (page_write_html(&page, o.out) && (o.page == NULL || page_write_markdown(&page, o.page))) ||
-               complain(o.out, "pages cannot be written");
+        done = o.page == NULL || page_write(&page, o.page) || complain(o.page, "cannot be written");
     }
     return done ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -1,11 +1,21 @@
-/* The pages that show the pictures and their errors. */
+/* The tables of errors, and the page that shows the pictures. */
 #ifndef GALLERY_PAGE_H
 #define GALLERY_PAGE_H
 
-#include "judge.h"
+#include "../render/judge.h"
+#include "picture.h"
+
+enum { MIS, COMPENSATED, DIRECT, REMEMBERING, METHODS }; /* the last: wis_direct with a visibility cache */
 
 /* How many samples at a hit the last table compares. */
 #define COUNTS 4u
+
+typedef struct Result {
+    const Picture *picture;
+    bool has_mesh, has_map; /* those of the data, not the project's own */
+    const char *other_map;  /* in place of both, or NULL */
+    Verdict verdict;
+} Result;
 
 typedef struct Page {
     const Result *results;
@@ -16,13 +26,13 @@ typedef struct Page {
     const uint32_t *counts;        /* those numbers of samples */
 } Page;
 
-/* index.html in `folder`, beside the pictures. Returns false if it cannot be written; so do the others. */
-bool page_write_html(const Page *page, const char *folder);
+/* What the light is, in words. */
+const char *page_light(const Result *result);
 
-/* Markdown, with the crops in the folder `gallery` beside it. */
-bool page_write_markdown(const Page *page, const char *path);
+/* Markdown, with the crops in the folder `gallery` beside it. Returns false if it cannot be written. */
+bool page_write(const Page *page, const char *path);
 
-/* The table alone. */
+/* The tables alone. */
 void page_print(const Page *page);
 
 #endif

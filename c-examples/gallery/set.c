@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "../relight/tracer.h"
+#include "tracer.h"
 
 #define DEGREE (PI / 180.0f)
 #define SQUARES 5.0f /* of the ground, along a unit */
@@ -106,22 +106,8 @@ void set_free(void) {
 }
 
 Camera set_camera(const Picture *p, uint32_t width, uint32_t height) {
-    Camera c;
-    Vec3 target = {0.0f, p->target_height, 0.0f};
-    float pixel = 2.0f * p->half_width / (float)width;
-    c.eye = rotated(vec3_make(0.0f, p->eye_height, p->eye_distance), p->set_angle + p->eye_angle);
-    c.forward = vec3_normalise(vec3_sub(target, c.eye));
-    c.right = vec3_normalise(vec3_cross(c.forward, vec3_make(0.0f, 1.0f, 0.0f)));
-    c.up = vec3_scale(vec3_cross(c.right, c.forward), pixel);
-    c.right = vec3_scale(c.right, pixel);
-    c.width = width;
-    c.height = height;
-    return c;
-}
-
-Vec3 camera_direction(const Camera *c, float x, float y) {
-    Vec3 d = vec3_axpy(c->forward, x - 0.5f * (float)c->width, c->right);
-    return vec3_normalise(vec3_axpy(d, 0.5f * (float)c->height - y, c->up));
+    Vec3 eye = rotated(vec3_make(0.0f, p->eye_height, p->eye_distance), p->set_angle + p->eye_angle);
+    return camera_make(eye, vec3_make(0.0f, p->target_height, 0.0f), p->half_width, width, height);
 }
 
 const Material *scene_material(uint32_t object) {

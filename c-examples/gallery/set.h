@@ -2,12 +2,8 @@
 #ifndef GALLERY_SET_H
 #define GALLERY_SET_H
 
+#include "../render/camera.h"
 #include "picture.h"
-
-typedef struct Camera {
-    Vec3 eye, forward, right, up; /* right and up: a pixel's width */
-    uint32_t width, height;
-} Camera;
 
 /* Makes a picture's set the scene, with a mesh from `path` (NULL: a knot). Returns NULL, or why it cannot. */
 const char *set_build(const Picture *picture, const char *path);
@@ -15,8 +11,5 @@ const char *set_build(const Picture *picture, const char *path);
 void set_free(void);
 
 Camera set_camera(const Picture *picture, uint32_t width, uint32_t height);
-
-/* Unit direction through a place of the picture, in pixels from its upper left corner. */
-Vec3 camera_direction(const Camera *camera, float x, float y);
 
 #endif

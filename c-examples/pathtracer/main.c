@@ -1,12 +1,14 @@
 /* Renders one scene by several methods and prints how far each is from a reference, in which time. */
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
+#include "../render/environment.h"
 #include "../render/image.h"
-#include "../render/progress.h"
+#include "../render/options.h"
+#include "../render/score.h"
 #include "path.h"
 
-#define RELATIVE_FLOOR 1e-4 /* relative squared error: d^2 / (reference^2 + this mean^2) */
 #define FOREVER 1000000     /* hits of a pixel: products are shared in any case */
 
 /* wis_direct by its own choice, by candidates alone, and by products that first hits of a pixel share. */
@@ -30,8 +32,14 @@ typedef struct Options {
 } Options;
 
 typedef struct Result {
-    double seconds, mean, absolute, relative;
+    double seconds, mean;
+    Score score;
 } Result;
+
+/* Rows of images that were rendered, of how many. */
+typedef struct Progress {
+    size_t done, total;
+} Progress;
 
 static const char HELP[] =
     "pathtracer: the light of an environment map by MIS, by products and by wis_direct\n\n"
@@ -49,56 +57,29 @@ static const char HELP[] =
     "  --reference N     samples per pixel of each of two references (default: 32)\n"
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 2)";
 
-static Options parse(int argc, char **argv) {
-    Options o = {96, 54, 1, 16, 32, 2, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
-    struct { const char *name; unsigned *number; const char **text; } known[] = {
-        {"--width", &o.width, NULL},       {"--height", &o.height, NULL},   {"--least", &o.least, NULL},
-        {"--most", &o.most, NULL},         {"--seed", &o.seed, NULL},       {"--reference", &o.reference, NULL},
-        {"--repeats", &o.repeats, NULL},   {"--rays", &o.rays, NULL},       {"--stratified", &o.stratified, NULL},
-        {"--depth", &o.depth, NULL},       {"--stride", &o.stride, NULL},
-        {"--map", NULL, &o.map},           {"--out", NULL, &o.out},         {"--methods", NULL, &o.methods}};
-    for (int i = 1; i < argc; i += 2) {
-        size_t k = 0, count = sizeof known / sizeof known[0];
-        while (k < count && strcmp(argv[i], known[k].name) != 0) {
-            k++;
-        }
-        if (k == count || i + 1 == argc || (known[k].number != NULL && atoi(argv[i + 1]) < 0)) {
-            puts(HELP);
-            exit(EXIT_FAILURE);
-        }
-        if (known[k].number != NULL) {
-            *known[k].number = (unsigned)atoi(argv[i + 1]);
-        } else {
-            *known[k].text = argv[i + 1];
-        }
-    }
-    o.rays = o.rays < 1 ? 1 : o.rays > MAX_RAYS ? MAX_RAYS : o.rays;
-    o.depth = o.depth < 1 ? 1 : o.depth > MAX_DEPTH ? MAX_DEPTH : o.depth;
-    return o;
+static bool parse(Options *o, int count, char **arguments) {
+    const Option known[] = {{.name = "--map", .text = &o->map},
+                            {.name = "--methods", .text = &o->methods},
+                            {.name = "--out", .text = &o->out},
+                            {.name = "--width", .count = &o->width, .least = 1, .most = 8192},
+                            {.name = "--height", .count = &o->height, .least = 1, .most = 8192},
+                            {.name = "--least", .count = &o->least, .least = 1, .most = 65536},
+                            {.name = "--most", .count = &o->most, .least = 1, .most = 65536},
+                            {.name = "--rays", .count = &o->rays, .least = 1, .most = MAX_RAYS},
+                            {.name = "--depth", .count = &o->depth, .least = 1, .most = MAX_DEPTH},
+                            {.name = "--stride", .count = &o->stride, .least = 1, .most = 8192},
+                            {.name = "--seed", .count = &o->seed, .most = 1000000},
+                            {.name = "--stratified", .count = &o->stratified, .most = 1},
+                            {.name = "--reference", .count = &o->reference, .least = 1, .most = 65536},
+                            {.name = "--repeats", .count = &o->repeats, .least = 1, .most = 65536}};
+    return options_parse(known, sizeof known / sizeof known[0], HELP, count, arguments);
 }
 
-/* The environment stands in the memory, which the caller frees. */
-static const wis_environment *build_environment(const Light *light, uint32_t flags, void **memory) {
-    wis_environment_config config = {0};
-    const wis_environment *environment;
-    wis_memory_size size;
-    void *scratch;
-    config.size = sizeof config;
-    config.layout = WIS_LAYOUT_LATLONG;
-    config.width = light->width;
-    config.height = light->height;
-    config.channels = 3;
-    config.format = WIS_FORMAT_F32;
-    config.filter = WIS_FILTER_BILINEAR;
-    config.flags = flags;
-    config.pixels = light->texels;
-    config.world_from_map = light_world_from_map;
-    check(wis_environment_size(&config, &size, NULL));
-    scratch = malloc(size.scratch_bytes);
-    *memory = malloc(size.bytes);
-    check(wis_environment_init(&config, *memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
-    free(scratch);
-    return environment;
+/* On a terminal, says how much is done. */
+static void step(Progress *progress) {
+    if (isatty(STDERR_FILENO)) {
+        fprintf(stderr, "\r%3u %%\r", (unsigned)(100 * ++progress->done / progress->total));
+    }
 }
 
 /* Answers the seconds it took. */
@@ -119,7 +100,7 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     start = clock();
     for (uint32_t i = 0; i < o->width * o->height; i++) {
         if (i % o->width == 0) {
-            progress_step(progress);
+            step(progress);
         }
         image[i] = vec3_make(0, 0, 0);
         memset(t->hits, 0, sizeof t->hits);
@@ -140,17 +121,11 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     return (double)start / CLOCKS_PER_SEC;
 }
 
-/* The error of an image, unbiased by the noise of the two references, which are independent of one another. */
 static void add_error(Result *result, size_t pixels, const Vec3 *image, Vec3 *const reference[2], double mean, double share) {
     for (size_t i = 0; i < pixels; i++) {
-        double y = luminance(image[i]), a = luminance(reference[0][i]), b = luminance(reference[1][i]);
-        double truth = 0.5 * (a + b), squared = (y - a) * (y - b);
-        if (mean == 0) {
-            continue; /* a black map: no error */
-        }
-        result->mean += y / mean * share / (double)pixels;
-        result->absolute += squared / (mean * mean) * share / (double)pixels;
-        result->relative += squared / (truth * truth + RELATIVE_FLOOR * mean * mean) * share / (double)pixels;
+        double y = luminance(image[i]);
+        score_add_sample(&result->score, y, luminance(reference[0][i]), luminance(reference[1][i]), mean, share / (double)pixels);
+        result->mean += mean > 0 ? y / mean * share / (double)pixels : 0;
     }
 }
 
@@ -171,46 +146,46 @@ static bool write_picture(const Options *o, const Vec3 *image, double mean) {
 }
 
 int main(int argc, char **argv) {
-    Options o = parse(argc, argv);
+    Options o = {96, 54, 1, 16, 32, 2, 1, MAX_DEPTH, 1, 1, 0, NULL, "mis,compensated,direct,alone,product,reuse-base", NULL};
     static Tracer t;
+    if (!parse(&o, argc, argv)) {
+        return EXIT_FAILURE;
+    }
     size_t pixels = (size_t)o.width * o.height, count = 0;
     Vec3 *image = malloc(pixels * sizeof *image), *reference[2];
     const char *fault = o.map != NULL ? light_read(&t.light, o.map) : light_make_sky(&t.light);
+    Environment environments[2] = {{NULL, NULL}};
     const wis_environment *lights[2];
-    void *memory[2];
-    char *names, task[64];
     bool written;
-    Progress progress;
+    Progress progress = {0, 2 * (size_t)o.height};
     wis_environment_info info = {.size = sizeof info};
     Method methods[COUNT];
     double mean = 0;
     if (fault != NULL) {
-        fprintf(stderr, "pathtracer: %s\n", fault);
+        complain("pathtracer", fault);
         return EXIT_FAILURE;
     }
     scene_init();
-    lights[0] = build_environment(&t.light, 0, &memory[0]);
-    lights[1] = build_environment(&t.light, WIS_ENVIRONMENT_COMPENSATED, &memory[1]);
+    for (int k = 0; k < 2; k++) {
+        check(environment_build(&environments[k], &t.light, k == 0 ? 0 : WIS_ENVIRONMENT_COMPENSATED, 1));
+        lights[k] = environments[k].handle;
+    }
     check(wis_environment_describe(lights[1], &info));
     t.mean = (float)info.mean;
-    names = strcpy(malloc(strlen(o.methods) + 1), o.methods);
-    for (char *name = strtok(names, ","); name != NULL; name = strtok(NULL, ",")) {
+    for (const char *name = o.methods; *name != '\0'; name += strcspn(name, ","), name += *name == ',') {
         for (size_t k = 0; k < COUNT && count < COUNT; k++) {
-            if (strcmp(name, METHODS[k].name) == 0) {
+            if (strlen(METHODS[k].name) == strcspn(name, ",") && strncmp(name, METHODS[k].name, strcspn(name, ",")) == 0) {
                 methods[count++] = METHODS[k];
             }
         }
     }
-    free(names);
     t.depth = o.depth;
-    progress = progress_begin("two references", 2 * (size_t)o.height);
     for (int k = 0; k < 2; k++) {
         reference[k] = malloc(pixels * sizeof *image);
         t.rays = MAX_RAYS;
         t.stratified = true;
         render(&t, &o, &METHODS[2], lights, o.reference, o.seed + 1000000 + (uint32_t)k, reference[k], &progress);
     }
-    progress_end(&progress);
     for (size_t i = 0; i < pixels; i++) {
         mean += 0.5 * (double)luminance(vec3_add(reference[0][i], reference[1][i])) / (double)pixels;
     }
@@ -221,10 +196,9 @@ int main(int argc, char **argv) {
     printf("                                                                      efficiency over %s\n", methods[0].name);
     puts("samples method             seconds    mean          MSE relative MSE  absolute  relative");
     for (uint32_t spp = o.least; spp <= o.most; spp *= 4) {
-        Result first = {0, 0, 0, 0}, results[COUNT] = {{0, 0, 0, 0}};
+        Result first = {0, 0, {0, 0}}, results[COUNT] = {{0, 0, {0, 0}}};
         uint32_t repeats = o.repeats * o.most / spp;
-        snprintf(task, sizeof task, "%u images of %u sample%s", (unsigned)(repeats * count), spp, spp > 1 ? "s" : "");
-        progress = progress_begin(task, repeats * count * o.height);
+        progress = (Progress){0, repeats * count * o.height};
         /* Methods in turns: what disturbs the machine disturbs all. */
         for (uint32_t k = 0; k < repeats; k++) {
             for (size_t m = 0; m < count; m++) {
@@ -232,19 +206,18 @@ int main(int argc, char **argv) {
                 add_error(&results[m], pixels, image, reference, mean, 1.0 / repeats);
             }
         }
-        progress_end(&progress);
         first = results[0];
         for (size_t m = 0; m < count; m++) {
             Result r = results[m];
-            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.absolute,
-                   r.relative, efficiency(first.absolute, first.seconds, r.absolute, r.seconds),
-                   efficiency(first.relative, first.seconds, r.relative, r.seconds));
+            printf("%7u %-16s %9.6f %7.4f %12.4e %12.4e %9.2f %9.2f\n", spp, methods[m].name, r.seconds, r.mean, r.score.absolute,
+                   r.score.relative, efficiency(first.score.absolute, first.seconds, r.score.absolute, r.seconds),
+                   efficiency(first.score.relative, first.seconds, r.score.relative, r.seconds));
         }
         fflush(stdout);
     }
     written = o.out == NULL || write_picture(&o, image, mean);
     for (int k = 0; k < 2; k++) {
-        free(memory[k]);
+        environment_free(&environments[k]);
         free(reference[k]);
     }
     free(image);

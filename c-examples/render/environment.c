@@ -24,7 +24,7 @@ static wis_environment_config describe(const Light *light, uint32_t flags) {
     config.height = light->height;
     config.channels = 3;
     config.format = WIS_FORMAT_F32;
-    config.filter = light->nearest ? WIS_FILTER_NEAREST : WIS_FILTER_BILINEAR;
+    config.filter = WIS_FILTER_BILINEAR;
     config.flags = flags;
     config.pixels = light->texels;
     config.world_from_map = light_world_from_map;
@@ -47,7 +47,7 @@ static wis_status build_in(Build *b, const wis_environment **handle, unsigned th
     wis_status status = wis_environment_begin(&b->config, b->scratch, b->size.scratch_bytes, b->items, NULL);
     for (b->pass = 0; b->pass < PASSES && status == WIS_OK; b->pass++) {
         size_t jobs = (b->items[b->pass] + ITEMS_PER_JOB - 1) / ITEMS_PER_JOB;
-        status = parallel_for(threads, jobs, run_items, b, NULL);
+        status = parallel_for(threads, jobs, run_items, b);
     }
     if (status == WIS_OK) {
         status = wis_environment_finish(&b->config, b->memory, b->size.bytes, b->scratch, b->size.scratch_bytes, handle,

@@ -1,14 +1,15 @@
-/* The estimators. All use the same BRDF and the same look-up, and each evaluates only what its own weights need. */
+/* The estimators. All use the same BRDF, the same look-up and the same rays. */
 #include "integrate.h"
 
 #include <stdlib.h>
 
 #include "../direct.h"
 
+/* Width of the cells that share what rays saw: a tenth of the height of a thing. */
+#define VISIBILITY_CELL 0.1f
+
 const char *method_name(Method method) {
-    static const char *const names[METHOD_COUNT] = {
-        "environment", "BRDF", "MIS", "compensated MIS", "wis_direct",
-    };
+    static const char *const names[METHOD_COUNT] = {"environment", "BRDF", "MIS", "compensated MIS", "wis_direct"};
     return names[method];
 }
 
@@ -31,204 +32,124 @@ void lighting_free(Lighting *lighting) {
 }
 
 wis_status workspace_init(Workspace *w, uint32_t capacity, uint32_t candidates) {
-    wis_sampler_config config = {0};
+    wis_sampler_config config = {.size = sizeof config, .rays = capacity, .candidates_per_ray = candidates};
     wis_memory_size size;
-    wis_status status;
-    void *memory;
-    w->visibility = NULL;
-    config.size = sizeof config;
-    config.rays = capacity;
-    config.candidates_per_ray = candidates;
-    status = wis_sampler_size(&config, &size, NULL);
-    if (status != WIS_OK) {
-        return status;
-    }
-    memory = malloc(size.bytes);
-    w->u = malloc(capacity * sizeof *w->u);
-    w->pdf = malloc(capacity * sizeof *w->pdf);
-    w->drawn = malloc(capacity * sizeof *w->drawn);
-    w->ray = malloc(capacity * sizeof *w->ray);
-    if (memory == NULL || w->u == NULL || w->pdf == NULL || w->drawn == NULL || w->ray == NULL) {
-        free(memory);
-        return WIS_MEMORY_TOO_SMALL;
+    wis_status status = wis_sampler_size(&config, &size, NULL);
+    void *memory = status == WIS_OK ? malloc(size.bytes) : NULL;
+    if (memory == NULL) {
+        return status == WIS_OK ? WIS_MEMORY_TOO_SMALL : status;
     }
     return wis_sampler_init(&config, memory, size.bytes, &w->sampler, NULL);
 }
 
 void workspace_free(Workspace *w) {
     free(w->sampler);
-    free(w->u);
-    free(w->pdf);
-    free(w->drawn);
-    free(w->ray);
+    w->sampler = NULL;
 }
 
-/* f L cos x weight; the light is looked up only where it counts. */
-static LightSample weigh(const Lighting *l, Vec3 wi, Vec3 f_cos, float weight) {
-    LightSample sample = {wi, {0.0f, 0.0f, 0.0f}};
-    if (f_cos.x + f_cos.y + f_cos.z > 0.0f) {
-        sample.radiance = vec3_scale(vec3_mul(f_cos, light_radiance(l->light, wi)), weight);
+/* A hit, and the light that it reflects. */
+struct Reflected {
+    const Lighting *lighting;
+    const ShadingPoint *at;
+    const Bsdf *bsdf;
+    const wis_point *notes; /* where rays are noted for the passes that follow; NULL: nowhere */
+    Vec3 light;
+};
+
+/* BSDF x cosine x radiance x weight, if nothing blocks the direction. What brings nothing needs no ray. */
+static void add(Reflected *sum, const float wi[3], Vec3 f_cos, float weight) {
+    Vec3 direction = vec3_load(wi), light = {0.0f, 0.0f, 0.0f};
+    uint8_t reached;
+    if (luminance(f_cos) > 0.0f) {
+        light = vec3_scale(vec3_mul(f_cos, light_radiance(sum->lighting->light, direction)), weight);
     }
-    return sample;
+    if (luminance(light) > 0.0f) {
+        reached = !scene_occluded(sum->at, direction);
+        sum->light = reached ? vec3_add(sum->light, light) : sum->light;
+        if (sum->notes != NULL) {
+            wis_visibility_cache_record(sum->notes, 1, wi, 0, &reached);
+        }
+    }
+}
+
+static void add_light(Reflected *sum, const float wi[3], float weight) {
+    add(sum, wi, bsdf_eval(sum->bsdf, vec3_load(wi), NULL), weight);
 }
 
 /* Hits of a pixel go on in one sequence. */
 static wis_status draw_points(Workspace *w, const ShadingPoint *point, uint32_t pass, uint32_t count) {
-    uint32_t seed = wis_pixel_seed(point->x, point->y, pass);
-    return wis_points_sobol(seed, point->sample * count, count, w->u[0], 0);
+    return wis_points_sobol(wis_pixel_seed(point->x, point->y, pass), point->sample * count, count, w->u[0], 0);
 }
 
-static wis_status draw_light(const Environment *e, Workspace *w, uint32_t count) {
-    return wis_sample(w->sampler, e->handle, NULL, count, w->u[0], 0, w->drawn, 0);
+/* Balance heuristic. The density may be 0 where the map is black: such a sample counts, and brings nothing. */
+static void add_drawn(Reflected *sum, Workspace *w, uint32_t count, uint32_t n_light, uint32_t n_bsdf) {
+    for (uint32_t i = 0; i < count; i++) {
+        float pdf, density = n_light > 0 ? (float)n_light * w->pdf[i] : 0.0f;
+        Vec3 f_cos = bsdf_eval(sum->bsdf, vec3_load(w->drawn[i].wi), n_bsdf > 0 ? &pdf : NULL);
+        density += n_bsdf > 0 ? (float)n_bsdf * pdf : 0.0f;
+        add(sum, w->drawn[i].wi, f_cos, density > 0.0f ? 1.0f / density : 0.0f);
+    }
 }
 
-static wis_status by_environment(const Lighting *l, Workspace *w, const Bsdf *b, uint32_t count, LightSample *out) {
-    wis_status status = draw_light(&l->environment, w, count);
-    for (uint32_t i = 0; i < count && status == WIS_OK; i++) {
-        Vec3 wi = vec3_load(w->drawn[i].wi);
-        /* The pdf is 0 where the map is black: such a sample counts, and brings nothing. */
-        float weight = w->drawn[i].pdf > 0.0f ? 1.0f / (w->drawn[i].pdf * (float)count) : 0.0f;
-        out[i] = weigh(l, wi, bsdf_eval(b, wi, NULL), weight);
+static wis_status from_light(Reflected *sum, const Environment *e, Workspace *w, uint32_t pass, uint32_t n_light, uint32_t n_bsdf) {
+    wis_status status = draw_points(w, sum->at, pass, n_light);
+    if (status == WIS_OK) {
+        status = wis_sample(w->sampler, e->handle, NULL, n_light, w->u[0], 0, w->drawn, 0);
+    }
+    for (uint32_t i = 0; i < n_light && status == WIS_OK; i++) {
+        w->pdf[i] = w->drawn[i].pdf;
+    }
+    if (status == WIS_OK) {
+        add_drawn(sum, w, n_light, n_light, n_bsdf);
     }
     return status;
 }
 
-static wis_status by_bsdf(const Lighting *l, Workspace *w, const Bsdf *b, uint32_t count, LightSample *out) {
-    for (uint32_t i = 0; i < count; i++) {
-        float pdf;
-        Vec3 wi = bsdf_sample(b, w->u[i]);
-        Vec3 f_cos = bsdf_eval(b, wi, &pdf);
-        out[i] = weigh(l, wi, f_cos, 1.0f / (pdf * (float)count));
+static wis_status from_bsdf(Reflected *sum, const Environment *e, Workspace *w, uint32_t pass, uint32_t n_light, uint32_t n_bsdf) {
+    wis_status status = draw_points(w, sum->at, pass, n_bsdf);
+    for (uint32_t i = 0; i < n_bsdf && status == WIS_OK; i++) {
+        vec3_store(bsdf_sample(sum->bsdf, w->u[i]), w->drawn[i].wi);
     }
-    return WIS_OK;
-}
-
-/* Balance heuristic: n_light samples of the light's density in w->pdf and n_bsdf of the BRDF's, whichever drew the
- * directions in w->drawn. */
-static void weigh_mis(const Lighting *l, const Workspace *w, const Bsdf *b, uint32_t count, uint32_t n_light,
-                      uint32_t n_bsdf, LightSample *out) {
-    for (uint32_t i = 0; i < count; i++) {
-        float bsdf_pdf;
-        Vec3 wi = vec3_load(w->drawn[i].wi);
-        Vec3 f_cos = bsdf_eval(b, wi, &bsdf_pdf);
-        out[i] = weigh(l, wi, f_cos, 1.0f / (w->pdf[i] * (float)n_light + bsdf_pdf * (float)n_bsdf));
-    }
-}
-
-/* The first half from the light with the points already drawn, the second from the BRDF with fresh ones. */
-static wis_status by_mis(const Lighting *l, const Environment *e, Workspace *w, const Bsdf *b,
-                         const ShadingPoint *point, uint32_t pass, uint32_t count, LightSample *out) {
-    uint32_t n_light = count / 2, n_bsdf = count - n_light;
-    wis_status status = draw_light(e, w, n_light);
-    if (status == WIS_OK) {
-        for (uint32_t i = 0; i < n_light; i++) {
-            w->pdf[i] = w->drawn[i].pdf;
-        }
-        weigh_mis(l, w, b, n_light, n_light, n_bsdf, out);
-        status = draw_points(w, point, pass + 1, n_bsdf);
-    }
-    if (status == WIS_OK) {
-        for (uint32_t i = 0; i < n_bsdf; i++) {
-            vec3_store(bsdf_sample(b, w->u[i]), w->drawn[i].wi);
-        }
+    if (status == WIS_OK && n_light > 0) {
         status = wis_pdf(w->sampler, e->handle, NULL, n_bsdf, w->drawn[0].wi, sizeof w->drawn[0], w->pdf, 0);
     }
     if (status == WIS_OK) {
-        weigh_mis(l, w, b, n_bsdf, n_light, n_bsdf, out + n_light);
+        add_drawn(sum, w, n_bsdf, n_light, n_bsdf);
     }
     return status;
 }
 
-/* Width of the cells that share what rays saw: a tenth of the height of a thing. */
-#define VISIBILITY_CELL 0.1f
-
-wis_point visibility_point(const Workspace *w, const ShadingPoint *at, uint32_t pass) {
-    wis_point point = {0};
+/* The rays that wis chooses. */
+static wis_status by_wis(Reflected *sum, Workspace *w, uint32_t pass, uint32_t count) {
+    const ShadingPoint *at = sum->at;
+    wis_point point = bsdf_point(sum->bsdf, &sum->lighting->shapes[at->object]);
     float position[3], normal[3];
-    vec3_store(at->position, position);
-    vec3_store(at->normal, normal);
-    point.size = sizeof point;
     point.seed = wis_pixel_seed(at->x, at->y, pass);
+    point.sample = at->sample;
     point.visibility = w->visibility;
     if (w->visibility != NULL) {
+        vec3_store(at->position, position);
+        vec3_store(at->normal, normal);
         wis_visibility_key(position, normal, VISIBILITY_CELL, &point.visibility_key);
+        sum->notes = &point;
     }
-    return point;
+    return direct_light(w->sampler, sum->lighting->environment.handle, &point, count, NULL, w->ray, sum);
 }
 
-/* The samples of a hit, one after the other. */
-struct Reflected {
-    const Lighting *lighting;
-    const Bsdf *bsdf;
-    LightSample *next;
-};
-
-static void add_light(Reflected *sum, const float wi[3], float weight) {
-    Vec3 direction = vec3_load(wi);
-    *sum->next++ = weigh(sum->lighting, direction, bsdf_eval(sum->bsdf, direction, NULL), weight);
-}
-
-/* The rays that wis chooses. There may be fewer than `count`: the others add nothing. */
-static wis_status by_wis(const Lighting *l, Workspace *w, const Bsdf *b, const ShadingPoint *at, uint32_t pass,
-                         uint32_t count, LightSample *out) {
-    const LightSample nothing = {{0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
-    wis_point point = bsdf_point(b, &l->shapes[at->object]);
-    wis_point place = visibility_point(w, at, pass);
-    Reflected sum = {l, b, out};
-    wis_status status;
-    point.seed = place.seed;
-    point.visibility = place.visibility;
-    point.visibility_key = place.visibility_key;
-    point.sample = at->sample;
-    status = direct_light(w->sampler, l->environment.handle, &point, count, NULL, w->ray, &sum);
-    while (sum.next < out + count) {
-        *sum.next++ = nothing;
-    }
-    return status;
-}
-
-wis_status integrate(Method method, const Lighting *l, Workspace *w, const ShadingPoint *point, uint32_t pass,
-                     uint32_t count, LightSample *out) {
+wis_status integrate(Method method, const Lighting *l, Workspace *w, const ShadingPoint *point, uint32_t pass, uint32_t count, Vec3 *sum) {
     Bsdf b = bsdf_begin(scene_material(point->object), point->normal, point->wo);
-    bool mis = method == METHOD_MIS || method == METHOD_MIS_COMPENSATED;
-    wis_status status;
+    Reflected light = {l, point, &b, NULL, *sum};
+    const Environment *e = method == METHOD_MIS_COMPENSATED ? &l->compensated : &l->environment;
+    uint32_t n_bsdf = method == METHOD_BRDF ? count : method == METHOD_ENVIRONMENT ? 0 : count / 2, n_light = count - n_bsdf;
+    wis_status status = WIS_OK;
     if (method == METHOD_WIS) {
-        return by_wis(l, w, &b, point, pass, count, out);
-    }
-    status = draw_points(w, point, pass, mis ? count / 2 : count);
-    if (status != WIS_OK) {
-        return status;
-    }
-    switch (method) {
-    case METHOD_ENVIRONMENT:
-        return by_environment(l, w, &b, count, out);
-    case METHOD_BRDF:
-        return by_bsdf(l, w, &b, count, out);
-    case METHOD_MIS:
-        return by_mis(l, &l->environment, w, &b, point, pass, count, out);
-    default:
-        return by_mis(l, &l->compensated, w, &b, point, pass, count, out);
-    }
-}
-
-static bool is_black(Vec3 rgb) {
-    return rgb.x == 0.0f && rgb.y == 0.0f && rgb.z == 0.0f;
-}
-
-Vec3 sum_visible(const ShadingPoint *point, const LightSample *samples, uint32_t count) {
-    Vec3 sum = {0.0f, 0.0f, 0.0f};
-    for (uint32_t i = 0; i < count; i++) {
-        if (!is_black(samples[i].radiance) && !scene_occluded(point, samples[i].wi)) {
-            sum = vec3_add(sum, samples[i].radiance);
+        status = by_wis(&light, w, pass, count);
+    } else {
+        status = n_light > 0 ? from_light(&light, e, w, pass, n_light, n_bsdf) : WIS_OK;
+        if (status == WIS_OK && n_bsdf > 0) {
+            status = from_bsdf(&light, e, w, pass + 1, n_light, n_bsdf);
         }
     }
-    return sum;
-}
-
-Vec3 sum_unshadowed(const LightSample *samples, uint32_t count) {
-    Vec3 sum = {0.0f, 0.0f, 0.0f};
-    for (uint32_t i = 0; i < count; i++) {
-        sum = vec3_add(sum, samples[i].radiance);
-    }
-    return sum;
+    *sum = light.light;
+    return status;
 }

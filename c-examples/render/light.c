@@ -51,8 +51,5 @@ Vec3 light_radiance(const Light *light, Vec3 wi) {
     float polar = atan2f(sqrtf(x * x + y * y), z) / PI;
     float column = (turn < 0.0f ? turn + 1.0f : turn) * (float)light->width;
     float row = polar * (float)light->height;
-    if (light->nearest) {
-        return texel(light, (int32_t)column, (int32_t)fminf(row, (float)light->height - 1.0f));
-    }
     return bilinear(light, column, row);
 }

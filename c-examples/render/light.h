@@ -11,7 +11,6 @@
 typedef struct Light {
     uint32_t width, height;
     float *texels; /* RGB, packed, from malloc */
-    bool nearest;  /* look texels up without filtering */
 } Light;
 
 /* The world is y-up and the map z-up: row-major 3x3, world (x, y, z) = map (x, z, -y). */

@@ -1,24 +1,24 @@
-/* The command line. */
+/* The command line of a program: names, each with a value. */
 #ifndef RENDER_OPTIONS_H
 #define RENDER_OPTIONS_H
 
 #include <stdbool.h>
-#include <stdint.h>
+#include <stddef.h>
 
-#include "reference.h"
+/* An option: a text, a number above 0, or one or two ("WxH") whole numbers from `least` to `most`. What it is not, is NULL. */
+typedef struct Option {
+    const char *name, **text;
+    double *number;
+    unsigned *count, *second, least, most;
+} Option;
 
-typedef struct Options {
-    const char *env; /* NULL: the built-in sky */
-    const char *out;
-    uint32_t width, height;
-    uint32_t spp, reference_spp;
-    uint32_t threads;
-    bool nearest, help;
-} Options;
+/* Reads all arguments. Returns false after it has printed what cannot be used, or the help. */
+bool options_parse(const Option *known, size_t known_count, const char *help, int count, char **arguments);
 
-/* Fills *out from the defaults, the variable ENV and the arguments; on failure says why on stderr. */
-bool options_parse(Options *out, int argc, char **argv);
+/* Prints a sentence on what went wrong and returns false. */
+bool complain(const char *what, const char *why);
 
-void options_help(void);
+/* As many threads as there are processors. */
+unsigned processors(void);
 
 #endif

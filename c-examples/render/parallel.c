@@ -9,7 +9,6 @@ typedef struct Queue {
     wis_status status;
     parallel_job run;
     void *shared;
-    Progress *progress;
 } Queue;
 
 typedef struct Worker {
@@ -19,12 +18,9 @@ typedef struct Worker {
 } Worker;
 
 /* Records how the previous job ended and returns the next one, or count if there is none. */
-static size_t take(Queue *q, wis_status previous, int finished_one) {
+static size_t take(Queue *q, wis_status previous) {
     size_t job = q->count;
     pthread_mutex_lock(&q->lock);
-    if (finished_one && q->progress != NULL) {
-        progress_step(q->progress);
-    }
     if (q->status == WIS_OK) {
         q->status = previous;
     }
@@ -38,16 +34,15 @@ static size_t take(Queue *q, wis_status previous, int finished_one) {
 static void *work(void *argument) {
     Worker *self = argument;
     Queue *q = self->queue;
-    size_t job = take(q, WIS_OK, 0);
+    size_t job = take(q, WIS_OK);
     while (job < q->count) {
-        wis_status status = q->run(q->shared, self->index, job);
-        job = take(q, status, 1);
+        job = take(q, q->run(q->shared, self->index, job));
     }
     return NULL;
 }
 
-wis_status parallel_for(unsigned threads, size_t count, parallel_job run, void *shared, Progress *progress) {
-    Queue q = {PTHREAD_MUTEX_INITIALIZER, 0, count, WIS_OK, run, shared, progress};
+wis_status parallel_for(unsigned threads, size_t count, parallel_job run, void *shared) {
+    Queue q = {PTHREAD_MUTEX_INITIALIZER, 0, count, WIS_OK, run, shared};
     Worker workers[PARALLEL_MAX_THREADS];
     unsigned started = 1;
     workers[0].queue = &q;

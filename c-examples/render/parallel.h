@@ -4,7 +4,6 @@
 
 #include <stddef.h>
 
-#include "progress.h"
 #include "wis.h"
 
 #define PARALLEL_MAX_THREADS 256u
@@ -12,7 +11,7 @@
 /* Does one job; worker < threads tells which thread runs it. Jobs must not depend on one another. */
 typedef wis_status (*parallel_job)(void *shared, unsigned worker, size_t job);
 
-/* Runs jobs 0 .. count - 1 and returns the first failure; after one, no further job starts. progress may be NULL. */
-wis_status parallel_for(unsigned threads, size_t count, parallel_job run, void *shared, Progress *progress);
+/* Runs jobs 0 .. count - 1 and returns the first failure; after one, no further job starts. */
+wis_status parallel_for(unsigned threads, size_t count, parallel_job run, void *shared);
 
 #endif

@@ -607,31 +607,6 @@ impl<'a> Product<'a> {
     }
 }
 
-/// Prepares a product for each query in one block.
-pub fn prepare_points<'a>(
-    environment: &'a Environment,
-    queries: &[raw::wis_wavelet_query],
-    preparation: &Preparation,
-    memory: &'a mut Block,
-) -> Result<Points<'a>> {
-    let (mut handles, mut diagnostic) = (vec![null(); queries.len()], raw::wis_diagnostic::default());
-    // SAFETY: the block is as long as it says, and there is a handle for each query.
-    let status = unsafe {
-        raw::wis_wavelet_product_prepare(
-            environment.handle(),
-            &preparation.config(),
-            queries.len(),
-            queries.as_ptr(),
-            memory.start_mut(),
-            memory.bytes(),
-            handles.as_mut_ptr(),
-            &mut diagnostic,
-        )
-    };
-    check_with(status, diagnostic)?;
-    Ok(Points { environment, handles, memory: PhantomData })
-}
-
 /// BRDF x cosine of a query with tabulated lobes, RGB.
 pub fn table_eval(
     table: &raw::wis_wavelet_table,

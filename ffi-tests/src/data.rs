@@ -4,9 +4,8 @@
 use crate::cornell::Scattered;
 use crate::light::Light;
 use crate::material::Material;
-use crate::measured::Reflectance;
-use crate::merl::Merl;
 use crate::mesh::Mesh;
+use crate::reflectance::Reflectance;
 use crate::rgl::Measured;
 use crate::scene::{Scene, View};
 use anyhow::Result;
@@ -15,6 +14,18 @@ use std::path::{Path, PathBuf};
 
 /// The folder of the data.
 pub const FOLDER: &str = "../shared/data";
+
+/// Maps that the library was tuned on.
+pub const DEVELOPER: [&str; 5] = [
+    "studio_small_03_1k.hdr",
+    "st_fagans_interior_1k.hdr",
+    "venice_sunset_1k.hdr",
+    "rooitou_park_1k.hdr",
+    "forest_slope_1k.hdr",
+];
+/// Maps that it was not.
+pub const OTHERS: [&str; 4] =
+    ["adams_place_bridge_1k.hdr", "empty_warehouse_01_1k.hdr", "dikhololo_night_1k.hdr", "potsdamer_platz_1k.hdr"];
 
 fn file(kind: &str, name: &str) -> Option<PathBuf> {
     Some(Path::new(FOLDER).join(kind).join(name)).filter(|path| path.exists())
@@ -26,6 +37,15 @@ fn file(kind: &str, name: &str) -> Option<PathBuf> {
 /// A map that cannot be read.
 pub fn light(name: &str) -> Result<Light> {
     file("envmaps", name).map_or_else(|| Ok(Light::room(512)), |path| Light::load(&path))
+}
+
+/// Those of the maps that are there, looked up bilinearly.
+///
+/// # Errors
+/// A map that cannot be read.
+pub fn lights(names: &[&str]) -> Result<Vec<Light>> {
+    let paths = names.iter().filter_map(|name| file("envmaps", name));
+    paths.map(|path| Ok(Light::load(&path)?.bilinear())).collect()
 }
 
 /// A mesh, or a block.
@@ -91,11 +111,6 @@ pub fn all_brdfs() -> Result<Vec<Brdf>> {
             }
             Some("brdf") => {
                 let measured = Scattered::load(&file)?;
-                let name = measured.name.clone();
-                brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)), channels: None });
-            }
-            Some("binary") => {
-                let measured = Merl::load(&file)?;
                 let name = measured.name.clone();
                 brdfs.push(Brdf { name, value: Box::new(move |wo, wi| measured.eval(wo, wi)), channels: None });
             }

@@ -120,11 +120,6 @@ impl Environment {
         Ok(Environment { memory, info })
     }
 
-    /// The memory, to build in again.
-    pub fn into_memory(self) -> Block {
-        self.memory
-    }
-
     /// What was built.
     pub fn bytes(&self) -> &[u8] {
         // SAFETY: as many bytes as the block has.

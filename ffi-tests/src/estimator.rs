@@ -1,115 +1,14 @@
-//! What the estimators share: the points, the BRDF, the look-up of the light and the rays. The renderer's side of each
-//! computes eight samples side by side.
+//! A thread's estimator: one of the methods at a point.
 
-use crate::batch::{Batch, Stream};
-use crate::client::{self, Environment, Preparation};
-use crate::cost::Cost;
-use crate::dense::{Dense, Grid};
-use crate::earlier;
-use crate::environment;
+use crate::client;
+use crate::dense::Dense;
 use crate::lanes::F8;
 use crate::library::Library;
-use crate::light::Light;
-use crate::lightonly::Sources;
-use crate::material::{Bsdf, Material};
+use crate::material::Bsdf;
 use crate::method::{Limit, Method};
-use crate::pool::Curve;
+use crate::pool::Pick;
 use crate::scene::ShadingPoint;
-use crate::structured::Stratified;
-use crate::texels::Texels;
-use glam::Vec3;
-
-/// A light as the estimators need it.
-pub struct Lit<'a> {
-    pub light: &'a Light,
-    /// The light of version 0.1.
-    pub environment: &'a Environment,
-    /// The light in small tables.
-    pub tables: environment::Environment,
-    /// As version 0.2 builds it, if that is there.
-    pub earlier: Option<earlier::Environment>,
-    pub sources: Option<Sources>,
-    pub plain: Texels,
-    pub compensated: Texels,
-    pub strata: Stratified,
-    pub grid: Grid,
-}
-
-impl<'a> Lit<'a> {
-    /// # Errors
-    /// Those of the library.
-    pub fn new(light: &'a Light, environment: &'a Environment) -> client::Result<Lit<'a>> {
-        let (plain, compensated) = (Texels::plain(light), Texels::compensated(light));
-        let strata = Stratified::new(light)?;
-        let (tables, earlier) = (light.tables(0, 0.0)?, light.mapped(0, 0.0, earlier::Environment::new)?);
-        let (grid, sources) = (Grid::new(light), None);
-        Ok(Lit { light, environment, tables, earlier, sources, plain, compensated, strata, grid })
-    }
-
-    /// With what is needed to sample the light alone in other ways.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn with_sources(self) -> client::Result<Lit<'a>> {
-        Ok(Lit { sources: Some(Sources::new(self.light)?), ..self })
-    }
-}
-
-/// What the estimators of a report cell share.
-#[derive(Clone, Copy)]
-pub struct Setting<'a> {
-    pub light: &'a Light,
-    pub environment: &'a Environment,
-    pub tables: &'a environment::Environment,
-    pub earlier: Option<&'a earlier::Environment>,
-    pub sources: Option<&'a Sources>,
-    pub material: &'a Material,
-    pub plain: &'a Texels,
-    pub compensated: &'a Texels,
-    pub strata: &'a Stratified,
-    grid: &'a Grid,
-    pub preparation: Preparation,
-    /// Candidates for each ray of wis_direct; 0: the library's choice.
-    pub candidates: usize,
-    /// What the client spends besides.
-    pub cost: Cost,
-}
-
-impl<'a> Setting<'a> {
-    pub fn new(lit: &'a Lit<'a>, material: &'a Material) -> Setting<'a> {
-        let &Lit { light, environment, ref tables, ref plain, ref compensated, ref strata, ref grid, .. } = lit;
-        let (earlier, sources) = (lit.earlier.as_ref(), lit.sources.as_ref());
-        let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-        let (candidates, cost) = (0, Cost::CHEAP);
-        Setting {
-            light,
-            environment,
-            tables,
-            earlier,
-            sources,
-            material,
-            plain,
-            compensated,
-            strata,
-            grid,
-            preparation,
-            candidates,
-            cost,
-        }
-    }
-
-    /// The same at another cost.
-    pub fn at(&self, cost: Cost) -> Setting<'a> {
-        Setting { cost, ..*self }
-    }
-}
-
-/// A direction to trace and what it adds to the estimate if it is not blocked.
-#[derive(Clone, Copy, Debug)]
-pub struct Pick {
-    pub wi: Vec3,
-    pub contribution: f32,
-}
+use crate::setting::{Sampler, Setting};
 
 /// The memory of a thread that estimates.
 pub struct Estimator {
@@ -118,14 +17,6 @@ pub struct Estimator {
     dense: Dense,
     dense_for: Option<([u32; 2], u32)>,
     sampler: Sampler,
-}
-
-/// Samples on their way to picks.
-#[derive(Default)]
-pub struct Sampler {
-    pub batch: Batch,
-    pub picks: Vec<Pick>,
-    curve: Curve,
 }
 
 impl Estimator {
@@ -155,7 +46,6 @@ impl Estimator {
         match method.into() {
             Method::Peer(peer) => sampler.peer(peer, setting, &bsdf, n)?,
             Method::Library(mode) => library.estimate(mode, sampler, (setting, point, &bsdf), pass, n)?,
-            Method::Light(light) => sampler.light_only(light, library.sampler(), (setting, &bsdf), n)?,
             Method::Limit(limit) => {
                 if *dense_for != Some((point.pixel, point.hit)) {
                     dense.prepare(setting.grid, &bsdf);
@@ -169,16 +59,6 @@ impl Estimator {
 }
 
 impl Sampler {
-    /// Evaluates BRDF, its pdf and radiance for all samples: all that a method needs that has a pdf of its own.
-    pub fn reflect(&mut self, setting: &Setting, bsdf: &Bsdf) {
-        self.batch.reflect(bsdf, setting.light, setting.plain, setting.cost);
-    }
-
-    /// The same and the pdf of the plain light.
-    pub fn evaluate(&mut self, setting: &Setting, bsdf: &Bsdf) {
-        self.batch.evaluate(bsdf, setting.light, setting.plain, setting.cost);
-    }
-
     fn limit(&mut self, limit: Limit, dense: &Dense, setting: &Setting, bsdf: &Bsdf, n: usize) {
         const CANDIDATES: usize = 4;
         let drawn = if limit == Limit::Pooled { n * CANDIDATES } else { n };
@@ -190,33 +70,17 @@ impl Sampler {
             Limit::Pooled => self.pick_along_curve(n),
         }
     }
-
-    /// Picks every sample that adds something.
-    pub fn take_all(&mut self) {
-        let Sampler { batch, picks, .. } = self;
-        picks.resize(batch.len(), Pick { wi: Vec3::ZERO, contribution: 0.0 });
-        // Every sample is written and the place only moves on for those to keep: nothing to predict.
-        let mut kept = 0;
-        for i in 0..batch.len() {
-            picks[kept] = Pick { wi: batch.wi().get(i), contribution: batch.reflected(i) };
-            kept += usize::from(batch.reflected(i) > 0.0);
-        }
-        picks.truncate(kept);
-    }
-
-    /// Picks `n` of the weighed samples, spread along the Morton curve.
-    pub fn pick_along_curve(&mut self, n: usize) {
-        let offset = self.batch.points(Stream::Choice, 1)[0][0];
-        self.curve.pick(&self.batch, n, offset, &mut self.picks);
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::Reflectance;
+    use crate::light::Light;
+    use crate::material::Material;
     use crate::peers::{Candidates, Peer};
-    use glam::DVec3;
+    use crate::reflectance::Reflectance;
+    use crate::setting::Lit;
+    use glam::{DVec3, Vec3};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// A diffuse surface that counts how often it is asked.
@@ -256,8 +120,7 @@ mod tests {
         let counting: &'static Counting = Box::leak(Box::default());
         let material = Material::called_back(counting);
         let light = Light::windows(32);
-        let environment = light.environment().unwrap();
-        let lit = Lit::new(&light, &environment).unwrap();
+        let lit = Lit::new(&light).unwrap();
         let setting = Setting::new(&lit, &material);
         let mut estimator = Estimator::new(&setting, 1).unwrap();
         let (normal, wo) = (Vec3::Z, Vec3::new(0.6, 0.0, 0.8));

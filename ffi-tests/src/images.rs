@@ -1,74 +1,16 @@
 //! Pictures of a scene by several estimators side by side: the image above, its error below.
 
-use crate::client::Result;
-use crate::estimator::{Estimator, Setting};
-use crate::light::Light;
-use crate::method::Method;
 use crate::scene::{HEIGHT, Scene, WIDTH};
 use font8x8::{BASIC_FONTS, UnicodeFonts};
-use image::{GrayImage, Luma, Rgb, RgbImage};
+use image::{Rgb, RgbImage};
 
 /// Pixels between neighbouring shading points: see `View::Image`.
 pub const STEP: u32 = 2;
 /// White between panels.
 const GAP: u32 = 4;
 
-/// The truth and pictures of it from the left, errors below: |picture - truth| over the mean of the truth, `gain` times as
-/// bright. Radiance is scaled to a mean of .4 and gamma-corrected.
-pub fn side_by_side(scene: &Scene, truth: &[f64], pictures: &[Vec<f64>], gain: f64) -> GrayImage {
-    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-    let tone = |value: f64| (0.4 * value / mean).min(1.0).powf(1.0 / 2.2);
-    let panel = [WIDTH / STEP, HEIGHT / STEP];
-    let columns = pictures.len() as u32 + 1;
-    let size = [columns * (panel[0] + GAP) - GAP, 2 * panel[1] + GAP];
-    let mut sheet = GrayImage::from_pixel(size[0], size[1], Luma([255]));
-    let mut draw = |column: u32, row: u32, values: &[f64]| {
-        let origin = [column * (panel[0] + GAP), row * (panel[1] + GAP)];
-        let pixels = (0..panel[1]).flat_map(|y| (0..panel[0]).map(move |x| [x, y]));
-        pixels.for_each(|[x, y]| sheet.put_pixel(origin[0] + x, origin[1] + y, Luma([30])));
-        for (point, value) in scene.points.iter().zip(values) {
-            let grey = (255.0 * value).round() as u8;
-            sheet.put_pixel(origin[0] + point.pixel[0] / STEP, origin[1] + point.pixel[1] / STEP, Luma([grey]));
-        }
-    };
-    draw(0, 0, &truth.iter().map(|&v| tone(v)).collect::<Vec<_>>());
-    for (column, values) in (1..).zip(pictures) {
-        draw(column, 0, &values.iter().map(|&v| tone(v)).collect::<Vec<_>>());
-        let errors = values.iter().zip(truth).map(|(v, t)| (gain * (v - t).abs() / mean).min(1.0));
-        draw(column, 1, &errors.collect::<Vec<_>>());
-    }
-    sheet
-}
-
 /// A picture of all pixels in colour: linear RGB of each point of a scene.
 pub type Picture = Vec<[f32; 3]>;
-
-/// Estimates every point in the colours of a light.
-///
-/// # Errors
-/// Those of the library.
-pub fn picture(
-    scene: &Scene,
-    setting: &Setting,
-    colours: &[Light; 3],
-    method: Method,
-    count: usize,
-) -> Result<Picture> {
-    let mut estimator = Estimator::new(setting, scene.hits)?;
-    let mut pixels = Vec::with_capacity(scene.points.len());
-    for point in &scene.points {
-        let mut rgb = [0.0; 3];
-        for pick in estimator.picks(method, setting, point, 0, count)? {
-            if scene.visible(point, pick.wi) {
-                let luminance = setting.light.radiance(pick.wi);
-                let share = pick.contribution / luminance.max(f32::MIN_POSITIVE);
-                rgb.iter_mut().zip(colours).for_each(|(sum, light)| *sum += share * light.radiance(pick.wi));
-            }
-        }
-        pixels.push(rgb);
-    }
-    Ok(pixels)
-}
 
 /// Panels of one size side by side, with names above them: pictures of all pixels of a scene, or maps.
 pub struct Sheet {

@@ -1,16 +1,15 @@
-//! The methods under test: the library through its C interface. What calls it in order to estimate stands here, in `before`
-//! and in `earlier`, and nowhere else.
+//! The methods under test: the library through its C interface. What calls it in order to estimate stands here and in
+//! `earlier`, and nowhere else.
 
 use crate::batch::Stream;
-use crate::before;
 use crate::client::{self, Block, Brdf, Density, raw};
 use crate::earlier;
 use crate::environment::{self, Light};
-use crate::estimator::{Sampler, Setting};
 use crate::lanes::F8;
 use crate::material::Bsdf;
 use crate::peers::halves;
 use crate::scene::ShadingPoint;
+use crate::setting::{Sampler, Setting};
 use std::cell::RefCell;
 
 /// A way to use the library.
@@ -28,14 +27,12 @@ pub enum Mode {
     ProductMis,
     /// The rays that wis_direct of version 0.2 answers.
     Earlier,
-    /// Samples of the product of version 0.1.
-    Before,
 }
 
 impl Mode {
     /// What the report measures.
-    pub const ALL: [Mode; 7] =
-        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Earlier, Mode::Before];
+    pub const ALL: [Mode; 6] =
+        [Mode::Direct, Mode::Shared, Mode::Target, Mode::Product, Mode::ProductMis, Mode::Earlier];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -45,7 +42,6 @@ impl Mode {
             Mode::Product => "product",
             Mode::ProductMis => "product + MIS",
             Mode::Earlier => earlier::NAME,
-            Mode::Before => "wavelet product",
         }
     }
 
@@ -67,7 +63,6 @@ pub struct Library {
     earlier: Option<earlier::Sampler>,
     numbers: Vec<[f32; 2]>,
     rays: Vec<raw::wis_ray>,
-    before: Block,
 }
 
 /// Rays of a call to wis_direct at most.
@@ -81,12 +76,7 @@ impl Library {
         let (product, numbers, rays, lobes) = (Block::new(0), Vec::new(), Vec::new(), setting.material.lobes());
         let material = environment::material(&lobes)?;
         let earlier = earlier::Sampler::new(RAYS, setting.candidates, hits, &lobes)?;
-        Ok(Library { sampler, material, product, earlier, numbers, rays, before: setting.preparation.memory()? })
-    }
-
-    /// What calls on the new light take.
-    pub fn sampler(&self) -> &RefCell<environment::Sampler> {
-        &self.sampler
+        Ok(Library { sampler, material, product, earlier, numbers, rays })
     }
 
     /// Estimates by a mode. The sampler has begun the point's sequences.
@@ -101,7 +91,7 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, material, product, earlier, numbers, rays, before } = self;
+        let Library { sampler: own, material, product, earlier, numbers, rays } = self;
         let mut at = setting.material.point(point, material);
         match mode {
             Mode::Direct | Mode::Shared | Mode::Target => {
@@ -144,10 +134,6 @@ impl Library {
             Mode::ProductMis => {
                 let density = Light::product(setting.tables, own, &at, product)?;
                 sampler.density_mis(&density, setting, bsdf, n)
-            }
-            Mode::Before => {
-                let density = before::prepare(setting, point, before)?;
-                sampler.density(&density, setting, bsdf, n)
             }
         }
     }

@@ -7,7 +7,8 @@
 use crate::client::{self, Block, CallbackShape, Environment, Preparation, Product, raw};
 use crate::cost::Cost;
 use crate::lanes::{F8, LANES, V8, sin_cos_turn};
-use crate::measured::{self, Reflectance, View};
+use crate::measured;
+use crate::reflectance::{Reflectance, View};
 use crate::scene::ShadingPoint;
 use crate::standin::{self, StandIn};
 use crate::table::Table;
@@ -101,16 +102,6 @@ impl Material {
     /// The half-angle of its narrowest lobe, radians; of a measured one it is not known.
     pub fn half_angle(&self) -> Option<f32> {
         if self.measured.is_some() { None } else { Some(self.alpha) }
-    }
-
-    /// The half-angle of the widest lobe with a tenth of the weight or more, radians. Measured materials count as wide.
-    pub fn widest_half_angle(&self) -> f32 {
-        if self.measured.is_some() || self.diffuse > 0.0 { std::f32::consts::FRAC_PI_2 } else { self.alpha }
-    }
-
-    /// Whether Lambert's lobe is the only one.
-    pub fn is_lambert(&self) -> bool {
-        self.measured.is_none() && self.specular == 0.0
     }
 
     /// All that the report measures.

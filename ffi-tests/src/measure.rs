@@ -4,12 +4,13 @@ use crate::caches::CACHES;
 use crate::client::{self, Block, Density, raw};
 use crate::cost::Cost;
 use crate::environment::{self, Light};
-use crate::estimator::{Estimator, Pick, Setting};
+use crate::estimator::Estimator;
 use crate::light::octahedral_direction;
 use crate::material::Bsdf;
 use crate::method::Method;
 use crate::reference::Reference;
-use crate::scene::{Scene, ShadingPoint};
+use crate::scene::Scene;
+use crate::setting::{Setting, shadowed_and_not};
 use crate::statistics::median;
 use crate::timing::{Times, time};
 use anyhow::Result;
@@ -22,12 +23,6 @@ use std::ops::Range;
 pub const REGIONS: [&str; 4] = ["all", "lit", "penumbra", "umbra"];
 /// Regions with fewer pixels are marked.
 pub const FEW: usize = 50;
-/// From so many rays on, and from this half-angle of all lobes on, wis_direct draws from a product, as wis.h says.
-const SEVERAL: usize = 4;
-const WIDE: f32 = 0.25;
-/// Batches whose cost for a sample is measured.
-pub const BATCHES: [usize; 4] = [1, 4, 16, 64];
-
 /// How much to measure.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Effort {
@@ -176,11 +171,18 @@ impl Truth {
         Truth { hits, regions: values.iter().map(region).collect(), means: [mean(0), mean(1)], values }
     }
 
-    fn members(&self, region: usize) -> impl Iterator<Item = usize> + '_ {
+    /// The mean over all points, with shadows.
+    pub fn mean(&self) -> f64 {
+        self.means[0]
+    }
+
+    /// The points of a region of `REGIONS`.
+    pub fn members(&self, region: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.values.len()).filter(move |&i| region == 0 || self.regions[i] == region)
     }
 
-    fn errors(&self, estimates: &[[f64; 2]], region: usize) -> Errors {
+    /// The errors of estimates with and without shadows, in a region.
+    pub fn errors(&self, estimates: &[[f64; 2]], region: usize) -> Errors {
         let [mean, unshadowed_mean] = self.means;
         let estimates = pixels(estimates, self.hits);
         let mut sum = Errors::default();
@@ -247,14 +249,6 @@ fn limit(scene: &Scene, setting: &Setting, truth: &Truth, method: Method, effort
     Ok(rows.map(|(&count, repeats)| Row { method: method.name(), count, times, repeats: repeats.to_vec() }).collect())
 }
 
-/// The sums of picks with and without shadows; rays are traced at a cost.
-pub fn shadowed_and_not(scene: &Scene, cost: Cost, point: &ShadingPoint, picks: &[Pick]) -> [f64; 2] {
-    picks.iter().fold([0.0; 2], |sum, pick| {
-        let contribution = f64::from(pick.contribution);
-        [sum[0] + if scene.visible_at(cost, point, pick.wi) { contribution } else { 0.0 }, sum[1] + contribution]
-    })
-}
-
 /// The largest f L / (p I) on a grid of directions, one in each of its cells, over up to 8 points (rule 33).
 ///
 /// Neither centres of cells nor their corners, and none of a power of two: a direction on the border of two texels belongs
@@ -281,14 +275,10 @@ fn max_weight(scene: &Scene, setting: &Setting) -> client::Result<f64> {
     Ok(largest)
 }
 
-/// How many candidates wis_direct weighs for a ray, over up to 64 points; 0 where rays are samples of a product. A target counts them.
+/// How many candidates wis_direct weighs for a ray, over up to 64 points. A target counts them.
 fn candidates(scene: &Scene, setting: &Setting, rays: usize) -> client::Result<f64> {
     const POINTS: usize = 64;
     let lobes = setting.material.lobes();
-    let is_wide = |lobe: &raw::wis_lobe| lobe.kind == raw::WIS_LOBE_LAMBERT || lobe.a >= WIDE;
-    if rays >= SEVERAL && lobes.iter().all(is_wide) {
-        return Ok(0.0);
-    }
     let (mut sampler, material) =
         (environment::Sampler::new(rays, setting.candidates, 1)?, environment::material(&lobes)?);
     let (mut weighed, mut points, mut ray) = (0, 0, vec![raw::wis_ray::default(); rays]);

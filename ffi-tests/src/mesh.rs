@@ -86,24 +86,6 @@ impl Mesh {
         Mesh { vertices, triangles: triangles.collect() }
     }
 
-    /// Each triangle as four, with new vertices in the middle of its edges.
-    pub fn subdivided(&self) -> Mesh {
-        let mut vertices = self.vertices.clone();
-        let mut middles = std::collections::HashMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                vertices.push(0.5 * (self.vertices[a as usize] + self.vertices[b as usize]));
-                vertices.len() as u32 - 1
-            })
-        };
-        let mut triangles = Vec::with_capacity(4 * self.triangles.len());
-        for &[a, b, c] in &self.triangles {
-            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-        }
-        Mesh { vertices, triangles }
-    }
-
     /// The normal at each vertex: the mean of those of its triangles, by area.
     pub fn normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::ZERO; self.vertices.len()];

@@ -2,7 +2,6 @@
 
 use crate::earlier;
 use crate::library::Mode;
-use crate::lightonly::LightOnly;
 use crate::peers::{Candidates, Peer};
 
 /// How to estimate the light that a point reflects.
@@ -12,8 +11,6 @@ pub enum Method {
     Peer(Peer),
     /// A mode of the library.
     Library(Mode),
-    /// A technique that knows nothing but the light, and MIS with the BRDF.
-    Light(LightOnly),
     /// A yardstick that no renderer could pay for.
     Limit(Limit),
 }
@@ -33,24 +30,7 @@ pub struct Peers {
     pub each: &'static [Peer],
 }
 
-/// The peers of version 0.1, which its claims were made against.
-pub const FIRST: Peers = Peers {
-    name: "version 0.1",
-    each: &[
-        Peer::Environment,
-        Peer::Brdf,
-        Peer::MisBalance,
-        Peer::MisPower,
-        Peer::MisCompensated,
-        Peer::Ris(8, Candidates::Plain),
-        Peer::Ris(32, Candidates::Plain),
-        Peer::Pool(4, Candidates::Plain),
-        Peer::Pool(8, Candidates::Plain),
-        Peer::Structured,
-    ],
-};
-
-/// These, and resampling from compensated candidates.
+/// What a renderer may do without the library.
 pub const EXTENDED: Peers = Peers {
     name: "extended",
     each: &[
@@ -71,9 +51,6 @@ pub const EXTENDED: Peers = Peers {
     ],
 };
 
-/// The lists that gains are stated against.
-pub const LISTS: [Peers; 2] = [FIRST, EXTENDED];
-
 impl Method {
     /// Every peer, every mode of the library, and the limits; version 0.2 if it is there.
     pub fn all() -> impl Iterator<Item = Method> {
@@ -87,7 +64,6 @@ impl Method {
         match self {
             Method::Peer(peer) => peer.name(),
             Method::Library(mode) => mode.name().into(),
-            Method::Light(light) => light.name(),
             Method::Limit(Limit::Sampled) => "limit".into(),
             Method::Limit(Limit::Pooled) => "limit, pooled".into(),
         }
@@ -96,14 +72,10 @@ impl Method {
     /// Whether its mean is the integral.
     pub fn is_unbiased(self) -> bool {
         match self {
-            Method::Peer(_) | Method::Library(_) | Method::Light(_) => true,
+            Method::Peer(_) | Method::Library(_) => true,
             // It leaves out what lies in cells whose centre is dark.
             Method::Limit(_) => false,
         }
-    }
-
-    pub fn is_peer(self) -> bool {
-        matches!(self, Method::Peer(_))
     }
 
     pub fn is_limit(self) -> bool {
@@ -133,10 +105,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_distinct_and_the_first_list_is_part_of_the_other() {
+    fn names_are_distinct() {
         let mut names: Vec<String> = Method::all().map(Method::name).collect();
         names.sort();
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
-        assert!(FIRST.each.iter().all(|peer| EXTENDED.each.contains(peer)));
     }
 }

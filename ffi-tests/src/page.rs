@@ -68,15 +68,6 @@ pub fn made_from(instrument: &str) -> Result<String> {
     Ok(format!("made from {} by {instrument}", String::from_utf8_lossy(&output.stdout).trim()))
 }
 
-/// The last lines of a page: its commit, and what [`made_from`] says.
-///
-/// # Errors
-/// The script that prints them cannot be run.
-pub fn provenance(instrument: &str) -> Result<String> {
-    let output = Command::new("scripts/provenance.sh").arg(instrument).output().context("scripts/provenance.sh")?;
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-}
-
 /// Parts in the order in which they are read.
 pub struct Page {
     pub title: String,
@@ -89,11 +80,24 @@ pub struct Page {
 }
 
 impl Page {
+    /// A page in short form alone, that ends with the commit and what it was made from.
+    ///
+    /// # Errors
+    /// The script that computes that cannot be run.
+    pub fn measured(title: &str, mut short: Vec<Part>, instrument: &str) -> Result<Page> {
+        short.push(Part::Text(format!("Commit {}.", commit())));
+        Ok(Page { title: title.into(), short, long: Vec::new(), made_from: made_from(instrument)? })
+    }
+
     /// Writes the short form, and its plots and pictures to the folder of its name without the extension.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn write_markdown(&self, file: &Path) -> Result<()> {
+        if let Some(parent) = file.parent() {
+            std::fs::create_dir_all(parent)?;
+        }
+        println!("The page is {}", file.display());
         let folder = file.with_extension("");
         if folder.exists() {
             std::fs::remove_dir_all(&folder)?;

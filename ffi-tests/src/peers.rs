@@ -2,9 +2,10 @@
 
 use crate::batch::Stream;
 use crate::client;
-use crate::estimator::{Pick, Sampler, Setting};
 use crate::lanes::F8;
 use crate::material::Bsdf;
+use crate::pool::Pick;
+use crate::setting::{Sampler, Setting};
 use crate::texels::Texels;
 
 /// A peer.

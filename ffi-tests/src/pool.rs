@@ -1,9 +1,16 @@
 //! Pooled resampling: all candidates of a pixel along the Morton curve of the octahedron, picked systematically.
 
 use crate::batch::Batch;
-use crate::estimator::Pick;
 use crate::lanes::{F8, LANES, V8};
+use glam::Vec3;
 use wide::{CmpLt, i32x8};
+
+/// A direction to trace and what it adds to the estimate if it is not blocked.
+#[derive(Clone, Copy, Debug)]
+pub struct Pick {
+    pub wi: Vec3,
+    pub contribution: f32,
+}
 
 /// Candidates along the curve.
 #[derive(Default)]
@@ -76,7 +83,6 @@ fn spread(bits: i32x8) -> i32x8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn neighbours_on_the_curve_are_neighbours_on_the_sphere() {

@@ -4,10 +4,10 @@
 use crate::batch::{Batch, Stream};
 use crate::client;
 use crate::cost::Cost;
-use crate::estimator::Setting;
 use crate::lanes::{F8, V8, sin_cos_turn};
 use crate::material::Bsdf;
 use crate::scene::{Scene, ShadingPoint};
+use crate::setting::Setting;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::PI;

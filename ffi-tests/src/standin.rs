@@ -3,7 +3,7 @@
 //! A ray that is chosen by the lobes' g has the weight f / g. So the weights of some lobes of fixed shapes make the integral of f^2 / g small,
 //! by multiplicative steps on directions that are drawn from the BRDF.
 
-use crate::measured::Reflectance;
+use crate::reflectance::Reflectance;
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 

@@ -98,6 +98,15 @@ pub fn splitmix(state: &mut u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// The geometric mean.
+pub fn geometric(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for value in values {
+        (sum, count) = (sum + value.ln(), count + 1);
+    }
+    (sum / f64::from(count)).exp()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

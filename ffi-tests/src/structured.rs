@@ -1,117 +1,22 @@
 //! A map as directional lights, by structured importance sampling and by k-means, and pictures lit by such lights or by
 //! plain sampling of the map (Agarwal et al. 2003, Sections 4 and 5).
 
-use crate::client::{self, Jitter, Map, Strata, raw};
+use crate::client::{self, Jitter, Strata, raw};
 use crate::directions;
-use crate::estimator::{Lit, Setting};
 use crate::lanes::{F8, LANES, V8};
 use crate::light::Light;
 use crate::material::{Bsdf, Material};
-use crate::measure::BATCHES;
 use crate::points;
 use crate::processor;
 use crate::reference::Reference;
 use crate::scene::{Scene, ShadingPoint};
+use crate::setting::{Lit, Setting};
+pub use crate::stratified::Source;
 use anyhow::Result;
 use glam::Vec3;
 use std::f32::consts::TAU;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
-
-/// A lat-long light for the library, which takes its texels and matrix from here.
-pub struct Source<'a> {
-    pub light: &'a Light,
-    world_from_map: [f32; 9],
-}
-
-impl<'a> Source<'a> {
-    pub fn new(light: &'a Light) -> Source<'a> {
-        Source { light, world_from_map: light.world_from_map() }
-    }
-
-    fn map(&self) -> Map<'a> {
-        let [width, height] = self.light.size().map(|n| n as u32);
-        Map::latlong(width, height, 1, self.light.luminance())
-    }
-
-    /// The strata for a number of lights.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn strata(&self, count: u32) -> client::Result<Strata> {
-        self.strata_by(&raw::wis_strata_config { count, ..Default::default() })
-    }
-
-    /// The strata of a config.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn strata_by(&self, config: &raw::wis_strata_config) -> client::Result<Strata> {
-        Strata::new(&self.map(), &self.world_from_map, config)
-    }
-
-    /// Places inside strata: `WIS_JITTER_*`.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn jitter(&self, strata: &Strata, distribution: u32) -> client::Result<Jitter> {
-        strata.jitter(&self.map(), &self.world_from_map, distribution)
-    }
-}
-
-/// A map's strata for each number of samples of the report, with places inside: one sample a stratum by the light, as
-/// unbiased as sampling by the light alone.
-pub struct Stratified(Vec<Places>);
-
-/// No more strata than samples.
-pub struct Places {
-    samples: usize,
-    strata: Strata,
-    jitter: Jitter,
-}
-
-impl Stratified {
-    /// # Errors
-    /// Those of the library.
-    pub fn new(light: &Light) -> client::Result<Stratified> {
-        let latlong = light.to_latlong(512);
-        let source = Source::new(&latlong);
-        let places = |samples: &usize| {
-            let mut count = *samples as u32;
-            let mut strata = source.strata(count)?;
-            // Small bright regions may have got lights of their own.
-            while strata.lights.len() > *samples && count > 1 {
-                count -= 1;
-                strata = source.strata(count)?;
-            }
-            let jitter = source.jitter(&strata, raw::WIS_JITTER_ENERGY)?;
-            Ok(Places { samples: *samples, strata, jitter })
-        };
-        Ok(Stratified(BATCHES.iter().map(places).collect::<client::Result<_>>()?))
-    }
-
-    /// The strata for so many samples.
-    ///
-    /// # Panics
-    /// The report has no such number.
-    pub fn of(&self, samples: usize) -> &Places {
-        self.0.iter().find(|places| places.samples == samples).expect("a number of samples of the report")
-    }
-}
-
-impl Places {
-    pub fn count(&self) -> usize {
-        self.strata.lights.len()
-    }
-
-    /// A direction in a stratum, and its pdf there.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn sample(&self, stratum: usize, u: [f32; 2]) -> client::Result<([f32; 3], f32)> {
-        self.jitter.sample(stratum as u32, u)
-    }
-}
 
 /// Directional lights, eight side by side.
 pub struct Lights {
@@ -307,8 +212,7 @@ const BOUND: f64 = 0.004;
 /// # Errors
 /// Those of the library, and of writing the file.
 pub fn truth(scene: &Scene, light: &Light, material: &Material) -> Result<Vec<f64>> {
-    let environment = light.environment()?;
-    let lit = Lit::new(light, &environment)?;
+    let lit = Lit::new(light)?;
     let setting = Setting::new(&lit, material);
     let mut hasher = DefaultHasher::new();
     (scene.fingerprint(), light.fingerprint(), format!("{material:?}"), MOST, BOUND.to_bits()).hash(&mut hasher);

@@ -3,10 +3,10 @@
 use crate::caches::{CACHES, COLD, Others, RENDERER, WARM};
 use crate::client;
 use crate::cost::{Cost, MODELS};
-use crate::estimator::{Estimator, Setting};
-use crate::measure::shadowed_and_not;
+use crate::estimator::Estimator;
 use crate::method::Method;
 use crate::scene::Scene;
+use crate::setting::{Setting, shadowed_and_not};
 use crate::statistics::median;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -159,18 +159,17 @@ fn clock() -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::Lit;
     use crate::light::Light;
     use crate::material::Material;
     use crate::peers::Peer;
     use crate::scene::View;
+    use crate::setting::Lit;
 
     /// Both models differ by what evaluations and rays cost: so many that other programs do not hide it.
     #[test]
     fn models_differ_by_evaluations_and_rays() {
         let light = Light::windows(64);
-        let environment = light.environment().unwrap();
-        let lit = Lit::new(&light, &environment).unwrap();
+        let lit = Lit::new(&light).unwrap();
         let (material, scene) = (Material::lambert(), Scene::procedural(View::Points(64)).unwrap());
         let setting = Setting::new(&lit, &material);
         let mut estimator = Estimator::new(&setting, 1).unwrap();

@@ -5,16 +5,10 @@
 
 mod count;
 mod curve;
-mod lists;
 mod renderer;
-mod strata;
 mod trees;
 mod wavelets;
 mod world;
-
-#[path = "../src/header.rs"]
-#[allow(dead_code)]
-mod header;
 
 use crate::curve::{Curve, Place};
 use crate::world::World;
@@ -22,6 +16,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Parser;
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::{Command, ExitCode};
+use wis_fuzz::header;
 
 #[derive(Parser)]
 struct Options {
@@ -54,10 +49,8 @@ fn measure(options: &Options) -> Result<()> {
     ensure!(count::is_possible(), "not under valgrind");
     let mut world = World::new(&options.library, &options.only)?;
     renderer::run(&mut world);
-    strata::run(&mut world);
     wavelets::run(&mut world);
     trees::run(&mut world);
-    lists::run(&mut world);
     Ok(())
 }
 

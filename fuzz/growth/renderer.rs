@@ -1,25 +1,7 @@
-//! Curves of wis.h.
+//! Curves of wis.h and wis_lights.h.
 
-use crate::world::{Block, Map, World, call, counted, directions, numbers, sized};
+use crate::world::{Values, World, directions, numbers};
 use std::ffi::{c_int, c_void};
-use std::ptr::{null, null_mut};
-use wis::Drawn;
-use wis::direct::Ray;
-use wis::ffi::check::*;
-use wis::ffi::check_point::*;
-use wis::ffi::direct::*;
-use wis::ffi::light::*;
-use wis::ffi::material::*;
-use wis::ffi::points::*;
-use wis::ffi::pool::*;
-use wis::ffi::product::*;
-use wis::ffi::sampler::*;
-use wis::ffi::sampling::*;
-use wis::ffi::visibility::*;
-use wis::ffi::wave::*;
-use wis::ffi::{MemorySize, wis_status_string, wis_version};
-use wis::pool::Pick;
-use wis::status::Status;
 
 /// Texels of maps: 16 x 8 to 256 x 128.
 const TEXELS: [usize; 4] = [512, 2048, 8192, 32768];
@@ -28,268 +10,178 @@ const COUNTS: [usize; 4] = [64, 256, 1024, 4096];
 const BUILDS: [usize; 3] = [2048, 32768, 131072];
 const LOBES: [usize; 2] = [1, 4];
 
-pub fn run(world: &mut World) {
-    small(world);
-    environments(world);
-    builds(world);
-    samplers(world);
-    caches(world);
-    rays(world);
-    products(world);
-    samples(world);
-    pools(world);
-    points(world);
-}
-
-fn constant(_: f64) -> f64 {
+pub fn constant(_: f64) -> f64 {
     1.0
 }
 
-fn linear(n: f64) -> f64 {
+pub fn linear(n: f64) -> f64 {
     n
 }
 
+pub fn run(w: &mut World) {
+    small(w);
+    environments(w);
+    samplers(w);
+    rays(w);
+    products(w);
+    points(w);
+    strata(w);
+}
+
+/// A lat-long map of noise with a sun, RGB, twice as wide as high; texels: a square times two.
+pub fn map<'a>(w: &mut World, texels: usize) -> Values<'a> {
+    let height = ((texels / 2) as f64).sqrt();
+    let mut pixels = numbers(1, 3 * texels);
+    pixels[0] = 1e4;
+    let (layout, format) = (w.constant("WIS_LAYOUT_LATLONG"), w.constant("WIS_FORMAT_F32"));
+    let size = [("layout", layout), ("width", 2.0 * height), ("height", height)];
+    [&size[..], &[("channels", 3.0), ("format", format), ("pixels", w.floats(&pixels))]].concat()
+}
+
+fn config(w: &mut World, texels: usize) -> f64 {
+    let map = map(w, texels);
+    w.of("wis_environment_config", &map)
+}
+
+fn light(w: &mut World, texels: usize) -> f64 {
+    let config = config(w, texels);
+    w.call("wis_environment_init", &vec![("config", config)])
+}
+
 fn small(w: &mut World) {
-    w.curve("wis_status_string", "status", &[1, 1000], constant, |w, n| {
-        counted!(w, wis_status_string(n as u32));
-    });
-    w.curve("wis_version", "call", &[1, 4], constant, |w, _| {
-        counted!(w, wis_version());
-    });
-    w.curve("wis_pixel_seed", "x", &[1, 1 << 30], constant, |w, n| {
-        counted!(w, wis_pixel_seed(n as u32, n as u32, n as u32));
+    w.curve("wis_status_string", "status", &[1, 1000], constant, |_, n| vec![("status", n as f64)]);
+    w.curve("wis_version", "call", &[1, 4], constant, |_, _| vec![]);
+    w.curve("wis_pixel_seed", "x", &[1, 1 << 30], constant, |_, n| {
+        ["x", "y", "pass"].map(|name| (name, n as f64)).into()
     });
     w.curve("wis_visibility_key", "position", &[1, 1 << 30], constant, |w, n| {
-        let (position, normal, mut key) = ([n as f32; 3], [0.0, 0.0, 1.0], 0);
-        counted!(w, wis_visibility_key(&position, &normal, 1.0, &mut key));
+        vec![("position", w.floats(&[n as f32; 3])), ("normal", w.floats(&[0.0, 0.0, 1.0])), ("cell", 1.0)]
     });
-    w.at_most("wis_material_init", "lobes", &LOBES, linear, |w, n| {
-        let mut material = unhashed(n);
-        counted!(w, wis_material_init(&mut material, null_mut()));
-    });
+    w.at_most("wis_material_init", "lobes", &LOBES, linear, |w, n| vec![("material", shapes(w, n))]);
 }
 
 fn environments(w: &mut World) {
     w.curve("wis_base", "texels", &TEXELS, constant, |w, n| {
-        let (memory, radiance, mut base) = (Map::new(n).build(w), [n as f32; 3], 0.0);
-        counted!(w, wis_base(memory.of(), &radiance, &mut base));
+        vec![("environment", light(w, n)), ("radiance", w.floats(&[n as f32; 3]))]
     });
-    w.curve("wis_environment_size", "texels", &TEXELS, constant, |w, n| {
-        let (map, mut size) = (Map::new(n), MemorySize::default());
-        counted!(w, wis_environment_size(&map.config, &mut size, null_mut()));
-    });
-    w.curve("wis_environment_size", "bytes by texels", &[32768, 131072, 524288], linear, |w, n| {
-        let bytes = Map::new(n).size(w).bytes;
-        w.bytes(bytes);
-    });
-    w.curve("wis_environment_size", "scratch by texels", &[32768, 131072, 524288], linear, |w, n| {
-        let bytes = Map::new(n).size(w).scratch_bytes;
-        w.bytes(bytes);
-    });
+    w.curve("wis_environment_size", "texels", &TEXELS, constant, |w, n| vec![("config", config(w, n))]);
+    for input in ["bytes by texels", "scratch by texels"] {
+        w.curve("wis_environment_size", input, &[32768, 131072, 524288], linear, |w, n| vec![("config", config(w, n))]);
+    }
     w.at_most("wis_environment_open", "texels", &BUILDS, linear, |w, n| {
-        let (memory, mut handle) = (Map::new(n).build(w), null());
-        counted!(w, wis_environment_open(memory.of(), memory.bytes, &mut handle, null_mut()));
+        vec![("memory", light(w, n)), ("bytes", w.sizes[0] as f64)]
     });
-    w.curve("wis_environment_describe", "texels", &TEXELS, constant, |w, n| {
-        let (memory, mut info) = (Map::new(n).build(w), sized());
-        counted!(w, wis_environment_describe(memory.of(), &mut info));
-    });
+    w.curve("wis_environment_describe", "texels", &TEXELS, constant, |w, n| vec![("environment", light(w, n))]);
     w.curve("wis_environment_turn", "texels", &TEXELS, constant, |w, n| {
-        let (mut memory, mut handle) = (Map::new(n).build(w), null());
-        let (place, bytes) = (memory.at(), memory.bytes);
-        counted!(w, wis_environment_turn(place, bytes, null(), &mut handle, null_mut()));
+        vec![("memory", light(w, n)), ("bytes", w.sizes[0] as f64)]
     });
-}
-
-/// A build in its parts.
-struct Build {
-    map: Map,
-    memory: Block,
-    scratch: Block,
-    items: [u32; 3],
-}
-
-impl Build {
-    fn new(w: &World, texels: usize) -> Build {
-        let map = Map::new(texels);
-        let size = map.size(w);
-        let scratch = Block::new(size.scratch_bytes);
-        Build { map, memory: Block::new(size.bytes), scratch, items: [0; 3] }
-    }
-
-    fn begin(&mut self, w: &World) {
-        let (config, scratch, room) = (&self.map.config, self.scratch.at(), self.scratch.bytes);
-        let status = call!(w, wis_environment_begin(config, scratch, room, &mut self.items, null_mut()));
-        assert_eq!(status, Status::Ok);
-    }
-
-    fn run(&mut self, w: &World, pass: u32) {
-        let (config, scratch, room, count) =
-            (&self.map.config, self.scratch.at(), self.scratch.bytes, self.items[pass as usize]);
-        let (memory, bytes) = (self.memory.at(), self.memory.bytes);
-        let none = null_mut();
-        let status = call!(w, wis_environment_run(config, memory, bytes, scratch, room, pass, 0, count, none));
-        assert_eq!(status, Status::Ok);
-    }
-}
-
-/// Counts a whole build.
-fn built(w: &mut World, texels: usize, budget: f32, filter: u32, flags: u32) {
-    let mut build = Build::new(w, texels);
-    let config = &mut build.map.config;
-    (config.error_budget, config.filter, config.flags) = (budget, filter, flags);
-    let size = build.map.size(w);
-    (build.memory, build.scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-    let (config, memory, scratch) = (&build.map.config, build.memory.at(), build.scratch.at());
-    let (bytes, room, mut handle) = (build.memory.bytes, build.scratch.bytes, null());
-    counted!(w, wis_environment_init(config, memory, bytes, scratch, room, &mut handle, null_mut()));
-}
-
-fn builds(w: &mut World) {
-    let (smooth, nearest) = (WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST);
     // Strata take as long as hundreds of thousands of texels.
-    w.at_most("wis_environment_init", "texels", &BUILDS, linear, |w, n| built(w, n, 0.0, smooth, 0));
-    w.at_most("wis_environment_init", "texels, budget", &TEXELS, linear, |w, n| built(w, n, 0.01, smooth, 0));
+    w.at_most("wis_environment_init", "texels", &BUILDS, linear, |w, n| vec![("config", config(w, n))]);
+    w.at_most("wis_environment_init", "texels, budget", &TEXELS, linear, |w, n| {
+        let map = [map(w, n), vec![("error_budget", 0.01)]].concat();
+        vec![("config", w.of("wis_environment_config", &map))]
+    });
     w.at_most("wis_environment_init", "texels, nearest", &TEXELS, linear, |w, n| {
-        built(w, n, 0.0, nearest, WIS_ENVIRONMENT_COMPENSATED);
+        let (filter, flags) = (w.constant("WIS_FILTER_NEAREST"), w.constant("WIS_ENVIRONMENT_COMPENSATED"));
+        let map = [map(w, n), vec![("filter", filter), ("flags", flags)]].concat();
+        vec![("config", w.of("wis_environment_config", &map))]
     });
-    w.at_most("wis_environment_begin", "rows^2", &TEXELS, f64::sqrt, |w, n| {
-        let mut build = Build::new(w, n);
-        let (config, scratch, room) = (&build.map.config, build.scratch.at(), build.scratch.bytes);
-        counted!(w, wis_environment_begin(config, scratch, room, &mut build.items, null_mut()));
-    });
+    w.at_most("wis_environment_begin", "rows^2", &TEXELS, f64::sqrt, |w, n| vec![("config", config(w, n))]);
     for (pass, input) in [(0, "texels, pass 0"), (1, "texels, pass 1"), (2, "texels, pass 2")] {
         w.at_most("wis_environment_run", input, &TEXELS[1..], linear, |w, n| {
-            let mut build = Build::new(w, n);
-            build.begin(w);
-            (0..pass).for_each(|earlier| build.run(w, earlier));
-            let (config, memory, scratch) = (&build.map.config, build.memory.at(), build.scratch.at());
-            let (bytes, room, count, none) =
-                (build.memory.bytes, build.scratch.bytes, build.items[pass as usize], null_mut());
-            counted!(w, wis_environment_run(config, memory, bytes, scratch, room, pass, 0, count, none));
+            let (build, items) = begun(w, n, pass);
+            [build, vec![("pass", f64::from(pass)), ("first", 0.0), ("count", items[pass as usize])]].concat()
         });
     }
-    w.at_most("wis_environment_finish", "texels", &BUILDS, linear, |w, n| {
-        let mut build = Build::new(w, n);
-        build.begin(w);
-        (0..3).for_each(|pass| build.run(w, pass));
-        let (config, memory, scratch) = (&build.map.config, build.memory.at(), build.scratch.at());
-        let (bytes, room, mut handle) = (build.memory.bytes, build.scratch.bytes, null());
-        counted!(w, wis_environment_finish(config, memory, bytes, scratch, room, &mut handle, null_mut()));
-    });
+    w.at_most("wis_environment_finish", "texels", &BUILDS, linear, |w, n| begun(w, n, 3).0);
 }
 
-/// A configuration of a sampler.
-fn config(rays: usize, candidates: usize) -> SamplerConfig {
-    let mut config: SamplerConfig = sized();
-    (config.rays, config.candidates_per_ray) = (rays as u32, candidates as u32);
-    config
+/// A build whose first passes are done, and the items of each pass.
+fn begun<'a>(w: &mut World, texels: usize, passes: u32) -> (Values<'a>, [f64; 3]) {
+    let config = config(w, texels);
+    w.call("wis_environment_size", &vec![("config", config)]);
+    let [bytes, scratch_bytes] = w.sizes;
+    let (memory, scratch, items) = (w.room(bytes), w.room(scratch_bytes), w.integers(&[0; 3]));
+    let work = vec![("config", config), ("scratch", scratch), ("scratch_bytes", scratch_bytes as f64)];
+    w.call("wis_environment_begin", &[work.clone(), vec![("items", items)]].concat());
+    // SAFETY: three integers.
+    let items = unsafe { *(items as usize as *const [u32; 3]) }.map(f64::from);
+    let build = [work, vec![("memory", memory), ("bytes", bytes as f64)]].concat();
+    for pass in 0..passes {
+        let of_pass = vec![("pass", f64::from(pass)), ("first", 0.0), ("count", items[pass as usize])];
+        w.call("wis_environment_run", &[build.clone(), of_pass].concat());
+    }
+    (build, items)
 }
 
-/// The memory of a sampler.
-fn room(w: &World, config: &SamplerConfig) -> Block {
-    let mut size = MemorySize::default();
-    assert_eq!(call!(w, wis_sampler_size(config, &mut size, null_mut())), Status::Ok);
-    Block::new(size.bytes)
+fn sampler_config(w: &mut World, rays: usize, candidates: usize) -> f64 {
+    w.of("wis_sampler_config", &vec![("rays", rays as f64), ("candidates_per_ray", candidates as f64)])
 }
 
-fn sampler(w: &World, config: &SamplerConfig) -> Block {
-    let (mut memory, mut handle) = (room(w, config), null_mut());
-    let (place, bytes) = (memory.at(), memory.bytes);
-    assert_eq!(call!(w, wis_sampler_init(config, place, bytes, &mut handle, null_mut())), Status::Ok);
-    memory
+fn sampler(w: &mut World, rays: usize, candidates: usize) -> f64 {
+    let config = sampler_config(w, rays, candidates);
+    w.call("wis_sampler_init", &vec![("config", config)])
 }
 
 fn samplers(w: &mut World) {
-    w.curve("wis_sampler_size", "rays", &COUNTS, constant, |w, n| {
-        let mut size = MemorySize::default();
-        counted!(w, wis_sampler_size(&config(n, 0), &mut size, null_mut()));
-    });
-    w.at_most("wis_sampler_size", "bytes by rays", &COUNTS, linear, |w, n| w.bytes(room(w, &config(n, 0)).bytes));
+    w.curve("wis_sampler_size", "rays", &COUNTS, constant, |w, n| vec![("config", sampler_config(w, n, 0))]);
+    w.at_most("wis_sampler_size", "bytes by rays", &COUNTS, linear, |w, n| vec![("config", sampler_config(w, n, 0))]);
     w.curve("wis_sampler_size", "bytes by candidates", &[16, 64, 256], linear, |w, n| {
-        w.bytes(room(w, &config(16, n)).bytes);
+        vec![("config", sampler_config(w, 16, n))]
     });
-    w.at_most("wis_sampler_init", "bytes", &COUNTS, linear, |w, n| {
-        let config = config(n, 0);
-        let (mut memory, mut handle) = (room(w, &config), null_mut());
-        let (place, bytes) = (memory.at(), memory.bytes);
-        counted!(w, wis_sampler_init(&config, place, bytes, &mut handle, null_mut()));
-    });
-    w.curve("wis_sampler_begin_pixel", "rays", &COUNTS, constant, |w, n| {
-        let mut memory = sampler(w, &config(n, 0));
-        counted!(w, wis_sampler_begin_pixel(memory.at()));
-    });
-    w.curve("wis_sampler_fault", "rays", &COUNTS, constant, |w, n| {
-        let (memory, mut fault) = (sampler(w, &config(n, 0)), Default::default());
-        counted!(w, wis_sampler_fault(memory.of(), &mut fault));
-    });
-}
-
-fn cache(w: &World, places: usize) -> Block {
-    let mut size = MemorySize::default();
-    assert_eq!(call!(w, wis_visibility_cache_size(places as u32, &mut size, null_mut())), Status::Ok);
-    let (mut memory, mut handle) = (Block::new(size.bytes), null_mut());
-    let (place, bytes) = (memory.at(), memory.bytes);
-    let status = call!(w, wis_visibility_cache_init(places as u32, place, bytes, &mut handle, null_mut()));
-    assert_eq!(status, Status::Ok);
-    memory
-}
-
-fn caches(w: &mut World) {
-    w.curve("wis_visibility_cache_size", "places", &COUNTS, constant, |w, n| {
-        let mut size = MemorySize::default();
-        counted!(w, wis_visibility_cache_size(n as u32, &mut size, null_mut()));
-    });
-    w.curve("wis_visibility_cache_size", "bytes by places", &COUNTS, linear, |w, n| w.bytes(cache(w, n).bytes));
-    w.curve("wis_visibility_cache_init", "places", &COUNTS, linear, |w, n| {
-        let mut memory = cache(w, n);
-        let (place, bytes, mut handle) = (memory.at(), memory.bytes, null_mut());
-        counted!(w, wis_visibility_cache_init(n as u32, place, bytes, &mut handle, null_mut()));
-    });
-    w.curve("wis_visibility_cache_end_pass", "places", &COUNTS, linear, |w, n| {
-        let mut memory = cache(w, n);
-        counted!(w, wis_visibility_cache_end_pass(memory.at()));
-    });
+    w.at_most("wis_sampler_init", "bytes", &COUNTS, linear, |w, n| vec![("config", sampler_config(w, n, 0))]);
+    w.curve("wis_sampler_begin_pixel", "rays", &COUNTS, constant, |w, n| vec![("sampler", sampler(w, n, 0))]);
+    w.curve("wis_sampler_fault", "rays", &COUNTS, constant, |w, n| vec![("sampler", sampler(w, n, 0))]);
+    let cache = |w: &mut World, places: usize| w.call("wis_visibility_cache_init", &vec![("places", places as f64)]);
+    w.curve("wis_visibility_cache_size", "places", &COUNTS, constant, |_, n| vec![("places", n as f64)]);
+    w.curve("wis_visibility_cache_size", "bytes by places", &COUNTS, linear, |_, n| vec![("places", n as f64)]);
+    w.curve("wis_visibility_cache_init", "places", &COUNTS, linear, |_, n| vec![("places", n as f64)]);
+    w.curve("wis_visibility_cache_end_pass", "places", &COUNTS, linear, |w, n| vec![("cache", cache(w, n))]);
     w.curve("wis_visibility_cache_record", "count", &COUNTS, linear, |w, n| {
-        let (mut memory, material, wi, reached) = (cache(w, 16), material(w, 1), directions(1, n), vec![1u8; n]);
-        let mut point = point(&material);
-        (point.visibility, point.visibility_key) = (memory.at(), 1);
-        counted!(w, wis_visibility_cache_record(&point, n, wi.as_ptr().cast(), 0, reached.as_ptr()));
+        let (cache, reached) = (cache(w, 16), w.integers(&vec![0x0101_0101; n]));
+        let point = point(w, 1, vec![("visibility", cache), ("visibility_key", 1.0)]);
+        vec![("point", point), ("count", n as f64), ("wi", w.floats(&directions(1, n))), ("reached", reached)]
     });
 }
 
 /// GGX lobes of different widths, and Lambert's.
-fn unhashed(lobes: usize) -> MaterialData {
-    let mut material: MaterialData = sized();
-    material.lobe_count = lobes as u32;
-    material.lobe[0].kind = WIS_LOBE_LAMBERT;
-    for (lobe, alpha) in material.lobe[1..lobes].iter_mut().zip([0.4, 0.1, 0.02]) {
-        (lobe.kind, lobe.a, lobe.b) = (WIS_LOBE_GGX, alpha, alpha);
+fn shapes(w: &mut World, lobes: usize) -> f64 {
+    let (lambert, ggx) = (w.constant("WIS_LOBE_LAMBERT"), w.constant("WIS_LOBE_GGX"));
+    let mut fields = vec![("lobe_count", lobes as f64), ("lobe[0].kind", lambert)];
+    let names = [
+        ["lobe[1].kind", "lobe[1].a", "lobe[1].b"],
+        ["lobe[2].kind", "lobe[2].a", "lobe[2].b"],
+        ["lobe[3].kind", "lobe[3].a", "lobe[3].b"],
+    ];
+    for ([kind, a, b], alpha) in names.into_iter().zip([0.4, 0.1, 0.02]).take(lobes - 1) {
+        fields.extend([(kind, ggx), (a, alpha), (b, alpha)]);
     }
+    w.of("wis_material", &fields)
+}
+
+fn material(w: &mut World, lobes: usize) -> f64 {
+    let material = shapes(w, lobes);
+    w.call("wis_material_init", &vec![("material", material)]);
     material
 }
 
-fn material(w: &World, lobes: usize) -> MaterialData {
-    let mut material = unhashed(lobes);
-    assert_eq!(call!(w, wis_material_init(&mut material, null_mut())), Status::Ok);
-    material
+/// The fields of a point, whose lobes weigh the same.
+fn fields<'a>(w: &mut World, lobes: usize, more: Values<'a>) -> Values<'a> {
+    let mut fields =
+        vec![("material", material(w, lobes)), ("normal[2]", 1.0), ("tangent[0]", 1.0), ("wo[0]", 0.6), ("wo[2]", 0.8)];
+    fields.extend([("weight*", 0.25), ("f0*", 0.5)]);
+    fields.extend(more);
+    fields
 }
 
-fn point(material: &MaterialData) -> PointData {
-    let mut point: PointData = sized();
-    point.material = material;
-    (point.normal, point.tangent, point.wo) = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.6, 0.0, 0.8]);
-    (point.weight, point.f0) = ([[0.25; 3]; 4], [[0.5; 3]; 4]);
-    point
+fn point(w: &mut World, lobes: usize, more: Values) -> f64 {
+    let fields = fields(w, lobes, more);
+    w.of("wis_point", &fields)
 }
 
-/// Counts one wis_direct.
-fn direct(w: &mut World, texels: usize, rays: usize, candidates: usize, lobes: usize) {
-    let (light, material) = (Map::new(texels).build(w), material(w, lobes));
-    let mut memory = sampler(w, &config(rays, candidates));
-    let (mut ray, mut count) = (vec![Ray::default(); rays], 0);
-    let (light, point) = (light.of(), point(&material));
-    counted!(w, wis_direct(memory.at(), light, &point, rays as u32, null(), ray.as_mut_ptr(), &mut count));
+fn direct<'a>(w: &mut World, texels: usize, rays: usize, candidates: usize, lobes: usize) -> Values<'a> {
+    let (light, sampler, point) = (light(w, texels), sampler(w, rays, candidates), point(w, lobes, vec![]));
+    vec![("sampler", sampler), ("environment", light), ("point", point), ("rays", rays as f64)]
 }
 
 fn rays(w: &mut World) {
@@ -301,21 +193,13 @@ fn rays(w: &mut World) {
     w.curve("wis_direct_wave", "count", &COUNTS[..3], linear, |w, n| wave(w, n, 4));
     w.curve("wis_direct_wave", "rays", &[4, 16, 64], linear, |w, n| wave(w, 16, n));
     w.curve("wis_check", "texels", &[512, 32768], constant, |w, n| {
-        let (light, mut memory, mut info) = (Map::new(n).build(w), sampler(w, &config(16, 0)), sized());
-        let mut config: CheckConfig = sized();
-        config.radiance = Some(white);
-        counted!(w, wis_check(memory.at(), light.of(), &config, &mut info));
+        let config = w.of("wis_check_config", &vec![("radiance", white as *const () as usize as f64)]);
+        vec![("environment", light(w, n)), ("sampler", sampler(w, 16, 0)), ("config", config)]
     });
-    w.curve("wis_check_point", "texels", &[512, 32768], constant, check_point);
-}
-
-/// Counts one wis_check_point.
-fn check_point(w: &mut World, texels: usize) {
-    let (light, material) = (Map::new(texels).build(w), material(w, 4));
-    let (mut memory, mut verdict) = (sampler(w, &config(16, 0)), sized());
-    let mut point = point(&material);
-    point.target = Some(even);
-    counted!(w, wis_check_point(memory.at(), light.of(), &point, &mut verdict));
+    w.curve("wis_check_point", "texels", &[512, 32768], constant, |w, n| {
+        let point = point(w, 4, vec![("target", even as *const () as usize as f64)]);
+        vec![("environment", light(w, n)), ("sampler", sampler(w, 16, 0)), ("point", point)]
+    });
 }
 
 extern "C" fn even(_: *mut c_void, count: usize, _: *const f32, f_cos: *mut f32) -> c_int {
@@ -324,175 +208,183 @@ extern "C" fn even(_: *mut c_void, count: usize, _: *const f32, f_cos: *mut f32)
     0
 }
 
-extern "C" fn white(_: *mut c_void, count: usize, _: *const f32, rgb: *mut f32) -> c_int {
-    // SAFETY: the library gives room for `count` colours.
-    unsafe { std::slice::from_raw_parts_mut(rgb, 3 * count) }.fill(1.0);
-    0
+extern "C" fn white(user: *mut c_void, count: usize, wi: *const f32, rgb: *mut f32) -> c_int {
+    even(user, 3 * count, wi, rgb)
 }
 
-fn wave(w: &mut World, count: usize, rays: usize) {
-    let (light, material) = (Map::new(2048).build(w), material(w, 2));
-    let mut memory = sampler(w, &config(rays, 16));
-    let (mut ray, mut counts, seeds) = (vec![Ray::default(); rays * count], vec![0; count], vec![1u32; count]);
-    let (normal, wo) = ([0.0f32, 0.0, 1.0], [0.6f32, 0.0, 0.8]);
-    let mut wave: DirectWave = sized();
-    (wave.material_count, wave.rays, wave.materials) = (1, rays as u32, &material);
-    wave.normal.first = normal.as_ptr();
-    wave.wo.first = wo.as_ptr();
-    (wave.seed.first, wave.seed.point) = (seeds.as_ptr(), 4);
-    (wave.ray.first, wave.ray.point) = (ray.as_mut_ptr().cast(), (rays * size_of::<Ray>()) as isize);
-    wave.count = counts.as_mut_ptr();
-    counted!(w, wis_direct_wave(memory.at(), light.of(), count, &wave));
+fn wave<'a>(w: &mut World, count: usize, rays: usize) -> Values<'a> {
+    let (light, sampler, materials) = (light(w, 2048), sampler(w, rays, 16), material(w, 2));
+    let (normal, wo, seeds) = (w.floats(&[0.0, 0.0, 1.0]), w.floats(&[0.6, 0.0, 0.8]), w.integers(&vec![1; count]));
+    let (ray, counts) = (w.room(16 * rays * count), w.room(4 * count));
+    let arrays = [
+        ("materials", materials),
+        ("normal.first", normal),
+        ("wo.first", wo),
+        ("seed.first", seeds),
+        ("seed.point", 4.0),
+    ];
+    let rest = [
+        ("material_count", 1.0),
+        ("rays", rays as f64),
+        ("ray.first", ray),
+        ("ray.point", 16.0 * rays as f64),
+        ("count", counts),
+    ];
+    let wave = w.of("wis_wave", &[arrays, rest].concat());
+    vec![("sampler", sampler), ("environment", light), ("count", count as f64), ("wave", wave)]
 }
 
-/// Products of points that are alike.
-struct Products {
-    light: Block,
-    sampler: Block,
-    config: GridConfig,
-    memory: Block,
-    points: Vec<PointData>,
-    _material: Box<MaterialData>,
+/// What is prepared: products of points that are alike.
+fn preparation<'a>(w: &mut World, texels: usize, count: usize, lobes: usize, more: Values<'a>) -> Values<'a> {
+    let (light, sampler, config) = (light(w, texels), sampler(w, 16, 0), w.of("wis_product_config", &more));
+    let point = fields(w, lobes, vec![]);
+    let points = w.list("wis_point", &vec![point; count]);
+    vec![("sampler", sampler), ("environment", light), ("config", config), ("count", count as f64), ("point", points)]
 }
 
-impl Products {
-    fn new(w: &World, texels: usize, count: usize, lobes: usize, cells: usize) -> Products {
-        let material = Box::new(material(w, lobes));
-        let (mut config, mut size): (GridConfig, _) = (sized(), MemorySize::default());
-        config.divided_cells = cells as u32;
-        assert_eq!(call!(w, wis_product_size(&config, &mut size, null_mut())), Status::Ok);
-        Products {
-            light: Map::new(texels).build(w),
-            sampler: sampler(w, &crate::renderer::config(16, 0)),
-            config,
-            memory: Block::new(count * size.bytes),
-            points: vec![point(&material); count],
-            _material: material,
-        }
-    }
+/// The same and the product of one point.
+fn prepared<'a>(w: &mut World, texels: usize, lobes: usize, more: Values<'a>) -> Values<'a> {
+    let mut values = preparation(w, texels, 1, lobes, more);
+    let memory = w.call("wis_product_prepare", &values);
+    values.extend([("memory", memory), ("bytes", w.sizes[0] as f64), ("product", memory)]);
+    values
+}
 
-    fn prepare(mut self, w: &World) -> Products {
-        let (count, mut offset, mut used) = (self.points.len(), vec![0; self.points.len()], 0);
-        let (sampler, light, point) = (self.sampler.at(), self.light.of(), self.points.as_ptr());
-        let (memory, bytes, config, offset) = (self.memory.at(), self.memory.bytes, &self.config, offset.as_mut_ptr());
-        let status =
-            call!(w, wis_product_prepare(sampler, light, config, count, point, memory, bytes, offset, &mut used));
-        assert_eq!(status, Status::Ok);
-        self
-    }
-
-    fn count(mut self, w: &mut World) {
-        let (count, mut offset, mut used) = (self.points.len(), vec![0; self.points.len()], 0);
-        let (sampler, light, point) = (self.sampler.at(), self.light.of(), self.points.as_ptr());
-        let (memory, bytes, config, offset) = (self.memory.at(), self.memory.bytes, &self.config, offset.as_mut_ptr());
-        counted!(w, wis_product_prepare(sampler, light, config, count, point, memory, bytes, offset, &mut used));
-    }
+fn cells<'a>(n: usize) -> Values<'a> {
+    vec![("divided_cells", n as f64)]
 }
 
 fn products(w: &mut World) {
-    w.curve("wis_product_size", "divided cells", &[6, 24], constant, |w, n| {
-        let (mut config, mut size): (GridConfig, _) = (sized(), MemorySize::default());
-        config.divided_cells = n as u32;
-        counted!(w, wis_product_size(&config, &mut size, null_mut()));
-    });
-    w.at_most("wis_product_size", "bytes by divided cells", &[6, 24], linear, |w, n| {
-        let bytes = Products::new(w, 512, 1, 1, n).memory.bytes;
-        w.bytes(bytes);
-    });
-    w.curve("wis_product_prepare", "count", &[4, 16, 64], linear, |w, n| Products::new(w, 2048, n, 4, 0).count(w));
-    w.at_most("wis_product_prepare", "lobes", &LOBES, linear, |w, n| Products::new(w, 2048, 4, n, 0).count(w));
-    w.at_most("wis_product_prepare", "divided cells", &[6, 24], linear, |w, n| {
-        Products::new(w, 2048, 4, 4, n).count(w)
-    });
-    w.curve("wis_product_prepare", "texels", &TEXELS, constant, |w, n| Products::new(w, n, 4, 4, 0).count(w));
+    let config = |w: &mut World, n: usize| vec![("config", w.of("wis_product_config", &cells(n)))];
+    w.curve("wis_product_size", "divided cells", &[6, 24], constant, config);
+    w.at_most("wis_product_size", "bytes by divided cells", &[6, 24], linear, config);
+    w.curve("wis_product_prepare", "count", &[4, 16, 64], linear, |w, n| preparation(w, 2048, n, 4, vec![]));
+    w.at_most("wis_product_prepare", "lobes", &LOBES, linear, |w, n| preparation(w, 2048, 4, n, vec![]));
+    w.at_most("wis_product_prepare", "divided cells", &[6, 24], linear, |w, n| preparation(w, 2048, 4, 4, cells(n)));
+    w.curve("wis_product_prepare", "texels", &TEXELS, constant, |w, n| preparation(w, n, 4, 4, vec![]));
     w.at_most("wis_product_open", "divided cells", &[6, 24], linear, |w, n| {
-        let (mut made, mut handle) = (Products::new(w, 2048, 1, 4, n), null());
-        made.config.flags = WIS_PRODUCT_CHECKSUM;
-        let made = made.prepare(w);
-        counted!(w, wis_product_open(made.light.of(), made.memory.of(), made.memory.bytes, &mut handle, null_mut()));
+        let flags = w.constant("WIS_PRODUCT_CHECKSUM");
+        let mut values = prepared(w, 2048, 4, [cells(n), vec![("flags", flags)]].concat());
+        values.retain(|value| value.0 != "product");
+        values
     });
-    w.at_most("wis_product_describe", "divided cells", &[6, 24], linear, |w, n| {
-        let (made, mut info) = (Products::new(w, 2048, 1, 4, n).prepare(w), sized());
-        counted!(w, wis_product_describe(made.light.of(), made.memory.of(), &mut info));
-    });
-    w.at_most("wis_product_covers", "lobes", &LOBES, linear, |w, n| {
-        let (made, mut covers) = (Products::new(w, 2048, 1, n, 0).prepare(w), 0);
-        counted!(w, wis_product_covers(made.memory.of(), &made.points[0], &mut covers));
-    });
-}
-
-/// Counts samples, densities and inverses of a light, or of a product.
-fn sampled(w: &mut World, function: &str, texels: usize, count: usize, lobes: usize) {
-    let mut made = Products::new(w, texels, 1, lobes.max(1), 0).prepare(w);
-    let product = if lobes > 0 { made.memory.of() } else { null() };
-    let (mut u, wi) = (numbers(2, 2 * count), directions(3, count));
-    let (mut drawn, mut pdf, mut status) = (vec![Drawn::default(); count], vec![0.0; count], vec![0; count]);
-    let (sampler, light, wi) = (made.sampler.at(), made.light.of(), wi.as_ptr().cast());
-    match function {
-        "wis_sample" => {
-            counted!(w, wis_sample(sampler, light, product, count, u.as_ptr(), 0, drawn.as_mut_ptr().cast(), 0));
-        }
-        "wis_pdf" => {
-            counted!(w, wis_pdf(sampler, light, product, count, wi, 0, pdf.as_mut_ptr(), 0));
-        }
-        _ => {
-            counted!(w, wis_invert(sampler, light, product, count, wi, 0, u.as_mut_ptr(), 0, status.as_mut_ptr()));
-        }
-    }
-}
-
-fn samples(w: &mut World) {
+    w.at_most("wis_product_describe", "divided cells", &[6, 24], linear, |w, n| prepared(w, 2048, 4, cells(n)));
+    w.at_most("wis_product_covers", "lobes", &LOBES, linear, |w, n| prepared(w, 2048, n, vec![]));
     for function in ["wis_sample", "wis_pdf", "wis_invert"] {
-        w.at_most(function, "lobes", &LOBES, linear, |w, n| sampled(w, function, 2048, 256, n));
+        w.at_most(function, "lobes", &LOBES, linear, |w, n| drawn(w, function, 2048, 256, n));
         for (by_count, by_texels, lobes) in [("count", "texels", 0), ("count, product", "texels, product", 4)] {
-            w.curve(function, by_count, &COUNTS, linear, |w, n| sampled(w, function, 2048, n, lobes));
-            w.curve(function, by_texels, &TEXELS, f64::log2, |w, n| sampled(w, function, n, 256, lobes));
+            w.curve(function, by_count, &COUNTS, linear, |w, n| drawn(w, function, 2048, n, lobes));
+            w.curve(function, by_texels, &TEXELS, f64::log2, |w, n| drawn(w, function, n, 256, lobes));
         }
     }
 }
 
-fn pool(w: &mut World, count: usize, picks: usize, weight: impl Fn(usize) -> f32) {
-    let mut size = MemorySize::default();
-    assert_eq!(call!(w, wis_pool_size(count, &mut size)), Status::Ok);
-    let (mut scratch, wi) = (Block::new(size.bytes), directions(4, count));
-    let weight: Vec<f32> = (0..count).map(weight).collect();
-    let (mut pick, mut picked, mut sum) = (vec![Pick::default(); picks], 0, 0.0);
-    let (wi, weight, room, pick) = (wi.as_ptr().cast(), weight.as_ptr(), size.bytes, pick.as_mut_ptr());
-    let (picks, place, none) = (picks as u32, scratch.at(), null_mut());
-    let size = size_of::<Candidates>() as u32;
-    let all = Candidates { size, reserved: 0, count, wi, wi_stride: 0, weight, weight_stride: 0 };
-    counted!(w, wis_pool_pick(&all, picks, 0.5, place, room, pick, &mut picked, &mut sum, none));
+/// Samples, densities and inverses of a light, or of a product.
+fn drawn<'a>(w: &mut World, function: &str, texels: usize, count: usize, lobes: usize) -> Values<'a> {
+    let mut values = prepared(w, texels, lobes.max(1), vec![]);
+    values.retain(|value| value.0 != "count" && (lobes > 0 || value.0 != "product"));
+    values.extend(inputs(w, function, count));
+    values
 }
 
-fn pools(w: &mut World) {
-    w.curve("wis_pool_size", "count", &COUNTS, constant, |w, n| {
-        let mut size = MemorySize::default();
-        counted!(w, wis_pool_size(n, &mut size));
-    });
-    w.curve("wis_pool_size", "bytes by count", &COUNTS, linear, |w, n| {
-        let mut size = MemorySize::default();
-        assert_eq!(call!(w, wis_pool_size(n, &mut size)), Status::Ok);
-        w.bytes(size.bytes);
-    });
-    w.curve("wis_pool_pick", "count", &COUNTS, linear, |w, n| pool(w, n, 16, |i| (i % 7) as f32));
-    w.curve("wis_pool_pick", "count, one bright", &COUNTS, linear, |w, n| {
-        pool(w, n, 16, |i| if i == 3 { 1e30 } else { 1.0 })
-    });
-    w.curve("wis_pool_pick", "count and picks", &COUNTS, linear, |w, n| pool(w, n, n, |_| 1.0));
-    w.curve("wis_pool_pick", "picks", &COUNTS, constant, |w, n| pool(w, 64, n, |_| 1.0));
+/// How many numbers or directions, and these.
+pub fn inputs<'a>(w: &mut World, function: &str, count: usize) -> Values<'a> {
+    let input = if function.ends_with("_sample") {
+        ("u", w.floats(&numbers(2, 2 * count)))
+    } else {
+        ("wi", w.floats(&directions(3, count)))
+    };
+    vec![("count", count as f64), input]
 }
 
 fn points(w: &mut World) {
-    w.curve("wis_points_hammersley", "count", &COUNTS, linear, |w, n| {
-        let mut out = vec![0.0f32; 2 * n];
-        counted!(w, wis_points_hammersley(0, n as u32, n as u32, out.as_mut_ptr(), 0));
+    let pool = |w: &mut World, count: usize, picks: usize, weight: &dyn Fn(usize) -> f32| {
+        let weights: Vec<f32> = (0..count).map(weight).collect();
+        let (wi, weight) = (w.floats(&directions(4, count)), w.floats(&weights));
+        let candidates = w.of("wis_candidates", &vec![("count", count as f64), ("wi", wi), ("weight", weight)]);
+        vec![("candidates", candidates), ("count", count as f64), ("picks", picks as f64), ("u", 0.5)]
+    };
+    w.curve("wis_pool_size", "count", &COUNTS, constant, |_, n| vec![("count", n as f64)]);
+    w.curve("wis_pool_size", "bytes by count", &COUNTS, linear, |_, n| vec![("count", n as f64)]);
+    w.curve("wis_pool_pick", "count", &COUNTS, linear, |w, n| pool(w, n, 16, &|i| (i % 7) as f32));
+    w.curve("wis_pool_pick", "count, one bright", &COUNTS, linear, |w, n| {
+        pool(w, n, 16, &|i| if i == 3 { 1e30 } else { 1.0 })
     });
-    w.curve("wis_points_sobol", "count", &COUNTS, linear, |w, n| {
-        let mut out = vec![0.0f32; 2 * n];
-        counted!(w, wis_points_sobol(1, 0, n, out.as_mut_ptr(), 0));
+    w.curve("wis_pool_pick", "count and picks", &COUNTS, linear, |w, n| pool(w, n, n, &|_| 1.0));
+    w.curve("wis_pool_pick", "picks", &COUNTS, constant, |w, n| pool(w, 64, n, &|_| 1.0));
+    w.curve("wis_points_hammersley", "count", &COUNTS, linear, |_, n| {
+        vec![("first", 0.0), ("count", n as f64), ("total", n as f64)]
     });
-    w.curve("wis_points_sobol", "first", &[1, 1 << 30], constant, |w, n| {
-        let mut out = vec![0.0f32; 128];
-        counted!(w, wis_points_sobol(1, n as u32, 64, out.as_mut_ptr(), 0));
+    w.curve("wis_points_sobol", "count", &COUNTS, linear, |_, n| {
+        vec![("seed", 1.0), ("first", 0.0), ("count", n as f64)]
     });
+    w.curve("wis_points_sobol", "first", &[1, 1 << 30], constant, |_, n| {
+        vec![("seed", 1.0), ("first", n as f64), ("count", 64.0)]
+    });
+}
+
+fn strata(w: &mut World) {
+    const TEXELS: [usize; 3] = [2048, 8192, 32768];
+    const COUNTS: [usize; 4] = [16, 64, 256, 1024];
+    let lights = |w: &mut World, texels: usize, lights: usize, levels: usize| {
+        let of = w.of("wis_strata_config", &vec![("count", lights as f64), ("levels", levels as f64)]);
+        vec![("map", config(w, texels)), ("config", of)]
+    };
+    w.curve("wis_strata_size", "texels", &TEXELS, constant, |w, n| lights(w, n, 64, 0));
+    w.curve("wis_strata_size", "bytes by lights", &COUNTS, linear, |w, n| lights(w, 2048, n, 0));
+    w.curve("wis_strata_size", "scratch by texels", &TEXELS, linear, |w, n| lights(w, n, 64, 0));
+    w.curve("wis_strata_lights", "texels", &TEXELS, linear, |w, n| lights(w, n, 16, 0));
+    w.curve("wis_strata_lights", "lights", &COUNTS[..3], linear, |w, n| lights(w, 2048, n, 0));
+    w.at_most("wis_strata_lights", "levels", &[4, 16, 64], linear, |w, n| lights(w, 2048, 64, n));
+    let jitter = |w: &mut World, texels: usize, lights: usize| {
+        let labels: Vec<u32> = (0..texels as u32).map(|i| i % lights as u32).collect();
+        let (label, distribution) = (w.integers(&labels), w.constant("WIS_JITTER_ENERGY"));
+        let of = w.of(
+            "wis_jitter_config",
+            &vec![("light_count", lights as f64), ("distribution", distribution), ("label", label)],
+        );
+        vec![("map", config(w, texels)), ("config", of)]
+    };
+    w.curve("wis_jitter_size", "texels", &TEXELS, constant, |w, n| jitter(w, n, 64));
+    w.curve("wis_jitter_size", "bytes by texels", &TEXELS, linear, |w, n| jitter(w, n, 64));
+    w.curve("wis_jitter_init", "texels", &TEXELS, linear, |w, n| jitter(w, n, 64));
+    w.curve("wis_jitter_init", "texels, 1 light", &TEXELS, linear, |w, n| jitter(w, n, 1));
+    w.curve("wis_jitter_init", "texels and lights", &TEXELS, linear, |w, n| jitter(w, n, n));
+    let made = |w: &mut World, texels: usize, lights: usize| {
+        let values = jitter(w, texels, lights);
+        let memory = w.call("wis_jitter_init", &values);
+        vec![("memory", memory), ("bytes", w.sizes[0] as f64), ("jitter", memory), ("light", 0.0)]
+    };
+    w.curve("wis_jitter_open", "texels", &TEXELS, linear, |w, n| {
+        let mut values = made(w, n, 64);
+        values.retain(|value| value.0 != "jitter");
+        values
+    });
+    w.curve("wis_jitter_sample", "texels", &TEXELS, f64::log2, |w, n| {
+        [made(w, n, 1), vec![("u", w.floats(&[0.3, 0.7]))]].concat()
+    });
+    w.curve("wis_jitter_pdf", "texels", &TEXELS, f64::log2, |w, n| {
+        [made(w, n, 1), vec![("wi", w.floats(&[0.6, 0.0, 0.8]))]].concat()
+    });
+    // All are sorted, in the orders that are hard for one or another way to sort.
+    type Order = fn(usize) -> Vec<f32>;
+    fn rising(n: usize) -> impl DoubleEndedIterator<Item = f32> {
+        (0..n).map(|i| i as f32)
+    }
+    let orders: [(&str, Order); 5] = [
+        ("count", |n| numbers(5, n)),
+        ("count, rising", |n| rising(n).collect()),
+        ("count, falling", |n| rising(n).rev().collect()),
+        ("count, equal", |n| vec![1.0; n]),
+        ("count, pipe", |n| rising(n / 2).chain(rising(n / 2).rev()).collect()),
+    ];
+    for (input, order) in orders {
+        w.curve(
+            "wis_strata_order",
+            input,
+            &COUNTS,
+            |n| n * n.log2(),
+            |w, n| vec![("count", n as f64), ("contribution", w.floats(&order(n))), ("threshold", 0.0)],
+        );
+    }
 }

@@ -1,244 +1,255 @@
-//! Curves of trees, visibility and their integrals.
+//! Curves of trees, visibility, lists of wavelets and their integrals.
 
-use crate::world::{Block, World, call, counted, numbers, sized};
-use std::ptr::{null, null_mut};
-use wis::ffi::MemorySize;
-use wis::ffi::wavelets::haar::*;
-use wis::ffi::wavelets::table::Table;
-use wis::ffi::wavelets::tree::*;
-use wis::ffi::wavelets::triple::*;
-use wis::ffi::wavelets::visibility::*;
-use wis::status::Status;
+use crate::renderer::{constant, linear};
+use crate::world::{Values, World, numbers};
 
 /// Pixels of planar trees.
 const PIXELS: [usize; 4] = [64, 256, 1024, 4096];
-
-fn constant(_: f64) -> f64 {
-    1.0
-}
-
-fn linear(n: f64) -> f64 {
-    n
-}
+const COUNTS: [usize; 3] = [64, 256, 1024];
+/// The query and the build of a tree.
+const VERBS: [&str; 2] = ["wis_tree_size", "wis_tree_init"];
 
 pub fn run(w: &mut World) {
     builds(w);
     lookups(w);
-    transforms(w);
     combined(w);
     integrals(w);
-}
-
-/// A table without slices.
-pub fn table() -> Table {
-    // SAFETY: a struct of numbers and pointers.
-    let mut table: Table = unsafe { std::mem::zeroed() };
-    table.size = size_of::<Table>() as u32;
-    table
+    selections(w);
+    lists(w);
 }
 
 /// A tree of noise in which every square is kept.
-pub struct Stored {
-    config: TreeConfig,
-    _pixels: Vec<f32>,
-    memory: Block,
-    scratch: Block,
+fn noise<'a>(w: &mut World, axes: u32, depth: u32, seed: u64) -> Values<'a> {
+    let pixels = w.floats(&numbers(seed, 1 << (axes * depth)));
+    vec![(
+        "config",
+        w.of(
+            "wis_tree_config",
+            &vec![("dimensions", f64::from(axes)), ("depth", f64::from(depth)), ("pixels", pixels)],
+        ),
+    )]
 }
 
-impl Stored {
-    fn unbuilt(w: &World, axes: u32, depth: u32, seed: u64) -> Stored {
-        let mut config: TreeConfig = sized();
-        let pixels = numbers(seed, 1 << (axes * depth));
-        (config.dimensions, config.depth, config.pixels) = (axes, depth, pixels.as_ptr());
-        let mut size = MemorySize::default();
-        assert_eq!(call!(w, wis_tree_size(&config, &mut size, null_mut())), Status::Ok);
-        let (memory, scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        Stored { config, _pixels: pixels, memory, scratch }
-    }
+pub fn stored(w: &mut World, axes: u32, depth: u32, seed: u64) -> f64 {
+    let config = noise(w, axes, depth, seed);
+    w.call("wis_tree_init", &config)
+}
 
-    pub fn new(w: &World, axes: u32, depth: u32, seed: u64) -> Stored {
-        let mut made = Stored::unbuilt(w, axes, depth, seed);
-        let mut info: TreeInfo = sized();
-        let (memory, bytes, scratch, room) =
-            (made.memory.at(), made.memory.bytes, made.scratch.at(), made.scratch.bytes);
-        let (config, mut handle) = (&made.config, null());
-        let status = call!(w, wis_tree_init(config, memory, bytes, scratch, room, &mut handle, &mut info, null_mut()));
-        assert_eq!(status, Status::Ok);
-        made.memory.bytes = info.bytes as usize;
-        made
-    }
+/// A planar tree of so many pixels.
+fn planar(w: &mut World, pixels: usize, seed: u64) -> f64 {
+    stored(w, 2, pixels.ilog2() / 2, seed)
+}
 
-    /// A planar tree of so many pixels.
-    pub fn planar(w: &World, pixels: usize, seed: u64) -> Stored {
-        Stored::new(w, 2, pixels.ilog2() / 2, seed)
-    }
-
-    pub fn handle(&self) -> *const Tree {
-        self.memory.of()
-    }
+fn visible(w: &mut World, pixels: usize, seed: u64) -> f64 {
+    let tree = planar(w, pixels, seed);
+    w.call("wis_visibility_init", &vec![("tree", tree)])
 }
 
 fn builds(w: &mut World) {
-    w.curve("wis_tree_size", "pixels", &PIXELS, constant, |w, n| {
-        let (made, mut size) = (Stored::planar(w, n, 1), MemorySize::default());
-        counted!(w, wis_tree_size(&made.config, &mut size, null_mut()));
-    });
-    w.curve("wis_tree_size", "bytes by pixels", &PIXELS, linear, |w, n| {
-        let bytes = Stored::unbuilt(w, 2, n.ilog2() / 2, 1).memory.bytes;
-        w.bytes(bytes);
-    });
-    for (input, axes) in [("pixels, 1 axis", 1), ("pixels, 2 axes", 2), ("pixels, 3 axes", 3), ("pixels, 4 axes", 4)] {
-        let sizes: &[usize] = match axes {
-            3 => &[512, 4096],
-            4 => &[256, 4096],
-            _ => &PIXELS,
-        };
-        w.curve("wis_tree_init", input, sizes, linear, |w, n| {
-            let mut made = Stored::unbuilt(w, axes, n.ilog2() / axes, 1);
-            let (memory, bytes, scratch, room) =
-                (made.memory.at(), made.memory.bytes, made.scratch.at(), made.scratch.bytes);
-            let (config, mut handle, none) = (&made.config, null(), null_mut());
-            counted!(w, wis_tree_init(config, memory, bytes, scratch, room, &mut handle, none, null_mut()));
-        });
+    w.curve("wis_tree_size", "pixels", &PIXELS, constant, |w, n| noise(w, 2, n.ilog2() / 2, 1));
+    w.curve("wis_tree_size", "bytes by pixels", &PIXELS, linear, |w, n| noise(w, 2, n.ilog2() / 2, 1));
+    let axes: [(&str, u32, &[usize]); 4] = [
+        ("pixels, 1 axis", 1, &PIXELS),
+        ("pixels, 2 axes", 2, &PIXELS),
+        ("pixels, 3 axes", 3, &[512, 4096]),
+        ("pixels, 4 axes", 4, &[256, 4096]),
+    ];
+    for (input, axes, sizes) in axes {
+        w.curve("wis_tree_init", input, sizes, linear, |w, n| noise(w, axes, n.ilog2() / axes, 1));
     }
     w.curve("wis_tree_open", "pixels", &PIXELS, linear, |w, n| {
-        let (made, mut handle) = (Stored::planar(w, n, 1), null());
-        counted!(w, wis_tree_open(made.handle().cast(), made.memory.bytes, &mut handle, null_mut(), null_mut()));
+        vec![("memory", planar(w, n, 1)), ("bytes", w.sizes[0] as f64)]
     });
-    w.curve("wis_tree_average", "pixels", &PIXELS, constant, |w, n| {
-        let (made, mut average) = (Stored::planar(w, n, 1), 0.0);
-        counted!(w, wis_tree_average(made.handle(), &mut average));
+    w.curve("wis_tree_average", "pixels", &PIXELS, constant, |w, n| vec![("tree", planar(w, n, 1))]);
+    w.curve("wis_visibility_size", "pixels", &PIXELS, constant, |w, n| vec![("tree", planar(w, n, 1))]);
+    w.curve("wis_visibility_size", "bytes by pixels", &PIXELS, linear, |w, n| vec![("tree", planar(w, n, 1))]);
+    w.curve("wis_visibility_init", "pixels", &PIXELS, linear, |w, n| vec![("tree", planar(w, n, 1))]);
+    w.curve("wis_visibility_open", "pixels", &PIXELS, linear, |w, n| {
+        vec![("memory", visible(w, n, 1)), ("bytes", w.sizes[0] as f64)]
     });
 }
 
 fn lookups(w: &mut World) {
-    let u = [0.3f32, 0.7];
-    w.curve("wis_tree_sample", "pixels", &PIXELS, f64::log2, |w, n| {
-        let (made, mut point, mut pdf) = (Stored::planar(w, n, 1), [0.0f32; 2], 0.0);
-        counted!(w, wis_tree_sample(made.handle(), u.as_ptr(), point.as_mut_ptr(), &mut pdf));
-    });
-    w.curve("wis_tree_pdf", "pixels", &PIXELS, f64::log2, |w, n| {
-        let (made, mut pdf) = (Stored::planar(w, n, 1), 0.0);
-        counted!(w, wis_tree_pdf(made.handle(), u.as_ptr(), &mut pdf));
-    });
-    w.curve("wis_tree_invert", "pixels", &PIXELS, f64::log2, |w, n| {
-        let (made, mut out) = (Stored::planar(w, n, 1), [0.0f32; 2]);
-        counted!(w, wis_tree_invert(made.handle(), u.as_ptr(), out.as_mut_ptr()));
-    });
-    for (input, sizes) in [("count", PIXELS), ("count, all alike", PIXELS), ("pixels", PIXELS)] {
+    for (function, input) in [("wis_tree_sample", "u"), ("wis_tree_pdf", "point"), ("wis_tree_invert", "point")] {
+        w.curve(function, "pixels", &PIXELS, f64::log2, |w, n| {
+            vec![("tree", planar(w, n, 1)), (input, w.floats(&[0.3, 0.7]))]
+        });
+    }
+    for input in ["count", "count, all alike", "pixels"] {
         let stated = |n: f64| if input == "pixels" { n.log2() } else { n };
-        w.curve("wis_warp_in_place", input, &sizes, stated, |w, n| {
+        w.curve("wis_warp_in_place", input, &PIXELS, stated, |w, n| {
             let (pixels, count) = if input == "pixels" { (n, 256) } else { (1024, n) };
-            let made = Stored::planar(w, pixels, 1);
-            let mut points = if input == "count, all alike" { vec![0.3; 2 * count] } else { numbers(2, 2 * count) };
-            let mut index: Vec<u32> = (0..count as u32).collect();
-            let (points, index) = (points.as_mut_ptr(), index.as_mut_ptr());
-            counted!(w, wis_warp_in_place(made.handle(), points, index, count, null_mut()));
+            let points = if input == "count, all alike" { vec![0.3; 2 * count] } else { numbers(2, 2 * count) };
+            let index: Vec<u32> = (0..count as u32).collect();
+            let (points, index) = (w.floats(&points), w.integers(&index));
+            vec![("tree", planar(w, pixels, 1)), ("points", points), ("index", index), ("count", count as f64)]
+        });
+    }
+    for (input, direction) in [("count, forward", "WIS_HAAR_FORWARD"), ("count, inverse", "WIS_HAAR_INVERSE")] {
+        w.curve("wis_haar", input, &PIXELS, linear, |w, n| {
+            let (values, direction) = (w.doubles(&vec![1.0; n]), w.constant(direction));
+            let depth = f64::from(n.ilog2() / 2);
+            vec![
+                ("direction", direction),
+                ("dimensions", 2.0),
+                ("depth", depth),
+                ("count", n as f64),
+                ("values", values),
+            ]
         });
     }
 }
 
-fn transforms(w: &mut World) {
-    w.curve("wis_haar", "count, forward", &PIXELS, linear, |w, n| {
-        let mut values = vec![1.0f64; n];
-        counted!(w, wis_haar(WIS_HAAR_FORWARD, 2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
-    });
-    w.curve("wis_haar", "count, inverse", &PIXELS, linear, |w, n| {
-        let mut values = vec![1.0f64; n];
-        counted!(w, wis_haar(WIS_HAAR_INVERSE, 2, n.ilog2() / 2, n, values.as_mut_ptr(), null_mut()));
-    });
+/// A configuration of a tree from a source.
+pub fn of<'a>(w: &mut World, source: &str, more: Values) -> Values<'a> {
+    let source = vec![("source", w.constant(source))];
+    vec![("config", w.of("wis_tree_config", &[source, more].concat()))]
 }
-
-/// A configuration of a tree of which nothing is set but the source.
-pub fn of(source: u32) -> TreeConfig {
-    TreeConfig { source, ..sized() }
-}
-
-/// Asks for the memory of a tree, or builds it.
-pub fn made(w: &mut World, config: &TreeConfig, is_query: bool) {
-    let mut size = MemorySize::default();
-    if is_query {
-        counted!(w, wis_tree_size(config, &mut size, null_mut()));
-        return;
-    }
-    assert_eq!(call!(w, wis_tree_size(config, &mut size, null_mut())), Status::Ok);
-    let (mut memory, mut scratch, mut handle) = (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
-    let (place, bytes, work, room) = (memory.at(), size.bytes, scratch.at(), size.scratch_bytes);
-    counted!(w, wis_tree_init(config, place, bytes, work, room, &mut handle, null_mut(), null_mut()));
-}
-
-/// The query and the build.
-pub const VERBS: [(&str, bool); 2] = [("wis_tree_size", true), ("wis_tree_init", false)];
 
 fn combined(w: &mut World) {
-    for (input, axes) in [("product, pixels", [2, 2]), ("product, 3 x 1 axes", [3, 1])] {
-        let sizes: &[usize] = if axes[0] == 3 { &[64, 512, 4096] } else { &PIXELS };
-        for (function, is_query) in VERBS {
+    for function in VERBS {
+        for (input, axes, sizes) in
+            [("product, pixels", [2, 2], &PIXELS[..]), ("product, 3 x 1 axes", [3, 1], &[64, 512, 4096])]
+        {
             w.curve(function, input, sizes, linear, |w, n| {
                 let depth = n.ilog2() / axes[0];
-                let (e, f) = (Stored::new(w, axes[0], depth, 1), Stored::new(w, axes[1], depth, 2));
-                let trees = [e.handle(), f.handle()];
-                let config = TreeConfig { tree_count: 2, trees: trees.as_ptr(), ..of(WIS_TREE_PRODUCT) };
-                made(w, &config, is_query);
+                let pair = [stored(w, axes[0], depth, 1), stored(w, axes[1], depth, 2)];
+                let trees = w.addresses(&pair);
+                of(w, "WIS_TREE_PRODUCT", vec![("tree_count", 2.0), ("trees", trees)])
+            });
+        }
+        for (input, sizes) in [("blend, pixels", &PIXELS[..]), ("blend, trees", &[1, 4, 16])] {
+            w.curve(function, input, sizes, linear, |w, n| {
+                let (pixels, count) = if input == "blend, pixels" { (n, 4) } else { (1024, n) };
+                let trees: Vec<f64> = (0..count as u64).map(|seed| planar(w, pixels, seed)).collect();
+                let (trees, weight) = (w.addresses(&trees), w.doubles(&vec![0.25; count]));
+                of(w, "WIS_TREE_BLEND", vec![("tree_count", count as f64), ("trees", trees), ("weight", weight)])
             });
         }
     }
-    for (input, sizes) in [("blend, pixels", &PIXELS[..]), ("blend, trees", &[1, 4, 16])] {
-        for (function, is_query) in VERBS {
-            w.curve(function, input, sizes, linear, |w, n| blend(w, input, is_query, n));
-        }
-    }
-}
-
-fn blend(w: &mut World, input: &str, is_query: bool, n: usize) {
-    let (pixels, count) = if input == "blend, pixels" { (n, 4) } else { (1024, n) };
-    let trees: Vec<Stored> = (0..count as u64).map(|seed| Stored::planar(w, pixels, seed)).collect();
-    let (handles, weights): (Vec<_>, Vec<f64>) = trees.iter().map(|tree| (tree.handle(), 0.25)).unzip();
-    let (tree_count, trees, weight) = (count as u32, handles.as_ptr(), weights.as_ptr());
-    made(w, &TreeConfig { tree_count, trees, weight, ..of(WIS_TREE_BLEND) }, is_query);
-}
-
-/// Visibility of a tree.
-pub fn visibility(w: &World, tree: &Stored) -> Block {
-    let (mut size, mut handle) = (MemorySize::default(), null());
-    assert_eq!(call!(w, wis_visibility_size(tree.handle(), &mut size, null_mut())), Status::Ok);
-    let mut memory = Block::new(size.bytes);
-    let (place, bytes) = (memory.at(), memory.bytes);
-    assert_eq!(call!(w, wis_visibility_init(tree.handle(), place, bytes, &mut handle, null_mut())), Status::Ok);
-    memory
 }
 
 fn integrals(w: &mut World) {
     w.curve("wis_tree_product_integral", "pixels", &PIXELS, linear, |w, n| {
-        let (e, f, mut integral) = (Stored::planar(w, n, 1), Stored::planar(w, n, 2), 0.0);
-        counted!(w, wis_tree_product_integral(e.handle(), f.handle(), &mut integral));
+        vec![("e", planar(w, n, 1)), ("f", planar(w, n, 2))]
     });
     w.curve("wis_triple_integral", "pixels", &PIXELS, linear, |w, n| {
-        let [e, f, g] = [1, 2, 3].map(|seed| Stored::planar(w, n, seed));
-        let mut integral = 0.0;
-        counted!(w, wis_triple_integral(e.handle(), f.handle(), g.handle(), &mut integral));
-    });
-    w.curve("wis_visibility_size", "pixels", &PIXELS, constant, |w, n| {
-        let (tree, mut size) = (Stored::planar(w, n, 1), MemorySize::default());
-        counted!(w, wis_visibility_size(tree.handle(), &mut size, null_mut()));
-    });
-    w.curve("wis_visibility_size", "bytes by pixels", &PIXELS, linear, |w, n| {
-        let tree = Stored::planar(w, n, 1);
-        w.bytes(visibility(w, &tree).bytes);
-    });
-    w.curve("wis_visibility_init", "pixels", &PIXELS, linear, |w, n| {
-        let tree = Stored::planar(w, n, 1);
-        let (mut memory, mut handle) = (visibility(w, &tree), null());
-        let (place, bytes) = (memory.at(), memory.bytes);
-        counted!(w, wis_visibility_init(tree.handle(), place, bytes, &mut handle, null_mut()));
-    });
-    w.curve("wis_visibility_open", "pixels", &PIXELS, linear, |w, n| {
-        let (memory, mut handle) = (visibility(w, &Stored::planar(w, n, 1)), null());
-        counted!(w, wis_visibility_open(memory.of(), memory.bytes, &mut handle, null_mut()));
+        vec![("brdf", planar(w, n, 1)), ("light", planar(w, n, 2)), ("visibility", planar(w, n, 3))]
     });
     w.curve("wis_visibility_product_integral", "pixels", &PIXELS, linear, |w, n| {
-        let (tree, seen, mut integral) = (Stored::planar(w, n, 1), Stored::planar(w, n, 2), 0.0);
-        let seen = visibility(w, &seen);
-        counted!(w, wis_visibility_product_integral(tree.handle(), seen.of(), &mut integral));
+        vec![("tree", planar(w, n, 1)), ("visibility", visible(w, n, 2))]
     });
+    w.curve("wis_tripling_coefficient", "level", &[4, 16, 31], constant, |w, n| {
+        let [i, j, k] =
+            [n, n, 0].map(|level| w.of("wis_basis_function", &vec![("level", level as f64), ("wavelet", 1.0)]));
+        vec![("n", 4.0), ("m", 4.0), ("i", i), ("j", j), ("k", k)]
+    });
+}
+
+fn selections(w: &mut World) {
+    for (input, rule) in [("pixels, error", "WIS_TERMS_ERROR"), ("pixels, threshold", "WIS_TERMS_THRESHOLD")] {
+        w.curve("wis_triple_terms", input, &PIXELS, linear, |w, n| {
+            vec![("tree", planar(w, n, 1)), ("rule", w.constant(rule)), ("bound", 0.1)]
+        });
+    }
+    for (input, rule, part) in
+        [("pixels, wavelets", "WIS_SELECT_WAVELETS", 2), ("pixels, squares", "WIS_SELECT_SQUARES", 8)]
+    {
+        w.curve("wis_triple_select", input, &PIXELS, linear, |w, n| {
+            vec![("tree", planar(w, n, 1)), ("rule", w.constant(rule)), ("keep", (n / part) as f64)]
+        });
+    }
+    w.curve("wis_sparse_select", "pixels", &PIXELS, linear, |w, n| {
+        vec![("tree", planar(w, n, 1)), ("keep", (n / 2) as f64)]
+    });
+}
+
+/// A way to place squares: their positions and levels.
+type Places = fn(usize) -> Vec<(u64, u32)>;
+
+/// Squares of the level that is just fine enough, next to each other: their ancestors are few.
+fn dense(count: usize) -> Vec<(u64, u32)> {
+    let level = count.ilog2() / 2;
+    (0..count as u64).map(|square| (square << (2 * (12 - level)), level)).collect()
+}
+
+/// Squares of the finest level, far from each other: each has ancestors of its own.
+fn scattered(count: usize) -> Vec<(u64, u32)> {
+    (0..count as u64).map(|square| ((square * ((1 << 24) / count as u64)) & !3, 11)).collect()
+}
+
+const PLACES: [(&str, Places); 2] = [("count", dense), ("count, scattered", scattered)];
+
+/// Structs of a name whose details, from number `first` on, are a seed, 0.1 and the negative seed.
+fn elements(w: &mut World, name: &str, places: Places, count: usize, seed: f64) -> f64 {
+    let details = if name == "wis_details" {
+        ["detail[1]", "detail[2]", "detail[3]"]
+    } else {
+        ["detail[0]", "detail[1]", "detail[2]"]
+    };
+    let element = |(position, level): (u64, u32)| {
+        let [a, b, c] = details;
+        vec![("position", position as f64), ("level", f64::from(level)), (a, seed), (b, 0.1), (c, -seed)]
+    };
+    let all: Vec<Values> = places(count).into_iter().map(element).collect();
+    w.list(name, &all)
+}
+
+fn integral<'a>(w: &mut World, function: &str, places: Places, count: usize, pixels: usize) -> Values<'a> {
+    let [brdf, kept] = [0.2, 0.3].map(|seed| elements(w, "wis_wavelets", places, count, seed));
+    let visibility = if function == "wis_visibility_integral" { visible(w, pixels, 2) } else { planar(w, pixels, 2) };
+    let (light, count) = (planar(w, pixels, 1), count as f64);
+    let lists =
+        [("brdf_average", 1.0), ("brdf_count", count), ("brdf", brdf), ("light_count", count), ("kept_light", kept)];
+    [&lists[..], &[("light", light), ("visibility", visibility)]].concat()
+}
+
+fn lists(w: &mut World) {
+    for function in ["wis_triple_sublinear", "wis_visibility_integral"] {
+        for (input, places) in PLACES {
+            w.curve(function, input, &COUNTS, linear, |w, n| integral(w, function, places, n, 1024));
+        }
+        w.curve(function, "pixels", &PIXELS, f64::log2, |w, n| integral(w, function, scattered, 64, n));
+    }
+    for (input, places) in PLACES {
+        for (function, set, element, list) in [
+            ("wis_triple_multiply", "wis_wavelet_set", "wis_wavelets", "wavelets"),
+            ("wis_sparse_multiply", "wis_detail_set", "wis_details", "details"),
+        ] {
+            w.curve(function, input, &COUNTS, linear, |w, n| {
+                let [e, f] = [0.2, 0.3].map(|seed| {
+                    let mut fields =
+                        vec![("count", n as f64), ("average", 1.0), (list, elements(w, element, places, n, seed))];
+                    fields.extend((list == "details").then_some(("axes", 2.0)));
+                    w.of(set, &fields)
+                });
+                vec![("e", e), ("f", f), ("room", 24.0 * n as f64)]
+            });
+        }
+        for function in VERBS {
+            w.curve(function, &format!("wavelets, {input}"), &COUNTS, linear, |w, n| {
+                let list = elements(w, "wis_wavelets", places, n, 0.2);
+                of(
+                    w,
+                    "WIS_TREE_WAVELETS",
+                    vec![("count", n as f64), ("wavelets", list), ("average", 1.0), ("least", 0.1)],
+                )
+            });
+            w.curve(function, &format!("details, {input}"), &COUNTS, linear, |w, n| {
+                let list = elements(w, "wis_details", places, n, 0.2);
+                let more = vec![("count", n as f64), ("details", list), ("average", 1.0), ("least", 0.1)];
+                of(w, "WIS_TREE_DETAILS", [vec![("dimensions", 2.0)], more].concat())
+            });
+        }
+    }
+    for (input, sizes) in [("elements", COUNTS), ("lists", [1, 4, 16])] {
+        w.curve("wis_triple_blend", input, &sizes, linear, |w, n| {
+            let (lists, count) = if input == "lists" { (n, 256) } else { (4, n) };
+            let list = elements(w, "wis_wavelets", dense, count, 0.2);
+            let (list, counts) = (w.addresses(&vec![list; lists]), w.integers(&vec![count as u32; lists]));
+            let weight = w.doubles(&vec![0.25; lists]);
+            let room = (lists * count) as f64;
+            vec![("count", lists as f64), ("list", list), ("list_count", counts), ("weight", weight), ("room", room)]
+        });
+    }
 }

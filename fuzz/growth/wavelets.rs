@@ -1,271 +1,169 @@
 //! Curves of wavelet lights, their products and tables.
 
-use crate::trees::{self, Stored};
-use crate::world::{Block, Map, World, call, counted, directions, numbers, sized};
-use std::ptr::{null, null_mut};
-use wis::ffi::MemorySize;
-use wis::ffi::wavelets::environment::*;
-use wis::ffi::wavelets::grid::*;
-use wis::ffi::wavelets::product::*;
-use wis::ffi::wavelets::sampling::*;
-use wis::ffi::wavelets::table::*;
-use wis::ffi::wavelets::tree::{TreeConfig, WIS_TREE_ENVIRONMENT};
-use wis::status::Status;
-use wis::wavelets::descent::Sample;
-use wis::wavelets::query::*;
+use crate::renderer::{self, constant, inputs, linear};
+use crate::trees::{of, stored};
+use crate::world::{Values, World, directions};
 
 const TEXELS: [usize; 3] = [128, 512, 2048];
 const COUNTS: [usize; 3] = [64, 256, 1024];
 const LOBES: [usize; 2] = [1, 4];
 
-fn constant(_: f64) -> f64 {
-    1.0
-}
-
-fn linear(n: f64) -> f64 {
-    n
-}
-
 pub fn run(w: &mut World) {
     lights(w);
     products(w);
-    samples(w);
     tables(w);
     rotated(w);
 }
 
-/// A light of RGB, in either storage.
-struct Light {
-    map: Map,
-    config: EnvironmentConfig,
-    memory: Block,
-    scratch: Block,
+fn config<'a>(w: &mut World, texels: usize, storage: &str, flags: &str) -> Values<'a> {
+    let (storage, flags) = (w.constant(storage), if flags.is_empty() { 0.0 } else { w.constant(flags) });
+    let fields = [renderer::map(w, texels), vec![("storage", storage), ("flags", flags)]].concat();
+    vec![("config", w.of("wis_wavelet_light_config", &fields))]
 }
 
-impl Light {
-    fn new(w: &World, texels: usize, storage: u32, flags: u32) -> Light {
-        let map = Map::new(texels);
-        let mut config: EnvironmentConfig = sized();
-        (config.layout, config.width, config.height) = (map.config.layout, map.config.width, map.config.height);
-        (config.channels, config.format, config.pixels) = (map.config.channels, map.config.format, map.config.pixels);
-        (config.storage, config.flags) = (storage, flags);
-        let mut size = MemorySize::default();
-        assert_eq!(call!(w, wis_wavelet_light_size(&config, &mut size, null_mut())), Status::Ok);
-        Light { map, config, memory: Block::new(size.bytes), scratch: Block::new(size.scratch_bytes) }
-    }
-
-    fn build(mut self, w: &mut World, is_counted: bool) -> Light {
-        let (memory, bytes, scratch, room) =
-            (self.memory.at(), self.memory.bytes, self.scratch.at(), self.scratch.bytes);
-        let mut info: EnvironmentInfo = sized();
-        let (config, mut handle, none) = (&self.config, null(), null_mut());
-        if is_counted {
-            counted!(w, wis_wavelet_light_init(config, memory, bytes, scratch, room, &mut handle, &mut info, none));
-        } else {
-            let status =
-                call!(w, wis_wavelet_light_init(config, memory, bytes, scratch, room, &mut handle, &mut info, none));
-            assert_eq!(status, Status::Ok);
-        }
-        self.memory.bytes = info.bytes as usize;
-        self
-    }
-}
-
-fn built(w: &mut World, texels: usize) -> Light {
-    Light::new(w, texels, WIS_STORAGE_PYRAMID, WIS_WAVELET_LIGHT_RGB).build(w, false)
+fn light(w: &mut World, texels: usize) -> f64 {
+    let config = config(w, texels, "WIS_STORAGE_PYRAMID", "WIS_WAVELET_LIGHT_RGB");
+    w.call("wis_wavelet_light_init", &config)
 }
 
 fn lights(w: &mut World) {
-    w.curve("wis_wavelet_light_size", "texels", &TEXELS, constant, |w, n| {
-        let (light, mut size) = (Light::new(w, n, WIS_STORAGE_SPARSE, 0), MemorySize::default());
-        counted!(w, wis_wavelet_light_size(&light.config, &mut size, null_mut()));
-        assert!(light.map.config.width > 0);
-    });
+    w.curve("wis_wavelet_light_size", "texels", &TEXELS, constant, |w, n| config(w, n, "WIS_STORAGE_SPARSE", ""));
     for (input, storage) in
-        [("bytes by texels, pyramid", WIS_STORAGE_PYRAMID), ("bytes by texels, sparse", WIS_STORAGE_SPARSE)]
+        [("bytes by texels, pyramid", "WIS_STORAGE_PYRAMID"), ("bytes by texels, sparse", "WIS_STORAGE_SPARSE")]
     {
-        w.curve("wis_wavelet_light_size", input, &TEXELS, linear, |w, n| {
-            let bytes = Light::new(w, n, storage, 0).memory.bytes;
-            w.bytes(bytes);
-        });
+        w.curve("wis_wavelet_light_size", input, &TEXELS, linear, |w, n| config(w, n, storage, ""));
     }
-    let build = |w: &mut World, texels, storage, flags| drop(Light::new(w, texels, storage, flags).build(w, true));
     w.curve("wis_wavelet_light_init", "texels, pyramid", &TEXELS, linear, |w, n| {
-        build(w, n, WIS_STORAGE_PYRAMID, WIS_WAVELET_LIGHT_RGB);
+        config(w, n, "WIS_STORAGE_PYRAMID", "WIS_WAVELET_LIGHT_RGB")
     });
-    w.curve("wis_wavelet_light_init", "texels, sparse", &TEXELS, linear, |w, n| build(w, n, WIS_STORAGE_SPARSE, 0));
+    w.curve("wis_wavelet_light_init", "texels, sparse", &TEXELS, linear, |w, n| config(w, n, "WIS_STORAGE_SPARSE", ""));
     // The finest cells of a sun take as much room in a small map as in a large one.
     w.at_most("wis_wavelet_light_init", "texels, nearest", &TEXELS, linear, |w, n| {
-        build(w, n, WIS_STORAGE_PYRAMID, WIS_WAVELET_LIGHT_NEAREST);
+        config(w, n, "WIS_STORAGE_PYRAMID", "WIS_WAVELET_LIGHT_NEAREST")
     });
     w.curve("wis_wavelet_light_open", "texels", &TEXELS, linear, |w, n| {
-        let (light, mut handle) = (built(w, n), null());
-        counted!(w, wis_wavelet_light_open(light.memory.of(), light.memory.bytes, &mut handle, null_mut(), null_mut()));
+        vec![("memory", light(w, n)), ("bytes", w.sizes[0] as f64)]
     });
 }
 
-/// Lambert's lobe and narrower ones.
-fn query(lobes: usize) -> Query {
-    let mut query: Query = sized();
-    query.lobe_count = lobes as u32;
-    (query.normal, query.wo) = ([0.0, 0.0, 1.0], [0.6, 0.0, 0.8]);
-    query.lobe[0] = Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight: [0.5; 3], ..Lobe::default() };
-    for (lobe, alpha) in query.lobe[1..lobes].iter_mut().zip([0.4, 0.1, 0.02]) {
-        *lobe = Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [0.25; 3], f0: [0.5; 3], a: alpha, b: alpha };
+/// The fields of a query: Lambert's lobe and narrower ones.
+fn query<'a>(w: &mut World, lobes: usize) -> Values<'a> {
+    const NAMES: [[&str; 5]; 4] = [
+        ["lobe[0].kind", "lobe[0].weight*", "lobe[0].f0*", "lobe[0].a", "lobe[0].b"],
+        ["lobe[1].kind", "lobe[1].weight*", "lobe[1].f0*", "lobe[1].a", "lobe[1].b"],
+        ["lobe[2].kind", "lobe[2].weight*", "lobe[2].f0*", "lobe[2].a", "lobe[2].b"],
+        ["lobe[3].kind", "lobe[3].weight*", "lobe[3].f0*", "lobe[3].a", "lobe[3].b"],
+    ];
+    let (lambert, ggx) = (w.constant("WIS_WAVELET_LOBE_LAMBERT"), w.constant("WIS_WAVELET_LOBE_GGX"));
+    let mut fields = vec![("lobe_count", lobes as f64), ("normal[2]", 1.0), ("wo[0]", 0.6), ("wo[2]", 0.8)];
+    for (names, alpha) in NAMES.into_iter().zip([0.0, 0.4, 0.1, 0.02]).take(lobes) {
+        let is_lambert = alpha == 0.0;
+        let values = if is_lambert { [lambert, 0.5, 0.0, 0.0, 0.0] } else { [ggx, 0.25, 0.5, alpha, alpha] };
+        fields.extend(names.into_iter().zip(values));
     }
-    query
+    fields
 }
 
-/// Products of queries that are alike.
-struct Products {
-    light: Light,
-    config: ProductConfig,
-    queries: Vec<Query>,
-    memory: Block,
+/// What is prepared: products of queries that are alike.
+fn preparation<'a>(w: &mut World, texels: usize, count: usize, lobes: usize, squares: usize) -> Values<'a> {
+    let (light, squares) = (light(w, texels), squares as f64);
+    let config = w.of("wis_wavelet_product_config", &vec![("max_squares", squares), ("max_evaluations", squares)]);
+    let query = query(w, lobes);
+    let queries = w.list("wis_wavelet_query", &vec![query; count]);
+    vec![("environment", light), ("config", config), ("count", count as f64), ("query", queries)]
 }
 
-impl Products {
-    fn new(w: &mut World, texels: usize, count: usize, lobes: usize, squares: usize) -> Products {
-        let (mut config, mut size): (ProductConfig, _) = (sized(), MemorySize::default());
-        (config.max_squares, config.max_evaluations) = (squares as u32, squares as u32);
-        assert_eq!(call!(w, wis_wavelet_product_size(&config, &mut size, null_mut())), Status::Ok);
-        let memory = Block::new(count * size.bytes);
-        Products { light: built(w, texels), config, queries: vec![query(lobes); count], memory }
-    }
-
-    fn prepare(mut self, w: &mut World, is_counted: bool) -> Products {
-        let (light, config, count, queries) =
-            (self.light.memory.of(), &self.config, self.queries.len(), self.queries.as_ptr());
-        let (memory, bytes, mut handles, none) = (self.memory.at(), self.memory.bytes, vec![null(); count], null_mut());
-        let handles = handles.as_mut_ptr();
-        if is_counted {
-            counted!(w, wis_wavelet_product_prepare(light, config, count, queries, memory, bytes, handles, none));
-        } else {
-            let status =
-                call!(w, wis_wavelet_product_prepare(light, config, count, queries, memory, bytes, handles, none));
-            assert_eq!(status, Status::Ok);
-        }
-        self
-    }
+fn prepared<'a>(w: &mut World, texels: usize, squares: usize) -> Values<'a> {
+    let mut values = preparation(w, texels, 1, 4, squares);
+    let product = w.call("wis_wavelet_product_prepare", &values);
+    values.retain(|value| value.0 != "count");
+    values.push(("product", product));
+    values
 }
 
 fn products(w: &mut World) {
     const SQUARES: [usize; 3] = [64, 256, 1024];
-    w.curve("wis_wavelet_product_size", "squares", &SQUARES, constant, |w, n| {
-        let (mut config, mut size): (ProductConfig, _) = (sized(), MemorySize::default());
-        config.max_squares = n as u32;
-        counted!(w, wis_wavelet_product_size(&config, &mut size, null_mut()));
-    });
-    w.curve("wis_wavelet_product_size", "bytes by squares", &SQUARES, linear, |w, n| {
-        let bytes = Products::new(w, 512, 1, 1, n).memory.bytes;
-        w.bytes(bytes);
-    });
-    for (input, sizes) in [("count", [4, 16, 64]), ("squares", SQUARES), ("texels", [2048, 8192, 32768])] {
-        let stated = |n| if input == "texels" { constant(n) } else { linear(n) };
-        w.curve("wis_wavelet_product_prepare", input, &sizes, stated, |w, n| {
-            let (texels, count, squares) = match input {
-                "count" => (2048, n, 0),
-                "squares" => (8192, 4, n),
-                _ => (n, 4, 0),
-            };
-            Products::new(w, texels, count, 4, squares).prepare(w, true);
-        });
-    }
+    let config = |w: &mut World, n: usize| {
+        vec![("config", w.of("wis_wavelet_product_config", &vec![("max_squares", n as f64)]))]
+    };
+    w.curve("wis_wavelet_product_size", "squares", &SQUARES, constant, config);
+    w.curve("wis_wavelet_product_size", "bytes by squares", &SQUARES, linear, config);
+    w.curve("wis_wavelet_product_prepare", "count", &[4, 16, 64], linear, |w, n| preparation(w, 2048, n, 4, 0));
+    w.curve("wis_wavelet_product_prepare", "squares", &SQUARES, linear, |w, n| preparation(w, 8192, 4, 4, n));
+    w.curve("wis_wavelet_product_prepare", "texels", &[2048, 8192, 32768], constant, |w, n| preparation(w, n, 4, 4, 0));
     // Narrow lobes ask for evaluations of their own.
     w.at_most("wis_wavelet_product_prepare", "lobes", &LOBES, linear, |w, n| {
-        let (made, mut info) = (Products::new(w, 2048, 4, n, 0).prepare(w, false), sized::<ProductInfo>());
-        let status = call!(w, wis_wavelet_product_describe(made.light.memory.of(), made.memory.of(), &mut info));
-        assert_eq!(status, Status::Ok);
-        w.state(f64::from(info.squares + info.evaluations) * n as f64);
-        made.prepare(w, true);
+        let mut values = preparation(w, 2048, 4, n, 0);
+        let (product, info) =
+            (w.call("wis_wavelet_product_prepare", &values), w.of("wis_wavelet_product_info", &vec![]));
+        w.call("wis_wavelet_product_describe", &vec![values[0], ("product", product), ("info", info)]);
+        let [squares, evaluations] =
+            ["squares", "evaluations"].map(|name| w.field("wis_wavelet_product_info", info, name));
+        values.push(("stated", f64::from(squares + evaluations) * n as f64));
+        values
     });
-    w.curve("wis_wavelet_product_describe", "squares", &SQUARES, constant, |w, n| {
-        let (made, mut info) = (Products::new(w, 2048, 1, 4, n).prepare(w, false), sized());
-        counted!(w, wis_wavelet_product_describe(made.light.memory.of(), made.memory.of(), &mut info));
-    });
-    w.curve("wis_wavelet_product_estimate_rgb", "squares", &SQUARES, linear, |w, n| {
-        let (made, mut rgb) = (Products::new(w, 8192, 1, 4, n).prepare(w, false), [0.0; 3]);
-        counted!(w, wis_wavelet_product_estimate_rgb(made.light.memory.of(), made.memory.of(), null(), &mut rgb));
-    });
-}
-
-fn sampled(w: &mut World, function: &str, texels: usize, count: usize, squares: usize) {
-    let made = Products::new(w, texels, 1, 4, squares).prepare(w, false);
-    let product = if squares > 0 { made.memory.of() } else { null() };
-    let (mut u, wi, mut drawn) = (numbers(2, 2 * count), directions(3, count), vec![Sample::default(); count]);
-    let (mut pdf, mut status) = (vec![0.0; count], vec![0; count]);
-    let (light, wi) = (made.light.memory.of(), wi.as_ptr().cast());
-    match function {
-        "wis_wavelet_sample" => {
-            counted!(w, wis_wavelet_sample(light, product, null(), count, u.as_ptr(), 0, drawn.as_mut_ptr(), 0));
-        }
-        "wis_wavelet_pdf" => {
-            counted!(w, wis_wavelet_pdf(light, product, null(), count, wi, 0, pdf.as_mut_ptr(), 0));
-        }
-        _ => {
-            let (u, status) = (u.as_mut_ptr(), status.as_mut_ptr());
-            counted!(w, wis_wavelet_invert(light, product, null(), count, wi, 0, u, 0, status));
-        }
-    }
-}
-
-fn samples(w: &mut World) {
+    w.curve("wis_wavelet_product_describe", "squares", &SQUARES, constant, |w, n| prepared(w, 2048, n));
+    w.curve("wis_wavelet_product_estimate_rgb", "squares", &SQUARES, linear, |w, n| prepared(w, 8192, n));
     for function in ["wis_wavelet_sample", "wis_wavelet_pdf", "wis_wavelet_invert"] {
-        w.curve(function, "count", &COUNTS, linear, |w, n| sampled(w, function, 2048, n, 0));
-        w.curve(function, "count, product", &COUNTS, linear, |w, n| sampled(w, function, 2048, n, 128));
-        w.curve(function, "texels", &TEXELS, f64::log2, |w, n| sampled(w, function, n, 256, 0));
-        w.curve(function, "squares", &[64, 256, 1024], f64::log2, |w, n| sampled(w, function, 8192, 256, n));
+        let alone = |w: &mut World, texels: usize, count: usize| {
+            [vec![("environment", light(w, texels))], inputs(w, function, count)].concat()
+        };
+        w.curve(function, "count", &COUNTS, linear, |w, n| alone(w, 2048, n));
+        w.curve(function, "count, product", &COUNTS, linear, |w, n| {
+            [prepared(w, 2048, 128), inputs(w, function, n)].concat()
+        });
+        w.curve(function, "texels", &TEXELS, f64::log2, |w, n| alone(w, n, 256));
+        w.curve(function, "squares", &SQUARES, f64::log2, |w, n| {
+            [prepared(w, 8192, n), inputs(w, function, 256)].concat()
+        });
     }
+}
+
+fn evaluated<'a>(w: &mut World, count: usize, lobes: usize) -> Values<'a> {
+    let query = query(w, lobes);
+    vec![("query", w.of("wis_wavelet_query", &query)), ("count", count as f64), ("wi", w.floats(&directions(3, count)))]
+}
+
+/// A table of equal slices.
+fn tabulated<'a>(w: &mut World, slices: usize, depth: u32) -> Values<'a> {
+    let tree = stored(w, 2, depth, 1);
+    let slice = w.addresses(&vec![tree; slices]);
+    let table = w.of("wis_wavelet_table", &vec![("slice_count", slices as f64), ("slice", slice)]);
+    let fields = [query(w, 1), vec![("lobe[0].kind", w.constant("WIS_WAVELET_LOBE_TABLE"))]].concat();
+    let query = w.of("wis_wavelet_query", &fields);
+    vec![("query", query), ("table", table), ("count", 64.0), ("wi", w.floats(&directions(3, 64)))]
 }
 
 fn tables(w: &mut World) {
-    w.curve("wis_wavelet_query_eval", "count", &COUNTS, linear, |w, n| evaluate(w, n, 4));
-    w.at_most("wis_wavelet_query_eval", "lobes", &LOBES, linear, |w, n| evaluate(w, 256, n));
+    w.curve("wis_wavelet_query_eval", "count", &COUNTS, linear, |w, n| evaluated(w, n, 4));
+    w.at_most("wis_wavelet_query_eval", "lobes", &LOBES, linear, |w, n| evaluated(w, 256, n));
     w.curve("wis_wavelet_query_eval", "slices", &[4, 16, 256], constant, |w, n| tabulated(w, n, 2));
     w.at_most("wis_wavelet_query_eval", "depth of slices", &[2, 4, 6], linear, |w, n| tabulated(w, 2, n as u32));
     w.curve("wis_wavelet_table_directions", "4^depth", &COUNTS, linear, |w, n| {
-        let (mut wo, mut wi, depth) = ([0.0; 3], vec![[0.0f32; 3]; n], n.ilog2() / 2);
-        counted!(w, wis_wavelet_table_directions(0, 8, depth, &[0.5; 2], &mut wo, wi.as_mut_ptr().cast(), 0));
+        let (offset, depth) = (w.floats(&[0.5; 2]), f64::from(n.ilog2() / 2));
+        vec![("slice", 0.0), ("slice_count", 8.0), ("depth", depth), ("offset", offset)]
     });
-    w.curve("wis_grid_direction", "side", &[8, 512], constant, |w, n| {
-        let mut direction = [0.0; 3];
-        counted!(w, wis_grid_direction(n as u32, (n * n) as u32 / 3, &mut direction));
+    w.curve("wis_grid_direction", "side", &[8, 512], constant, |_, n| {
+        vec![("side", n as f64), ("cell", (n * n / 3) as f64)]
     });
     w.curve("wis_grid_cells", "side", &[8, 512], constant, |w, n| {
-        let (mut cell, mut weights) = ([0; 4], [0.0; 4]);
-        counted!(w, wis_grid_cells(n as u32, &[0.6, 0.0, 0.8], &mut cell, &mut weights));
+        vec![("side", n as f64), ("wi", w.floats(&[0.6, 0.0, 0.8]))]
     });
-}
-
-fn evaluate(w: &mut World, count: usize, lobes: usize) {
-    let (query, wi, mut out) = (query(lobes), directions(3, count), vec![[0.0f32; 3]; count]);
-    counted!(w, wis_wavelet_query_eval(&query, null(), count, wi.as_ptr().cast(), 0, out.as_mut_ptr().cast(), 0));
-}
-
-/// Evaluates a table of equal slices.
-fn tabulated(w: &mut World, slices: usize, depth: u32) {
-    let tree = Stored::new(w, 2, depth, 1);
-    let (handles, mut query, mut table) = (vec![tree.handle(); slices], query(1), trees::table());
-    (table.slice_count, table.slice) = (slices as u32, handles.as_ptr());
-    query.lobe[0].kind = WIS_WAVELET_LOBE_TABLE;
-    let (wi, mut out) = (directions(3, 64), vec![[0.0f32; 3]; 64]);
-    counted!(w, wis_wavelet_query_eval(&query, &table, 64, wi.as_ptr().cast(), 0, out.as_mut_ptr().cast(), 0));
 }
 
 fn rotated(w: &mut World) {
-    let config = |depth: usize, places: usize| {
-        let (depth, places) = (depth as u32, places as u32);
-        TreeConfig { depth, places, least: 0.25, ..trees::of(WIS_TREE_ENVIRONMENT) }
+    let tree = |w: &mut World, depth: u32, places: u32, light: f64| {
+        let more =
+            vec![("depth", f64::from(depth)), ("places", f64::from(places)), ("least", 0.25), ("environment", light)];
+        of(w, "WIS_TREE_ENVIRONMENT", more)
     };
-    w.curve("wis_tree_size", "environment, 4^depth", &COUNTS, constant, |w, n| {
-        trees::made(w, &config(n.ilog2() as usize / 2, 2), true);
+    w.curve("wis_tree_size", "environment, 4^depth", &COUNTS, constant, |w, n| tree(w, n.ilog2() / 2, 2, 0.0));
+    w.curve("wis_tree_init", "environment, 4^depth", &COUNTS, linear, |w, n| {
+        let light = light(w, 2048);
+        tree(w, n.ilog2() / 2, 2, light)
     });
-    for (input, sizes) in [("environment, 4^depth", COUNTS), ("environment, places^2", [4, 16, 64])] {
-        w.curve("wis_tree_init", input, &sizes, linear, |w, n| {
-            let root = n.ilog2() as usize / 2;
-            let config = if input == "environment, 4^depth" { config(root, 2) } else { config(4, 1 << root) };
-            let light = built(w, 2048);
-            trees::made(w, &TreeConfig { environment: light.memory.of(), ..config }, false);
-        });
-    }
+    w.curve("wis_tree_init", "environment, places^2", &[4, 16, 64], linear, |w, n| {
+        let light = light(w, 2048);
+        tree(w, 4, 1 << (n.ilog2() / 2), light)
+    });
 }

@@ -1,89 +1,273 @@
-//! What curves are made of: the functions of the library, memory, and the objects that calls take.
+//! Calls by the names of their parameters. What is not given follows from the header: strides, diagnostics and inputs are 0, outputs and
+//! handles have room of their own, and blocks are as long as the size query says.
 
 use crate::count;
 use anyhow::{Result, ensure};
-use std::ffi::{CString, c_char, c_void};
-use std::ptr::{null, null_mut};
-use wis::ffi::MemorySize;
-use wis::ffi::light::*;
-use wis::status::Status;
+use std::collections::BTreeMap;
+use std::ffi::{CString, c_void};
+use wis_fuzz::header::{Field, Function, Headers, Parameter, Scalar};
 
-/// The function of the library that has the type of the kernel's.
-macro_rules! function {
-    ($world:expr, $name:ident, $($argument:expr),*) => {{
-        let kernel: unsafe extern "C" fn($($crate::world::function!(@ $argument)),*) -> _ = $name;
-        $world.like(stringify!($name), kernel)
-    }};
-    (@ $argument:expr) => { _ };
+/// Values of parameters or fields by their names; addresses are below 2^47 and exact.
+pub type Values<'a> = Vec<(&'a str, f64)>;
+
+/// Room of an output: pages that are not written cost nothing.
+const OUTPUT: usize = 4 << 20;
+
+/// Any function: integers go to registers in their order and then to the stack, floats to registers of their own.
+type Any = unsafe extern "C" fn(u64, u64, u64, u64, u64, u64, f64, f64, u64, u64, u64, u64, u64) -> u64;
+
+pub struct World {
+    pub headers: Headers,
+    addresses: BTreeMap<String, *mut c_void>,
+    only: String,
+    counted: usize,
+    blocks: Vec<Vec<u128>>,
+    /// What the last size query answered: bytes, and bytes of scratch memory.
+    pub sizes: [usize; 2],
 }
 
-/// Calls a function of the library, whose arguments are what its header says.
-macro_rules! call {
-    ($world:expr, $name:ident($($argument:expr),* $(,)?)) => {{
-        let function = $crate::world::function!($world, $name, $($argument),*);
+/// How the work must relate to the statement.
+#[derive(Clone, Copy, PartialEq)]
+enum Relation {
+    /// It grows with it.
+    As,
+    /// Most of it may be another input's.
+    AtMost,
+}
+
+impl World {
+    pub fn new(library: &str, only: &str) -> Result<World> {
+        let (headers, path) = (Headers::read(), CString::new(library)?);
+        // SAFETY: the library has no initialisers.
+        let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
+        ensure!(!handle.is_null(), "{library}: not a shared library");
+        let mut addresses = BTreeMap::new();
+        for function in &headers.functions {
+            let symbol = CString::new(function.name.as_str())?;
+            // SAFETY: the handle is open.
+            let address = unsafe { libc::dlsym(handle, symbol.as_ptr()) };
+            ensure!(!address.is_null(), "{library} has no {}", function.name);
+            addresses.insert(function.name.clone(), address);
+        }
+        Ok(World { headers, addresses, only: only.into(), counted: 0, blocks: Vec::new(), sizes: [0; 2] })
+    }
+
+    /// Measures a function at each size of an input, with the arguments that `of` answers. `stated`: what its work is at most proportional
+    /// to, and grows with.
+    pub fn curve<'a>(
+        &mut self,
+        function: &str,
+        input: &str,
+        sizes: &[usize],
+        stated: impl Fn(f64) -> f64,
+        of: impl FnMut(&mut World, usize) -> Values<'a>,
+    ) {
+        self.places((function, input, Relation::As), sizes, stated, of);
+    }
+
+    /// As `curve`, where most of the work may be another input's.
+    pub fn at_most<'a>(
+        &mut self,
+        function: &str,
+        input: &str,
+        sizes: &[usize],
+        stated: impl Fn(f64) -> f64,
+        of: impl FnMut(&mut World, usize) -> Values<'a>,
+    ) {
+        self.places((function, input, Relation::AtMost), sizes, stated, of);
+    }
+
+    fn places<'a>(
+        &mut self,
+        (function, input, relation): (&str, &str, Relation),
+        sizes: &[usize],
+        stated: impl Fn(f64) -> f64,
+        mut of: impl FnMut(&mut World, usize) -> Values<'a>,
+    ) {
+        if !function.contains(&self.only) {
+            return;
+        }
+        for &size in sizes {
+            self.blocks.clear();
+            let values = of(self, size);
+            let stated = values.iter().find(|value| value.0 == "stated").map_or(stated(size as f64), |value| value.1);
+            let measured = if input.contains("bytes by") || input.contains("scratch by") {
+                self.call(function, &values);
+                self.sizes[usize::from(input.contains("scratch by"))].to_string()
+            } else {
+                self.counted += 1;
+                let label = self.counted.to_string();
+                self.run(function, &values, Some(&label));
+                format!("count {label}")
+            };
+            let relation = if relation == Relation::As { "as" } else { "at most" };
+            println!("{function}\t{input}\t{relation}\t{size}\t{stated}\t{measured}");
+        }
+    }
+
+    /// Calls a function that must succeed. Answers the memory that it wrote its object to, if it is a builder.
+    pub fn call(&mut self, name: &str, values: &Values) -> f64 {
+        self.run(name, values, None)
+    }
+
+    fn run(&mut self, name: &str, values: &Values, label: Option<&str>) -> f64 {
+        let function = self.headers.functions.iter().find(|function| function.name == name).expect(name).clone();
+        let mut values = values.clone();
+        let lacks = |values: &Values, name: &str| {
+            function.position(name).is_some() && values.iter().all(|value| value.0 != name)
+        };
+        if lacks(&values, "memory") || lacks(&values, "scratch") {
+            self.call(&query(name), &values);
+            let count = values
+                .iter()
+                .find(|value| value.0 == "count" && name.ends_with("_prepare"))
+                .map_or(1, |value| value.1 as usize);
+            // What needs scratch memory alone says so in either place.
+            let [bytes, scratch_bytes] = self.sizes;
+            let scratch_bytes = if scratch_bytes == 0 { bytes } else { scratch_bytes };
+            for (block, of, size) in [("memory", "bytes", count * bytes), ("scratch", "scratch_bytes", scratch_bytes)] {
+                if lacks(&values, block) {
+                    values.push((block, self.room(size)));
+                    values.push((of, size as f64));
+                }
+            }
+        }
+        let (mut integers, mut floats, mut size) = (Vec::new(), Vec::new(), None);
+        for parameter in &function.parameters {
+            let given = values.iter().find(|value| value.0 == parameter.name).map(|value| value.1);
+            let value = given.unwrap_or_else(|| self.absent(&function, parameter));
+            if parameter.name == "size" {
+                size = Some(value as usize);
+            }
+            let bits = bits(parameter.scalar, value);
+            if parameter.scalar.is_float() { floats.push(f64::from_bits(bits)) } else { integers.push(bits) }
+        }
+        integers.resize(11, 0);
+        floats.resize(2, 0.0);
+        let [a, b, c, d, e, f, g, h, i, j, k] = integers[..] else { panic!("{name} has more parameters") };
+        // SAFETY: what is passed in the registers and on the stack is what the header declares; more does no harm.
+        let call = unsafe { std::mem::transmute::<*mut c_void, Any>(self.addresses[name]) };
         // SAFETY: pointers are to what the header says.
-        unsafe { function($($argument),*) }
-    }};
-}
+        let run = || unsafe { call(a, b, c, d, e, f, floats[0], floats[1], g, h, i, j, k) };
+        let answer = match label {
+            Some(label) => count::count(label, run),
+            None => run(),
+        };
+        assert!(!function.answers_status || answer as u32 == 0, "{name} answers {}: {values:?}", answer as u32);
+        if let Some(size) = size {
+            // SAFETY: a wis_memory_size, whose first and third fields are sizes.
+            self.sizes = unsafe { [*(size as *const usize), *(size as *const usize).add(2)] };
+        }
+        values.iter().find(|value| value.0 == "memory").map_or(0.0, |value| value.1)
+    }
 
-/// As `call`, with its instructions counted.
-macro_rules! counted {
-    ($world:expr, $name:ident($($argument:expr),* $(,)?)) => {{
-        let function = $crate::world::function!($world, $name, $($argument),*);
-        // SAFETY: pointers are to what the header says.
-        $world.count(|| unsafe { function($($argument),*) })
-    }};
-}
+    /// The value of a parameter that nobody gave.
+    fn absent(&mut self, function: &Function, parameter: &Parameter) -> f64 {
+        let is_output = parameter.scalar == Scalar::Pointer && !parameter.is_input() && parameter.name != "diagnostic";
+        assert!(
+            is_output
+                || parameter.scalar == Scalar::Pointer
+                || parameter.name.ends_with("_stride")
+                || parameter.name == "stride",
+            "{} of {} is not given",
+            parameter.name,
+            function.name
+        );
+        if !is_output {
+            return 0.0;
+        }
+        let layout = self.headers.pointed(parameter);
+        match layout.fields.first() {
+            Some(field) if field.path == "size" => self.of(&parameter.pointee.clone(), &vec![]),
+            _ => self.room(OUTPUT),
+        }
+    }
 
-pub(crate) use {call, counted, function};
+    /// Zeros that begin at a multiple of 64.
+    pub fn room(&mut self, bytes: usize) -> f64 {
+        let mut block = vec![0; bytes.div_ceil(16) + 4];
+        let start = block.as_mut_ptr() as usize;
+        self.blocks.push(block);
+        start.next_multiple_of(64) as f64
+    }
 
-/// What a call answers.
-pub trait Answer {
-    fn is_good(&self) -> bool {
-        true
+    fn bytes(&mut self, bytes: impl ExactSizeIterator<Item = Vec<u8>>) -> f64 {
+        let all: Vec<u8> = bytes.flatten().collect();
+        let at = self.room(all.len());
+        // SAFETY: the room is as long.
+        unsafe { std::slice::from_raw_parts_mut(at as usize as *mut u8, all.len()) }.copy_from_slice(&all);
+        at
+    }
+
+    pub fn floats(&mut self, values: &[f32]) -> f64 {
+        self.bytes(values.iter().map(|value| value.to_le_bytes().into()))
+    }
+
+    pub fn doubles(&mut self, values: &[f64]) -> f64 {
+        self.bytes(values.iter().map(|value| value.to_le_bytes().into()))
+    }
+
+    pub fn integers(&mut self, values: &[u32]) -> f64 {
+        self.bytes(values.iter().map(|value| value.to_le_bytes().into()))
+    }
+
+    pub fn addresses(&mut self, values: &[f64]) -> f64 {
+        self.bytes(values.iter().map(|value| (*value as u64).to_le_bytes().into()))
+    }
+
+    /// A struct with its size and some fields.
+    pub fn of(&mut self, name: &str, fields: &Values) -> f64 {
+        self.list(name, std::slice::from_ref(fields))
+    }
+
+    /// Structs one after the other.
+    pub fn list(&mut self, name: &str, elements: &[Values]) -> f64 {
+        let layout = self.headers.layouts[name].clone();
+        let mut bytes = vec![0; layout.size * elements.len()];
+        for (element, fields) in bytes.chunks_mut(layout.size).zip(elements) {
+            let size = layout.fields.first().filter(|first| first.path == "size").map(|_| ("size", layout.size as f64));
+            for (path, value) in size.iter().chain(fields) {
+                // "weight*" is all numbers whose paths begin so.
+                let is_meant = |field: &&Field| match path.strip_suffix('*') {
+                    Some(begin) => field.path.starts_with(begin),
+                    None => field.path == *path,
+                };
+                assert!(layout.fields.iter().any(|field| is_meant(&field)), "no field {path} of {name}");
+                for field in layout.fields.iter().filter(is_meant) {
+                    let bits = bits(field.scalar, *value).to_le_bytes();
+                    element[field.offset..][..field.scalar.size()].copy_from_slice(&bits[..field.scalar.size()]);
+                }
+            }
+        }
+        self.bytes(std::iter::once(bytes))
+    }
+
+    /// A number in a struct that a call wrote.
+    pub fn field(&self, name: &str, at: f64, path: &str) -> u32 {
+        let offset = self.headers.layouts[name].field(path).offset;
+        // SAFETY: the struct has the field.
+        unsafe { *((at as usize + offset) as *const u32) }
+    }
+
+    /// A constant of the headers.
+    pub fn constant(&self, name: &str) -> f64 {
+        self.headers.constant_of(name) as f64
     }
 }
 
-impl Answer for Status {
-    fn is_good(&self) -> bool {
-        *self == Status::Ok
+fn bits(scalar: Scalar, value: f64) -> u64 {
+    match scalar {
+        Scalar::F32 => u64::from((value as f32).to_bits()),
+        Scalar::F64 => value.to_bits(),
+        _ => value as u64,
     }
 }
 
-impl Answer for u32 {}
-impl Answer for *const c_char {}
-
-/// A struct of the boundary with nothing set but its size, which is its first field.
-pub fn sized<T: Copy>() -> T {
-    // SAFETY: structs of the boundary are valid with zeros; the first field is the size.
-    unsafe {
-        let mut value = std::mem::zeroed::<T>();
-        (&raw mut value).cast::<u32>().write(size_of::<T>() as u32);
-        value
-    }
-}
-
-/// Memory aligned to 64.
-pub struct Block {
-    words: Vec<u128>,
-    skip: usize,
-    pub bytes: usize,
-}
-
-impl Block {
-    pub fn new(bytes: usize) -> Block {
-        let words = vec![0u128; bytes.div_ceil(16) + 4];
-        let skip = words.as_ptr().align_offset(64).min(4);
-        Block { words, skip, bytes }
-    }
-
-    pub fn at<T>(&mut self) -> *mut T {
-        self.words[self.skip..].as_mut_ptr().cast()
-    }
-
-    pub fn of<T>(&self) -> *const T {
-        self.words[self.skip..].as_ptr().cast()
-    }
+/// The query that tells how long the blocks of a call must be.
+fn query(name: &str) -> String {
+    let verbs = ["_init", "_begin", "_run", "_finish", "_prepare", "_lights", "_pick"];
+    let object = verbs.iter().find_map(|verb| name.strip_suffix(verb));
+    format!("{}_size", object.unwrap_or_else(|| panic!("{name} has no size query")))
 }
 
 /// Numbers in [0, 1) that follow from a seed.
@@ -96,146 +280,12 @@ pub fn numbers(seed: u64, count: usize) -> Vec<f32> {
     std::iter::repeat_with(next).take(count).collect()
 }
 
-/// Unit directions.
-pub fn directions(seed: u64, count: usize) -> Vec<[f32; 3]> {
+/// Unit directions, one after the other.
+pub fn directions(seed: u64, count: usize) -> Vec<f32> {
     let direction = |pair: &[f32]| {
         let (z, phi) = (2.0 * pair[0] - 1.0, std::f32::consts::TAU * pair[1]);
         let r = (1.0 - z * z).max(0.0).sqrt();
         [r * phi.cos(), r * phi.sin(), z]
     };
-    numbers(seed, 2 * count).chunks(2).map(direction).collect()
-}
-
-pub struct World {
-    handle: *mut c_void,
-    only: String,
-    /// Function, input, size and the stated work of what is measured next.
-    next: (String, String, f64, f64),
-    /// How the work must relate to the statement.
-    relation: &'static str,
-    counted: usize,
-}
-
-impl World {
-    pub fn new(library: &str, only: &str) -> Result<World> {
-        let path = CString::new(library)?;
-        // SAFETY: the library has no initialisers.
-        let handle = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW) };
-        ensure!(!handle.is_null(), "{library}: not a shared library");
-        Ok(World { handle, only: only.into(), next: Default::default(), relation: "", counted: 0 })
-    }
-
-    /// The function of that name and type.
-    pub fn like<F: Copy>(&self, name: &str, _: F) -> F {
-        let symbol = CString::new(name).expect("a name");
-        // SAFETY: the handle is open.
-        let address = unsafe { libc::dlsym(self.handle, symbol.as_ptr()) };
-        assert!(!address.is_null() && size_of::<F>() == size_of_val(&address), "the library has no {name}");
-        // SAFETY: the library was built from the same sources, so its function has the type of the kernel's.
-        unsafe { std::mem::transmute_copy(&address) }
-    }
-
-    /// Measures a function at each size. `stated`: what its work is at most proportional to, and grows with.
-    pub fn curve(
-        &mut self,
-        function: &str,
-        input: &str,
-        sizes: &[usize],
-        stated: impl Fn(f64) -> f64,
-        run: impl FnMut(&mut World, usize),
-    ) {
-        self.relation = "as";
-        self.places(function, input, sizes, stated, run);
-    }
-
-    /// As `curve`, where most of the work may be another input's.
-    pub fn at_most(
-        &mut self,
-        function: &str,
-        input: &str,
-        sizes: &[usize],
-        stated: impl Fn(f64) -> f64,
-        run: impl FnMut(&mut World, usize),
-    ) {
-        self.relation = "at most";
-        self.places(function, input, sizes, stated, run);
-    }
-
-    fn places(
-        &mut self,
-        function: &str,
-        input: &str,
-        sizes: &[usize],
-        stated: impl Fn(f64) -> f64,
-        mut run: impl FnMut(&mut World, usize),
-    ) {
-        if function.contains(&self.only) {
-            for size in sizes {
-                self.next = (function.into(), input.into(), *size as f64, stated(*size as f64));
-                run(self, *size);
-            }
-        }
-    }
-
-    /// Says what is stated at this size, where it follows from what was built.
-    pub fn state(&mut self, stated: f64) {
-        self.next.3 = stated;
-    }
-
-    /// Counts the instructions of the call that a curve is of, which must succeed.
-    pub fn count<R: Answer>(&mut self, call: impl FnOnce() -> R) {
-        self.counted += 1;
-        let label = self.counted.to_string();
-        let answer = count::count(&label, call);
-        let (function, input, size, ..) = &self.next;
-        assert!(answer.is_good(), "{function} fails by {input} {size}");
-        self.note(&format!("count {label}"));
-    }
-
-    /// Notes bytes that a size query answered.
-    pub fn bytes(&self, bytes: usize) {
-        self.note(&bytes.to_string());
-    }
-
-    fn note(&self, measured: &str) {
-        let ((function, input, size, stated), relation) = (&self.next, self.relation);
-        println!("{function}\t{input}\t{relation}\t{size}\t{stated}\t{measured}");
-    }
-}
-
-/// A lat-long map of noise with a sun, RGB.
-pub struct Map {
-    pub config: LightConfig,
-    _pixels: Vec<f32>,
-}
-
-impl Map {
-    /// Twice as wide as high; texels: a multiple of two that is a square times two.
-    pub fn new(texels: usize) -> Map {
-        let height = ((texels / 2) as f64).sqrt() as u32;
-        let mut pixels = numbers(1, 3 * (2 * height * height) as usize);
-        pixels[0] = 1e4;
-        let mut config: LightConfig = sized();
-        config.layout = WIS_LAYOUT_LATLONG;
-        (config.width, config.height) = (2 * height, height);
-        (config.channels, config.format) = (3, WIS_FORMAT_F32);
-        config.pixels = pixels.as_ptr().cast();
-        Map { config, _pixels: pixels }
-    }
-
-    pub fn size(&self, world: &World) -> MemorySize {
-        let mut size = MemorySize::default();
-        assert!(call!(world, wis_environment_size(&self.config, &mut size, null_mut())).is_good());
-        size
-    }
-
-    pub fn build(&self, world: &World) -> Block {
-        let size = self.size(world);
-        let (mut memory, mut scratch, mut handle) = (Block::new(size.bytes), Block::new(size.scratch_bytes), null());
-        let (place, work) = (memory.at(), scratch.at());
-        let (config, bytes, room) = (&self.config, size.bytes, size.scratch_bytes);
-        let status = call!(world, wis_environment_init(config, place, bytes, work, room, &mut handle, null_mut()));
-        assert!(status.is_good());
-        memory
-    }
+    numbers(seed, 2 * count).chunks(2).flat_map(direction).collect()
 }

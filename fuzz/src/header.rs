@@ -143,7 +143,6 @@ pub struct Function {
     /// The statuses that its comment names.
     pub statuses: BTreeSet<String>,
     /// What its work is at most proportional to: `count` of `Work: count.`
-    #[allow(dead_code)]
     pub work: Option<String>,
 }
 
@@ -242,6 +241,13 @@ impl Headers {
             return Layout::one(Scalar::Pointer);
         }
         self.layouts.get(&parameter.pointee).cloned().unwrap_or(Layout { size: 1, align: 16, fields: Vec::new() })
+    }
+}
+
+impl Headers {
+    /// The value of a constant.
+    pub fn constant_of(&self, name: &str) -> usize {
+        *self.constants.get(name).unwrap_or_else(|| panic!("no constant {name}"))
     }
 }
 

@@ -1,38 +1,16 @@
-//! Calls every function of the headers with valid and hostile arguments, and checks what must hold afterwards.
-//!
-//! The functions are called in a built shared library by the calling convention of x86-64 Linux. Everything follows from the
-//! seed: a failure names the words that reproduce it.
+//! The fuzzer: an epoch after the other, or cases on record.
 
-mod again;
-mod alarm;
-mod building;
-mod call;
-mod case;
-mod header;
-mod inputs;
-mod laws;
-mod maps;
-mod memory;
-mod oracle;
-mod play;
-mod pool;
-mod random;
-mod rows;
-mod structs;
-mod tally;
-mod values;
-mod world;
-
-use crate::play::{Words, play};
-use crate::rows::ROWS;
-use crate::tally::Tally;
-use crate::world::World;
 use anyhow::Result;
 use clap::Parser;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+use wis_fuzz::play::{Words, play};
+use wis_fuzz::rows::ROWS;
+use wis_fuzz::tally::Tally;
+use wis_fuzz::world::World;
+use wis_fuzz::{again, alarm};
 
 /// Calls after which everything begins anew, so that a failure is reproduced in seconds.
 const EPOCH: u64 = 4000;
@@ -90,34 +68,4 @@ fn run(options: &Options) -> Result<()> {
     let hours = alarm::seconds(libc::CLOCK_PROCESS_CPUTIME_ID) / 3600.0;
     println!("seed {}, {epoch} epochs, {hours:.3} hours of a core", options.seed);
     tally.judge()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The headers drive the fuzzer: what they declare has a row.
-    #[test]
-    fn every_function_has_a_row() {
-        let mut declared: Vec<String> = header::Headers::read().functions.into_iter().map(|f| f.name).collect();
-        let mut rows: Vec<String> = rows::current().map(|row| row.name.into()).collect();
-        declared.sort_unstable();
-        rows.sort_unstable();
-        assert_eq!(declared, rows);
-    }
-
-    /// The parser of headers agrees with a compiler on what it reads.
-    #[test]
-    fn layouts_are_those_of_the_binary_interface() {
-        let headers = header::Headers::read();
-        let abi = include_str!("../../packaging/abi.txt");
-        let mut seen = 0;
-        for line in abi.lines().filter_map(|line| line.strip_prefix("struct ")) {
-            let Some((name, size)) = line.split_once(": ").filter(|(name, _)| !name.contains('.')) else { continue };
-            let layout = &headers.layouts[name];
-            assert_eq!(size, format!("{} bytes, alignment {}", layout.size, layout.align), "{name}");
-            seen += 1;
-        }
-        assert!(seen >= 15, "{seen}");
-    }
 }

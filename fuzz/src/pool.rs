@@ -72,13 +72,11 @@ impl Pool {
     }
 
     /// All objects with their bytes.
-    #[allow(dead_code)]
     pub fn snapshot(&self, memory: &Memory) -> Vec<(Object, Vec<u8>)> {
         self.objects.iter().map(|object| (*object, memory.bytes(object.place).to_vec())).collect()
     }
 
     /// Forgets what was kept since: objects are told apart by their numbers.
-    #[allow(dead_code)]
     pub fn restore(&mut self, memory: &Memory, snapshot: &[(Object, Vec<u8>)]) {
         self.objects.truncate(snapshot.len());
         for (now, (before, bytes)) in self.objects.iter_mut().zip(snapshot) {

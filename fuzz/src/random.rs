@@ -8,7 +8,6 @@ thread_local! {
 }
 
 /// From now on these bytes decide, from the first on, and the generator when they are used up.
-#[allow(dead_code)]
 pub fn feed(bytes: &[u8]) {
     INPUT.with_borrow_mut(|input| {
         input.clear();

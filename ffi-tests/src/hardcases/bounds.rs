@@ -6,7 +6,6 @@
 use super::brdf::{V3, single, unit};
 use super::laws::ensure;
 use super::quadrature::{Integral, Peak};
-use super::table::Bounded;
 use crate::client::{self, Brdf, Density, raw};
 use crate::environment::{Environment, Sampler};
 use crate::statistics::{chi_square, mean_and_error};
@@ -61,6 +60,14 @@ impl Job {
     pub fn new(case: impl Into<String>, measure: impl Fn() -> Result<Figures, String> + Send + Sync + 'static) -> Job {
         Job { case: case.into(), measure: Box::new(measure) }
     }
+}
+
+/// A case of products and rays.
+pub struct Bounded {
+    /// Lobes, view and light.
+    pub case: String,
+    /// What was measured, or what is out of bounds.
+    pub got: Result<Figures, String>,
 }
 
 /// Measures rows on all processors.

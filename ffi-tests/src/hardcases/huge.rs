@@ -1,7 +1,7 @@
 //! A map of 16384 x 8192 that is never stored: rows from a callback, and a sun of four texels.
 
 use super::brdf::V3;
-use super::maps::look_up;
+use super::maps::{available_memory, look_up};
 use super::quadrature::Peak;
 use crate::client::Texels;
 use crate::environment::{Environment, Map};
@@ -43,7 +43,7 @@ impl Huge {
         let of = |y: u32| rows[Huge::kind(y)].as_ptr();
         let map = Map::latlong(WIDTH, HEIGHT, 1, Texels::RowsF32(&of));
         let size = Environment::size(&map)?;
-        if super::shapes::available_memory().is_some_and(|free| free < 2 * (size.bytes + size.scratch_bytes) as u64) {
+        if available_memory().is_some_and(|free| free < 2 * (size.bytes + size.scratch_bytes) as u64) {
             return Ok(None);
         }
         let environment = Environment::new(&map)?;

@@ -162,3 +162,10 @@ pub fn octahedral_direction(s: [f64; 2]) -> [f32; 3] {
     let sine = r * (2.0 - r * r).sqrt();
     [(sine * phi.cos()).copysign(u), (sine * phi.sin()).copysign(v), (1.0 - r * r).copysign(d)].map(|x| x as f32)
 }
+
+/// Bytes that a program may still ask for, where the system says so.
+pub fn available_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}

@@ -2,7 +2,7 @@
 
 use super::laws::{self, Verdict, ensure, fails};
 use super::light::{LEGAL, case, lit, reachable};
-use super::maps::{Image, hot, sky};
+use super::maps::{Image, available_memory, hot, sky};
 use super::table::Table;
 use crate::client::{Environment, Map, Texels, raw};
 use std::ptr::null;
@@ -150,11 +150,4 @@ fn huge(table: &mut Table) {
             table.add(name, expected, verdict);
         }
     }
-}
-
-/// Bytes that a program may still ask for, where the system says so.
-pub fn available_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
 }

@@ -1,6 +1,6 @@
 //! The rows of the hard-case page, and the page itself.
 
-use super::bounds::{Figures, LARGEST};
+use super::bounds::{Bounded, Figures, LARGEST};
 use super::laws::Verdict;
 use super::peers::Answers;
 use super::scenes::HUGE;
@@ -111,14 +111,6 @@ pub struct Light {
     pub peers: Answers,
     /// The machine is too small for the case.
     pub skipped: bool,
-}
-
-/// A case of products and rays.
-pub struct Bounded {
-    /// Lobes, view and light.
-    pub case: String,
-    /// What was measured, or what is out of bounds.
-    pub got: Result<Figures, String>,
 }
 
 /// All cases.

@@ -5,9 +5,7 @@
 //! .99. Inversion: 40 000 directions find a shift of the distribution of u by .014, half of which a density that is
 //! tilted by 2 % over the square makes at its middle. Integral: to 0.2 %.
 
-use crate::before::prepare;
-use crate::client::{self, Block, Density};
-use crate::estimator::{Lit, Setting};
+use crate::client::{self, Density, Preparation};
 use crate::light::{Light, octahedral_direction};
 use crate::material::Material;
 use crate::scene::ShadingPoint;
@@ -86,8 +84,8 @@ fn inversion(density: &impl Density, axis: usize) -> f64 {
 fn samples_follow_their_pdfs() {
     let light = Light::windows(64);
     let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment).unwrap();
-    let mut memory = Block::default();
+    let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
+    let mut memory = preparation.memory().unwrap();
     let (mut names, mut p_values) = (Vec::new(), Vec::new());
     let mut add = |name: &str, (found, integral): ([f64; 3], f64)| {
         assert!((integral - 1.0).abs() < 2e-3, "{name}: the pdf integrates to {integral}");
@@ -98,11 +96,8 @@ fn samples_follow_their_pdfs() {
     };
     add("light", judge(&light.distribution(&environment)));
     for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.4)] {
-        let setting = Setting::new(&lit, &material);
-        if memory.bytes() == 0 {
-            memory = setting.preparation.memory().unwrap();
-        }
-        add(&material.name, judge(&prepare(&setting, &point(), &mut memory).unwrap()));
+        let product = material.prepare(&environment, &point(), &preparation, &mut memory).unwrap();
+        add(&material.name, judge(&product));
     }
     for (name, rejected) in names.iter().zip(holm(&p_values, SIGNIFICANCE)) {
         assert!(!rejected, "{name}: {p_values:?}");

@@ -2,17 +2,18 @@
 //! occluder, Holm-corrected to a significance of 0.001 for all of them together. Each single test finds a shift of 2 %
 //! with power .99, which is asserted, and a density that is 2 % too large is shown to be found.
 
-use crate::estimator::{Estimator, Lit, Setting};
+use crate::estimator::Estimator;
 use crate::library::Mode;
 use crate::light::Light;
 use crate::material::{Bsdf, Material};
 use crate::method::Method;
 use crate::scene::ShadingPoint;
+use crate::setting::{Lit, Setting};
 use crate::statistics::{holm, smallest_fault, z_test};
 use glam::{Quat, Vec3};
 
 const SIGNIFICANCE: f64 = 1e-3;
-/// The strictest level that Holm's method applies: 21 methods of 2 counts, and one more, 2 materials, with and without
+/// The strictest level that Holm's method applies: at most 21 methods of 2 counts, and one more, 2 materials, with and without
 /// occluder.
 const EACH: f64 = SIGNIFICANCE / 172.0;
 /// Samples, and how many estimates of them.
@@ -65,8 +66,7 @@ fn estimates(setting: &Setting, method: Method, samples: usize, count: u32) -> [
 fn hits_that_share_products_are_unbiased() {
     const PASSES: u32 = 20_000;
     let (light, first) = (light(), point());
-    let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment).unwrap();
+    let lit = Lit::new(&light).unwrap();
     // Six groups of three normals, each within the cone of its first.
     let axis = first.normal.cross(first.wo).normalize();
     let turned = |hit: u32| {
@@ -99,8 +99,7 @@ fn hits_that_share_products_are_unbiased() {
 #[test]
 fn every_method_meets_quadrature_and_a_density_two_percent_off_does_not() {
     let light = light();
-    let environment = light.environment().unwrap();
-    let lit = Lit::new(&light, &environment).unwrap();
+    let lit = Lit::new(&light).unwrap();
     let (mut names, mut sound, mut faulty, mut faults) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let methods = Method::all().filter(|m| m.is_unbiased()).flat_map(|m| SAMPLES.map(|n| (m, n)));
     let methods: Vec<_> = methods.collect();

@@ -2,49 +2,9 @@
 //! reach something new in the kernel.
 #![no_main]
 
-#[path = "../../src/alarm.rs"]
-#[allow(dead_code)]
-mod alarm;
-#[path = "../../src/building.rs"]
-mod building;
-#[path = "../../src/call.rs"]
-mod call;
-#[path = "../../src/case.rs"]
-mod case;
-#[path = "../../src/header.rs"]
-mod header;
-#[path = "../../src/inputs.rs"]
-#[allow(dead_code)]
-mod inputs;
-#[path = "../../src/laws.rs"]
-mod laws;
-#[path = "../../src/maps.rs"]
-mod maps;
-#[path = "../../src/memory.rs"]
-mod memory;
-#[path = "../../src/oracle.rs"]
-mod oracle;
-#[path = "../../src/play.rs"]
-mod play;
-#[path = "../../src/pool.rs"]
-mod pool;
-#[path = "../../src/random.rs"]
-mod random;
-#[path = "../../src/rows.rs"]
-mod rows;
-#[path = "../../src/structs.rs"]
-mod structs;
-#[path = "../../src/tally.rs"]
-#[allow(dead_code)]
-mod tally;
-#[path = "../../src/values.rs"]
-mod values;
-#[path = "../../src/world.rs"]
-mod world;
-
-use crate::inputs::Inputs;
 use libfuzzer_sys::fuzz_target;
 use std::cell::RefCell;
+use wis_fuzz::inputs::Inputs;
 
 thread_local! {
     static INPUTS: RefCell<Option<Inputs>> = const { RefCell::new(None) };

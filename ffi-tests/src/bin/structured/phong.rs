@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use std::f64::consts::TAU;
-use wis_ffi_tests::measured::Reflectance;
+use wis_ffi_tests::reflectance::Reflectance;
 
 /// (n + 2) / (2 pi) x cosine^n of the angle to the reflected direction.
 #[derive(Debug)]

@@ -3,7 +3,6 @@
 
 use crate::approximation::by_pixels;
 use crate::domain::{self, Domain};
-use crate::terms;
 use crate::threads::{THREADS, on_threads};
 use crate::{DEPTH, SIDE};
 use anyhow::Result;
@@ -147,7 +146,7 @@ const SAMPLED: usize = 96;
 const SAME: f64 = 2.0;
 
 /// The table of the measured material, and the colours of a light.
-fn inputs(light: &Light) -> Result<(Table, [Light; 3])> {
+pub fn inputs(light: &Light) -> Result<(Table, [Light; 3])> {
     let slices = data::measured("satin_rosaline_rgb.bsdf")?.table.map(Table::slices);
     let table = match slices {
         Some(slices) => Table::of(slices.to_vec()),
@@ -157,12 +156,6 @@ fn inputs(light: &Light) -> Result<(Table, [Light; 3])> {
     let colours =
         if path.exists() { Light::load_channels(&path)? } else { [light.clone(), light.clone(), light.clone()] };
     Ok((table, colours))
-}
-
-/// Writes the section of pictures by terms.
-pub fn by_terms(page: &mut Paper, light: &Light) -> Result<()> {
-    let (table, colours) = inputs(light)?;
-    terms::write(page, light, &colours, &materials(&table)[..2])
 }
 
 /// Writes the sections of fields and their pictures.

@@ -31,7 +31,7 @@ fn main() -> Result<()> {
         ("time", approximation::write),
         ("bases", |page, _| spherical::write(page)),
         ("vertices", relighting::write),
-        ("terms", fields::by_terms),
+        ("terms", terms::write),
         ("fields", fields::write),
         ("sampling", sampling::write),
     ];
@@ -45,9 +45,7 @@ const INTRODUCTION: &str =
     "Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\", claim by claim. The calls:
 `wis_triple_*` and `wis_tripling_coefficient` for integrals, their coefficients and the sublinear algorithm, and
 `WIS_TREE_PRODUCT` for the product as something to sample. Written by `make triple` at
-{commit}. `make relight` relights the vertices of a mesh:
-
-![A frame of make relight](relight.png)
+{commit}.
 ";
 
 /// The direction of a place in a pixel.

@@ -2,7 +2,7 @@
 
 use crate::approximation::by_pixels;
 use crate::domain::{self, Domain, Lists};
-use crate::fields::{Material, Small};
+use crate::fields::{Material, Small, inputs, materials};
 use crate::relighting::seen;
 use crate::threads::on_threads;
 use anyhow::Result;
@@ -33,7 +33,9 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 type Values = [[f64; 3]; SHARES.len() * SHARES.len() + 1];
 
 /// Writes the section and its pictures: columns of light, rows of BRDF, and at the right the sum over pixels.
-pub fn write(page: &mut Paper, light: &Light, colours: &[Light; 3], materials: &[Material]) -> Result<()> {
+pub fn write(page: &mut Paper, light: &Light) -> Result<()> {
+    let (table, colours) = inputs(light)?;
+    let materials = &materials(&table)[..2];
     let domain = Domain::cube(DEPTH);
     let mut scene = data::scene("spot.obj", View::Image(STEP))?;
     scene.points.retain(|p| (0..2).all(|k| (LOW[k]..HIGH[k]).contains(&p.pixel[k])));

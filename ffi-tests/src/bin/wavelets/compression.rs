@@ -1,6 +1,6 @@
 //! What tables of measured BRDFs take: error against size (Fig. 10).
 
-use crate::{Lit, reparameterisation};
+use crate::Lit;
 use anyhow::Result;
 use std::fmt::Write;
 use wis_ffi_tests::client::{Tree, raw};
@@ -20,10 +20,7 @@ type Value<'a> = &'a (dyn Fn(glam::DVec3, glam::DVec3) -> f64 + Sync);
 pub fn write(page: &mut Paper, _: &Lit) -> Result<()> {
     writeln!(page.text, "\n## Compression of measured BRDFs (Fig. 10)\n\n{TEXT}")?;
     let brdfs = data::all_brdfs()?;
-    for (slices, depth, goal) in TABLES {
-        sizes(page, &brdfs, (slices, depth, goal))?;
-    }
-    reparameterisation::write(page, &brdfs)
+    TABLES.into_iter().try_for_each(|table| sizes(page, &brdfs, table))
 }
 
 fn sizes(page: &mut Paper, brdfs: &[Brdf], (slices, depth, goal): (u32, u32, f64)) -> Result<()> {

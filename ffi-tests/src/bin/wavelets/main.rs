@@ -34,7 +34,10 @@ fn main() -> Result<()> {
         ("sets", figures::point_sets),
         ("variance", figures::convergence),
         ("buddha", buddha::write),
-        ("compression", compression::write),
+        ("compression", |page, lit| {
+            compression::write(page, lit)?;
+            reparameterisation::write(page, &data::all_brdfs()?)
+        }),
         ("gallery", gallery::write),
         ("rotated", rotated::write),
         ("four", four::write),

@@ -1,0 +1,224 @@
+//! Variances of estimates of one ray, and of their means over the hits of a pixel.
+
+use super::both::{Both, Lit, mean_and_least, printed};
+use anyhow::Result;
+use glam::Vec3;
+use std::f64::consts::TAU;
+use wis_ffi_tests::client::raw;
+use wis_ffi_tests::hardcases::brdf::{Hit, Lobe};
+use wis_ffi_tests::page::{Part, Table};
+use wis_ffi_tests::statistics::{bootstrap_ratio, splitmix};
+
+const MATERIALS: [&str; 7] =
+    ["Lambert", "GGX 0.5", "GGX 0.2", "GGX 0.05", "anisotropic (0.3, 0.05)", "mix", "transmission"];
+/// Those that hits of a pixel are measured with, and how many hits.
+const SHARED: [&str; 3] = ["Lambert", "GGX 0.2", "mix"];
+const HITS: [usize; 5] = [1, 4, 16, 64, 256];
+/// Candidates of one ray: 8 + 8 and 16 + 16.
+const CANDIDATES: [usize; 2] = [16, 32];
+const METRICS: [&str; 2] = ["absolute", "relative"];
+const VIEWS: [&str; 2] = ["open", "six spheres"];
+/// Seeds whose variance is one repeat of the bootstrap.
+const GROUP: usize = 16;
+
+/// The lobes of a material by its name.
+pub fn lobes(material: &str) -> Vec<Lobe> {
+    let ggx = |alpha: [f64; 2]| vec![Lobe::Ggx(alpha, 0.9)];
+    match material {
+        "Lambert" => vec![Lobe::Lambert(0.8)],
+        "GGX 0.5" => ggx([0.5; 2]),
+        "GGX 0.2" => ggx([0.2; 2]),
+        "GGX 0.05" => ggx([0.05; 2]),
+        "mix" => vec![Lobe::Lambert(0.5), Lobe::Ggx([0.1; 2], 0.04)],
+        "transmission" => vec![Lobe::Through([0.2; 2], 1.5)],
+        _ => ggx([0.3, 0.05]),
+    }
+}
+
+/// A number in [0, 1).
+fn uniform(state: &mut u64) -> f64 {
+    (splitmix(state) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn direction(state: &mut u64) -> [f64; 3] {
+    let (z, (sine, cosine)) = (1.0 - 2.0 * uniform(state), (TAU * uniform(state)).sin_cos());
+    let r = (1.0 - z * z).sqrt();
+    [r * cosine, r * sine, z]
+}
+
+/// Random hits, whose viewer is at least 6 degrees above the surface.
+fn hits(material: &str, count: usize) -> Vec<Hit> {
+    let (lobes, mut state) = (lobes(material), 7);
+    let hit = |_| {
+        let cosine = 0.1 + 0.9 * uniform(&mut state);
+        Hit::new(&lobes, direction(&mut state), cosine.acos().to_degrees(), TAU * uniform(&mut state))
+    };
+    (0..count).map(hit).collect()
+}
+
+/// The same as the library takes them.
+pub fn points(material: &str, own: &raw::wis_material, count: usize) -> Vec<raw::wis_point> {
+    hits(material, count).iter().map(|hit| hit.point(own)).collect()
+}
+
+/// Spheres at unit distance about each hit.
+fn spheres(count: usize) -> Vec<[(Vec3, f32); 6]> {
+    let mut state = 11;
+    let mut sphere =
+        || (Vec3::from_array(direction(&mut state).map(|x| x as f32)), 0.15 + 0.35 * uniform(&mut state) as f32);
+    (0..count).map(|_| std::array::from_fn(|_| sphere())).collect()
+}
+
+fn blocked(spheres: &[(Vec3, f32); 6], wi: Vec3) -> bool {
+    spheres.iter().any(|(centre, radius)| {
+        let along = centre.dot(wi);
+        along > 0.0 && 1.0 - along * along < radius * radius
+    })
+}
+
+/// By number of hits, view and metric: the variance of each group of seeds, times the hits.
+type Variances = Vec<[[Vec<f64>; METRICS.len()]; VIEWS.len()]>;
+
+/// A direction and its weight, or none.
+type Drawn = Option<([f32; 3], f32)>;
+
+/// Those of the estimates that a call answers for points.
+fn variances(
+    lit: &Lit,
+    material: &str,
+    own: &raw::wis_material,
+    (count, seeds, means): (usize, usize, &[usize]),
+    call: &mut dyn FnMut(&raw::wis_point) -> Result<Drawn>,
+) -> Result<Variances> {
+    let (hits, spheres) = (hits(material, count), spheres(count));
+    let mut values = vec![[const { Vec::new() }; VIEWS.len()]; means.len()];
+    for (hit, spheres) in hits.iter().zip(&spheres) {
+        let mut point = hit.point(own);
+        for _ in 0..seeds {
+            point.seed = (values[0][0].len() as u32).wrapping_mul(2_654_435_761);
+            let (mut sum, mut next) = ([0.0; VIEWS.len()], 0);
+            for sample in 0..means[means.len() - 1] {
+                point.sample = sample as u32;
+                if let Some((wi, weight)) = call(&point)? {
+                    let direction = Vec3::from_array(wi);
+                    let value = hit.f_cos(wi.map(f64::from)) * f64::from(lit.light.radiance(direction) * weight);
+                    sum[0] += value;
+                    sum[1] += if value > 0.0 && blocked(spheres, direction) { 0.0 } else { value };
+                }
+                if sample + 1 == means[next] {
+                    let of_view = values[next].iter_mut().zip(sum);
+                    of_view.for_each(|(values, sum)| values.push(sum / (sample + 1) as f64));
+                    next += 1;
+                }
+            }
+        }
+    }
+    let both = |(values, &hits): (&[Vec<f64>; VIEWS.len()], &usize)| {
+        [0, 1].map(|view| by_group(&values[view], seeds).map(|all| all.iter().map(|v| v * hits as f64).collect()))
+    };
+    Ok(values.iter().zip(means).map(both).collect())
+}
+
+/// The mean variance over points in each group of seeds: over the squared mean of all, and of each point over its own.
+fn by_group(values: &[f64], seeds: usize) -> [Vec<f64>; METRICS.len()] {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (all, points) = (mean(values), values.chunks(seeds).collect::<Vec<_>>());
+    let groups = |scale: &dyn Fn(&[f64]) -> f64| {
+        let variance = |group: &[f64]| {
+            let own = mean(group);
+            group.iter().map(|value| (value - own).powi(2)).sum::<f64>() / (group.len() - 1) as f64
+        };
+        let of = |g: usize| {
+            let each = points.iter().map(|of| variance(&of[g * GROUP..][..GROUP]) / scale(of));
+            each.sum::<f64>() / points.len() as f64
+        };
+        (0..seeds / GROUP).map(of).collect()
+    };
+    [groups(&|_| all * all), groups(&|of| mean(of).powi(2) + (0.01 * all).powi(2))]
+}
+
+/// Variances of 0.2 and of the current one.
+fn compared(lit: &Lit, material: &str, candidates: usize, effort: (usize, usize, &[usize])) -> Result<[Variances; 2]> {
+    let Both { mut new, mut old, material: own } = Both::new(&lobes(material), 1, candidates)?;
+    let earlier = variances(lit, material, &own, effort, &mut |point| {
+        Ok(old.direct(&lit.old, point, 1)?.first().map(|ray| (ray.wi, ray.weight)))
+    })?;
+    let now = variances(lit, material, &own, effort, &mut |point| {
+        let (mut ray, mut count) = ([raw::wis_ray::default()], 0);
+        new.direct_into(&lit.new, point, None, &mut ray, &mut count)?;
+        Ok((count > 0).then_some((ray[0].wi, ray[0].weight)))
+    })?;
+    Ok([earlier, now])
+}
+
+/// A row of variances and ratios, and the ratios alone.
+fn row(table: &mut Table, words: Vec<String>, [old, new]: [&[Vec<f64>; METRICS.len()]; 2]) -> [f64; METRICS.len()] {
+    let ratios = [0, 1].map(|metric| bootstrap_ratio(&old[metric], &new[metric]));
+    let variance = |all: &Vec<f64>| format!("{:.4}", all.iter().sum::<f64>() / all.len() as f64);
+    table.row(words.into_iter().chain(old.iter().map(variance)).chain(ratios.map(printed)));
+    ratios.map(|ratio| ratio[0])
+}
+
+fn head(words: &[&str]) -> Table {
+    let columns =
+        METRICS.map(|metric| format!("0.2, {metric}")).into_iter().chain(METRICS.map(|m| format!("ratio, {m}")));
+    Table::new(words.len(), &words.iter().map(|word| word.to_string()).chain(columns).collect::<Vec<_>>())
+}
+
+/// The tables, what is reached first.
+///
+/// # Errors
+/// Those of the library.
+pub fn parts(lights: &[Lit], quick: bool) -> Result<Vec<Part>> {
+    let mut each = head(&["map", "material", "candidates", "view"]);
+    let mut ratios: Vec<(bool, usize, [f64; METRICS.len()])> = Vec::new();
+    let effort = if quick { (24, 64, &[1][..]) } else { (96, 512, &[1][..]) };
+    for lit in lights {
+        for (material, candidates) in MATERIALS.iter().flat_map(|m| CANDIDATES.map(|count| (m, count))) {
+            let [old, new] = compared(lit, material, candidates, effort)?;
+            for (view, name) in VIEWS.iter().enumerate() {
+                let words = [&lit.light.name, *material, &candidates.to_string(), name].map(String::from);
+                ratios.push((lit.is_judged, view, row(&mut each, words.into(), [&old[0][view], &new[0][view]])));
+            }
+        }
+    }
+    let mut summary = Table::new(3, &["maps", "view", "metric", "goal", "mean", "least"]);
+    for (maps, judged) in [("developer", false), ("judged", true)] {
+        for ((view, name), metric) in VIEWS.iter().enumerate().flat_map(|view| [0, 1].map(|metric| (view, metric))) {
+            let of = ratios.iter().filter(|of| of.0 == judged && of.1 == view).map(|of| of.2[metric]);
+            let of: Vec<f64> = of.collect();
+            if !of.is_empty() {
+                let goal = format!("mean {}, least 0.8", ["0.95", "1"][view]);
+                let words = [maps, name, METRICS[metric], &goal].map(String::from);
+                summary.row(words.into_iter().chain(mean_and_least(&of).map(|ratio| format!("{ratio:.2}"))));
+            }
+        }
+    }
+    let mut over_hits = head(&["map", "material", "view", "hits"]);
+    let effort = if quick { (8, 32, &HITS[..]) } else { (24, 96, &HITS[..]) };
+    for lit in lights.iter().filter(|lit| lit.is_judged).take(2) {
+        for material in SHARED {
+            let [old, new] = compared(lit, material, CANDIDATES[1], effort)?;
+            for ((view, name), (i, hits)) in
+                VIEWS.iter().enumerate().flat_map(|view| HITS.iter().enumerate().map(move |hits| (view, hits)))
+            {
+                let words = [&lit.light.name, material, name, &hits.to_string()].map(String::from);
+                row(&mut over_hits, words.into(), [&old[i][view], &new[i][view]]);
+            }
+        }
+    }
+    let text = "Variance of one ray with as many candidates: absolute over the squared mean of all points, relative of each point over its \
+                own square. Six spheres of random places and sizes block the light.";
+    let hits = "Samples 0, 1, 2 ... of one pixel: the variance of their mean times their number, with 16 + 16 candidates. Goal: at least 1 \
+                with spheres at 16, 64 and 256 hits, and 0.83 in the open.";
+    Ok(vec![
+        Part::Heading("Variance with as many candidates".into()),
+        Part::Text(text.into()),
+        Part::Table(summary),
+        Part::Heading("Variance over the hits of a pixel".into()),
+        Part::Text(hits.into()),
+        Part::Table(over_hits),
+        Part::Heading("Every map and material".into()),
+        Part::Table(each),
+    ])
+}

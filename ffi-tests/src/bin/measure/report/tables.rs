@@ -1,0 +1,564 @@
+//! The page: what to call and what it gives, where the library loses, which goals are reached, and all numbers behind it.
+
+use super::gains::{
+    self, Against, METRICS, Scale, distinct, geometric_mean, lights, materials, of_study, ours, over, over_best,
+    studies,
+};
+use super::goals::{self, Measured, Times};
+use super::studies::{HITS, MAIN, MEASURED, NEAREST, ROOM, SMOOTH, SUN, TEXTURED, has_known_lobes};
+use super::{losses, plots};
+use anyhow::Result;
+use std::collections::HashMap;
+use wis_ffi_tests::caches::{CACHES, COLD, RENDERER, SLOWER, WARM};
+use wis_ffi_tests::cost::MODELS;
+use wis_ffi_tests::data::DEVELOPER;
+use wis_ffi_tests::earlier;
+use wis_ffi_tests::measure::{Cell, Errors, FEW, REGIONS};
+use wis_ffi_tests::method::EXTENDED;
+use wis_ffi_tests::page::{Page, Part, Table, times};
+
+/// What the page says about the run.
+pub struct Run {
+    pub machine: String,
+    pub commit: String,
+    pub command: String,
+    pub made_from: String,
+    pub points: usize,
+    pub repeats: u32,
+}
+
+/// What a renderer does, what it calls, and the cells that tell what it gets.
+struct Situation {
+    renderer: &'static str,
+    call: &'static str,
+    study: &'static str,
+    /// The only light; empty: all.
+    light: &'static str,
+    method: &'static str,
+    count: usize,
+}
+
+impl Situation {
+    const fn of(
+        renderer: &'static str,
+        call: &'static str,
+        study: &'static str,
+        method: &'static str,
+        count: usize,
+    ) -> Situation {
+        Situation { renderer, call, study, light: "", method, count }
+    }
+}
+
+const SITUATIONS: [Situation; 15] = [
+    Situation::of("one shadow ray per hit", "`wis_direct`", MAIN, "direct", 1),
+    Situation::of("4 rays per hit", "`wis_direct`", MAIN, "direct", 4),
+    Situation::of("16 rays per hit", "`wis_direct`", MAIN, "direct", 16),
+    Situation::of("64 rays per hit", "`wis_direct`", MAIN, "direct", 64),
+    Situation::of("4 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 4),
+    Situation::of("16 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 16),
+    Situation::of("64 hits per pixel, well-spread numbers", "`wis_direct` with `u`", HITS, "direct, shared", 1),
+    Situation::of("the same, textured", "`wis_direct` with `u`", TEXTURED, "direct, shared", 1),
+    Situation::of(
+        "needs densities for its own MIS, 16 samples",
+        "`wis_product_prepare`, `wis_sample`, `wis_pdf`",
+        MAIN,
+        "product + MIS",
+        16,
+    ),
+    Situation { light: SUN, ..Situation::of("an unclipped sun, 4 rays", "`wis_direct`", MAIN, "direct", 4) },
+    Situation::of("looks up the nearest texel, 4 rays", "`WIS_FILTER_NEAREST`, `wis_direct`", NEAREST, "direct", 4),
+    Situation::of("dense mesh, interpolated normals, 4 rays", "`wis_direct`", SMOOTH, "direct", 4),
+    Situation::of("a room with one window, 4 rays", "`wis_direct`", ROOM, "direct", 4),
+    Situation::of("measured BRDFs that no lobe describes, 4 rays", "`wis_direct`", MEASURED, "direct", 4),
+    Situation::of("the same, handed over as a target", "`wis_direct`, `target`", MEASURED, "direct, target", 4),
+];
+
+/// What the first table compares with.
+const RIVALS: [Against; 4] = [
+    Against::Method("MIS balance"),
+    Against::Method("MIS compensated"),
+    Against::Best(&EXTENDED),
+    Against::Method(earlier::NAME),
+];
+
+/// The whole page.
+///
+/// # Errors
+/// Those of drawing and writing.
+pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured) -> Result<Page> {
+    let main: Vec<&Cell> = of_study(cells, MAIN);
+    let lobes = materials(&main);
+    let mut short = first_screen(cells);
+    short.extend(losses::parts(cells));
+    short.extend(drawn(&main, &lobes)?);
+    short.extend(situations(cells));
+    short.extend(certain(cells));
+    short.extend(costs(cells, measured));
+    short.extend(sun(suns));
+    short.extend(weights_and_limit(&main));
+    short.extend(by_maps(&main, &lights(&main)));
+    short.extend(method(run, measured.slower));
+    let mut long = Vec::new();
+    for name in studies(cells) {
+        let cells = of_study(cells, &name);
+        let mut parts = by_method(&cells);
+        parts.extend(by_lobe(&cells));
+        parts.extend(by_region(&cells));
+        long.push((format!("All gains of the study \"{name}\": {} cells", cells.len()), parts));
+    }
+    let lights = lights(&main);
+    let names: Vec<&str> = lights.iter().map(String::as_str).collect();
+    let lobe_names: Vec<&str> = lobes.iter().map(String::as_str).collect();
+    for scale in Scale::all() {
+        let mut parts = Vec::new();
+        for (i, lights) in names.chunks(3).enumerate() {
+            let svg = plots::error_against_time(&main, scale, lights, &lobe_names)?;
+            parts.push(Part::Plot(
+                format!("all-{i}.svg"),
+                svg,
+                format!("{} error, {} costs", METRICS[scale.metric].0, MODELS[scale.model].0),
+            ));
+        }
+        long.push((format!("Error against time, every light and lobe: {}", scale.name()), parts));
+    }
+    for name in studies(cells) {
+        let parts = of_study(cells, &name).iter().flat_map(|cell| errors(cell)).collect();
+        long.push((format!("Errors and times of every method in every cell of \"{name}\""), parts));
+    }
+    Ok(Page {
+        title: "wis beside other ways to sample an environment".into(),
+        short,
+        long,
+        made_from: run.made_from.clone(),
+    })
+}
+
+/// The situations of the first screen: those that differ most, for better and for worse.
+const FIRST_SCREEN: [&str; 5] = [
+    "one shadow ray per hit",
+    "16 rays per hit",
+    "64 hits per pixel, well-spread numbers",
+    "needs densities for its own MIS, 16 samples",
+    "a room with one window, 4 rays",
+];
+
+/// What to call and what it gives, in ten rows.
+fn first_screen(cells: &[Cell]) -> Vec<Part> {
+    let table = of_situations(cells, &|situation| FIRST_SCREEN.contains(&situation.renderer), false);
+    let ahead = |columns: std::ops::Range<usize>| {
+        let gains = table.rows.iter().flat_map(|row| &row[columns.clone()]);
+        let gains: Vec<f64> = gains.filter_map(|cell| cell.strip_suffix('x')?.parse().ok()).collect();
+        format!("{} of {}", gains.iter().filter(|gain| **gain > 1.0).count(), gains.len())
+    };
+    let verdict = format!(
+        "**At equal time wis has less variance than MIS in {} numbers of this table. Against compensated MIS that holds for {}, and \
+         against the best of {} peers for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
+        ahead(3..5),
+        ahead(5..7),
+        EXTENDED.each.len(),
+        ahead(7..9)
+    );
+    let words = "Absolute error weighs bright pixels, relative error weighs all pixels alike. Cheap: a ray takes about 50 ns, and the \
+                 BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
+                 renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
+                 it takes one of each, and pays for both. MIS \
+                 compensated: the same, but the light is sampled by what it has above its mean. The best peer is chosen for each cell. \
+                 0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
+                 Caches are those of a renderer. More situations stand [below](#all-situations).";
+    vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]
+}
+
+/// Every situation, with other caches, too.
+fn situations(cells: &[Cell]) -> Vec<Part> {
+    let text = "As the first table. Each number is the geometric mean over the lights and lobes of its row. Caches are those of a \
+                renderer, but in the columns that name others.";
+    let table = of_situations(cells, &|_| true, true);
+    vec![Part::Heading("All situations".into()), Part::Text(text.into()), Part::Table(table)]
+}
+
+fn of_situations(cells: &[Cell], kept: &dyn Fn(&Situation) -> bool, others: bool) -> Table {
+    let metrics = METRICS.map(|metric| metric.0);
+    let best = RIVALS[2];
+    let heads = RIVALS.iter().flat_map(|rival| metrics.map(|metric| format!("{}, {metric}", rival.name())));
+    let caches: &[usize] = if others { &[WARM, COLD] } else { &[] };
+    let beside = caches.iter().flat_map(|&c| metrics.map(|metric| format!("{}, {metric}, {}", best.name(), CACHES[c])));
+    let words = ["your renderer", "call", "costs"].map(String::from);
+    let head: Vec<String> = words.into_iter().chain(heads).chain(beside).collect();
+    let mut table = Table::new(3, &head);
+    for situation in SITUATIONS.iter().filter(|situation| kept(situation)) {
+        let measured = |cell: &&Cell| {
+            cell.study == situation.study
+                && (situation.light.is_empty() || cell.light == situation.light)
+                && gains::row(cell, situation.method, situation.count).is_some()
+        };
+        let cells: Vec<&Cell> = cells.iter().filter(measured).collect();
+        if cells.is_empty() {
+            continue;
+        }
+        for (model, (costs, _)) in MODELS.iter().enumerate() {
+            let words = [situation.renderer, situation.call, costs].map(String::from);
+            let gain = |rival: &Against, scale| {
+                times(rival.mean(cells.iter().copied(), situation.method, situation.count, scale))
+            };
+            let numbers = RIVALS.iter().flat_map(|rival| Scale::of_model(model).map(|scale| gain(rival, scale)));
+            let beside = caches.iter().flat_map(|&caches| Scale::of_model(model).map(|s| Scale { caches, ..s }));
+            table.row(words.into_iter().chain(numbers).chain(beside.map(|scale| gain(&best, scale))));
+        }
+    }
+    table
+}
+
+/// In how many cells the intervals exclude 1.
+fn certain(cells: &[Cell]) -> Vec<Part> {
+    let scales: Vec<Scale> = Scale::all().collect();
+    let heads = scales.iter().map(|scale| scale.name());
+    let head: Vec<String> = ["study", "cells"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(1, &head);
+    for study in studies(cells) {
+        let gains = |scale: Scale| -> Vec<[f64; 3]> {
+            let of =
+                of_study(cells, &study).into_iter().flat_map(|c| gains::counts(c).into_iter().map(move |n| (c, n)));
+            of.filter_map(|(cell, n)| Some(over_best(cell, ours(&study), &EXTENDED, n, scale)?.1)).collect()
+        };
+        let count = |scale: &Scale| {
+            let gains = gains(*scale);
+            let [ahead, behind] =
+                [gains.iter().filter(|g| g[1] > 1.0).count(), gains.iter().filter(|g| g[2] < 1.0).count()];
+            format!("{ahead} / {} / {behind}", gains.len() - ahead - behind)
+        };
+        let number = gains(scales[0]).len().to_string();
+        table.row([study.clone(), number].into_iter().chain(scales.iter().map(count)));
+    }
+    let text = "Cells in which wis is ahead / undecided / behind, against the best peer of the cell. A cell is a light, a lobe and a \
+                number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
+    vec![Part::Heading("Ahead, undecided, behind".into()), Part::Text(text.into()), Part::Table(table)]
+}
+
+pub fn verdict(is_reached: bool) -> &'static str {
+    if is_reached { "reached" } else { "**missed**" }
+}
+
+/// Facts of products, and what calls take.
+fn costs(cells: &[Cell], measured: &Measured) -> Vec<Part> {
+    let known = cells.iter().filter(|cell| has_known_lobes(cell));
+    let largest = known.map(|cell| cell.max_weight).fold(0.0, f64::max);
+    let mut table = Table::new(1, &["of products", "measured"]);
+    let bound = format!("largest f L cos / (p I) of the product, every cell (at most {})", goals::LARGEST_WEIGHT);
+    table.row([bound, format!("{largest:.1}")]);
+    table.row(["bytes that a product asks for".into(), format!("{} B", measured.product_bytes)]);
+    let note = "Fit, times, bytes and builds of the light are in [light.md](light.md). The size of the code and the stack are bounded by \
+                `scripts/check-size.sh` and by the tests.";
+    let mut parts = vec![Part::Heading("Costs of calls".into()), Part::Table(table), Part::Text(note.into())];
+    parts.extend(call_times(measured));
+    parts
+}
+
+fn call_times(measured: &Measured) -> Vec<Part> {
+    let mut table = Table::new(1, &["ns"].into_iter().chain(CACHES).collect::<Vec<_>>());
+    let mut row = |name: String, times: Times| {
+        let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.0}") };
+        table.row([name].into_iter().chain(times.map(number)));
+    };
+    for (material, times) in goals::PREPARE.iter().zip(&measured.prepare) {
+        row(format!("prepare a product, {material}"), *times);
+    }
+    for (i, call) in crate::speed::CALLS.iter().enumerate() {
+        row(format!("product of GGX 0.2: {call}"), [f64::NAN, measured.product.warm[i], measured.product.cold[i]]);
+    }
+    for (i, call) in ["first sample", "first pdf"].iter().enumerate() {
+        row(format!("product of GGX 0.2: {call} alone"), [f64::NAN, f64::NAN, measured.product.first[i]]);
+    }
+    row("direct: one ray, 16 candidates".into(), measured.direct[0]);
+    row("direct: a candidate of 64 rays x 4".into(), measured.direct[1]);
+    let (ms, bytes) = measured.build;
+    let text = format!(
+        "Times of calls in ns, lower is better, under {}. The light was built in {ms:.1} ms \
+         and takes {:.2} MB.",
+        measured.light,
+        bytes as f64 / 1e6
+    );
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// What the product should reach against compensated MIS under suns that are not clipped: absolute, relative.
+const LEAST_UNDER_SUNS: [f64; 2] = [1.0, 0.9];
+
+/// The product under suns that are not clipped, and the limit in its time: where even that misses a goal, time alone is what is missing.
+fn sun(suns: &[Cell]) -> Vec<Part> {
+    let columns: Vec<(usize, Scale)> = [4, 16].into_iter().flat_map(|n| Scale::all().map(move |s| (n, s))).collect();
+    let heads = columns.iter().map(|(n, scale)| format!("{n}, {}", scale.name()));
+    let words = ["method", "light", "lobe", "verdict"].map(String::from);
+    let mut table = Table::new(4, &words.into_iter().chain(heads).collect::<Vec<_>>());
+    let ways = [("product", "product"), ("product + MIS", "product + MIS"), ("limit", "product")];
+    let mut reached = ways.map(|_| Vec::new());
+    for ((method, timed), reached) in ways.into_iter().zip(&mut reached) {
+        for cell in suns {
+            let gain = |&(n, scale): &(usize, Scale)| {
+                gains::in_time_of(cell, timed, method, "MIS compensated", n, scale).unwrap_or(f64::NAN)
+            };
+            let gains: Vec<f64> = columns.iter().map(gain).collect();
+            let holds = |(gain, (_, scale)): (&f64, &(usize, Scale))| *gain >= LEAST_UNDER_SUNS[scale.metric];
+            let is_reached = gains.iter().zip(&columns).all(holds);
+            reached.push(is_reached);
+            let words = [method, &cell.light, &cell.material, verdict(is_reached)].map(String::from);
+            table.row(words.into_iter().chain(gains.into_iter().map(times)));
+        }
+    }
+    let count = |reached: &Vec<bool>| reached.iter().filter(|is_reached| **is_reached).count();
+    let rows =
+        ways.iter().zip(&reached).map(|((method, _), of)| format!("{method}: {} of {} rows", count(of), of.len()));
+    let missed = || reached[0].iter().zip(&reached[2]).filter(|(product, _)| !**product);
+    let text = format!(
+        "**At equal time**, by the same goal in every column, it is reached by {}. Limit: samples of the exact product of light and \
+         BRDF x cosine, if they took at most the time of those of `product`. Of the {} rows that the product misses, that limit misses \
+         {}, too. {} independent repeats. The sun of the project's own has 2 x 2 texels, 10^5 times as bright as its sky.",
+        rows.collect::<Vec<_>>().join("; "),
+        missed().count(),
+        missed().filter(|(_, limit)| !**limit).count(),
+        suns.first().map_or(0, |cell| cell.rows[0].repeats.len()),
+    );
+    let [samples, of_samples] = sun_by_samples(suns);
+    vec![Part::Heading("Under an unclipped sun".into()), samples, of_samples, Part::Text(text), Part::Table(table)]
+}
+
+/// The variance of compensated MIS over that of the product with as many samples.
+fn sun_by_samples(suns: &[Cell]) -> [Part; 2] {
+    let columns = [4, 16].into_iter().flat_map(|n| [0, 1].map(|metric| (n, Scale { metric, ..Scale::default() })));
+    let columns: Vec<(usize, Scale)> = columns.collect();
+    let heads = columns.iter().map(|(n, scale)| format!("{n} samples, {}", METRICS[scale.metric].0));
+    let words = ["light", "lobe", "verdict"].map(String::from);
+    let mut table = Table::new(3, &words.into_iter().chain(heads).collect::<Vec<_>>());
+    let mut reached = 0;
+    for cell in suns {
+        let ratio = |&(n, scale): &(usize, Scale)| {
+            gains::in_time_of(cell, "MIS compensated", "product", "MIS compensated", n, scale).unwrap_or(f64::NAN)
+        };
+        let ratios: Vec<f64> = columns.iter().map(ratio).collect();
+        let is_reached =
+            ratios.iter().zip(&columns).all(|(ratio, (_, scale))| *ratio >= LEAST_UNDER_SUNS[scale.metric]);
+        reached += usize::from(is_reached);
+        let words = [&cell.light, &cell.material, verdict(is_reached)].map(String::from);
+        table.row(words.into_iter().chain(ratios.into_iter().map(times)));
+    }
+    let text = format!(
+        "**With as many samples the product is ahead of compensated MIS in {reached} of {} rows.** Variance of compensated MIS over that of \
+         the product, with 4 and 16 samples each and a bilinear client. Goal: at least {} in the absolute metric and {} in the relative one.",
+        suns.len(),
+        LEAST_UNDER_SUNS[0],
+        LEAST_UNDER_SUNS[1]
+    );
+    [Part::Text(text), Part::Table(table)]
+}
+
+fn weights_and_limit(main: &[&Cell]) -> Vec<Part> {
+    let methods = ["direct", "product", "MIS compensated"];
+    let heads = methods.iter().map(|method| format!("{method} / limit"));
+    let head: Vec<String> = ["lobe".into(), "largest weight".into()].into_iter().chain(heads).collect();
+    let mut table = Table::new(1, &head);
+    for material in materials(main) {
+        let of = || main.iter().filter(|cell| cell.material == material);
+        let largest = of().map(|cell| cell.max_weight).fold(0.0, f64::max);
+        let ratio = |method: &&str| {
+            let ratios = of().filter_map(|cell| Some(gains::variance(cell, method, 16, 0)? / gains::limit(cell, 16)?));
+            format!("{:.2}", geometric_mean(ratios))
+        };
+        table.row([material.clone(), format!("{largest:.1}")].into_iter().chain(methods.iter().map(ratio)));
+    }
+    let text = "Largest weight: the largest f L cos / (p I) of the product over a dense grid of directions, 8 points and every light. \
+                The bound is 50. Variance / limit: 16 samples, \
+                absolute, lower is better. The limit samples the product of light and BRDF x cosine cell by cell. Its grid has \
+                512 x 512 cells, and more where the light varies. That takes about a millisecond for a point. The variance that is \
+                left comes from visibility.";
+    vec![Part::Heading("Weights and distance to the limit".into()), Part::Text(text.into()), Part::Table(table)]
+}
+
+/// Rays for a hit that both groups of maps are compared at.
+const RAYS: [usize; 2] = [4, 16];
+
+/// Gains on the maps that the library was tuned on, and on others (rule 37).
+fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
+    let is_developer = |light: &str| DEVELOPER.iter().any(|map| map.trim_end_matches(".hdr") == light);
+    let list = |kept: &dyn Fn(&str) -> bool| {
+        let names: Vec<&str> = lights.iter().map(String::as_str).filter(|light| kept(light)).collect();
+        if names.is_empty() { "none".into() } else { names.join(", ") }
+    };
+    let text = format!(
+        "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. [tuning.md](tuning.md) tries constants against \
+         other values on development maps alone. Below: gains of `direct` on both groups, expensive costs, a renderer's caches. A library \
+         that fits its development maps alone would be behind on the others.",
+        list(&is_developer),
+        list(&|light| !is_developer(light) && light != SUN),
+    );
+    let rivals = [Against::Method("MIS balance"), Against::Best(&EXTENDED)];
+    let heads = rivals.iter().flat_map(|rival| METRICS.map(|metric| format!("{}, {}", rival.name(), metric.0)));
+    let head: Vec<String> = ["maps", "rays"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(2, &head);
+    for (name, developer) in [("development", true), ("judged", false)] {
+        let kept = |cell: &&&Cell| is_developer(&cell.light) == developer && cell.light != SUN;
+        let of: Vec<&Cell> = main.iter().filter(kept).copied().collect();
+        for rays in RAYS {
+            let gain = |rival: &Against, scale| times(rival.mean(of.iter().copied(), "direct", rays, scale));
+            let gains = rivals.iter().flat_map(|rival| Scale::of_model(1).map(|scale| gain(rival, scale)));
+            table.row([name.into(), rays.to_string()].into_iter().chain(gains));
+        }
+    }
+    vec![Part::Heading("Maps for tuning and maps for judging".into()), Part::Text(text), Part::Table(table)]
+}
+
+fn drawn(main: &[&Cell], lobes: &[String]) -> Result<Vec<Part>> {
+    let mut parts = vec![Part::Heading("Plots".into())];
+    let chosen: Vec<String> = lights(main)
+        .into_iter()
+        .filter(|l| ["adams_place_bridge_1k", "forest_slope_1k", SUN].contains(&l.as_str()))
+        .collect();
+    let chosen = if chosen.len() < 2 { lights(main) } else { chosen };
+    let names: Vec<&str> = chosen.iter().map(String::as_str).take(3).collect();
+    let shown: Vec<&str> =
+        lobes.iter().map(String::as_str).filter(|m| ["Lambert", "GGX 0.2", "mix 0.1"].contains(m)).collect();
+    for scale in Scale::of_model(1) {
+        let metric = METRICS[scale.metric].0;
+        let svg = plots::error_against_time(main, scale, &names, &shown)?;
+        let caption = format!(
+            "Root mean squared {metric} error against time per hit, expensive costs, a renderer's caches, 1 to 64 rays. Lower left is better. \
+             Green and violet: the other peers that are best most often here. Black: no peer of the {} lies to the lower left.",
+            EXTENDED.each.len()
+        );
+        parts.push(Part::Plot(format!("error-{metric}.svg"), svg, caption));
+    }
+    let against = [Against::Method("MIS compensated"), Against::Best(&EXTENDED)];
+    for (method, call) in [("direct", "`wis_direct`"), ("product", "the product alone (`wis_sample`)")] {
+        let caption = format!(
+            "Gain of {call} by lobe and number of rays, mean over lights, a renderer's caches: blue above 1 is ahead, red below 1 is behind."
+        );
+        parts.push(Part::Plot(format!("gains-{method}.svg"), plots::heat(main, method, &against, lobes)?, caption));
+    }
+    let caption = "Variance over that of the limit, absolute metric, mean over lights. Lower is better; below 1 a method finds the light better than cells do.";
+    parts.push(Part::Plot("limit.svg".into(), plots::distance(main, lobes)?, caption.into()));
+    Ok(parts)
+}
+
+fn method(run: &Run, slower: Times) -> Vec<Part> {
+    let peers = EXTENDED.each.iter().map(|peer| peer.name()).collect::<Vec<_>>().join("; ");
+    let items = [
+        format!("Machine: {}, one thread. Commit {}. `report {}`.", run.machine, run.commit, run.command),
+        format!("{} shading points in a scene, {} independent repeats, medians over repeats.", run.points, run.repeats),
+        "Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Tables of gains compare squared errors.".into(),
+        "Equal time: variance x time of a peer over variance x time of wis, at the same number of rays.".into(),
+        "Times include drawing, preparing, evaluating and tracing. The costs of the expensive model are really spent.".into(),
+        "Caches of a renderer: before each hit a ray goes through a million triangles, tile after tile, and 256 kB of 16 MB of other memory are read. Warm: a pixel after another. Cold: 32 MB are touched before a pixel.".into(),
+        format!("A call of 0.2 for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
+        "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
+        "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
+        format!("The {} peers: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses).", EXTENDED.each.len()),
+        "The best peer of a cell is chosen on the even repeats and scored on the odd ones.".into(),
+        "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Peers draw from the measurement itself.".into(),
+    ];
+    vec![Part::Heading("How it was measured".into()), Part::List(items.into())]
+}
+
+/// Gains of a study over every method.
+fn by_method(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let own = ours(&first.study);
+    let others = distinct(first.rows.iter().map(|row| &row.method).filter(|name| !name.starts_with("limit")));
+    let others: Vec<String> = others.into_iter().filter(|name| name != own).collect();
+    let best = format!("best of {}", EXTENDED.each.len());
+    let head: Vec<String> =
+        ["metric, costs".into(), "rays".into(), best].into_iter().chain(others.iter().cloned()).collect();
+    let mut table = Table::new(1, &head);
+    let scales = (0..CACHES.len()).flat_map(|caches| Scale::all().map(move |scale| Scale { caches, ..scale }));
+    for (scale, count) in scales.flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))) {
+        let name = format!("{}, {}", scale.name(), CACHES[scale.caches]);
+        let best = times(Against::Best(&EXTENDED).mean(cells.iter().copied(), own, count, scale));
+        let each = others.iter().map(|other| {
+            times(geometric_mean(
+                cells.iter().filter_map(|cell| over(cell, own, other, count, scale)).map(|gain| gain[0]),
+            ))
+        });
+        table.row([name, count.to_string(), best].into_iter().chain(each));
+    }
+    let text =
+        format!("Gain of `{own}` over each method, geometric mean over {} cells; above 1 it is ahead.", cells.len());
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Gains over the best peer, lobe by lobe and light by light.
+fn by_lobe(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let own = ours(&first.study);
+    let columns: Vec<(Scale, usize)> =
+        Scale::all().flat_map(|s| gains::counts(first).into_iter().map(move |n| (s, n))).collect();
+    let heads = columns.iter().map(|(scale, n)| format!("{} N={n}", scale.name()));
+    let head: Vec<String> = ["light", "lobe"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(2, &head);
+    for material in materials(cells) {
+        let of: Vec<&Cell> = cells.iter().copied().filter(|cell| cell.material == material).collect();
+        let gains = columns.iter().map(|&(s, n)| times(Against::Best(&EXTENDED).mean(of.iter().copied(), own, n, s)));
+        table.row(["mean".into(), material.clone()].into_iter().chain(gains));
+    }
+    for cell in cells {
+        let gain = |&(scale, n): &(Scale, usize)| match over_best(cell, own, &EXTENDED, n, scale) {
+            Some((peer, [gain, low, high])) => format!("{} [{low:.2}, {high:.2}] {peer}", times(gain)),
+            None => "-".into(),
+        };
+        table.row([cell.light.clone(), cell.material.clone()].into_iter().chain(columns.iter().map(gain)));
+    }
+    let text =
+        format!("Gain of `{own}` over the best of {} peers, with its interval and the peer.", EXTENDED.each.len());
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Gains in light, penumbra and umbra.
+fn by_region(cells: &[&Cell]) -> Vec<Part> {
+    let Some(first) = cells.first() else { return Vec::new() };
+    let own = ours(&first.study);
+    let columns: Vec<(usize, usize)> =
+        (1..REGIONS.len()).flat_map(|r| gains::counts(first).into_iter().map(move |n| (r, n))).collect();
+    let heads = columns.iter().map(|&(region, n)| format!("{} N={n}", REGIONS[region]));
+    let head: Vec<String> = ["lobe", "metric, costs"].map(String::from).into_iter().chain(heads).collect();
+    let mut table = Table::new(2, &head);
+    for (material, scale) in materials(cells).into_iter().flat_map(|m| Scale::all().map(move |s| (m.clone(), s))) {
+        let gain = |&(region, n): &(usize, usize)| {
+            let of = cells.iter().copied().filter(|c| c.material == material && c.pixels[region] >= FEW);
+            times(Against::Best(&EXTENDED).mean(of, own, n, Scale { region, ..scale }))
+        };
+        table.row([material.clone(), scale.name()].into_iter().chain(columns.iter().map(gain)));
+    }
+    let text = format!(
+        "Gain of `{own}` over the best peer by the visible part of the light: lit above 95 %, umbra below 5 %. Regions of fewer than {FEW} pixels are left out."
+    );
+    vec![Part::Text(text), Part::Table(table)]
+}
+
+/// Errors of every method on the whole image.
+fn errors(cell: &Cell) -> Vec<Part> {
+    let us = CACHES.iter().flat_map(|caches| MODELS.map(|model| format!("us, {}, {caches}", model.0)));
+    let errors = ["absolute", "relative", "unshadowed", "99.9 %"];
+    let head = ["method", "rays"].into_iter().map(String::from).chain(us).chain(errors.map(String::from));
+    let mut table = Table::new(1, &head.collect::<Vec<_>>());
+    for row in &cell.rows {
+        let root = |of: fn(&Errors) -> f64| format!("{:.4}", row.median(|r| of(&r.errors[0])).sqrt());
+        let us = row
+            .times
+            .iter()
+            .flatten()
+            .map(|time| if time.ns() > 0.0 { format!("{:.2}", time.ns() / 1e3) } else { "-".into() });
+        let errors = [root(|e| e.absolute), root(|e| e.relative), root(|e| e.unshadowed)];
+        let tail = format!("{:.3}", row.median(|r| r.errors[0].tail));
+        table.row([row.method.clone(), row.count.to_string()].into_iter().chain(us).chain(errors).chain([tail]));
+    }
+    let pixels: HashMap<&str, usize> = REGIONS.iter().copied().zip(cell.pixels).collect();
+    let text = format!(
+        "**{}, {}, {}.** Pixels: {} lit, {} penumbra, {} umbra. Reference: two halves of 3 x {} samples, which differ by {:.2} %.",
+        cell.scene,
+        cell.light,
+        cell.material,
+        pixels["lit"],
+        pixels["penumbra"],
+        pixels["umbra"],
+        cell.reference.0,
+        100.0 * cell.reference.1
+    );
+    vec![Part::Text(text), Part::Table(table)]
+}

@@ -1,7 +1,7 @@
 #!/bin/sh
-# The instructions of one call of wis_direct, entry included: check-instructions.sh <folder of the library> <output folder> [--lines]
+# The instructions of one call, entry included: check-instructions.sh <folder of the library> <output folder> [--lines]
 #
-# Prints them beside their goal. Fails where they are above the goal and above the most that is allowed.
+# Calls are wis_direct, wis_product_prepare, and wis_sample and wis_pdf of a product, alone and for 64 (of which one counts). Prints them beside their goal. Fails where they are above the goal and above the most that is allowed.
 # --lines: also the cache lines that a call touches.
 set -eu
 cd "$(dirname "$0")/.."

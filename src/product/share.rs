@@ -8,7 +8,6 @@
 use super::density::Shaded;
 use super::peak::add_all;
 use super::stored::{Header, Product};
-use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::points::hammersley;
@@ -31,28 +30,17 @@ const LEAST_PART: f32 = 0.1;
 
 /// Writes the share into the product of a point, whose header says how much the width of its lobes allows. `adds_lobes`: whether all
 /// lobes are to be drawn, too.
-///
-/// # Errors
-/// What is wrong with the point.
-#[inline(never)]
-pub fn decide(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    adds_lobes: bool,
-    product: &mut [u8],
-) -> Result<(), Fault> {
+#[inline(always)]
+pub fn decide(level: Level, environment: &Environment<'_>, surface: &Surface, adds_lobes: bool, product: &mut [u8]) {
     let allowed = header_of(product).map_or(0.0, |header| header.peak);
     if !(allowed > WORTH_TRYING || adds_lobes) {
-        return Ok(());
+        return;
     }
-    let surface = &Surface::new(point, &environment.frame())?;
     let share = if allowed > WORTH_TRYING { tried(level, environment, surface, product) } else { allowed };
     let share = share.min(allowed).min(MOST).max(LEAST_PART * allowed);
     if let Some(header) = header_of(product) {
         header.peak = if adds_lobes { add_all(&mut header.lobe, share, surface) } else { share };
     }
-    Ok(())
 }
 
 fn header_of(product: &mut [u8]) -> Option<&mut Header> {

@@ -91,7 +91,6 @@ fn variants() -> Vec<(String, Config)> {
     for divided in [0, 1, 2, 4, 16, MAX_DIVIDED] {
         all.push((format!("{divided} divided cells"), Config { divided, ..usual }));
     }
-    all.push(("F constant in each leaf".into(), Config { constant: true, ..usual }));
     all.push(("no mixture: the grid alone".into(), Config { mixture: Mixture::NONE, ..usual }));
     let unwidened = Mixture { resolved: 0.0, ..Mixture::TUNED };
     all.push(("a mixture whose grid sees narrow lobes as they are".into(), Config { mixture: unwidened, ..usual }));

@@ -226,6 +226,7 @@ pub unsafe extern "C" fn wis_product_covers(
 ///
 /// # Safety
 /// The pointer is null or points to a product, or to memory as long as its header; nobody writes it while the result lives.
+#[inline(always)]
 unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Product<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(product.cast(), Header::length, argument)? };
@@ -236,6 +237,7 @@ unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Pr
 ///
 /// # Safety
 /// As [`opened`].
+#[inline(always)]
 pub(super) unsafe fn shaded<'a>(
     product: *const ProductObject,
     environment: &Environment<'a>,

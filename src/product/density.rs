@@ -166,7 +166,12 @@ impl<'a> Shaded<'a> {
 
     /// The leaves that hold the numbers (w, v) of cells.
     #[inline(always)]
-    fn leaf_at<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
+    fn leaf_at<F: Num>(&self, cell: F::Whole, numbers: [F; 2]) -> Leaf<F> {
+        F::apart(LeafAt { shaded: self, cell, numbers })
+    }
+
+    #[inline(always)]
+    fn leaf_here<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
         let (leaf, divided) = self.cell::<F>(cell);
         let Some((divided, number)) = divided else { return leaf };
         let one = F::splat(1.0);
@@ -505,6 +510,22 @@ impl<F: Num> Apart<F> for SampleGrid<'_, F> {
         let grid = shaded.grid(&located, Some(&leaf));
         let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
         FromGrid { world, pdf, light: shaded.light.alone(&located), strayed }
+    }
+}
+
+/// [`Shaded::leaf_at`].
+struct LeafAt<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    cell: F::Whole,
+    numbers: [F; 2],
+}
+
+impl<F: Num> Apart<F> for LeafAt<'_, F> {
+    type Output = Leaf<F>;
+
+    #[inline(always)]
+    fn run(self) -> Leaf<F> {
+        self.shaded.leaf_here(self.cell, self.numbers)
     }
 }
 

@@ -192,7 +192,7 @@ impl Task<'_> {
         let surface = Surface::new(self.point, &self.environment.frame()).map_err(PrepareError::Point)?;
         let Prepared { bytes, adds_lobes } = grid(self, &surface, memory)?;
         let product = memory.get_mut(..bytes).unwrap_or_default();
-        share::decide(self.level, self.environment, &surface, adds_lobes, product);
+        share::decide(self.environment, &surface, adds_lobes, product);
         Ok(bytes)
     }
 

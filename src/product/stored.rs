@@ -4,8 +4,8 @@ use super::peak::Peak;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, Short};
 use crate::light::parts::{BORDERS, MIDDLES, PARTS};
-use crate::object::{self, Layout, Magic, Part};
-use crate::simd::{Blob, GROUP, Num, Whole};
+use crate::object::{self, ALIGNMENT, Magic, Part};
+use crate::simd::{GROUP, Num, Whole};
 use bytemuck::{Pod, Zeroable};
 
 /// The most cells that can be divided.
@@ -131,19 +131,15 @@ pub struct Places {
 impl Places {
     /// Of a product with so many cells, of which some are divided.
     pub fn new(grid: [u32; 2], divided: usize) -> Places {
-        let mut layout = Layout::behind::<Header>();
-        let mut of = |count: usize, size: usize| layout.part::<u8>((count * size) as u64).offset;
-        let [leaves, tops] = [grid[0] as usize * grid[1] as usize / GROUP, tops(grid).iter().sum()];
-        let (parts, quads) = (MIDDLES * divided.div_ceil(GROUP), QUADS * divided);
+        let count = [grid[0] as usize * grid[1] as usize / GROUP, tops(grid).iter().sum()];
         let part = |offset, count| Part { offset, count };
-        Places {
-            leaves: part(of(leaves, size_of::<Leaves>()), leaves),
-            tops: part(of(tops, size_of::<Quad>()), tops),
-            parts: part(of(parts, size_of::<Leaves>()), parts),
-            ends: part(of(quads, size_of::<Quad>()), quads),
-            borders: part(of(quads, size_of::<[Short; 4]>()), quads),
-            bytes: of(0, 0),
-        }
+        let leaves = part(size_of::<Header>(), count[0]);
+        let tops = part(leaves.offset + size_of::<Leaves>() * leaves.count, count[1]);
+        let parts = part(tops.offset + size_of::<Quad>() * tops.count, MIDDLES * divided.div_ceil(GROUP));
+        let ends = part(parts.offset + size_of::<Leaves>() * parts.count, QUADS * divided);
+        let borders = part(ends.offset + size_of::<Quad>() * ends.count, ends.count);
+        let bytes = (borders.offset + size_of::<[Short; 4]>() * borders.count).next_multiple_of(ALIGNMENT);
+        Places { leaves, tops, parts, ends, borders, bytes }
     }
 }
 
@@ -181,19 +177,19 @@ impl<'a> Product<'a> {
         if header.magic != Header::MAGIC || header.divided as usize > MAX_DIVIDED {
             return None;
         }
-        let places = Places::new(header.grid, header.divided as usize);
-        let blob = Blob::new(bytes);
-        let at = |part: Part| (part.offset as u64, part.count as u64);
-        let of = |part: Part| blob.part::<Quad>(at(part).0, at(part).1);
-        let leaves = |part: Part| blob.part::<Leaves>(at(part).0, at(part).1);
-        (bytes.len() >= places.bytes).then(|| Product {
+        let Places { leaves, tops, parts, ends, borders, bytes: length } =
+            Places::new(header.grid, header.divided as usize);
+        let bytes = bytes.get(..length)?;
+        let peak = if header.peak > 0.0 { Some(Peak::of(header)) } else { None };
+        let (leaves, parts) = (leaves.of(bytes), parts.of(bytes));
+        Some(Product {
             header,
-            leaves: leaves(places.leaves),
-            tops: of(places.tops),
-            parts: leaves(places.parts),
-            ends: of(places.ends),
-            borders: blob.part(places.borders.offset as u64, places.borders.count as u64),
-            peak: if header.peak > 0.0 { Some(Peak::of(header)) } else { None },
+            leaves,
+            tops: tops.of(bytes),
+            parts,
+            ends: ends.of(bytes),
+            borders: borders.of(bytes),
+            peak,
         })
     }
 }

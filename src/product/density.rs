@@ -35,6 +35,9 @@ struct Leaf<F: Num> {
     end: [F; 2],
 }
 
+/// Which lanes lie in divided cells, and the numbers of those.
+type Divided<F> = (<F as Num>::Mask, <F as Num>::Whole);
+
 impl<F: Num> Leaf<F> {
     #[inline(always)]
     fn shape(&self) -> PatchDensity<F> {
@@ -116,7 +119,7 @@ impl<'a> Shaded<'a> {
 
     /// The leaves of cells, and of the lanes whose cells are divided the numbers of those among the divided ones; `None` if none is.
     #[inline(always)]
-    fn cell<F: Num>(&self, cell: F::Whole) -> (Leaf<F>, Option<(F::Mask, F::Whole)>) {
+    fn cell<F: Num>(&self, cell: F::Whole) -> (Leaf<F>, Option<Divided<F>>) {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         // Groups have as many lower words.
         let words = Self::words::<F>(self.product.leaves, cell + (cell & F::Whole::splat(!(GROUP as u32 - 1))));
@@ -395,7 +398,7 @@ impl<'a> Shaded<'a> {
         let (row, column) = (cell as usize / of_row, cell as usize % of_row);
         let place = 4 * (rows + quads);
         let mut across = within(all, place + cell as usize, u[0]);
-        let mut sum = within(all, place + cell as usize | 3, 1.0);
+        let mut sum = within(all, (place + cell as usize) | 3, 1.0);
         if quads > 0 {
             let before = within(all, 4 * (rows + row) + column / 4, 0.0);
             (across, sum) = (before + across, within(all, 4 * (rows + row) + 3, 1.0));

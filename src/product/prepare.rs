@@ -878,7 +878,8 @@ impl<'a> Stage<'a> {
         let zero = F::splat(0.0);
         let (mut wasted, mut reflected) = ([zero; REGISTERS], [zero; REGISTERS]);
         let mut all_borders = all_borders.chunks_exact_mut(QUADS);
-        for (cells, parts) in cells.chunks(GROUP).zip(parts.as_chunks_mut::<MIDDLES>().0) {
+        for (cells, parts) in cells.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES)) {
+            let Some(parts) = parts.first_chunk_mut::<MIDDLES>() else { break };
             let held: &mut Held = cast_mut(parts);
             let (mut masses, mut floors) = ([0.0; GROUP], [0.0; GROUP]);
             for (lane, &cell) in cells.iter().enumerate() {
@@ -937,7 +938,8 @@ impl<'a> Stage<'a> {
     fn divide<F: Num>(&mut self, cells: &[u32], kept: f32, parts: &mut [Leaves], all_ends: &mut [Quad]) {
         let always = F::splat(0.0).le(F::splat(0.0));
         let mut all_ends = all_ends.chunks_exact_mut(QUADS);
-        for (cells, parts) in cells.chunks(GROUP).zip(parts.as_chunks_mut::<MIDDLES>().0) {
+        for (cells, parts) in cells.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES)) {
+            let Some(parts) = parts.first_chunk_mut::<MIDDLES>() else { break };
             let held: Held = *cast_ref(parts);
             let (mut of_cells, mut ends): (_, Ends) = ([0.5; GROUP], [[[0.5; GROUP]; PARTS]; QUADS]);
             for first in places::<F>() {

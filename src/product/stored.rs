@@ -234,7 +234,8 @@ pub fn write_tops(weights: &[f32], grid: [u32; 2], tops_out: &mut [Quad]) -> f32
     let (of_rows, rest) = tops_out.split_at_mut_checked(rows).unwrap_or_default();
     let (of_quads, of_cells) = rest.split_at_mut_checked(quads).unwrap_or_default();
     // One after the other, not in lanes: a cell without weight must end where it begins.
-    for ([a, b, c, d], &[first, second, third, last]) in of_cells.iter_mut().zip(weights.as_chunks().0) {
+    for ([a, b, c, d], weights) in of_cells.iter_mut().zip(weights.chunks_exact(4)) {
+        let &[first, second, third, last] = weights.first_chunk().unwrap_or(&[0.0; 4]);
         *a = first;
         *b = first + second;
         *c = *b + third;

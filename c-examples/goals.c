@@ -1,7 +1,8 @@
-/* Calls of wis_direct for a machine that counts: goals WIDTH lambert|ggx CALLS FILE
+/* Calls for a machine that counts: goals WIDTH lambert|ggx CALLS FILE direct|prepare|sample|pdf BATCH
  *
- * One ray of 16 (Lambert) or 32 (GGX 0.2) candidates under a sky with a sun, WIDTH x WIDTH / 2 texels. The environment is built once and
- * kept in FILE, so that what is counted is calls. Prints where environment and sampler stand. scripts/check-instructions.sh runs it. */
+ * wis_direct: one ray of 16 (Lambert) or 32 (GGX 0.2) candidates under a sky with a sun, WIDTH x WIDTH / 2 texels. The others: a product
+ * at as many points, and BATCH directions of each. The environment is built once and kept in FILE, so that what is counted is calls.
+ * Prints where environment and sampler stand. scripts/check-instructions.sh runs it. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -117,12 +118,49 @@ static void place(wis_point *point, uint32_t *state) {
     point->seed = *state;
 }
 
+enum { MOST = 64 };
+
+/* One call of wis_product_prepare, wis_sample or wis_pdf; wis_pdf at the product's own samples. Answers a number to print. */
+static double product_call(wis_sampler *sampler, const wis_environment *light, const wis_point *point, const char *call, size_t batch,
+                           uint32_t *state) {
+    static char *memory;
+    static float u[MOST][2], pdf[MOST];
+    static wis_drawn drawn[MOST];
+    wis_product_config config = {0};
+    config.size = sizeof config;
+    wis_memory_size size;
+    check(wis_product_size(&config, &size, NULL));
+    if (memory == NULL) {
+        memory = allocate(size.bytes);
+    }
+    size_t offset, used;
+    check(wis_product_prepare(sampler, light, &config, 1, point, memory, size.bytes, &offset, &used));
+    if (strcmp(call, "prepare") == 0) {
+        return (double)used;
+    }
+    for (size_t i = 0; i < batch; i++) {
+        u[i][0] = uniform(state);
+        u[i][1] = uniform(state);
+    }
+    const wis_product *product = (const wis_product *)(memory + offset);
+    check(wis_sample(sampler, light, product, batch, u[0], 0, drawn, 0));
+    if (strcmp(call, "pdf") == 0) {
+        check(wis_pdf(sampler, light, product, batch, drawn[0].wi, sizeof drawn[0], pdf, 0));
+    }
+    return drawn[0].pdf;
+}
+
 int main(int count, char **argument) {
-    if (count != 5) {
-        fputs("usage: goals WIDTH lambert|ggx CALLS FILE\n", stderr);
+    if (count != 7) {
+        fputs("usage: goals WIDTH lambert|ggx CALLS FILE direct|prepare|sample|pdf BATCH\n", stderr);
         return EXIT_FAILURE;
     }
     const uint32_t width = (uint32_t)atoi(argument[1]), calls = (uint32_t)atoi(argument[3]);
+    const size_t batch = (size_t)atoi(argument[6]);
+    const int is_direct = strcmp(argument[5], "direct") == 0;
+    if (batch < 1 || batch > MOST) {
+        return EXIT_FAILURE;
+    }
     const int is_glossy = strcmp(argument[2], "ggx") == 0;
     size_t bytes;
     const wis_environment *light = environment(width, argument[4], &bytes);
@@ -158,9 +196,13 @@ int main(int count, char **argument) {
         wis_ray ray;
         uint32_t rays;
         place(&point, &state);
+        if (!is_direct) {
+            sum += product_call(sampler, light, &point, argument[5], batch, &state);
+            continue;
+        }
         check(wis_direct(sampler, light, &point, 1, NULL, &ray, &rays));
         sum += rays > 0 ? ray.weight : 0.0;
     }
-    printf("mean weight %g\n", sum / calls);
+    printf("mean %g\n", sum / calls);
     return EXIT_SUCCESS;
 }

@@ -262,7 +262,6 @@ fn main() {
     let full = Config::default();
     let variants = [
         ("all", full),
-        ("F constant", Config { constant: true, ..full }),
         ("none divided", Config { divided: 0, ..full }),
         ("24 divided", Config { divided: 24, ..full }),
         ("no mixture", Config { mixture: Mixture::NONE, ..full }),

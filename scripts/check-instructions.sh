@@ -1,7 +1,7 @@
 #!/bin/sh
-# The instructions of one call of wis_direct, entry included: check-instructions.sh <folder of the library> <output folder> [--lines]
+# The instructions of one call, entry included: check-instructions.sh <folder of the library> <output folder> [--lines]
 #
-# Prints them beside their goal. Fails where they are above the goal and above the most that is allowed.
+# Calls are wis_direct, wis_product_prepare, and wis_sample and wis_pdf of a product, alone and for 64 (of which one counts). Prints them beside their goal. Fails where they are above the goal and above the most that is allowed.
 # --lines: also the cache lines that a call touches.
 set -eu
 cd "$(dirname "$0")/.."
@@ -9,12 +9,23 @@ library=$1
 out=$2
 mkdir -p "$out"
 
-# material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of version 0.2
+# call, directions of it, material, width of the map, goal, the most instructions (those of 2026-11-27 and 2 %), those on record, those of
+# version 0.2; of products, those before they were laid in one pass. Of several directions one counts.
 goals="
-lambert 256  2700 3403 3336 11395
-ggx     256  3600 5212 5110 20487
-lambert 1024 2700 3406 3339 11076
-ggx     1024 3600 5217 5115 19891
+direct  1  lambert 256  2700  3403  3336 11395
+direct  1  ggx     256  3600  5212  5110 20487
+direct  1  lambert 1024 2700  3406  3339 11076
+direct  1  ggx     1024 3600  5217  5115 19891
+prepare 1  lambert 1024 6500  10222 10022 18787
+prepare 1  ggx     1024 16000 25995 25485 32227
+sample  1  lambert 1024 1200  3373  3307 3213
+sample  1  ggx     1024 1200  3707  3634 3564
+pdf     1  lambert 1024 800   2280  2235 2283
+pdf     1  ggx     1024 800   2588  2537 2557
+sample  64 lambert 1024 500   994   974 1098
+sample  64 ggx     1024 500   1110  1088 1260
+pdf     64 lambert 1024 300   659   646 685
+pdf     64 ggx     1024 300   733   718 758
 "
 # Calls that are counted, and those whose lines are: their mean is printed.
 calls=64
@@ -27,27 +38,32 @@ fi
 cc -std=c99 -O2 -g -no-pie -Iinclude c-examples/goals.c "$library/libwis.a" -o "$out/goals"
 rm -f "$out"/*.environment
 
-# run TOOL MATERIAL WIDTH CALLS: the program under valgrind, with the environment that the first run of that width kept. Names and variables
+# run TOOL MATERIAL WIDTH CALLS CALL DIRECTIONS: the program under valgrind, with the environment that the first run of that width kept. Names and variables
 # stand on the stack, and copies take 12 instructions more where it begins at an odd multiple of 16: so they are the same everywhere.
 run() {
     tool=$1
     shift
     cd "$out"
-    [ -e "$2.environment" ] || ./goals "$2" "$1" 1 "$2.environment" > /dev/null 2>&1
+    [ -e "$2.environment" ] || ./goals "$2" "$1" 1 "$2.environment" direct 1 > /dev/null 2>&1
     # The options are split into words on purpose.
     # shellcheck disable=SC2086
-    env -i "$(command -v valgrind)" $tool ./goals "$2" "$1" "$3" "$2.environment" 2>&1
+    env -i "$(command -v valgrind)" $tool ./goals "$2" "$1" "$3" "$2.environment" "$4" "$5" 2>&1
 }
 
+# instructions CALL DIRECTIONS MATERIAL WIDTH
 instructions() {
-    run "--tool=callgrind --toggle-collect=wis_direct --callgrind-out-file=callgrind" "$1" "$2" $calls |
-        awk -v calls=$calls '$2 == "Collected" { printf "%d\n", $4 / calls + 0.5; found = 1 } END { exit !found }'
+    case $1 in
+        prepare) entry=wis_product_prepare ;;
+        *) entry=wis_$1 ;;
+    esac
+    run "--tool=callgrind --toggle-collect=$entry --callgrind-out-file=callgrind" "$3" "$4" $calls "$1" "$2" |
+        awk -v calls=$((calls * $2)) '$2 == "Collected" { printf "%d\n", $4 / calls + 0.5; found = 1 } END { exit !found }'
 }
 
 # Cache lines of code and data from the first instruction of wis_direct to the one that follows its call.
 lines() {
     entry=$(nm "$out/goals" | awk '$3 == "wis_direct" { sub(/^0+/, "", $1); print $1 }')
-    run "--tool=lackey --trace-mem=yes --basic-counts=no" "$1" "$2" $traced | awk -v entry="$entry" -v calls=$traced '
+    run "--tool=lackey --trace-mem=yes --basic-counts=no" "$1" "$2" $traced direct 1 | awk -v entry="$entry" -v calls=$traced '
         function number(hex,  i, value) {
             for (i = 1; i <= length(hex); i++) value = 16 * value + index("0123456789abcdef", substr(hex, i, 1)) - 1
             return value
@@ -82,18 +98,18 @@ lines() {
 }
 
 grown=0
-printf '%-8s %5s %12s %8s %8s %8s\n' call map instructions goal recorded 0.2
-while read -r material width goal most recorded before; do
-    [ -n "$material" ] || continue
-    count=$(instructions "$material" "$width")
+printf '%-8s %10s %-8s %5s %12s %8s %8s %8s\n' call directions material map instructions goal recorded 0.2
+while read -r call directions material width goal most recorded before; do
+    [ -n "$call" ] || continue
+    count=$(instructions "$call" "$directions" "$material" "$width")
     verdict=""
     [ "$count" -le "$goal" ] || verdict="above its goal"
     if [ "$count" -gt "$goal" ] && [ "$count" -gt "$most" ]; then
         verdict="has grown"
         grown=$((grown + 1))
     fi
-    printf '%-8s %5d %12d %8d %8d %8d %s\n' "$material" "$width" "$count" "$goal" "$recorded" "$before" "$verdict"
-    [ "${3:-}" != --lines ] || echo "         cache lines: $(lines "$material" "$width")"
+    printf '%-8s %10d %-8s %5d %12d %8d %8d %8d %s\n' "$call" "$directions" "$material" "$width" "$count" "$goal" "$recorded" "$before" "$verdict"
+    [ "${3:-}" != --lines ] || [ "$call" != direct ] || echo "         cache lines: $(lines "$material" "$width")"
 done << END
 $goals
 END

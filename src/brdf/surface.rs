@@ -186,6 +186,13 @@ impl Surface {
         !self.whole && lobes.all(|lobe| matches!(lobe.shape, LobeShape::Lambert))
     }
 
+    /// What the cosine is multiplied by where BRDF x cosine is that, above the horizon alone.
+    pub fn diffuse(&self) -> Option<f32> {
+        let albedo: f32 = self.lobes.iter().take(self.count).map(|lobe| lobe.fresnel[0]).sum();
+        let is_diffuse = self.count > 0 && self.is_diffuse() && !self.cosine_included && albedo < f32::MAX;
+        is_diffuse.then_some(albedo * FRAC_1_PI)
+    }
+
     /// The least alpha of lobes that scatter, and what corresponds to it of others; f32::MAX if all are diffuse.
     pub fn least_alpha(&self) -> f32 {
         self.least_alpha

@@ -6,7 +6,7 @@ use super::memory::{handle, stored_or};
 use super::sampler::{SamplerObject, with_level};
 use super::{Checked, Diagnostic, Failure, MemorySize, answer, check_block, out, put, put_size, sized, slice_mut};
 use crate::light::environment::Environment;
-use crate::object::Size;
+use crate::object::{self, Size};
 use crate::product::check;
 use crate::product::density::Shaded;
 pub use crate::product::info::GridInfo;
@@ -59,7 +59,7 @@ fn checked(config: &GridConfig, argument: u32) -> Checked<Config> {
     Ok(Config { divided, cone: config.cone, ..Config::default() })
 }
 
-/// Measures the memory of one product at most: 4.1 kB, without division 2.0 kB, with 24 divided cells 8.4 kB. Work: constant.
+/// Measures the memory of one product at most: 3.9 kB, without division 2.0 kB, with 24 divided cells 7.9 kB. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -137,8 +137,8 @@ fn write_offsets(memory: &[u8], offsets: &mut [usize]) {
     let mut at = 0;
     for offset in offsets {
         *offset = at;
-        let product = memory.get(at..).and_then(Product::view);
-        at += product.map_or(0, |product| product.header.bytes as usize);
+        let header = memory.get(at..).and_then(object::header::<Header>);
+        at += header.map_or(0, |header| header.bytes as usize);
     }
 }
 
@@ -226,6 +226,7 @@ pub unsafe extern "C" fn wis_product_covers(
 ///
 /// # Safety
 /// The pointer is null or points to a product, or to memory as long as its header; nobody writes it while the result lives.
+#[inline(always)]
 unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Product<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(product.cast(), Header::length, argument)? };
@@ -236,6 +237,7 @@ unsafe fn opened<'a>(product: *const ProductObject, argument: u32) -> Checked<Pr
 ///
 /// # Safety
 /// As [`opened`].
+#[inline(always)]
 pub(super) unsafe fn shaded<'a>(
     product: *const ProductObject,
     environment: &Environment<'a>,

@@ -59,7 +59,7 @@ pub struct Header {
     offset: f32,
     /// The error budget.
     pub budget: f32,
-    grid: [u32; 2],
+    pub(crate) grid: [u32; 2],
     side: [u32; 2],
     frame: [f32; 9],
     reserved: u32,

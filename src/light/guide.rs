@@ -35,6 +35,9 @@ pub enum Column {
 /// How many of these numbers a cell has.
 const COLUMNS: usize = 13;
 
+/// The numbers of a group of cells.
+pub type Columns = [[Short; GROUP]; COLUMNS];
+
 /// Numbers of the parts of a cell, filled up to two cache lines.
 const OF_PARTS: usize = (3 * MIDDLES + BORDERS).next_multiple_of(32);
 
@@ -87,8 +90,8 @@ pub struct Guide<'a> {
     parts: &'a [Short],
     /// The light of each cell.
     masses: &'a [[f32; GROUP]],
-    /// [`COLUMNS`] numbers of all cells, column by column.
-    columns: &'a [[Short; GROUP]],
+    /// [`COLUMNS`] numbers of groups of cells, column by column.
+    columns: &'a [Columns],
     /// x, then y, then z of all corners, face by face, row by row.
     corners: &'a [Short],
 }
@@ -147,17 +150,29 @@ impl<'a> Guide<'a> {
         columns(self.corners, self.corner_count)
     }
 
+    /// The directions of the middles of a cell's parts, x, y and z; then the borders of the parts.
+    #[inline(always)]
+    pub fn parts(&self, cell: usize) -> &'a [Short; OF_PARTS] {
+        self.parts.get(OF_PARTS * cell..).and_then(|rest| rest.first_chunk()).unwrap_or(&[0; OF_PARTS])
+    }
+
     /// The directions of the middles of a cell's parts: x, y and z.
     #[inline(always)]
     pub fn middles(&self, cell: usize) -> [&'a [Short]; 3] {
-        columns(self.parts.get(OF_PARTS * cell..).unwrap_or(&[]), MIDDLES)
+        columns(self.parts(cell), MIDDLES)
+    }
+
+    /// The borders of a cell's parts, in steps of [`ROUNDING`].
+    #[inline(always)]
+    pub fn steps(&self, cell: usize) -> &'a [Short; BORDERS] {
+        let [_, rest] = self.parts(cell).split_at(3 * MIDDLES).into();
+        rest.first_chunk().unwrap_or(&[0; BORDERS])
     }
 
     /// The borders of a cell's parts.
     #[inline(always)]
     pub fn borders(&self, cell: usize) -> Borders {
-        let numbers = self.parts.get(OF_PARTS * cell + 3 * MIDDLES..).and_then(|rest| rest.first_chunk::<BORDERS>());
-        numbers.map_or(EVEN, |numbers| numbers.map(value))
+        self.steps(cell).map(value)
     }
 
     /// A cell's share of the light.
@@ -172,20 +187,20 @@ impl<'a> Guide<'a> {
         self.masses
     }
 
-    /// A number of all cells, eight by eight: the one that is `further` columns behind.
+    /// The numbers of all cells, eight by eight.
     #[inline(always)]
-    pub fn groups(&self, column: Column, further: usize) -> &'a [[Short; GROUP]] {
-        let (first, groups) = (column as usize + further, self.cells / GROUP);
-        self.columns.get(first * groups..(first + 1) * groups).unwrap_or(&[])
+    pub fn columns(&self) -> &'a [Columns] {
+        self.columns
     }
 
-    /// The first corner of a cell, and from there to the one below it.
+    /// The first corner of a cell.
     #[inline(always)]
-    pub fn corner_of(&self, cell: usize) -> (usize, usize) {
-        let [columns, rows] = self.face_grid.map(|n| (n as u32).max(1));
-        let (row, column) = (cell as u32 / columns, cell as u32 % columns);
+    pub fn corner_of(&self, cell: usize) -> usize {
+        // Powers of two.
+        let [columns, rows] = self.face_grid;
+        let (row, column) = (cell >> (columns.trailing_zeros() & 31), cell & columns.wrapping_sub(1));
         // A face has one row of corners more than of cells.
-        (((row + row / rows) * (columns + 1) + column) as usize, columns as usize + 1)
+        (row + (row >> (rows.trailing_zeros() & 31))) * (columns + 1) + column
     }
 
     /// The columns of cells on a face.
@@ -367,11 +382,12 @@ pub fn corners_mut(grid: [u32; 2], faces: u32, numbers: &mut [Short]) -> &mut [S
 
 /// Writes what was measured of a cell into the numbers of a guide.
 pub fn write_cell(grid: [u32; 2], faces: u32, cell: u32, guide: &CellGuide, numbers: &mut [Short]) {
-    let (cells, cell) = (grid[0] as usize * grid[1] as usize, cell as usize);
+    let cell = cell as usize;
     let [first_mass, first, ..] = ends(grid, faces);
     let CellGuide { mass, columns, middles, borders } = guide;
+    let group = first + cell / GROUP * COLUMNS * GROUP;
     for (k, &x) in columns.iter().enumerate() {
-        if let Some(out) = numbers.get_mut(first + k * cells + cell) {
+        if let Some(out) = numbers.get_mut(group + k * GROUP + cell % GROUP) {
             *out = short(x);
         }
     }

@@ -2,24 +2,23 @@
 //!
 //! Tables, scale and integral follow from the leaves and the light: they are computed anew and must have the same bits.
 
-use super::leaves::mean;
 use super::prepare::{integral, scale};
 use super::stored::{
-    COSINE_INCLUDED, Header, Leaves, Lengths, MAX_DIVIDED, OF_DIVIDED, PART_ENDS, Product, WHOLE_SPHERE, tops,
+    COSINE_INCLUDED, Ends, Header, Leaves, MAX_DIVIDED, Places, Product, QUADS, Quad, WHOLE_SPHERE, mean, sum_parts,
+    tops, write_tops,
 };
-use super::tops::{write, write_parts};
 use crate::brdf::material::{Kind, MAX_LOBES, Shape};
 use crate::light::environment::Environment;
-use crate::light::guide::{Guide, MAX_CELLS};
-use crate::light::parts::{Borders, MIDDLES};
+use crate::light::guide::{Guide, MAX_CELLS, value};
+use crate::light::parts::{BORDERS, MIDDLES, PARTS};
 use crate::numeric::{exp2i, exponent};
 use crate::object::{Magic, has_checksum, write_checksum};
 use crate::simd::{Four, GROUP, Num, places};
 use crate::sphere::{Frame, unit};
 use crate::status::{Result, Status};
 
-/// Numbers of the tables of rows and of cells, at most: those of 128 rows of one cell.
-const MOST_TOPS: usize = 3 * MAX_CELLS + 1;
+/// Quads of running sums over all cells, at most.
+const MOST_TOPS: usize = MAX_CELLS / 4 + MAX_CELLS / 4 + MAX_CELLS / 4;
 /// How far directions that are computed in two ways may be apart along an axis: unit vectors are such within a thousandth.
 const APART: f32 = 2e-3;
 
@@ -28,7 +27,7 @@ impl Header {
     pub fn stored_length(&self) -> Option<usize> {
         let [columns, rows] = self.grid;
         let fits = u64::from(columns) * u64::from(rows) <= MAX_CELLS as u64 && self.divided as usize <= MAX_DIVIDED;
-        let length = if fits { Lengths::new(self.grid, self.divided as usize).bytes() } else { 0 };
+        let length = if fits { Places::new(self.grid, self.divided as usize).bytes } else { 0 };
         Some(length).filter(|length| self.magic == Header::MAGIC && fits && *length == self.bytes as usize)
     }
 }
@@ -67,62 +66,64 @@ pub fn open<'a>(bytes: &'a [u8], environment: &Environment<'_>) -> Result<Produc
 /// The integral of F in units; `None` if the tables are not those of the leaves.
 fn total(product: &Product<'_>, guide: &Guide<'_>) -> Option<f32> {
     let header = product.header;
-    let (whole, parts) = product.leaves.split_at_checked(guide.cells() / GROUP)?;
-    let means = divided_means(product, parts)?;
+    let mut cells = [0; MAX_DIVIDED];
     let (mut weights, mut used) = ([0.0; MAX_CELLS], 0u32);
     for (cell, weight) in weights.iter_mut().enumerate().take(guide.cells()) {
-        let words = words(whole.get(cell / GROUP)?, cell % GROUP);
-        let mean = match words {
-            [0, number, ..] if number > 0 => {
-                let number = number - 1;
-                let is_new = u32::from(number) < header.divided && used & 1 << number == 0;
-                let is_own = is_new && borders_are(product, number, &guide.borders(cell));
-                used |= 1 << if is_own { number } else { return None };
-                *means.get(usize::from(number))?
+        let [upper, lower] = words(product.leaves.get(cell / GROUP)?, cell % GROUP);
+        if upper & 0xffff == 0 && (upper, lower) != (0, 0) {
+            let number = (upper >> 16).wrapping_sub(1);
+            if lower != 0 || number >= header.divided || used & 1 << number != 0 {
+                return None;
             }
-            [0, ..] if words != [0; 4] => return None,
-            _ => mean(words),
-        };
-        *weight = guide.mass(cell) * mean;
+            used |= 1 << number;
+            *cells.get_mut(number as usize)? = cell;
+        }
+        *weight = guide.mass(cell) * mean([upper, lower]);
     }
     if used != (1 << header.divided) - 1 {
         return None;
     }
-    let mut table = [0.0; MOST_TOPS];
-    let table = table.get_mut(..tops(header.grid))?;
-    let total = write(weights.get(..guide.cells())?, header.grid, table);
-    let (own, padding) = product.tops.numbers().split_at_checked(table.len())?;
-    (own == table && padding.iter().all(|x| x.to_bits() == 0)).then_some(total)
+    let means = divided_means(product, guide, cells.get(..header.divided as usize)?)?;
+    for (&cell, mean) in cells.iter().zip(means).take(header.divided as usize) {
+        *weights.get_mut(cell)? = guide.mass(cell) * mean;
+    }
+    let mut table = [[0.0; 4]; MOST_TOPS];
+    let table: &mut [Quad] = table.get_mut(..tops(header.grid).iter().sum())?;
+    let total = write_tops(weights.get(..guide.cells())?, header.grid, table);
+    (product.tops == table).then_some(total)
 }
 
-/// The means of the divided cells; `None` if the ends of their parts are not those of their leaves.
-fn divided_means(product: &Product<'_>, parts: &[Leaves]) -> Option<[f32; MAX_DIVIDED]> {
+/// The means of the divided cells; `None` if the ends of their parts are not those of their leaves, or their borders not those of the light.
+fn divided_means(product: &Product<'_>, guide: &Guide<'_>, cells: &[usize]) -> Option<[f32; MAX_DIVIDED]> {
     let mut all = [0.0; MAX_DIVIDED];
-    let groups = parts.chunks_exact(MIDDLES).zip(product.ends.chunks_exact(OF_DIVIDED));
-    for ((leaves, own), out) in groups.zip(all.chunks_exact_mut(GROUP)) {
-        let mut means = [[0.0; GROUP]; MIDDLES];
+    let (mut all_ends, mut all_borders) = (product.ends.chunks_exact(QUADS), product.borders.chunks_exact(QUADS));
+    let groups = cells.chunks(GROUP).zip(product.parts.chunks_exact(MIDDLES));
+    for ((cells, leaves), out) in groups.zip(all.chunks_exact_mut(GROUP)) {
+        let (mut means, mut ends): (_, Ends) = ([[0.0; GROUP]; MIDDLES], [[[0.0; GROUP]; PARTS]; QUADS]);
         for (out, leaves) in means.iter_mut().zip(leaves) {
             *out = group_means(leaves);
         }
-        let mut ends = [[0.0; GROUP]; PART_ENDS];
-        let (own, borders) = own.split_at_checked(PART_ENDS)?;
+        let mut borders = [[1.0; GROUP]; BORDERS];
+        for (lane, &cell) in cells.iter().enumerate() {
+            let steps = guide.steps(cell);
+            borders.iter_mut().zip(steps).for_each(|(row, &step)| row[lane] = value(step));
+            let own = all_borders.next()?.iter().flat_map(|&[a, b, c, none]| [a, b, c].map(|step| (step, none)));
+            if !own.eq(steps.iter().map(|&step| (step, 0))) {
+                return None;
+            }
+        }
         for first in places::<Four>() {
             let means = means.each_ref().map(|means| Four::at(means, first));
-            write_parts(&means, borders.first_chunk()?, &mut ends, first).write(out, first);
+            sum_parts(&means, &borders, &mut ends, first).write(out, first);
         }
-        // As numbers in a row, which are compared in a loop and not one by one.
-        if own.as_flattened() != ends.as_flattened() {
-            return None;
+        for lane in 0..cells.len() {
+            let quads = ends.iter().map(|of| of.map(|row| row[lane]));
+            if !all_ends.next()?.iter().copied().eq(quads) {
+                return None;
+            }
         }
     }
     Some(all)
-}
-
-/// Whether a divided cell has these borders between its parts.
-fn borders_are(product: &Product<'_>, number: u16, borders: &Borders) -> bool {
-    let (group, lane) = (usize::from(number) / GROUP, usize::from(number) % GROUP);
-    let own = product.ends.chunks_exact(OF_DIVIDED).nth(group).and_then(|of| of.get(PART_ENDS..)).unwrap_or(&[]);
-    own.iter().map(|lanes| lanes[lane]).eq(borders.iter().copied())
 }
 
 /// The means of a group of leaves. Apart, since its caller would be unrolled around it.
@@ -133,9 +134,9 @@ fn group_means(leaves: &Leaves) -> [f32; GROUP] {
     means
 }
 
-/// The corners of a leaf.
-fn words([a, b, c, d]: &Leaves, lane: usize) -> [u16; 4] {
-    [a, b, c, d].map(|corner| corner.get(lane).copied().unwrap_or(0))
+/// The words of a leaf.
+fn words([upper, lower]: &Leaves, lane: usize) -> [u32; 2] {
+    [upper, lower].map(|words| words.get(lane).copied().unwrap_or(0))
 }
 
 /// Whether normal, view and axes are those of a point.

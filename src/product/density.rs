@@ -4,15 +4,16 @@
 //! function of the f32 world direction, and a sample's pdf is that function at the direction that it returns.
 
 use super::peak::Peak;
-use super::stored::{OF_DIVIDED, PART_ENDS, Product};
+use super::stored::{Leaves, Product, QUADS, Quad, STORED_ONE, mean, tops};
 use crate::light::batch::{Density, Drawn};
 use crate::light::density::{Inverted, clamp_u, inward, settle_lanes, to_world};
-use crate::light::parts::{MIDDLES, PARTS, range};
-use crate::light::search::find;
-use crate::light::tables::{Light, Located, decode, decode_wide, decoded};
+use crate::light::guide::ROUNDING;
+use crate::light::parts::PARTS;
+use crate::light::search::inside;
+use crate::light::tables::{Light, Located, decoded};
 use crate::light::warp::{PatchDensity, Profiles};
 use crate::numeric::{ONE_MINUS_EPSILON, min};
-use crate::simd::{Apart, GROUP, Num};
+use crate::simd::{Apart, GROUP, Num, Whole};
 use crate::sphere::Frame;
 
 /// A product with the light that it was prepared for.
@@ -24,270 +25,237 @@ pub struct Shaded<'a> {
     pub product: Product<'a>,
 }
 
-/// Where F is bilinear: a cell, or a part of one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Leaf {
-    /// Which group of leaves, and which of them.
-    at: [u32; 2],
-    /// Where the leaf begins in the cell's numbers (w, v).
-    start: [f32; 2],
-    /// Its width along both; 1: the cell.
-    width: [f32; 2],
-}
-
-/// Leaves and numbers of lanes, written lane by lane and read together.
-#[derive(Clone, Copy, Debug)]
-struct Found<const N: usize> {
-    cell: [u32; N],
+/// Where F is bilinear, in lanes: cells, or parts of some.
+#[derive(Clone, Copy)]
+struct Leaf<F: Num> {
     /// Pairs of corner words: of the upper and of the lower row.
-    corner: [[u32; N]; 2],
-    /// Where the leaves begin in the cells' numbers (w, v).
-    start: [[f32; N]; 2],
-    width: [[f32; N]; 2],
-    /// The numbers: those of the cells, or what is left of them inside the leaves.
-    numbers: [[f32; N]; 2],
-}
-
-impl<const N: usize> Found<N> {
-    /// Lanes with these numbers.
-    #[inline(always)]
-    fn new<F: Num>(numbers: [F; 2]) -> Found<N> {
-        let mut lanes = [[0.0; N]; 2];
-        for (out, numbers) in lanes.iter_mut().zip(numbers) {
-            for (out, &x) in out.iter_mut().zip(numbers.store().as_ref()) {
-                *out = x;
-            }
-        }
-        Found { cell: [0; N], corner: [[0; N]; 2], start: [[0.0; N]; 2], width: [[0.0; N]; 2], numbers: lanes }
-    }
-
-    #[inline(always)]
-    fn put(&mut self, lane: usize, leaf: &Leaf, [a, b, c, d]: [u16; 4]) {
-        let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
-        self.corner[0][lane] = pair(a, b);
-        self.corner[1][lane] = pair(c, d);
-        self.start[0][lane] = leaf.start[0];
-        self.start[1][lane] = leaf.start[1];
-        self.width[0][lane] = leaf.width[0];
-        self.width[1][lane] = leaf.width[1];
-    }
-
-    #[inline(always)]
-    fn leaves<F: Num>(&self) -> Leaves<F> {
-        let ([a, b], [c, d]) =
-            (decoded::<F>(F::read_ints(&self.corner[0])), decoded::<F>(F::read_ints(&self.corner[1])));
-        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
-        Leaves {
-            shape,
-            start: [F::read(&self.start[0]), F::read(&self.start[1])],
-            width: [F::read(&self.width[0]), F::read(&self.width[1])],
-        }
-    }
-}
-
-/// Leaves, one for each lane.
-struct Leaves<F: Num> {
-    shape: PatchDensity<F>,
+    words: [F::Whole; 2],
+    /// Where the leaves begin in the cells' numbers (w, v), and where they end.
     start: [F; 2],
-    width: [F; 2],
+    end: [F; 2],
+}
+
+/// Which lanes lie in divided cells, and the numbers of those.
+type Divided<F> = (<F as Num>::Mask, <F as Num>::Whole);
+
+impl<F: Num> Leaf<F> {
+    #[inline(always)]
+    fn shape(&self) -> PatchDensity<F> {
+        let [[a, b], [c, d]] = self.words.map(|words| decoded::<F>(F::ints_of(words)));
+        PatchDensity::new([a, b, c, d], Profiles { down: None, across: None })
+    }
+
+    /// Whether all leaves hold the numbers (w, v) of their cells.
+    #[inline(always)]
+    fn holds(&self, numbers: [F; 2]) -> bool {
+        let along = |k: usize| F::and(self.start[k].le(numbers[k]), numbers[k].lt(self.end[k]));
+        F::bits(F::and(along(0), along(1))) == (1 << F::WIDTH) - 1
+    }
+
+    #[inline(always)]
+    fn width(&self, k: usize) -> F {
+        self.end[k] - self.start[k]
+    }
+}
+
+/// Which of four running sums a number falls before, and the range that ends with it. `before`: the sum before the first.
+#[inline(always)]
+fn find<F: Num>([a, b, c, d]: [F; 4], before: F, number: F) -> (F, [F; 2]) {
+    let one = F::splat(1.0);
+    let (behind_a, behind_b, behind_c) = (a.le(number), b.le(number), c.le(number));
+    let index = F::only(behind_a, one) + F::only(behind_b, one) + F::only(behind_c, one);
+    let start = F::select(behind_c, c, F::select(behind_b, b, F::select(behind_a, a, before)));
+    let end = F::select(behind_c, d, F::select(behind_b, c, F::select(behind_a, b, a)));
+    (index, [start, end])
+}
+
+/// The position of a number in a range.
+#[inline(always)]
+fn rest<F: Num>(number: F, [start, end]: [F; 2]) -> F {
+    inside(number, start, (end - start).max(F::splat(f32::MIN_POSITIVE))).max(F::splat(0.0))
+}
+
+/// Sums of whole numbers in lanes.
+#[inline(always)]
+fn plus<F: Num>(a: F::Whole, b: usize) -> F::Whole {
+    a + F::Whole::splat(b as u32)
 }
 
 impl<'a> Shaded<'a> {
     /// The integral of the light's colour x luminance of BRDF x cosine, from the colours and the power of the light.
     pub fn colour(&self, colours: &[[f32; 3]]) -> [f32; 3] {
         let mut sum = [0.0f64; 3];
+        let middle = |leaf: &Leaf<f32>| mean(leaf.words.map(|words| f32::ints_of(words)[0])) / STORED_ONE;
         for (cell, colour) in (0..).zip(colours) {
-            let mean = match self.divided(cell) {
-                None => self.mean(whole(cell)),
-                Some(number) => {
-                    let parts = (0..MIDDLES).map(|part| {
-                        let Leaf { at, width: [across, down], .. } = self.part(number, part % PARTS, part / PARTS);
-                        self.mean(at) * f64::from(across * down)
-                    });
-                    parts.sum::<f64>()
+            let mut mean = 0.0f64;
+            let (mut v, mut down) = (0.0, 0.0);
+            // Part by part; a cell that is not divided is one part.
+            while v < 1.0 {
+                let mut w = 0.0;
+                while w < 1.0 {
+                    let leaf = self.leaf_at::<f32>(f32::whole([cell]), [w, v]);
+                    mean += f64::from(middle(&leaf) * leaf.width(0) * leaf.width(1));
+                    (w, down) = (leaf.end[0], leaf.end[1]);
                 }
-            };
+                v = down;
+            }
             for (sum, &c) in sum.iter_mut().zip(colour) {
                 *sum += mean * f64::from(c);
             }
         }
-        let scale = self.product.header.unit * self.light.power;
+        let scale = self.product.header.unit * f64::from(STORED_ONE) * self.light.power;
         let largest = f64::from(f32::MAX);
         // Of a light that was changed and signed again a colour may be anything.
         sum.map(|c| c * scale).map(|c| if c.is_nan() { 0.0 } else { c.clamp(-largest, largest) as f32 })
     }
 
-    /// The mean of a leaf.
-    fn mean(&self, leaf: [u32; 2]) -> f64 {
-        0.25 * self.words(leaf).iter().map(|&word| f64::from(decode(word))).sum::<f64>()
+    /// The words of leaves, for the places of their upper words among all.
+    #[inline(always)]
+    fn words<F: Num>(leaves: &[Leaves], place: F::Whole) -> [F::Whole; 2] {
+        let words = bytemuck::try_cast_slice(leaves).unwrap_or(&[]);
+        let place = place.shl::<1>();
+        [F::pairs(words, place), F::pairs(words, plus::<F>(place, 2 * GROUP))]
     }
 
-    /// The words of a leaf: its corners in 16 bits.
+    /// The leaves of cells, and of the lanes whose cells are divided the numbers of those among the divided ones; `None` if none is.
     #[inline(always)]
-    fn words(&self, [group, lane]: [u32; 2]) -> [u16; 4] {
-        let Some([a, b, c, d]) = self.product.leaves.get(group as usize) else { return [0; 4] };
-        let lane = lane as usize % GROUP;
-        [a[lane], b[lane], c[lane], d[lane]]
+    fn cell<F: Num>(&self, cell: F::Whole) -> (Leaf<F>, Option<Divided<F>>) {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        // Groups have as many lower words.
+        let words = Self::words::<F>(self.product.leaves, cell + (cell & F::Whole::splat(!(GROUP as u32 - 1))));
+        let leaf = Leaf { words, start: [zero; 2], end: [one; 2] };
+        let number = F::of_whole(words[0].shr::<16>());
+        let marked = F::of_whole(words[0] & F::Whole::splat(0xffff)).le(zero);
+        let divided = F::and(marked, zero.lt(number));
+        let number = F::only(divided, number - one).to_whole();
+        (leaf, if F::bits(divided) == 0 { None } else { Some((divided, number)) })
     }
 
-    /// The number of a divided cell among those; a divided cell's own leaf keeps it.
+    /// Borders of parts.
     #[inline(always)]
-    fn divided(&self, cell: u32) -> Option<u32> {
-        let [marker, number, ..] = self.words(whole(cell));
-        if marker == 0 { u32::from(number).checked_sub(1) } else { None }
+    fn borders<F: Num>(&self, place: F::Whole) -> [F; 3] {
+        let borders = bytemuck::try_cast_slice(self.product.borders).unwrap_or(&[]);
+        let place = place.shl::<2>();
+        let (low, high) = (F::pairs(borders, place), F::pairs(borders, plus::<F>(place, 2)));
+        // None is negative.
+        let number = |step: F::Whole| F::of_whole(step & F::Whole::splat(0xffff)) * ROUNDING;
+        [number(low), number(low.shr::<16>()), number(high)]
     }
 
-    /// The leaf of part (column, row) of the divided cell with this number.
+    /// The leaves of parts (column, row) of divided cells.
     #[inline(always)]
-    fn part(&self, number: u32, column: usize, row: usize) -> Leaf {
-        let cells = (self.light.cells.len() / GROUP) as u32;
-        let (group, lane) = (number / GROUP as u32, number % GROUP as u32);
-        let part = (row * PARTS + column) as u32;
-        let [left, right] = range(&self.borders(number, 1 + row), column);
-        let [top, bottom] = range(&self.borders(number, 0), row);
-        let (start, width) = ([left, top], [right - left, bottom - top]);
-        Leaf { at: [cells + group * MIDDLES as u32 + part, lane], start, width }
-    }
-
-    /// The leaf that holds the numbers (w, v) of a cell.
-    #[inline(always)]
-    fn leaf_at(&self, cell: u32, [w, v]: [f32; 2]) -> Leaf {
-        match self.divided(cell) {
-            None => Leaf { at: whole(cell), start: [0.0; 2], width: [1.0; 2] },
-            Some(number) => {
-                let place = |which: usize, x: f32| {
-                    let [a, b, c] = self.borders(number, which);
-                    usize::from(a <= x) + usize::from(b <= x) + usize::from(c <= x)
-                };
-                let row = place(0, v);
-                self.part(number, place(1 + row, w), row)
-            }
-        }
-    }
-
-    /// The cell that `u` leads to, the leaf in it, and what is left of `u`.
-    #[inline(always)]
-    fn search(&self, [across, down]: [f32; 2]) -> (u32, Leaf, [f32; 2]) {
-        let tops = &self.product.tops;
-        let [columns, rows] = self.product.header.grid.map(|n| n as usize);
-        let [total, ..] = *tops.window(rows);
-        let (row, range) = find(tops, 0, rows, down * total);
-        let v = rest(down * total, range);
-        let line = rows + 1 + row * (columns + 1);
-        let [sum, ..] = *tops.window(line + columns);
-        let (column, range) = find(tops, line, columns, across * sum);
-        let w = rest(across * sum, range);
-        let cell = (row * columns + column) as u32;
-        let Some(number) = self.divided(cell) else {
-            return (cell, Leaf { at: whole(cell), start: [0.0; 2], width: [1.0; 2] }, [w, v]);
+    fn part<F: Num>(&self, number: F::Whole, [column, row]: [F; 2], [columns, rows]: [[F; 3]; 2]) -> Leaf<F> {
+        let group = number & F::Whole::splat(!(GROUP as u32 - 1));
+        let part = (row * PARTS as f32 + column).to_whole();
+        // A group of cells has 16 groups of parts, and those twice as many words.
+        let place = group.shl::<5>() + part.shl::<4>() + (number & F::Whole::splat(GROUP as u32 - 1));
+        let range = |[a, b, c]: [F; 3], index: F| {
+            let behind = |k: f32| F::splat(k).le(index);
+            let start = F::select(behind(3.0), c, F::select(behind(2.0), b, F::only(behind(1.0), a)));
+            (start, F::select(behind(3.0), F::splat(1.0), F::select(behind(2.0), c, F::select(behind(1.0), b, a))))
         };
-        let (row, v) = self.search_ends(number, 0, v);
-        let (column, w) = self.search_ends(number, PARTS * (1 + row), w);
-        (cell, self.part(number, column, row), [w, v])
+        let ((left, right), (top, bottom)) = (range(columns, column), range(rows, row));
+        Leaf { words: Self::words::<F>(self.product.parts, place), start: [left, top], end: [right, bottom] }
     }
 
-    /// Ends `first` to `first` + 3 of a divided cell.
+    /// `a` in the lanes of a mask, elsewhere `b`.
     #[inline(always)]
-    fn ends(&self, number: u32, first: usize) -> [f32; PARTS] {
-        let lane = number as usize % GROUP;
-        let first = number as usize / GROUP * OF_DIVIDED + first;
-        match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<PARTS>()) {
-            Some([a, b, c, d]) => [a[lane], b[lane], c[lane], d[lane]],
-            None => [1.0; PARTS],
+    fn either<F: Num>(mask: F::Mask, a: &Leaf<F>, b: &Leaf<F>) -> Leaf<F> {
+        let word = |k: usize| F::select(mask, F::from_bits(a.words[k]), F::from_bits(b.words[k])).to_bits();
+        let (start, end) =
+            (|k: usize| F::select(mask, a.start[k], b.start[k]), |k: usize| F::select(mask, a.end[k], b.end[k]));
+        Leaf { words: [word(0), word(1)], start: [start(0), start(1)], end: [end(0), end(1)] }
+    }
+
+    /// The leaves that hold the numbers (w, v) of cells.
+    #[inline(always)]
+    fn leaf_at<F: Num>(&self, cell: F::Whole, numbers: [F; 2]) -> Leaf<F> {
+        F::apart(LeafAt { shaded: self, cell, numbers })
+    }
+
+    #[inline(always)]
+    fn leaf_here<F: Num>(&self, cell: F::Whole, [w, v]: [F; 2]) -> Leaf<F> {
+        let (leaf, divided) = self.cell::<F>(cell);
+        let Some((divided, number)) = divided else { return leaf };
+        let one = F::splat(1.0);
+        let place = |[a, b, c]: [F; 3], x: F| F::only(a.le(x), one) + F::only(b.le(x), one) + F::only(c.le(x), one);
+        let first = number * F::Whole::splat(QUADS as u32);
+        let rows = self.borders::<F>(first);
+        let row = place(rows, v);
+        let columns = self.borders::<F>(plus::<F>(first, 1) + row.to_whole());
+        Self::either(divided, &self.part(number, [place(columns, w), row], [columns, rows]), &leaf)
+    }
+
+    /// The cells that `u` leads to, the leaves in them, and what is left of `u`.
+    #[inline(always)]
+    fn search<F: Num>(&self, [across, down]: [F; 2]) -> (F::Whole, Leaf<F>, [F; 2]) {
+        let (zero, one, all) = (F::splat(0.0), F::splat(1.0), self.product.tops);
+        let grid = self.product.header.grid;
+        let [rows, quads, _] = tops(grid);
+        let of_rows = all.get(..rows).unwrap_or(&[]);
+        let (last, before) = of_rows.split_last().unwrap_or((&[0.0; 4], &[]));
+        let number = down * last[3];
+        let (mut quad, mut start) = (zero, zero);
+        for &[.., end] in before {
+            let behind = F::splat(end).le(number);
+            quad = quad + F::only(behind, one);
+            start = F::select(behind, F::splat(end), start);
         }
-    }
-
-    /// The borders of a divided cell between its rows of parts (0), or in one of those (1 to 4).
-    #[inline(always)]
-    fn borders(&self, number: u32, which: usize) -> [f32; PARTS - 1] {
-        let lane = number as usize % GROUP;
-        let first = number as usize / GROUP * OF_DIVIDED + PART_ENDS + (PARTS - 1) * which;
-        match self.product.ends.get(first..).and_then(|rest| rest.first_chunk::<{ PARTS - 1 }>()) {
-            Some([a, b, c]) => [a[lane], b[lane], c[lane]],
-            None => [1.0; PARTS - 1],
+        let (row, range) = find(F::rows(all, quad.to_whole()), start, number);
+        let (mut row, mut v) = (quad * 4.0 + row, rest(number, range));
+        let mut place = row;
+        let mut number = across;
+        if quads > 0 {
+            let sums = F::rows(all, plus::<F>(row.to_whole(), rows));
+            number = across * sums[3];
+            let (quad, [start, _]) = find(sums, zero, number);
+            (place, number) = (row * 4.0 + quad, number - start);
         }
+        let sums = F::rows(all, plus::<F>(place.to_whole(), rows + quads));
+        // Below the sum, or the number would fall into a cell without weight behind the last one with some.
+        number = (if quads > 0 { number } else { across * sums[3] }).min(sums[3] * ONE_MINUS_EPSILON);
+        let (column, range) = find(sums, zero, number);
+        let (cell, mut w) = ((place * 4.0 + column).to_whole(), rest(number, range));
+        let (leaf, divided) = self.cell::<F>(cell);
+        let Some((divided, number)) = divided else { return (cell, leaf, [w, v]) };
+        let ends = self.product.ends;
+        let first = number * F::Whole::splat(QUADS as u32);
+        let pick = |place: F::Whole, u: F| {
+            let sums = F::rows(ends, place);
+            let number = u * sums[3];
+            let (index, range) = find(sums, zero, number);
+            (index, F::select(divided, rest(number, range), u))
+        };
+        (row, v) = pick(first, v);
+        let of_row = plus::<F>(first, 1) + row.to_whole();
+        let column;
+        (column, w) = pick(of_row, w);
+        let borders = [self.borders::<F>(of_row), self.borders::<F>(first)];
+        (cell, Self::either(divided, &self.part(number, [column, row], borders), &leaf), [w, v])
     }
 
-    /// Which of four ends a number falls before, and what is left of it.
+    /// The numbers of cells that numbers in [0, 1 - 2^-24]^2 lead to, and the leaves that they lie in but for rounding.
     #[inline(always)]
-    fn search_ends(&self, number: u32, first: usize, u: f32) -> (usize, f32) {
-        let [a, b, c, total] = self.ends(number, first);
-        let t = u * total;
-        let index = usize::from(a <= t) + usize::from(b <= t) + usize::from(c <= t);
-        let starts = [0.0, a, b, c, total];
-        let (start, end) = (starts[index.min(PARTS - 1)], starts[(index + 1).min(PARTS)]);
-        (index, rest(t, [start, end]))
-    }
-
-    /// Finds the leaves that numbers of the grid lead to, and what is left of those.
-    // A function of its own: it is the same at all levels.
-    #[inline(never)]
-    fn search_all<const N: usize>(&self, found: &mut Found<N>, count: usize) {
-        for lane in 0..count.min(N) {
-            let (cell, leaf, rest) = self.search([found.numbers[0][lane], found.numbers[1][lane]]);
-            found.cell[lane] = cell;
-            found.numbers[0][lane] = rest[0];
-            found.numbers[1][lane] = rest[1];
-            found.put(lane, &leaf, self.words(leaf.at));
-        }
-    }
-
-    /// Finds the leaves that hold numbers of cells.
-    #[inline(never)]
-    fn locate_all<const N: usize>(&self, found: &mut Found<N>, count: usize) {
-        for lane in 0..count.min(N) {
-            let leaf = self.leaf_at(found.cell[lane], [found.numbers[0][lane], found.numbers[1][lane]]);
-            found.put(lane, &leaf, self.words(leaf.at));
-        }
-    }
-
-    /// The numbers of cells that numbers in [0, 1 - 2^-24]^2 lead to.
-    #[inline(always)]
-    fn cells<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
-        if F::WIDTH == 1 { self.cells_of::<F, 1>(u) } else { self.cells_of::<F, GROUP>(u) }
-    }
-
-    #[inline(always)]
-    fn cells_of<F: Num, const N: usize>(&self, u: [F; 2]) -> (F::Ints, [F; 2]) {
-        let mut found = Found::<N>::new(u);
-        self.search_all(&mut found, F::WIDTH);
-        let leaves = found.leaves::<F>();
-        let inside = leaves.shape.sample([F::read(&found.numbers[0]), F::read(&found.numbers[1])]);
+    fn cells<F: Num>(&self, u: [F; 2]) -> (F::Ints, [F; 2], Leaf<F>) {
+        let (cell, leaf, left) = self.search(u);
+        let inside = leaf.shape().sample(left);
         let last = F::splat(ONE_MINUS_EPSILON);
-        let at = |k: usize| (leaves.start[k] + inside[k] * leaves.width[k]).min(last);
-        (F::read_ints(&found.cell), [at(0), at(1)])
+        let at = |k: usize| (leaf.start[k] + inside[k] * leaf.width(k)).min(last);
+        (F::ints_of(cell), [at(0), at(1)], leaf)
     }
 
-    /// The leaves of located directions, and the positions in them.
+    /// The density of located directions by the grid. `near`: leaves that may hold them.
     #[inline(always)]
-    fn leaves<F: Num>(&self, located: &Located<F>) -> (Leaves<F>, [F; 2]) {
+    fn grid<F: Num>(&self, located: &Located<F>, near: Option<&Leaf<F>>) -> F {
         let numbers = located.numbers(&self.light);
-        let leaves = if F::WIDTH == 1 {
-            self.leaves_of::<F, 1>(located.patch.cell, numbers)
-        } else {
-            self.leaves_of::<F, GROUP>(located.patch.cell, numbers)
+        let leaf = match near.filter(|near| near.holds(numbers)) {
+            Some(near) => *near,
+            None => self.leaf_at(F::whole(located.patch.cell), numbers),
         };
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let at = |k: usize| ((numbers[k] - leaves.start[k]) / leaves.width[k]).max(zero).min(one);
+        let at = |k: usize| ((numbers[k] - leaf.start[k]) / leaf.width(k)).max(zero).min(one);
         let inside = [at(0), at(1)];
-        (leaves, inside)
-    }
-
-    #[inline(always)]
-    fn leaves_of<F: Num, const N: usize>(&self, cells: F::Ints, numbers: [F; 2]) -> Leaves<F> {
-        let mut found = Found::<N>::new(numbers);
-        for (out, &cell) in found.cell.iter_mut().zip(cells.as_ref()) {
-            *out = cell;
-        }
-        self.locate_all(&mut found, F::WIDTH);
-        found.leaves()
-    }
-
-    /// The density of located directions by the grid.
-    #[inline(always)]
-    fn grid<F: Num>(&self, located: &Located<F>) -> F {
-        let (leaves, inside) = self.leaves(located);
-        leaves.shape.unscaled(inside) * (self.light.alone(located) * self.product.header.scale)
+        leaf.shape().unscaled(inside) * (self.light.alone(located) * self.product.header.scale)
     }
 
     /// Directions of map space near those that numbers of the grid, in [0, 1 - 2^-24]^2, lead to, and what [`Shaded::grid_and_light`] answers
@@ -302,14 +270,14 @@ impl<'a> Shaded<'a> {
     #[inline(always)]
     pub fn grid_and_light<F: Num>(&self, map: [F; 3]) -> (F, F) {
         let located = self.light.locate(map, true);
-        (self.grid(&located), self.light.alone(&located))
+        (self.grid(&located, None), self.light.alone(&located))
     }
 
     /// The density of directions of map space of unit length, and where they are.
     #[inline(always)]
     fn find<F: Num>(&self, map: [F; 3]) -> (F, Located<F>) {
         let located = self.light.locate(map, true);
-        (self.mixed(map, self.grid(&located)), located)
+        (self.mixed(map, self.grid(&located, None)), located)
     }
 
     /// The density of directions of map space for that of the grid.
@@ -334,9 +302,9 @@ impl<'a> Shaded<'a> {
     #[cold]
     #[inline(never)]
     fn settled(&self, frame: &Frame, u: [f32; 2]) -> Drawn {
-        let ([cell], numbers) = self.cells::<f32>(u);
+        let ([cell], numbers, _) = self.cells::<f32>(u);
         let (wi, located) = self.light.settle(frame, cell, numbers);
-        Drawn { wi, pdf: self.with_lobes(frame, wi, self.grid(&located)) }
+        Drawn { wi, pdf: self.with_lobes(frame, wi, self.grid(&located, None)) }
     }
 
     /// The densities of world directions for those of the grid.
@@ -398,7 +366,7 @@ impl<'a> Shaded<'a> {
             if !(grid >= 0.0) {
                 return false;
             }
-            let (cells, numbers) = self.cells::<f32>([min(grid, ONE_MINUS_EPSILON), u[1]]);
+            let (cells, numbers, _) = self.cells::<f32>([min(grid, ONE_MINUS_EPSILON), u[1]]);
             located.is_in_patch_of(&self.light.sample_in::<f32>(cells, numbers))
         };
         inward(located.numbers(&self.light), located.middle(), outer, leads)
@@ -406,29 +374,40 @@ impl<'a> Shaded<'a> {
 
     /// The numbers of the grid that lead to numbers (w, v) of a cell: the inverse of [`Shaded::cells`].
     fn outer(&self, cell: u32, [w, v]: [f32; 2]) -> [f32; 2] {
-        let leaf = self.leaf_at(cell, [w, v]);
-        let [a, b, c, d] = self.words(leaf.at).map(|word| decode_wide(word.into()));
-        let shape = PatchDensity::new([a, b, c, d], Profiles { down: None, across: None });
-        let mut u = shape.invert([(w - leaf.start[0]) / leaf.width[0], (v - leaf.start[1]) / leaf.width[1]]);
-        if let Some(number) = self.divided(cell) {
-            let part = leaf.at[0] as usize - self.light.cells.len() / GROUP;
-            let part = [part % PARTS, part / PARTS % PARTS];
-            let within = |first: usize, part: usize, u: f32| {
-                let ends = self.ends(number, first);
-                let start = if part == 0 { 0.0 } else { ends[(part - 1) % PARTS] };
-                (start + u * (ends[part] - start)) / ends[PARTS - 1]
-            };
-            u = [within(PARTS * (1 + part[1]), part[0], u[0]), within(0, part[1], u[1])];
-        }
-        let tops = &self.product.tops;
-        let [columns, rows] = self.product.header.grid.map(|n| (n as usize).max(1));
-        let (row, column) = (cell as usize / columns, cell as usize % columns);
-        let line = rows + 1 + row * (columns + 1);
-        let within = |first: usize, index: usize, last: usize, u: f32| {
-            let ([start, end, ..], [total, ..]) = (*tops.window(first + index), *tops.window(first + last));
-            min((start + u * (end - start)) / total, ONE_MINUS_EPSILON)
+        let leaf = self.leaf_at::<f32>(f32::whole([cell]), [w, v]);
+        let mut u = leaf.shape().invert([(w - leaf.start[0]) / leaf.width(0), (v - leaf.start[1]) / leaf.width(1)]);
+        let within = |all: &[Quad], place: usize, u: f32| {
+            let sums = all.get(place / 4).unwrap_or(&[1.0; 4]);
+            let start = if place % 4 == 0 { 0.0 } else { sums[(place - 1) % 4] };
+            start + u * (sums[place % 4] - start)
         };
-        [within(line, column, columns, u[0]), within(0, row, rows, u[1])]
+        if let (_, Some((_, number))) = self.cell::<f32>(f32::whole([cell])) {
+            let [first] = f32::ints_of(number).map(|number| number as usize * QUADS);
+            let part = |borders: [f32; 3], x: f32| borders.iter().filter(|&&border| border <= x).count();
+            let of = |place: usize| self.borders::<f32>(f32::whole([place as u32]));
+            let row = part(of(first), v);
+            let column = part(of(first + 1 + row), w);
+            let ends = self.product.ends;
+            let share =
+                |quad: usize, place: usize, u: f32| within(ends, 4 * quad + place, u) / within(ends, 4 * quad + 3, 1.0);
+            u = [share(first + 1 + row, column, u[0]), share(first, row, u[1])];
+        }
+        let all = self.product.tops;
+        let [rows, quads, _] = tops(self.product.header.grid);
+        let of_row = if quads > 0 { 16 } else { 4 };
+        let (row, column) = (cell as usize / of_row, cell as usize % of_row);
+        let place = 4 * (rows + quads);
+        let mut across = within(all, place + cell as usize, u[0]);
+        let mut sum = within(all, (place + cell as usize) | 3, 1.0);
+        if quads > 0 {
+            let before = within(all, 4 * (rows + row) + column / 4, 0.0);
+            (across, sum) = (before + across, within(all, 4 * (rows + row) + 3, 1.0));
+        }
+        // Of rows the running sum goes on from quad to quad.
+        let sum_of = |row: usize| within(all, row, 1.0);
+        let before = if row == 0 { 0.0 } else { sum_of(row - 1) };
+        let down = before + u[1] * (sum_of(row) - before);
+        [min(across / sum, ONE_MINUS_EPSILON), min(down / sum_of(4 * rows - 1), ONE_MINUS_EPSILON)]
     }
 }
 
@@ -529,11 +508,27 @@ impl<F: Num> Apart<F> for SampleGrid<'_, F> {
     #[inline(always)]
     fn run(self) -> FromGrid<F> {
         let SampleGrid { shaded, frame, u, mixed } = self;
-        let (cells, numbers) = shaded.cells(u);
+        let (cells, numbers, leaf) = shaded.cells(u);
         let (world, located, strayed) = shaded.light.to_world(frame, &shaded.light.sample_in::<F>(cells, numbers));
-        let grid = shaded.grid(&located);
+        let grid = shaded.grid(&located, Some(&leaf));
         let pdf = if mixed { shaded.with_lobes(frame, world, grid) } else { grid };
         FromGrid { world, pdf, light: shaded.light.alone(&located), strayed }
+    }
+}
+
+/// [`Shaded::leaf_at`].
+struct LeafAt<'a, F: Num> {
+    shaded: &'a Shaded<'a>,
+    cell: F::Whole,
+    numbers: [F; 2],
+}
+
+impl<F: Num> Apart<F> for LeafAt<'_, F> {
+    type Output = Leaf<F>;
+
+    #[inline(always)]
+    fn run(self) -> Leaf<F> {
+        self.shaded.leaf_here(self.cell, self.numbers)
     }
 }
 
@@ -566,18 +561,6 @@ fn of_peak<F: Num>(share: f32, u: F) -> F {
 #[inline(always)]
 fn of_grid<F: Num>(share: f32, u: F) -> F {
     ((u - share) * (1.0 / (1.0 - share))).max(F::splat(0.0)).min(F::splat(ONE_MINUS_EPSILON))
-}
-
-/// The leaf of a whole cell.
-#[inline(always)]
-fn whole(cell: u32) -> [u32; 2] {
-    [cell / GROUP as u32, cell % GROUP as u32]
-}
-
-/// The position of a number between two ends.
-#[inline(always)]
-fn rest(number: f32, [start, end]: [f32; 2]) -> f32 {
-    crate::light::search::inside(number, start, (end - start).max(f32::MIN_POSITIVE)).max(0.0)
 }
 
 #[inline(always)]

@@ -8,15 +8,10 @@
 //! says how much of each.
 
 pub mod check;
-mod choose;
-mod corners;
 mod covers;
 pub mod density;
-mod divide;
 pub mod info;
-mod leaves;
 pub mod peak;
 pub mod prepare;
 mod share;
 pub mod stored;
-mod tops;

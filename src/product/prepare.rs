@@ -1,22 +1,25 @@
-//! Preparing a product: BRDF x cosine at the corners of the light's cells, then leaves, then the tables above them.
+//! Preparing a product: BRDF x cosine at the corners of the light's cells becomes leaves, and tables above them.
+//!
+//! One pass lays the leaves of cells, weighs them, and finds those that may hide something: much light, or the peak of a narrow lobe. The
+//! cells whose division is worth most get 4 x 4 parts, with F at the middle of each.
 
-use super::choose::Heaviest;
-use super::corners::{Cone, respond};
-use super::leaves::{FLOOR, corner_values, group_of, largest, quadrants, shorts_of, store, tilted};
 use super::peak::{self, Mixture};
-use super::stored::{COSINE_INCLUDED, Header, Leaves, Lengths, OF_DIVIDED, PART_ENDS, StoredLobe, WHOLE_SPHERE};
-use super::{divide, share, tops};
-use crate::brdf::material::MAX_LOBES;
+use super::share;
+use super::stored::{
+    COSINE_INCLUDED, Corners, Ends, Header, Leaves, MAX_DIVIDED, Places, QUADS, Quad, STORED_ONE, WHOLE_SPHERE, store,
+    sum_parts, widths, write_tops,
+};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
+use crate::brdf::vector::dot;
 use crate::light::environment::Environment;
-use crate::light::guide::{self, Column, Guide, MAX_CELLS, MAX_CORNERS, Short};
-use crate::light::parts::{MIDDLES, PARTS};
-use crate::numeric::exponent;
-use crate::object::Magic;
-use crate::simd::{Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
+use crate::light::guide::{self, Column, Columns, Guide, MAX_CELLS, MAX_CORNERS, Short, read};
+use crate::light::parts::{BORDERS, MIDDLES, PARTS};
+use crate::numeric::{exp2i, exponent, max, min};
+use crate::object::{Magic, take};
+use crate::simd::{Apart, Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
 use crate::status::Status;
-use bytemuck::{Pod, Zeroable, bytes_of, try_cast_slice_mut};
+use bytemuck::{Pod, Zeroable, cast_mut, cast_ref};
 
 /// What a product is prepared for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,8 +28,6 @@ pub struct Config {
     pub divided: usize,
     /// How far the normals of other hits may turn from this one, in radians.
     pub cone: f32,
-    /// Whether F is bilinear in a leaf, or the mean of that: for comparison.
-    pub constant: bool,
     /// How much is drawn from narrow lobes.
     pub mixture: Mixture,
 }
@@ -36,7 +37,7 @@ pub const DIVIDED: usize = 8;
 
 impl Default for Config {
     fn default() -> Config {
-        Config { divided: DIVIDED, cone: 0.0, constant: false, mixture: Mixture::TUNED }
+        Config { divided: DIVIDED, cone: 0.0, mixture: Mixture::TUNED }
     }
 }
 
@@ -67,11 +68,32 @@ const LITTLE_WASTED: f32 = 0.05;
 /// They take at most this much, so that the rest is found; a part of the lamp may stand above the horizon.
 const MOST_WASTED: f32 = 8.0;
 
-/// What a leaf holds for 1.
-const STORED_ONE: f64 = 65536.0;
+/// No leaf that counts is darker than this share of the brightest value about it.
+const FLOOR: f32 = 0.05;
+
+/// The largest corner is 2^LARGEST to 2^(LARGEST + 1) where a leaf holds [`STORED_ONE`] for 1: F between corners may be 2^10 times as large, and the
+/// least leaf, a 2^18th of it, is stored with all its bits.
+const LARGEST: i32 = -10;
 
 /// By how much rounding may raise a cell above the horizon: that of its axis, of two numbers, and of all sums.
 const ROUNDING: f32 = 4.0 * guide::ROUNDING;
+
+/// Cells with this share of the light are looked at more closely, up to [`CLOSER`]; if all lobes are Lambert's, with [`WORTH_IF_DIFFUSE`].
+const BRIGHT: f32 = 0.01;
+/// The most cells that are looked at more closely.
+const CLOSER: usize = 2 * GROUP;
+
+/// The parts whose middles are looked at: opposite ones of the inner four.
+const LOOKED_AT: [usize; 2] = [5, 10];
+/// The same under a narrow lobe, whose flank may lie at any side of the light.
+const LOOKED_AT_IF_NARROW: [usize; MOST_LOOKED_AT] = [0, 3, 6, 12, 15];
+/// How many parts of a cell are looked at, at most.
+const MOST_LOOKED_AT: usize = 5;
+
+/// A part reflects nothing if F is not above 0 up to this far beyond its middle, over the way to its corners: slopes are no more than a guess, and
+/// a sliver of a lamp may stand above the horizon. The largest weights of `the_sky_about_a_lamp_below_the_horizon_has_no_huge_weight` are
+/// 50000 at 1.25, 59 at 1.5 to 2, and 163 at 3.
+const REACH: f32 = 1.75;
 
 /// Why a product was not prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,16 +106,31 @@ pub enum PrepareError {
     Status(Status),
 }
 
-/// F over whole cells before it is stored.
+/// What is known of cells before a product is finished.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Work {
-    /// The corners of groups of cells.
-    corners: [[[f32; GROUP]; 4]; MAX_CELLS / GROUP],
+    /// F at the corners.
+    values: [[f32; GROUP]; MAX_CORNERS / GROUP],
     /// The least that a leaf of each cell holds; 0 below the horizon.
     floors: [f32; MAX_CELLS],
     /// The weight of each cell: its light times its mean of F.
     weights: [f32; MAX_CELLS],
+    /// What its division is worth.
+    worth: [f32; MAX_CELLS],
+}
+
+impl Work {
+    /// Of any content. Not zeros: the compiler leaves those to a function of the C library.
+    #[inline(always)]
+    fn new() -> Work {
+        Work {
+            values: [[0.5; GROUP]; MAX_CORNERS / GROUP],
+            floors: [0.5; MAX_CELLS],
+            weights: [0.5; MAX_CELLS],
+            worth: [0.5; MAX_CELLS],
+        }
+    }
 }
 
 /// Prepares a product at the beginning of `memory`, aligned to 16. Answers its bytes.
@@ -108,8 +145,7 @@ pub fn prepare(
     config: &Config,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
-    let task = Task { level, environment, point, config };
-    task.finish(task.grid_with_work(memory)?, memory)
+    Task { level, environment, point, config }.run(memory, Task::grid_with_work)
 }
 
 /// As [`prepare`], with 3 kB of the caller's memory for its work, of any content.
@@ -125,8 +161,7 @@ pub fn prepare_in(
     work: &mut Work,
     memory: &mut [u8],
 ) -> Result<usize, PrepareError> {
-    let task = Task { level, environment, point, config };
-    task.finish(task.grid(work, memory)?, memory)
+    Task { level, environment, point, config }.run(memory, |task, surface, memory| task.grid(surface, work, memory))
 }
 
 /// What a product is prepared of.
@@ -147,94 +182,75 @@ struct Prepared {
 }
 
 impl Task<'_> {
-    /// The product but for the share of its lobes. Its work stands on the stack no longer than it must.
-    #[inline(never)]
-    fn grid_with_work(self, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
-        self.grid(&mut Work::zeroed(), memory)
-    }
-
-    /// As [`Task::grid_with_work`], with the caller's memory. Apart, so that its stack is free again.
-    #[inline(never)]
-    fn grid(self, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
-        let Task { level, environment, point, config } = self;
-        let mut surface = Surface::new(point, &environment.frame()).map_err(PrepareError::Point)?;
-        let cone = Cone { cosine: libm::cosf(config.cone), sine: libm::sinf(config.cone) };
-        let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
-        let (lobes, allowed) = peak::choose(point.material, &surface, &config.mixture);
-        let mirror = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
-        widen(&mut surface, environment, point, &config.mixture).map_err(PrepareError::Point)?;
-        let mut stage = Stage::new(guide, &surface, (allowed, mirror), cone, config, work);
-        compute(level, Evaluate { stage: &mut stage });
-        let grid = environment.light().grid;
-        let divided = stage.heaviest.cells().len();
-        let lengths = Lengths::new(grid, divided);
-        let memory = memory.get_mut(..lengths.bytes()).ok_or(PrepareError::TooSmall(lengths.bytes()))?;
-        let (_, rest) = memory.split_at_mut_checked(size_of::<Header>()).unwrap_or_default();
-        let (leaves, rest) = rest.split_at_mut_checked(size_of::<Leaves>() * lengths.leaves).unwrap_or_default();
-        let (tops, rest) = rest.split_at_mut_checked(4 * lengths.tops).unwrap_or_default();
-        let (ends, padding) = rest.split_at_mut_checked(4 * GROUP * lengths.ends).unwrap_or_default();
-        padding.fill(0);
-        let misaligned = PrepareError::Status(Status::Misaligned);
-        let write = Write {
-            stage: &mut stage,
-            grid,
-            leaves: try_cast_slice_mut(leaves).map_err(|_| misaligned)?,
-            tops: try_cast_slice_mut(tops).map_err(|_| misaligned)?,
-            ends: try_cast_slice_mut(ends).map_err(|_| misaligned)?,
-        };
-        let total = compute(level, write);
-        let unit = if stage.any { stage.unit() / STORED_ONE } else { 0.0 };
-        let power = environment.header().power;
-        let product = Header {
-            environment: environment.header().content_id,
-            integral: integral(total, unit, power),
-            unit,
-            scale: scale(total),
-            bytes: lengths.bytes() as u32,
-            grid,
-            divided: divided as u32,
-            peak: allowed,
-            cone: cone.cosine,
-            ..Header::zeroed()
-        };
-        write_header(&product, &lobes, &surface, point, memory);
-        Ok(Prepared { bytes: lengths.bytes(), adds_lobes: stage.adds_lobes && product.scale > 0.0 })
-    }
-
-    /// The share of the product's lobes. Answers the product's bytes.
-    fn finish(self, Prepared { bytes, adds_lobes }: Prepared, memory: &mut [u8]) -> Result<usize, PrepareError> {
+    /// Prepares the grid, then the share of its lobes. Answers the product's bytes.
+    #[inline(always)]
+    fn run(
+        self,
+        memory: &mut [u8],
+        grid: impl FnOnce(Self, &Surface, &mut [u8]) -> Result<Prepared, PrepareError>,
+    ) -> Result<usize, PrepareError> {
+        let surface = Surface::new(self.point, &self.environment.frame()).map_err(PrepareError::Point)?;
+        let Prepared { bytes, adds_lobes } = grid(self, &surface, memory)?;
         let product = memory.get_mut(..bytes).unwrap_or_default();
-        share::decide(self.level, self.environment, self.point, adds_lobes, product).map_err(PrepareError::Point)?;
+        share::decide(self.environment, &surface, adds_lobes, product);
         Ok(bytes)
     }
-}
 
-/// Writes a header for what is known of the grid and for the point. Apart, so that its stack is free again.
-#[inline(never)]
-fn write_header(
-    grid: &Header,
-    lobes: &[StoredLobe; MAX_LOBES],
-    surface: &Surface,
-    point: &Point<'_>,
-    memory: &mut [u8],
-) {
-    let mut flags = if surface.is_whole() { WHOLE_SPHERE } else { 0 };
-    flags |= if point.cosine_included { COSINE_INCLUDED } else { 0 };
-    let header = Header {
-        magic: Header::MAGIC,
-        material: point.material.hash(),
-        flags,
-        lobes: point.material.lobes().len() as u32,
-        peak: if grid.scale > 0.0 { grid.peak } else { 0.0 },
-        normal: point.normal,
-        wo: point.wo,
-        axes: surface.axes(),
-        local_wo: surface.wo(),
-        lobe: *lobes,
-        ..*grid
-    };
-    for (out, &byte) in memory.iter_mut().zip(bytes_of(&header)) {
-        *out = byte;
+    /// The product but for the share of its lobes. Its work stands on the stack no longer than it must.
+    #[inline(never)]
+    fn grid_with_work(self, surface: &Surface, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
+        self.grid(surface, &mut Work::new(), memory)
+    }
+
+    /// As [`Task::grid_with_work`], with the caller's memory.
+    #[inline(always)]
+    fn grid(self, surface: &Surface, work: &mut Work, memory: &mut [u8]) -> Result<Prepared, PrepareError> {
+        let Task { level, environment, point, config } = self;
+        let guide = environment.guide().ok_or(PrepareError::Status(Status::NotBuilt))?;
+        let (grid, power) = (environment.header().grid, environment.header().power);
+        let too_small = |divided| PrepareError::TooSmall(Places::new(grid, divided).bytes);
+        let places = Places::new(grid, 0);
+        if memory.len() < places.bytes {
+            return Err(too_small(0));
+        }
+        let (lobes, allowed) = peak::choose(point.material, surface, &config.mixture);
+        let peak = if allowed > 0.0 { surface.mirror() } else { [0.0; 3] };
+        let widened = widened(environment, point, &config.mixture).map_err(PrepareError::Point)?;
+        let cone = Cone::new(config.cone);
+        let stage = Stage::new(guide, widened.as_ref().unwrap_or(surface), (allowed, peak), &cone, work);
+        let mut rest = memory;
+        let misaligned = PrepareError::Status(Status::Misaligned);
+        let header = take::<Header>(&mut rest, 1).and_then(|of| of.first_mut()).ok_or(misaligned)?;
+        let leaves = take(&mut rest, places.leaves.count).ok_or(misaligned)?;
+        let tops = take(&mut rest, places.tops.count).ok_or(misaligned)?;
+        let laid = compute(level, Lay { stage, room: config.divided.min(MAX_DIVIDED), grid, leaves, tops, rest });
+        let Laid { total, unit, divided, adds_lobes } = laid.map_err(too_small)?;
+        let scale = scale(total);
+        let bytes = Places::new(grid, divided).bytes;
+        let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
+        *header = Header {
+            magic: Header::MAGIC,
+            environment: environment.header().content_id,
+            checksum: 0,
+            material: point.material.hash(),
+            integral: integral(total, unit, power),
+            unit,
+            scale,
+            bytes: bytes as u32,
+            grid,
+            divided: divided as u32,
+            flags: flag(surface.is_whole(), WHOLE_SPHERE) | flag(point.cosine_included, COSINE_INCLUDED),
+            lobes: point.material.lobes().len() as u32,
+            peak: if scale > 0.0 { allowed } else { 0.0 },
+            cone: cone.cosine,
+            normal: point.normal,
+            wo: point.wo,
+            axes: surface.axes(),
+            local_wo: surface.wo(),
+            lobe: lobes,
+            reserved: 0,
+        };
+        Ok(Prepared { bytes, adds_lobes: adds_lobes && scale > 0.0 })
     }
 }
 
@@ -248,18 +264,11 @@ pub fn integral(total: f32, unit: f64, power: f64) -> f64 {
     (f64::from(total) * unit * power).min(f64::MAX)
 }
 
-/// Replaces a surface by one whose lobes are all as wide as the grid resolves. Apart, so that its stack is free again.
+/// The surface with lobes that are all as wide as the grid resolves; `None` if they are. Apart, so that its stack is free again.
 #[inline(never)]
-fn widen(
-    surface: &mut Surface,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    mixture: &Mixture,
-) -> Result<(), Fault> {
-    if let Some(material) = &peak::widened(point.material, mixture) {
-        *surface = Surface::new(&Point { material, ..*point }, &environment.frame())?;
-    }
-    Ok(())
+fn widened(environment: &Environment<'_>, point: &Point<'_>, mixture: &Mixture) -> Result<Option<Surface>, Fault> {
+    let Some(material) = &peak::widened(point.material, mixture) else { return Ok(None) };
+    Surface::new(&Point { material, ..*point }, &environment.frame()).map(Some)
 }
 
 /// How F varies over a cell.
@@ -284,33 +293,396 @@ impl Smoothness {
             Smoothness::Wide
         }
     }
+
+    /// The least share of what division is worth in all cells for which a cell is divided, and the share of the light from which on it is looked at more
+    /// closely.
+    fn thresholds(self) -> (f32, f32) {
+        match self {
+            Smoothness::Any => (WORTH, BRIGHT),
+            Smoothness::Wide => (WORTH_IF_WIDE, BRIGHT),
+            Smoothness::Diffuse => (WORTH_IF_DIFFUSE, WORTH_IF_DIFFUSE),
+        }
+    }
+
+    /// What the division of cells may be worth, for their weights, shares of the light, and least corners where all corners are above the horizon.
+    #[inline(always)]
+    fn worth<F: Num>(self, weight: F, mass: F, least: F) -> F {
+        match self {
+            // The lobe may peak between corners and all that was looked at.
+            Smoothness::Any => weight,
+            // What is the same all over a cell is worth nothing.
+            Smoothness::Wide => weight - mass * least,
+            Smoothness::Diffuse => F::select(F::splat(0.0).lt(least), weight * FITTED, weight),
+        }
+    }
 }
 
-/// F before it is stored.
+/// How far normals of other hits may lie from this one, for which cosines are widened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cone {
+    /// The cosine of its half-angle; 1: this normal only.
+    cosine: f32,
+    /// The sine of its half-angle.
+    sine: f32,
+}
+
+impl Cone {
+    fn new(angle: f32) -> Cone {
+        if angle == 0.0 {
+            Cone { cosine: 1.0, sine: 0.0 }
+        } else {
+            Cone { cosine: libm::cosf(angle), sine: libm::sinf(angle) }
+        }
+    }
+}
+
+/// Evaluates the luminance of BRDF x cosine in directions of map space, a whole number of lanes of them; below the horizon of a
+/// hemisphere it goes on with negative sign, as if mirrored.
+///
+/// A cell that crosses the horizon would otherwise waste samples below: interpolation between corners that are clamped at 0
+/// reaches 0 at the lower corners only.
+struct Respond<'a> {
+    surface: &'a Surface,
+    cone: &'a Cone,
+    directions: [&'a [Short]; 3],
+    out: &'a mut [f32],
+}
+
+impl<F: Num> Apart<F> for Respond<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Respond { surface, cone, directions: [x, y, z], out } = self;
+        let width = F::WIDTH;
+        let groups = x.chunks_exact(width).zip(y.chunks_exact(width)).zip(z.chunks_exact(width));
+        let groups = groups.zip(out.chunks_exact_mut(width));
+        if let Some(albedo) = surface.diffuse().filter(|_| cone.sine == 0.0) {
+            for (((x, y), z), out) in groups {
+                let cosine = dot([read::<F>(x), read::<F>(y), read::<F>(z)], surface.normal());
+                out.copy_from_slice((cosine * albedo).store().as_ref());
+            }
+            return;
+        }
+        for (((x, y), z), out) in groups {
+            let mut w = surface.to_local([read::<F>(x), read::<F>(y), read::<F>(z)]);
+            let mut value = F::splat(f32::MIN);
+            // Once more if normals may turn: one loop, so that the lobes stand here once.
+            let mut again = cone.sine != 0.0;
+            loop {
+                value = value.max(signed(surface, w));
+                if !again {
+                    break;
+                }
+                w = raised(cone, w);
+                again = false;
+            }
+            out.copy_from_slice(value.store().as_ref());
+        }
+    }
+}
+
+#[inline(always)]
+fn signed<F: Num>(surface: &Surface, [x, y, z]: [F; 3]) -> F {
+    let whole = surface.is_whole();
+    let value = surface.value([x, y, if whole { z } else { z.abs() }]);
+    if whole { value } else { value.copysign(z) }
+}
+
+/// A direction turned towards the normal by the cone's half-angle, at most onto it: so the cosine is that to the nearest normal of
+/// the cone.
+#[inline(always)]
+fn raised<F: Num>(cone: &Cone, [x, y, z]: [F; 3]) -> [F; 3] {
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    let (cosine, sine) = (F::splat(cone.cosine), F::splat(cone.sine));
+    let across = (x * x + y * y).sqrt();
+    let inside = cosine.le(z);
+    let up = F::select(inside, one, z * cosine + across * sine);
+    let out = F::select(inside, zero, (across * cosine - z * sine).max(zero));
+    let scale = out / across.max(F::splat(f32::MIN_POSITIVE));
+    [x * scale, y * scale, up]
+}
+
+/// A number of the cells from place `first` of a group on; of `further` columns behind it.
+#[inline(always)]
+fn column<F: Num>(columns: &Columns, column: Column, further: usize, first: usize) -> F {
+    read(columns.get(column as usize + further).and_then(|of| of.get(first..)).unwrap_or(&[]))
+}
+
+/// Cones that contain cells, from a place of a group on.
+struct Cones<F> {
+    axis: [F; 3],
+    sine: F,
+    cosine: F,
+}
+
+impl<F: Num> Cones<F> {
+    #[inline(always)]
+    fn new(columns: &Columns, first: usize) -> Cones<F> {
+        let of = |which: Column| column::<F>(columns, which, 0, first);
+        let axis = [of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)];
+        Cones { axis, sine: of(Column::Sine), cosine: of(Column::Cosine) }
+    }
+
+    /// Which cells reach above the horizon, as far as any normal of a cone sees it.
+    #[inline(always)]
+    fn reach(&self, surface: &Surface, cone: &Cone) -> F::Mask {
+        let zero = F::splat(0.0);
+        if surface.is_whole() {
+            return F::le(zero, zero);
+        }
+        let up = dot(self.axis, surface.normal());
+        let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
+        let wider = (self.cosine * c - self.sine * s).le(zero);
+        let above = (zero - (self.sine * c + self.cosine * s) - ROUNDING).lt(up);
+        F::or(wider, above)
+    }
+
+    /// Which cells a direction falls into, or nearly.
+    #[inline(always)]
+    fn hold(&self, direction: [f32; 3]) -> F::Mask {
+        self.cosine.lt(dot(self.axis, direction))
+    }
+}
+
+/// The values at the corners of the cells from `first` on, from those of all corners: the light's four directions.
+#[inline(always)]
+fn corner_values<F: Num>(guide: &Guide<'_>, values: &[f32], first: usize) -> Corners<F> {
+    const BELOW: usize = 17;
+    const BELOW_IN_FACE: usize = 5;
+    let at = |cell: usize| values.get(guide.corner_of(cell)..).unwrap_or(&[]);
+    if guide.row_length() > 4 {
+        let values = at(first).first_chunk().unwrap_or(&[0.0; BELOW + 1 + GROUP]);
+        return [F::at(values, 0), F::at(values, 1), F::at(values, BELOW), F::at(values, BELOW + 1)];
+    }
+    // Rows have four cells, so that each half of the lanes lies in one.
+    let mut corners = [F::floats(); 4];
+    for half in 0..F::WIDTH / 4 {
+        let values = at(first + 4 * half).first_chunk().unwrap_or(&[0.0; BELOW_IN_FACE + 1 + 4]);
+        for (lanes, further) in corners.iter_mut().zip([0, 1, BELOW_IN_FACE, BELOW_IN_FACE + 1]) {
+            for (out, &x) in lanes.as_mut().iter_mut().skip(4 * half).zip(values.iter().skip(further).take(4)) {
+                *out = x;
+            }
+        }
+    }
+    let [a, b, c, d] = corners;
+    [F::load(a), F::load(b), F::load(c), F::load(d)]
+}
+
+/// F over the numbers of the cells from place `first` of a group on: interpolated to where the light of each quadrant is, and extrapolated to the corners.
+#[inline(always)]
+fn tilted<F: Num>(columns: &Columns, [a, b, c, d]: &Corners<F>, first: usize) -> Corners<F> {
+    let (upper, lower) = (*b - *a, *d - *c);
+    let mut at = [*a; 4];
+    for (quadrant, out) in at.iter_mut().enumerate() {
+        let across = column::<F>(columns, Column::Across, quadrant, first);
+        let (top, bottom) = (*a + upper * across, *c + lower * across);
+        *out = top + (bottom - top) * column::<F>(columns, Column::Down, quadrant, first);
+    }
+    // The corners of a bilinear function from its values at the middles of the quadrants.
+    let half = F::splat(0.5);
+    let apart = |low: F, high: F| {
+        let step = half * (high - low);
+        [low - step, high + step]
+    };
+    let [a, b, c, d] = at;
+    let ([a, b], [c, d]) = (apart(a, b), apart(c, d));
+    let ([a, c], [b, d]) = (apart(a, c), apart(b, d));
+    [a, b, c, d]
+}
+
+/// The largest of four.
+#[inline(always)]
+fn largest<F: Num>([a, b, c, d]: [F; 4]) -> F {
+    a.max(b).max(c.max(d))
+}
+
+/// The largest of some numbers.
+#[inline(always)]
+fn highest<F: Num>(lanes: F) -> f32 {
+    lanes.store().as_ref().iter().fold(0.0, |highest, &x| max(highest, x))
+}
+
+/// The cells whose division is worth most, most first; of equal ones the first.
+struct Chosen {
+    /// The bits of what it is worth, then those of the cell's number, inverted.
+    keys: [u64; MOST_CHOSEN],
+    room: usize,
+}
+
+/// A power of two, at least [`MAX_DIVIDED`].
+const MOST_CHOSEN: usize = 32;
+
+impl Chosen {
+    /// Adds a cell, which may take the place of the last one.
+    #[inline(always)]
+    fn add(&mut self, cell: u32, worth: f32) {
+        let key = u64::from(worth.to_bits()) << 32 | u64::from(!cell);
+        for place in (0..self.room).rev() {
+            let kept = self.keys[place % MOST_CHOSEN];
+            if kept > key {
+                break;
+            }
+            if place + 1 < self.room {
+                self.keys[(place + 1) % MOST_CHOSEN] = kept;
+            }
+            self.keys[place % MOST_CHOSEN] = key;
+        }
+    }
+
+    /// The cells, and how many there are.
+    fn cells(&self) -> ([u32; MOST_CHOSEN], usize) {
+        (self.keys.map(|key| !(key as u32)), self.keys.iter().take_while(|&&key| key > 0).count())
+    }
+}
+
+/// F at the middles of the parts of a group of divided cells, behind each other, then the borders of the parts.
+type Held = [[f32; GROUP]; 2 * MIDDLES];
+
+fn middles_of(held: &Held) -> &[[f32; GROUP]; MIDDLES] {
+    held.first_chunk().unwrap_or(&[[0.0; GROUP]; MIDDLES])
+}
+
+fn borders_of(held: &Held) -> &[[f32; GROUP]; BORDERS] {
+    held.get(MIDDLES..).and_then(|rest| rest.first_chunk()).unwrap_or(&[[1.0; GROUP]; BORDERS])
+}
+
+/// Whether a part reflects so little at its middle that most of its least value is wasted.
+#[inline(always)]
+fn is_wasted<F: Num>(middle: F, least: F) -> F::Mask {
+    middle.lt(F::splat(0.5) * least)
+}
+
+/// F over part (column, row) of the cells from place `first` of a group on: the middle's value with the slopes to its neighbours. `kept`: the least value where nothing is
+/// reflected, also not beside the part.
+#[inline(always)]
+fn part<F: Num>(
+    middles: &[[f32; GROUP]; MIDDLES],
+    first: usize,
+    [column, row]: [usize; 2],
+    least: F,
+    kept: F,
+) -> Corners<F> {
+    let at = |column: usize, row: usize| F::at(middles.get(row * PARTS + column).unwrap_or(&[0.0; GROUP]), first);
+    let value = at(column, row);
+    let half = F::splat(0.5);
+    let (left, right) = (at(column.saturating_sub(1), row), at((column + 1).min(PARTS - 1), row));
+    let (top, bottom) = (at(column, row.saturating_sub(1)), at(column, (row + 1).min(PARTS - 1)));
+    let across = slope::<F>(left, value, right, column) * half;
+    let down = slope::<F>(top, value, bottom, row) * half;
+    let [a, b, c, d] = [value - across - down, value + across - down, value - across + down, value + across + down];
+    let highest = value + F::splat(REACH) * (across.abs() + down.abs());
+    let is_dark = F::and(is_wasted::<F>(value, least), highest.le(F::splat(0.0)));
+    let floor = F::select(is_dark, kept, least).max(F::splat(FLOOR) * largest([a, b, c, d]));
+    [a.max(floor), b.max(floor), c.max(floor), d.max(floor)]
+}
+
+/// The slope over a part: at either end of a cell to the only neighbour; elsewhere the mean of both, but at most twice the smaller,
+/// so that a jump on one side does not overshoot on the other (van Leer 1977).
+#[inline(always)]
+fn slope<F: Num>(before: F, value: F, behind: F, place: usize) -> F {
+    let (zero, two) = (F::splat(0.0), F::splat(2.0));
+    let (left, right) = (value - before, behind - value);
+    if place == 0 {
+        return right;
+    }
+    if place == PARTS - 1 {
+        return left;
+    }
+    let mean = F::splat(0.5) * (left + right);
+    let limit = two * left.abs().min(right.abs());
+    let limited = (mean.abs().min(limit)).copysign(mean);
+    F::only(zero.lt(left * right), limited)
+}
+
+/// F before it is stored, in the unit of what leaves hold.
 struct Stage<'a> {
     guide: Guide<'a>,
     surface: &'a Surface,
-    cone: Cone,
-    heaviest: Heaviest,
+    cone: &'a Cone,
     /// The mirror direction, in map space; 0 if no lobe is narrow.
     peak: [f32; 3],
     /// The share of numbers that draws from narrow lobes.
     from_peak: f32,
-    constant: bool,
-    /// Whether the point has lobes that can be drawn from.
-    draws_lobes: bool,
     smoothness: Smoothness,
     work: &'a mut Work,
-    /// The largest value of F.
-    largest: f32,
+    /// Cells that were looked at more closely.
+    closer: [u32; CLOSER],
+    count: usize,
+    /// What their weights lack if F is everywhere as large as there.
+    missed: f32,
+    /// What F is multiplied by: twice, since once might leave the range of floats.
+    scale: [f32; 2],
     /// No leaf that counts is darker.
     darkest: f32,
-    /// Whether F is above 0 anywhere; elsewhere 1 stands for it.
-    any: bool,
+}
+
+/// What was laid.
+struct Laid {
+    /// The integral of F over the light's numbers, in units.
+    total: f32,
+    /// What F is for 1 in a leaf; 0 if it is 0 everywhere.
+    unit: f64,
+    divided: usize,
     /// Whether all lobes are drawn, since parts that reflect nothing take too much.
     adds_lobes: bool,
-    /// What such parts keep of their least value.
-    kept: f32,
+}
+
+/// Writes leaves and tables.
+struct Lay<'a, 'b> {
+    stage: Stage<'a>,
+    /// The most cells that are divided.
+    room: usize,
+    grid: [u32; 2],
+    leaves: &'b mut [Leaves],
+    tops: &'b mut [Quad],
+    /// The memory behind those.
+    rest: &'b mut [u8],
+}
+
+impl Compute for Lay<'_, '_> {
+    /// If the memory is too small, how many cells are to be divided.
+    type Output = Result<Laid, usize>;
+
+    #[inline(always)]
+    fn run<F: Num>(self) -> Result<Laid, usize> {
+        let Lay { mut stage, room, grid, leaves, tops, mut rest } = self;
+        let unit = stage.evaluate::<F>();
+        stage.lay::<F>(leaves);
+        let mut chosen = Chosen { keys: [0; MOST_CHOSEN], room };
+        if room > 0 && unit > 0.0 {
+            stage.look_closer::<F>();
+            stage.choose::<F>(&mut chosen);
+        }
+        let (cells, count) = chosen.cells();
+        let cells = cells.get(..count).unwrap_or(&[]);
+        let mut adds_lobes = false;
+        if !cells.is_empty() {
+            let quads = QUADS * cells.len();
+            let parts = take::<Leaves>(&mut rest, MIDDLES * cells.len().div_ceil(GROUP)).ok_or(cells.len())?;
+            let ends = take::<Quad>(&mut rest, quads).ok_or(cells.len())?;
+            let borders = take::<[Short; 4]>(&mut rest, quads.next_multiple_of(2)).ok_or(cells.len())?;
+            let wasted = stage.hold::<F>(cells, parts, borders);
+            let mut kept = 1.0;
+            if stage.surface.lobe_count() > 0 {
+                adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - stage.from_peak);
+                kept = min(MOST_WASTED / wasted, 1.0);
+            }
+            stage.divide::<F>(cells, kept, parts, ends);
+            for (number, &cell) in (1..).zip(cells) {
+                mark(leaves, cell, number);
+            }
+        }
+        let weights = stage.work.weights.get(..stage.guide.cells()).unwrap_or(&[]);
+        Ok(Laid { total: write_tops(weights, grid, tops), unit, divided: cells.len(), adds_lobes })
+    }
+}
+
+/// Notes in the leaf of a cell which of the divided ones it is.
+fn mark(leaves: &mut [Leaves], cell: u32, number: u32) {
+    let Some([upper, lower]) = leaves.get_mut(cell as usize / GROUP) else { return };
+    let lane = cell as usize % GROUP;
+    (upper[lane], lower[lane]) = (number << 16, 0);
 }
 
 impl<'a> Stage<'a> {
@@ -318,442 +690,278 @@ impl<'a> Stage<'a> {
         guide: Guide<'a>,
         surface: &'a Surface,
         (from_peak, peak): (f32, [f32; 3]),
-        cone: Cone,
-        config: &Config,
+        cone: &'a Cone,
         work: &'a mut Work,
     ) -> Stage<'a> {
+        let smoothness = Smoothness::of(surface, from_peak);
+        let (closer, scale) = ([0; CLOSER], [1.0; 2]);
         Stage {
             guide,
             surface,
             cone,
-            heaviest: Heaviest::new(config.divided),
             peak,
             from_peak,
-            constant: config.constant,
-            draws_lobes: surface.lobe_count() > 0,
-            smoothness: Smoothness::of(surface, from_peak),
+            smoothness,
             work,
-            largest: 0.0,
-            darkest: 0.0,
-            any: true,
-            adds_lobes: false,
-            kept: 1.0,
+            closer,
+            count: 0,
+            missed: 0.0,
+            scale,
+            darkest: 1.0,
         }
     }
 
-    /// Corners as they are stored.
+    /// F at the corners. Answers what F is for 1 in a leaf; where F is 0 everywhere, 0, and 1 stands for F.
     #[inline(always)]
-    fn finished<F: Num>(&self, [a, b, c, d]: [F; 4], scale: F) -> [F; 4] {
-        let [a, b, c, d] = [a * scale, b * scale, c * scale, d * scale];
-        if self.constant { [(a + b + (c + d)) * 0.25; 4] } else { [a, b, c, d] }
-    }
-
-    /// What F is divided by: a power of two of which its largest value is 1/4 to 1/2, so that extrapolation stays below 2.
-    fn unit(&self) -> f64 {
-        /// So that neither this nor its inverse leaves the range of normal floats.
-        const LEAST: i32 = -124;
-        crate::numeric::exp2i((exponent(self.largest.into()) + 2).max(LEAST))
-    }
-}
-
-/// Evaluates F everywhere, and chooses the cells that are divided.
-struct Evaluate<'a, 'b> {
-    stage: &'b mut Stage<'a>,
-}
-
-impl Compute for Evaluate<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<F: Num>(self) {
-        let mut values = [0.0; MAX_CORNERS];
-        self.stage.evaluate::<F>(&mut values);
-        self.stage.lay::<F>(&values);
-        self.stage.choose::<F>(&mut values);
-    }
-}
-
-impl Stage<'_> {
-    /// F at the corners; where it is 0 everywhere, 1.
-    #[inline(always)]
-    fn evaluate<F: Num>(&mut self, values: &mut [f32; MAX_CORNERS]) {
+    fn evaluate<F: Num>(&mut self) -> f64 {
         let zero = F::splat(0.0);
-        let (mut largest, mut sums, mut above) = (zero, [zero; REGISTERS], [zero; REGISTERS]);
-        respond::<F>(self.surface, &self.cone, self.guide.corner_directions(), values);
-        for group in values.chunks_exact(GROUP).take(self.guide.corners() / GROUP) {
-            for (value, (sum, above)) in group.chunks_exact(F::WIDTH).zip(sums.iter_mut().zip(&mut above)) {
-                let value = F::read(value);
-                let positive = value.max(zero);
-                largest = largest.max(positive);
-                *sum = *sum + positive.min(F::splat(LARGEST_SUMMED));
-                *above = *above + F::only(zero.lt(value), F::splat(1.0));
+        let Stage { surface, cone, .. } = *self;
+        let corners = self.guide.corners();
+        let values = self.work.values.as_flattened_mut();
+        F::apart(Respond { surface, cone, directions: self.guide.corner_directions(), out: values });
+        let values = values.get_mut(..corners).unwrap_or_default();
+        let mut largest = zero;
+        for group in values.chunks_exact(F::WIDTH) {
+            largest = largest.max(F::read(group));
+        }
+        let largest = highest(largest);
+        if !(largest > 0.0) {
+            self.work.values = [[1.0; GROUP]; MAX_CORNERS / GROUP];
+            return 0.0;
+        }
+        let unit = exponent(largest.into()) - LARGEST - exponent(STORED_ONE.into());
+        self.scale = [exp2i(-unit / 2) as f32, exp2i(-unit - -unit / 2) as f32];
+        let (mut sums, mut above) = ([zero; REGISTERS], [zero; REGISTERS]);
+        for group in values.chunks_exact_mut(GROUP) {
+            for (value, (sum, above)) in group.chunks_exact_mut(F::WIDTH).zip(sums.iter_mut().zip(&mut above)) {
+                let scaled = F::read(value) * self.scale[0] * self.scale[1];
+                value.copy_from_slice(scaled.store().as_ref());
+                *sum = *sum + scaled.max(zero);
+                *above = *above + F::only(zero.lt(scaled), F::splat(1.0));
             }
         }
-        self.largest = highest(largest);
-        let (sum, above) = (sum(sums), sum(above));
-        self.darkest = DARKEST * sum / above.max(1.0);
-        self.any = self.darkest > 0.0;
-        if !self.any {
-            values.fill(1.0);
-            (self.largest, self.darkest) = (1.0, 1.0);
-        }
+        self.darkest = DARKEST * sum(sums) / sum(above).max(1.0);
+        exp2i(unit)
     }
 
-    /// The leaves of whole cells, and their weights.
+    /// The leaves of whole cells, what they weigh and what their division is worth, and which are to be looked at more closely.
     #[inline(always)]
-    fn lay<F: Num>(&mut self, values: &[f32; MAX_CORNERS]) {
+    fn lay<F: Num>(&mut self, leaves: &mut [Leaves]) {
         let zero = F::splat(0.0);
-        let (quadrants, masses, cones) = (quadrants(&self.guide), self.guide.masses(), Cones::new(&self.guide));
-        let Work { corners, floors, weights } = &mut *self.work;
-        // Beyond the last cell.
-        weights.get_mut(self.guide.cells()..).unwrap_or_default().fill(0.0);
-        let kept = weights.chunks_exact_mut(GROUP).zip(floors.chunks_exact_mut(GROUP));
-        let groups = corners.iter_mut().zip(kept).zip(masses);
-        for (group, ((out, (weights, floors)), mass)) in groups.enumerate() {
+        let (_, bright) = self.smoothness.thresholds();
+        let (smoothness, surface, cone, darkest) = (self.smoothness, self.surface, self.cone, F::splat(self.darkest));
+        let (is_narrow, is_diffuse) = (self.peak != [0.0; 3], self.smoothness == Smoothness::Diffuse);
+        let groups = leaves.iter_mut().zip(self.guide.columns()).zip(self.guide.masses());
+        let Work { values, floors, weights, worth, .. } = &mut *self.work;
+        for (group, ((out, columns), mass)) in groups.enumerate() {
             for first in places::<F>() {
-                let counts = cones.reach::<F>(self.surface, &self.cone, group, first);
-                // Where nothing counts, nothing is left of what the memory held.
-                let (mut all, mut floor, mut sum) = ([zero; 4], zero, zero);
-                if F::bits(counts) != 0 {
-                    let corners = corner_values::<F>(&self.guide, values, group * GROUP + first);
-                    floor = F::only(counts, (largest(corners) * FLOOR).max(F::splat(self.darkest)));
-                    for (out, corner) in all.iter_mut().zip(tilted(&quadrants, &corners, group, first)) {
-                        *out = F::only(counts, corner.max(floor));
-                        sum = sum + *out;
+                let at = group * GROUP + first;
+                let cones = Cones::<F>::new(columns, first);
+                let counts = cones.reach(surface, cone);
+                if F::bits(counts) == 0 {
+                    for out in &mut *out {
+                        out.get_mut(first..first + F::WIDTH).unwrap_or_default().copy_from_slice(F::ints().as_ref());
                     }
+                    for out in [&mut *floors, &mut *weights, &mut *worth] {
+                        zero.write(out, at);
+                    }
+                    continue;
                 }
-                for (out, corner) in out.iter_mut().zip(all) {
-                    corner.write(out, first);
-                }
-                floor.write(floors, first);
-                (F::at(mass, first) * sum).write(weights, first);
-            }
-        }
-    }
-
-    /// The least corner of cells; 0 in those that reach below the horizon.
-    #[inline(always)]
-    fn least_corner<F: Num>(&self, group: usize, first: usize) -> F {
-        let [a, b, c, d] = self.work.corners.get(group).unwrap_or(&[[0.0; GROUP]; 4]);
-        let least = F::at(a, first).min(F::at(b, first)).min(F::at(c, first).min(F::at(d, first)));
-        let floor = F::at(&self.work.floors, group * GROUP + first);
-        F::only(floor.lt(least), least)
-    }
-
-    /// What the division of cells may be worth, for their weights.
-    #[inline(always)]
-    fn worth<F: Num>(&self, weights: F, group: usize, first: usize) -> F {
-        match self.smoothness {
-            // The lobe may peak between corners and all that was looked at.
-            Smoothness::Any => weights,
-            // What is the same all over a cell is worth nothing.
-            Smoothness::Wide => {
-                let mass = group_of::<F>(self.guide.masses(), group, first);
-                weights - F::splat(4.0) * mass * self.least_corner::<F>(group, first)
-            }
-            Smoothness::Diffuse => {
-                let is_above = F::splat(0.0).lt(self.least_corner::<F>(group, first));
-                F::select(is_above, weights * FITTED, weights)
-            }
-        }
-    }
-
-    /// Weighs cells again by F where their light is, if interpolation between corners may have missed it: cells with much light,
-    /// and those that the peak of a narrow lobe falls into.
-    #[inline(always)]
-    fn look_closer<F: Num>(&mut self) {
-        let mut cells = [0u32; CLOSER];
-        let mut count = 0;
-        let (masses, cones, is_narrow) = (self.guide.masses(), Cones::new(&self.guide), self.peak != [0.0; 3]);
-        let bright = if self.smoothness == Smoothness::Diffuse { WORTH_IF_DIFFUSE } else { BRIGHT };
-        for (group, masses) in masses.iter().enumerate() {
-            for first in places::<F>() {
-                let mut counts = F::splat(bright).lt(F::at(masses, first));
+                let corners = corner_values::<F>(&self.guide, values.as_flattened(), at);
+                let floor = F::only(counts, (largest(corners) * FLOOR).max(darkest));
+                let [a, b, c, d] = tilted(columns, &corners, first);
+                let corners = [a.max(floor), b.max(floor), c.max(floor), d.max(floor)];
+                let mean = store::<F>(&corners, counts, out, first);
+                let least = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
+                let least = F::only(F::and(counts, floor.lt(least)), least);
+                let mass = F::at(mass, first);
+                let weight = mass * mean;
+                floor.write(floors, at);
+                weight.write(weights, at);
+                smoothness.worth(weight, mass, least).write(worth, at);
+                let mut closer = F::splat(bright).lt(mass);
                 if is_narrow {
-                    counts = F::or(counts, cones.hold::<F>(self.peak, group, first));
+                    closer = F::or(closer, cones.hold(self.peak));
                 }
-                if self.smoothness == Smoothness::Diffuse {
-                    let is_below = self.least_corner::<F>(group, first).le(F::splat(0.0));
-                    counts = F::and(counts, is_below);
+                if is_diffuse {
+                    closer = F::and(closer, least.le(zero));
                 }
-                let mut bits = F::bits(counts);
-                while bits != 0 && count < CLOSER {
-                    if let Some(cell) = cells.get_mut(count) {
-                        *cell = (group * GROUP + first) as u32 + bits.trailing_zeros();
+                let mut bits = F::bits(F::and(closer, counts));
+                while bits != 0 {
+                    if let Some(out) = self.closer.get_mut(self.count) {
+                        *out = at as u32 + bits.trailing_zeros();
+                        self.count += 1;
                     }
                     bits &= bits - 1;
-                    count += 1;
                 }
             }
         }
-        let looked_at: &[usize] = if is_narrow { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
-        for cells in cells.get(..count).unwrap_or(&[]).chunks(GROUP) {
-            let mut directions = [[0; MOST_LOOKED_AT * GROUP]; 3];
+    }
+
+    /// F at the middles of the parts of a cell.
+    #[inline(always)]
+    fn middles<F: Num>(&self, cell: u32, out: &mut [f32]) {
+        let Stage { surface, cone, .. } = *self;
+        F::apart(Respond { surface, cone, directions: self.guide.middles(cell as usize), out });
+        for out in out.chunks_exact_mut(F::WIDTH) {
+            out.copy_from_slice((F::read(out) * self.scale[0] * self.scale[1]).store().as_ref());
+        }
+    }
+
+    /// Weighs cells again by F where their light is, since interpolation between corners may have missed it.
+    #[inline(always)]
+    fn look_closer<F: Num>(&mut self) {
+        let looked_at: &[usize] = if self.peak != [0.0; 3] { &LOOKED_AT_IF_NARROW } else { &LOOKED_AT };
+        let scale = self.scale;
+        for cells in self.closer.get(..self.count).unwrap_or(&[]).chunks(GROUP) {
+            let mut directions = [[[1; GROUP]; MOST_LOOKED_AT]; 3];
             for (lane, &cell) in cells.iter().enumerate() {
-                let middles = self.guide.middles(cell as usize).map(|of| of.first_chunk().unwrap_or(&[0; MIDDLES]));
-                for (out, &part) in (lane..).step_by(GROUP).zip(looked_at) {
-                    for (directions, middles) in directions.iter_mut().zip(middles) {
-                        if let Some(direction) = directions.get_mut(out) {
-                            *direction = middles[part % MIDDLES];
-                        }
-                    }
+                let parts = self.guide.parts(cell as usize);
+                let [x, y, z] = &mut directions;
+                for (((x, y), z), &part) in x.iter_mut().zip(y).zip(z).zip(looked_at) {
+                    let (lane, part) = (lane % GROUP, part % MIDDLES);
+                    (x[lane], y[lane], z[lane]) = (parts[part], parts[MIDDLES + part], parts[2 * MIDDLES + part]);
                 }
             }
-            let mut values = [0.0; MOST_LOOKED_AT * GROUP];
-            let directions = directions.each_ref().map(|column| column.get(..looked_at.len() * GROUP).unwrap_or(&[]));
-            respond::<F>(self.surface, &self.cone, directions, &mut values);
+            let mut values = [[0.5; GROUP]; MOST_LOOKED_AT];
+            let count = looked_at.len() * GROUP;
+            let [x, y, z] = directions.each_ref().map(|of| of.as_flattened().get(..count).unwrap_or(&[]));
+            let Stage { surface, cone, .. } = *self;
+            F::apart(Respond { surface, cone, directions: [x, y, z], out: values.as_flattened_mut() });
             let mut largest = [0.0; GROUP];
-            for values in values.chunks_exact(GROUP) {
-                for (largest, &value) in largest.iter_mut().zip(values) {
-                    *largest = crate::numeric::max(*largest, value);
-                }
+            for first in places::<F>() {
+                let all = values.iter().take(looked_at.len());
+                let most = all.fold(F::splat(0.0), |most, values| most.max(F::at(values, first)));
+                (most * scale[0] * scale[1]).write(&mut largest, first);
             }
             for (&cell, value) in cells.iter().zip(largest) {
-                let mass = self.guide.mass(cell as usize);
-                if let Some(weight) = self.work.weights.get_mut(cell as usize).filter(|weight| **weight > 0.0) {
-                    *weight = crate::numeric::max(*weight, 4.0 * mass * value);
+                let own = self.work.weights.get(cell as usize).copied().unwrap_or(0.0);
+                let missed = max(self.guide.mass(cell as usize) * value - own, 0.0);
+                if let Some(worth) = self.work.worth.get_mut(cell as usize) {
+                    *worth += missed;
                 }
+                self.missed += missed;
             }
         }
     }
 
-    /// Chooses the cells whose division is worth most. `room`: for a number of each cell.
+    /// Chooses the cells whose division is worth most.
     #[inline(always)]
-    fn choose<F: Num>(&mut self, room: &mut [f32; MAX_CORNERS]) {
-        if self.heaviest.room() == 0 || !self.any {
-            return;
-        }
-        self.look_closer::<F>();
-        let Some(left) = room.get_mut(..MAX_CELLS) else { return };
+    fn choose<F: Num>(&self, chosen: &mut Chosen) {
+        let cells = self.guide.cells();
+        let (weights, worth) = (&self.work.weights, &self.work.worth);
         let mut sums = [F::splat(0.0); REGISTERS];
-        let groups = left.chunks_exact_mut(GROUP).zip(self.work.weights.chunks_exact(GROUP));
-        for (group, (left, weights)) in groups.enumerate() {
-            for (first, sum) in places::<F>().zip(&mut sums) {
-                let weights = F::at(weights, first);
-                *sum = *sum + weights;
-                self.worth::<F>(weights, group, first).write(left, first);
+        for weights in weights.chunks_exact(GROUP).take(cells / GROUP) {
+            for (weights, sum) in weights.chunks_exact(F::WIDTH).zip(&mut sums) {
+                *sum = *sum + F::read(weights);
             }
         }
-        let share = match self.smoothness {
-            Smoothness::Any => WORTH,
-            Smoothness::Wide => WORTH_IF_WIDE,
-            Smoothness::Diffuse => WORTH_IF_DIFFUSE,
-        };
-        self.heaviest.choose::<F>(left, share * sum(sums));
-    }
-
-    /// Notes the borders of the divided cells' parts, evaluates F at their middles, and keeps it where the ends of those parts will stand.
-    #[inline(always)]
-    fn divide<F: Num>(&mut self, ends: &mut [[f32; GROUP]]) {
-        let mut largest = F::splat(self.largest);
-        for (cells, ends) in self.heaviest.cells().chunks(GROUP).zip(ends.chunks_exact_mut(OF_DIVIDED)) {
-            let Some((ends, borders)) = ends.split_at_mut_checked(PART_ENDS) else { break };
-            divide::borders(&self.guide, cells, borders);
-            if let Some(out) = ends.last_chunk_mut::<MIDDLES>() {
-                // Lanes without a cell.
-                *out = [[0.0; GROUP]; MIDDLES];
-                divide::middles::<F>(self.surface, &self.cone, &self.guide, cells, out);
-                for numbers in out.as_flattened().chunks_exact(F::WIDTH) {
-                    largest = largest.max(F::read(numbers));
-                }
+        let (share, _) = self.smoothness.thresholds();
+        let least = share * (sum(sums) + self.missed);
+        for (place, worth) in worth.chunks_exact(F::WIDTH).take(cells / F::WIDTH).enumerate() {
+            let mut bits = F::bits(F::splat(least).lt(F::read(worth)));
+            while bits != 0 {
+                let lane = bits.trailing_zeros();
+                chosen.add((place * F::WIDTH) as u32 + lane, worth.get(lane as usize).copied().unwrap_or(0.0));
+                bits &= bits - 1;
             }
         }
-        self.largest = highest(largest);
-        if self.draws_lobes {
-            let wasted = self.wasted::<F>(ends);
-            self.adds_lobes = wasted > LITTLE_WASTED && 1.0 + wasted > (1.0 + WASTED) * (1.0 - self.from_peak);
-            self.kept = (MOST_WASTED / wasted).min(1.0);
+    }
+
+    /// Keeps F at the middles of the parts of divided cells and the borders of the parts where their leaves will stand, and writes the borders. The weights
+    /// of the cells become 0. Answers what parts that reflect nothing would take by their least value, over what all others reflect.
+    #[inline(always)]
+    fn hold<F: Num>(&mut self, cells: &[u32], parts: &mut [Leaves], all_borders: &mut [[Short; 4]]) -> f32 {
+        if let Some(last) = all_borders.last_mut() {
+            *last = [0; 4];
         }
-    }
-
-    /// The least value of each part of divided cells, as many as there are lanes.
-    #[inline(always)]
-    fn least<F: Num>(&self, cells: &[u32]) -> F {
-        let of = |lane: usize| cells.get(lane).and_then(|&cell| self.work.floors.get(cell as usize)).copied();
-        F::splat(self.darkest).max(F::each(|lane| of(lane).unwrap_or(0.0)) * KEPT)
-    }
-
-    /// What parts that reflect nothing would take by their least value, over what all others reflect. The weights of divided cells, which
-    /// their parts will give, become 0.
-    #[inline(always)]
-    fn wasted<F: Num>(&mut self, ends: &[[f32; GROUP]]) -> f32 {
         let zero = F::splat(0.0);
-        let (mut wasted, mut reflected, mut undivided) = ([zero; REGISTERS], [zero; REGISTERS], [zero; REGISTERS]);
-        for (cells, ends) in self.heaviest.cells().chunks(GROUP).zip(ends.chunks_exact(OF_DIVIDED)) {
-            let (ends, borders) = ends.split_at_checked(PART_ENDS).unwrap_or_default();
-            let (rows, columns) = borders.split_at_checked(PARTS - 1).unwrap_or_default();
-            let parts = ends.last_chunk::<MIDDLES>().map_or(&[][..], |middles| middles);
-            let sums = wasted.iter_mut().zip(&mut reflected);
-            for ((cells, first), (wasted, reflected)) in cells.chunks(F::WIDTH).zip(places::<F>()).zip(sums) {
-                let mut masses = F::floats();
-                for (mass, &cell) in masses.as_mut().iter_mut().zip(cells) {
-                    *mass = self.guide.mass(cell as usize);
-                    if let Some(weight) = self.work.weights.get_mut(cell as usize) {
-                        *weight = 0.0;
-                    }
+        let (mut wasted, mut reflected) = ([zero; REGISTERS], [zero; REGISTERS]);
+        let mut all_borders = all_borders.chunks_exact_mut(QUADS);
+        for (cells, parts) in cells.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES)) {
+            let Some(parts) = parts.first_chunk_mut::<MIDDLES>() else { break };
+            let held: &mut Held = cast_mut(parts);
+            let (mut masses, mut floors) = ([0.0; GROUP], [0.0; GROUP]);
+            for (lane, &cell) in cells.iter().enumerate() {
+                let mut all = [0.5; 2 * MIDDLES];
+                let (middles, borders) = all.split_at_mut(MIDDLES);
+                self.middles::<F>(cell, middles);
+                let steps = self.guide.steps(cell as usize);
+                for (out, &step) in borders.iter_mut().zip(steps) {
+                    *out = guide::value(step);
                 }
-                let (mass, least) = (F::load(masses), self.least::<F>(cells));
-                let rows = tops::widths::<F>(rows, first).into_iter().zip(columns.chunks_exact(PARTS - 1));
-                for (middles, (height, columns)) in parts.chunks_exact(PARTS).zip(rows) {
-                    for (middle, width) in middles.iter().zip(tops::widths::<F>(columns, first)) {
+                if lane == 0 {
+                    // Lanes without a cell are as the first one.
+                    held.iter_mut().zip(&all).for_each(|(row, &x)| *row = [x; GROUP]);
+                }
+                held.iter_mut().zip(&all).for_each(|(row, &x)| row[lane % GROUP] = x);
+                let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = *steps;
+                if let Some(out) = all_borders.next().and_then(|out| out.first_chunk_mut()) {
+                    *out = [[a, b, c, 0], [d, e, f, 0], [g, h, i, 0], [j, k, l, 0], [m, n, o, 0]];
+                }
+                masses[lane % GROUP] = self.guide.mass(cell as usize);
+                floors[lane % GROUP] = self.work.floors.get(cell as usize).copied().unwrap_or(0.0);
+                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+                    *weight = 0.0;
+                }
+            }
+            let (rows, columns) = borders_of(held).split_at(PARTS - 1);
+            for (first, (wasted, reflected)) in places::<F>().zip(wasted.iter_mut().zip(&mut reflected)) {
+                let (mass, least) = (F::at(&masses, first), self.least(F::at(&floors, first)));
+                let rows = widths::<F>(rows, first).into_iter().zip(columns.chunks_exact(PARTS - 1));
+                for (middles, (height, columns)) in middles_of(held).chunks_exact(PARTS).zip(rows) {
+                    for (middle, width) in middles.iter().zip(widths::<F>(columns, first)) {
                         let (middle, mass) = (F::at(middle, first), mass * (height * width));
-                        *wasted = *wasted + F::only(divide::is_wasted::<F>(middle, least), mass * least);
+                        *wasted = *wasted + F::only(is_wasted::<F>(middle, least), mass * least);
                         *reflected = *reflected + mass * middle.max(zero);
                     }
                 }
             }
         }
-        for weights in self.work.weights.chunks_exact(GROUP) {
-            for (sum, weights) in undivided.iter_mut().zip(weights.chunks_exact(F::WIDTH)) {
+        for weights in self.work.weights.chunks_exact(GROUP).take(self.guide.cells() / GROUP) {
+            for (sum, weights) in reflected.iter_mut().zip(weights.chunks_exact(F::WIDTH)) {
                 *sum = *sum + F::read(weights);
             }
         }
-        // Of the undivided cells these are sums of four corners.
-        for (useful, undivided) in reflected.iter_mut().zip(undivided) {
-            *useful = undivided * 0.25 + *useful;
-        }
-        sum(wasted) / sum(reflected).max(f32::MIN_POSITIVE)
+        sum(wasted) / max(sum(reflected), f32::MIN_POSITIVE)
     }
-}
 
-/// Cells with this share of the light are looked at more closely, up to [`CLOSER`]; if all lobes are Lambert's, with [`WORTH_IF_DIFFUSE`].
-const BRIGHT: f32 = 0.01;
-/// The most cells that are looked at more closely.
-const CLOSER: usize = 2 * GROUP;
-/// The parts whose middles are looked at: opposite ones of the inner four.
-const LOOKED_AT: [usize; 2] = [5, 10];
-/// The same under a narrow lobe, whose flank may lie at any side of the light.
-const LOOKED_AT_IF_NARROW: [usize; MOST_LOOKED_AT] = [0, 3, 6, 12, 15];
-/// How many parts of a cell are looked at, at most.
-const MOST_LOOKED_AT: usize = 5;
-
-/// Values above this are not summed as they are: the sum of all corners stays finite.
-const LARGEST_SUMMED: f32 = f32::MAX / (2 * MAX_CORNERS) as f32;
-
-/// The largest of some numbers.
-#[inline(always)]
-fn highest<F: Num>(lanes: F) -> f32 {
-    let mut highest = 0.0;
-    for &x in lanes.store().as_ref() {
-        highest = crate::numeric::max(highest, x);
-    }
-    highest
-}
-
-/// Cones that contain cells, in groups of cells.
-struct Cones<'a> {
-    axis: [&'a [[Short; GROUP]]; 3],
-    sine: &'a [[Short; GROUP]],
-    cosine: &'a [[Short; GROUP]],
-}
-
-impl<'a> Cones<'a> {
+    /// The least value of each part of divided cells, for those of the cells.
     #[inline(always)]
-    fn new(guide: &Guide<'a>) -> Cones<'a> {
-        let of = |column: Column| guide.groups(column, 0);
-        Cones {
-            axis: [of(Column::AxisX), of(Column::AxisY), of(Column::AxisZ)],
-            sine: of(Column::Sine),
-            cosine: of(Column::Cosine),
-        }
+    fn least<F: Num>(&self, floor: F) -> F {
+        F::splat(self.darkest).max(floor * KEPT)
     }
 
+    /// The leaves of the parts of divided cells, from what was held there, the sums over them, and the weights of the cells. `kept`: the part of the least
+    /// value that parts keep which reflect nothing.
     #[inline(always)]
-    fn axis<F: Num>(&self, group: usize, first: usize) -> [F; 3] {
-        let [x, y, z] = self.axis;
-        [shorts_of::<F>(x, group, first), shorts_of::<F>(y, group, first), shorts_of::<F>(z, group, first)]
-    }
-
-    /// Which cells reach above the horizon, as far as any normal of a cone sees it.
-    #[inline(always)]
-    fn reach<F: Num>(&self, surface: &Surface, cone: &Cone, group: usize, first: usize) -> F::Mask {
-        let zero = F::splat(0.0);
-        if surface.is_whole() {
-            return F::le(zero, zero);
-        }
-        let [.., up] = surface.to_local(self.axis::<F>(group, first));
-        let (sine, cosine) = (shorts_of::<F>(self.sine, group, first), shorts_of::<F>(self.cosine, group, first));
-        let (c, s) = (F::splat(cone.cosine), F::splat(cone.sine));
-        let wider = (cosine * c - sine * s).le(zero);
-        let above = (zero - (sine * c + cosine * s) - ROUNDING).lt(up);
-        F::or(wider, above)
-    }
-
-    /// Which cells a direction falls into, or nearly.
-    #[inline(always)]
-    fn hold<F: Num>(&self, [x, y, z]: [f32; 3], group: usize, first: usize) -> F::Mask {
-        let [axis_x, axis_y, axis_z] = self.axis::<F>(group, first);
-        let along = axis_x * x + axis_y * y + axis_z * z;
-        shorts_of::<F>(self.cosine, group, first).lt(along)
-    }
-}
-
-/// Writes leaves and tables. Answers the integral of F over the light's numbers, in units.
-struct Write<'a, 'b> {
-    stage: &'b mut Stage<'a>,
-    grid: [u32; 2],
-    leaves: &'b mut [Leaves],
-    tops: &'b mut [f32],
-    ends: &'b mut [[f32; GROUP]],
-}
-
-impl Compute for Write<'_, '_> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn run<F: Num>(self) -> f32 {
-        let Write { stage, grid, leaves, tops, ends } = self;
-        stage.divide::<F>(ends);
-        let scale = F::splat((1.0 / stage.unit()) as f32);
-        let (cells, masses) = (stage.guide.cells(), stage.guide.masses());
-        let (whole, parts) = leaves.split_at_mut_checked(cells / GROUP).unwrap_or_default();
-        for (group, (out, corners)) in whole.iter_mut().zip(&stage.work.corners).enumerate() {
+    fn divide<F: Num>(&mut self, cells: &[u32], kept: f32, parts: &mut [Leaves], all_ends: &mut [Quad]) {
+        let always = F::splat(0.0).le(F::splat(0.0));
+        let mut all_ends = all_ends.chunks_exact_mut(QUADS);
+        for (cells, parts) in cells.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES)) {
+            let Some(parts) = parts.first_chunk_mut::<MIDDLES>() else { break };
+            let held: Held = *cast_ref(parts);
+            let (mut of_cells, mut ends): (_, Ends) = ([0.5; GROUP], [[[0.5; GROUP]; PARTS]; QUADS]);
             for first in places::<F>() {
-                let [a, b, c, d] = corners.each_ref().map(|corner| F::at(corner, first));
-                // Corners that count are above 0; half of all groups lie below the horizon.
-                if F::bits(F::splat(0.0).lt(a)) == 0 {
-                    for words in &mut *out {
-                        words.get_mut(first..first + F::WIDTH).unwrap_or_default().fill(0);
-                    }
-                    continue;
-                }
-                let mean = store::<F>(&stage.finished([a, b, c, d], scale), out, first);
-                let weight = group_of::<F>(masses, group, first) * mean;
-                weight.write(&mut stage.work.weights, group * GROUP + first);
-            }
-        }
-        let divided = stage.heaviest.cells();
-        let groups = divided.chunks(GROUP).zip(parts.chunks_exact_mut(MIDDLES));
-        for (group, ((cells, out), ends)) in groups.zip(ends.chunks_exact_mut(OF_DIVIDED)).enumerate() {
-            let Some((ends, borders)) = ends.split_at_mut_checked(PART_ENDS) else { break };
-            let mut of_cells = [0.0; GROUP];
-            for first in places::<F>() {
-                let (Some(middles), Some(borders)) = (ends.last_chunk(), borders.first_chunk()) else { break };
+                let floor =
+                    |lane| cells.get(first + lane).and_then(|&cell| self.work.floors.get(cell as usize)).copied();
+                let least = self.least(F::each(|lane| floor(lane).unwrap_or(0.0)));
                 let mut means = [F::splat(0.0); MIDDLES];
-                let least = stage.least::<F>(cells.get(first..).unwrap_or(&[]));
-                let kept = least * stage.kept;
-                for ((index, mean), out) in means.iter_mut().enumerate().zip(&mut *out) {
-                    let corners = divide::part::<F>(middles, first, [index % PARTS, index / PARTS], least, kept);
-                    *mean = store::<F>(&stage.finished(corners, scale), out, first);
+                for ((index, mean), out) in means.iter_mut().enumerate().zip(&mut *parts) {
+                    let place = [index % PARTS, index / PARTS];
+                    let corners = part::<F>(middles_of(&held), first, place, least, least * kept);
+                    *mean = store::<F>(&corners, always, out, first);
                 }
-                tops::write_parts(&means, borders, ends, first).write(&mut of_cells, first);
+                sum_parts(&means, borders_of(&held), &mut ends, first).write(&mut of_cells, first);
             }
-            for ((lane, &cell), mean) in cells.iter().enumerate().zip(of_cells) {
-                if let Some(weight) = stage.work.weights.get_mut(cell as usize) {
-                    *weight = stage.guide.mass(cell as usize) * mean;
+            for ((lane, &cell), out) in cells.iter().enumerate().zip(&mut all_ends) {
+                for (out, [a, b, c, d]) in out.iter_mut().zip(&ends) {
+                    *out = [a[lane], b[lane], c[lane], d[lane]];
                 }
-                mark(whole, cell, group * GROUP + lane);
+                if let Some(weight) = self.work.weights.get_mut(cell as usize) {
+                    *weight = self.guide.mass(cell as usize) * of_cells[lane];
+                }
             }
         }
-        tops.get_mut(super::stored::tops(grid)..).unwrap_or_default().fill(0.0);
-        tops::write(stage.work.weights.get(..cells).unwrap_or(&[]), grid, tops)
     }
-}
-
-/// Notes in the leaf of a cell which of the divided ones it is.
-fn mark(leaves: &mut [Leaves], cell: u32, number: usize) {
-    let Some([a, b, ..]) = leaves.get_mut(cell as usize / GROUP) else { return };
-    let lane = cell as usize % GROUP;
-    a[lane] = 0;
-    b[lane] = number as u16 + 1;
 }

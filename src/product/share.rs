@@ -8,11 +8,10 @@
 use super::density::Shaded;
 use super::peak::add_all;
 use super::stored::{Header, Product};
-use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
 use crate::light::environment::Environment;
 use crate::points::hammersley;
-use crate::simd::{Compute, GROUP, Level, Num, REGISTERS, compute, places, sum};
+use crate::simd::{Four, GROUP, Num, REGISTERS, places, sum};
 use crate::sphere::Frame;
 use bytemuck::try_from_bytes_mut;
 
@@ -31,28 +30,17 @@ const LEAST_PART: f32 = 0.1;
 
 /// Writes the share into the product of a point, whose header says how much the width of its lobes allows. `adds_lobes`: whether all
 /// lobes are to be drawn, too.
-///
-/// # Errors
-/// What is wrong with the point.
-#[inline(never)]
-pub fn decide(
-    level: Level,
-    environment: &Environment<'_>,
-    point: &Point<'_>,
-    adds_lobes: bool,
-    product: &mut [u8],
-) -> Result<(), Fault> {
+#[inline(always)]
+pub fn decide(environment: &Environment<'_>, surface: &Surface, adds_lobes: bool, product: &mut [u8]) {
     let allowed = header_of(product).map_or(0.0, |header| header.peak);
     if !(allowed > WORTH_TRYING || adds_lobes) {
-        return Ok(());
+        return;
     }
-    let surface = &Surface::new(point, &environment.frame())?;
-    let share = if allowed > WORTH_TRYING { tried(level, environment, surface, product) } else { allowed };
+    let share = if allowed > WORTH_TRYING { tried(environment, surface, product) } else { allowed };
     let share = share.min(allowed).min(MOST).max(LEAST_PART * allowed);
     if let Some(header) = header_of(product) {
         header.peak = if adds_lobes { add_all(&mut header.lobe, share, surface) } else { share };
     }
-    Ok(())
 }
 
 fn header_of(product: &mut [u8]) -> Option<&mut Header> {
@@ -61,11 +49,12 @@ fn header_of(product: &mut [u8]) -> Option<&mut Header> {
 
 /// The share of the lobes in what the directions bring. Apart, so that its stack is free again.
 #[inline(never)]
-fn tried(level: Level, environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
+fn tried(environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
     let Some(product) = Product::view(product) else { return 1.0 };
     let shaded = &Shaded { light: environment.light(), product };
-    let of_grid = compute(level, OfGrid { shaded, frame: &environment.frame() });
-    compute(level, Trial { shaded, surface, of_grid })
+    // Four at a time: a trial is rare, and wider registers would gain little for 30 kB of code.
+    let of_grid = of_grid::<Four>(shaded, &environment.frame());
+    Trial { shaded, surface, of_grid }.share::<Four>()
 }
 
 /// Numbers of the directions from place `first` on.
@@ -78,27 +67,18 @@ fn numbers<F: Num>(first: usize) -> [F; 2] {
     [F::load(across), F::load(down)]
 }
 
-/// Eight directions of the grid. Before the trial, so that the deep stack of samples does not lie on top of it.
-struct OfGrid<'a> {
-    shaded: &'a Shaded<'a>,
-    frame: &'a Frame,
-}
-
-impl Compute for OfGrid<'_> {
-    type Output = [[f32; GROUP]; 5];
-
-    /// Directions of map space, and their densities by the grid and in the light.
-    #[inline(always)]
-    fn run<F: Num>(self) -> [[f32; GROUP]; 5] {
-        let mut all = [[0.0; GROUP]; 5];
-        for first in places::<F>() {
-            let ([x, y, z], (grid, light)) = self.shaded.draw_grid::<F>(self.frame, numbers::<F>(first));
-            for (out, x) in all.iter_mut().zip([x, y, z, grid, light]) {
-                x.write(out, first);
-            }
+/// Eight directions of the grid, of map space, with their densities by the grid and in the light. Before the trial, so that the deep stack of samples does
+/// not lie on top of it.
+#[inline(never)]
+fn of_grid<F: Num>(shaded: &Shaded<'_>, frame: &Frame) -> [[f32; GROUP]; 5] {
+    let mut all = [[0.5; GROUP]; 5];
+    for first in places::<F>() {
+        let ([x, y, z], (grid, light)) = shaded.draw_grid::<F>(frame, numbers::<F>(first));
+        for (out, x) in all.iter_mut().zip([x, y, z, grid, light]) {
+            x.write(out, first);
         }
-        all
     }
+    all
 }
 
 /// A trial in which fewer of the lobes' eight directions bring anything says too little: beyond a critical angle most of them miss, and
@@ -121,12 +101,10 @@ struct Tried<F> {
     lobes: F,
 }
 
-impl Compute for Trial<'_> {
-    type Output = f32;
-
+impl Trial<'_> {
     /// The share of the lobes; 1 if too little was found.
-    #[inline(always)]
-    fn run<F: Num>(self) -> f32 {
+    #[inline(never)]
+    fn share<F: Num>(&self) -> f32 {
         let Trial { shaded, of_grid, .. } = self;
         let Some(peak) = &shaded.product.peak else { return 1.0 };
         let zero = F::splat(0.0);
@@ -155,9 +133,7 @@ impl Compute for Trial<'_> {
         }
         share
     }
-}
 
-impl Trial<'_> {
     /// Directions of map space with these densities by the grid and in the light.
     #[inline(always)]
     fn look<F: Num>(&self, direction: [F; 3], (grid, light): (F, F)) -> Tried<F> {

@@ -9,10 +9,10 @@ use wis::ffi::product::*;
 use wis::ffi::sampler::{SamplerConfig, SamplerObject, wis_sampler_init, wis_sampler_size};
 use wis::ffi::sampling::{wis_invert, wis_pdf, wis_sample};
 use wis::ffi::{Diagnostic, MemorySize};
-use wis::light::parts::{BORDERS, MIDDLES, PARTS};
+use wis::light::parts::PARTS;
 use wis::object::checksum;
 use wis::product::info::GridInfo;
-use wis::product::stored::{Header, Leaves, Lengths, PART_ENDS};
+use wis::product::stored::{Header, Places};
 use wis::sample::Sample;
 use wis::status::Status;
 
@@ -176,23 +176,25 @@ fn another_light_is_a_mismatch() {
     }
 }
 
+/// The parts of a product with its header.
+fn places(object: &[u8]) -> Places {
+    let grid = [word(object, offset_of!(Header, grid)), word(object, offset_of!(Header, grid) + 4)];
+    Places::new(grid, word(object, offset_of!(Header, divided)) as usize)
+}
+
 /// Where F is the same everywhere, a border can move with the end of its part: all tables still follow from the leaves.
 #[test]
 fn borders_that_the_light_does_not_have_are_refused() {
-    const OF_LANES: usize = size_of::<[f32; 8]>();
     let even = product((&[], 8, WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED), WIS_PRODUCT_CHECKSUM);
-    let grid = [word(&even, offset_of!(Header, grid)), word(&even, offset_of!(Header, grid) + 4)];
-    let lengths = Lengths::new(grid, word(&even, offset_of!(Header, divided)) as usize);
-    let ends = size_of::<Header>() + size_of::<Leaves>() * lengths.leaves + 4 * lengths.tops;
-    // Of the first cell that is divided: its first part, and that part's end along its row.
-    let (end, border) = (ends + OF_LANES * (PART_ENDS - MIDDLES), ends + OF_LANES * (PART_ENDS + PARTS - 1));
+    // Of the first cell that is divided: the end of its first part along its row, and that part's border.
+    let (end, border) = (places(&even).ends.offset + 4 * PARTS, places(&even).borders.offset + 2 * PARTS);
     let number = |at| f32::from_bits(word(&even, at));
-    assert_eq!((number(border), number(end)), (0.25, 0.25 * number(end + OF_LANES * (PARTS - 1))));
+    let step = |at: usize| i16::from_ne_bytes(even[at..at + 2].try_into().unwrap());
+    assert_eq!((step(border), number(end)), (1 << 13, 0.25 * number(end + 4 * (PARTS - 1))));
     assert_eq!(KIND.open_sealed(&even), Status::Ok);
     let mut moved = even.clone();
-    for at in [border, end] {
-        put(&mut moved, at, &(0.5 * number(at)).to_ne_bytes());
-    }
+    put(&mut moved, end, &(0.5 * number(end)).to_ne_bytes());
+    put(&mut moved, border, &(step(border) / 2).to_ne_bytes());
     assert_rejected(KIND.open_sealed(&moved), "a border with the end of its part");
 }
 
@@ -227,22 +229,18 @@ fn products_that_no_point_has() {
     let mut changed = object.clone();
     put(&mut changed, lit, &[object[lit] ^ 0x55, object[lit + 1] ^ 0x55]);
     assert_rejected(KIND.open_sealed(&changed), "a leaf");
-    // Starts of rows, and of the cells of a row.
-    let grid = [word(&object, offset_of!(Header, grid)), word(&object, offset_of!(Header, grid) + 4)];
-    let lengths = Lengths::new(grid, word(&object, offset_of!(Header, divided)) as usize);
-    let starts = leaves + size_of::<Leaves>() * lengths.leaves;
-    for index in [1, grid[1] as usize + 3] {
-        refuses(starts + 4 * index, &f32::NAN.to_ne_bytes(), "a start");
-        refuses(starts + 4 * index, &1e9f32.to_ne_bytes(), "a start");
+    let Places { tops, ends, borders, .. } = places(&object);
+    // Sums over rows, over the quads of a row, and over the cells of a quad.
+    for index in [1, 9, 41] {
+        refuses(tops.offset + 4 * index, &f32::NAN.to_ne_bytes(), "a sum");
+        refuses(tops.offset + 4 * index, &1e9f32.to_ne_bytes(), "a sum");
     }
-    // The borders of a divided cell's parts are those of the light.
-    let borders = starts + 4 * lengths.tops + size_of::<[f32; 8]>() * PART_ENDS;
     for value in [f32::NAN, f32::INFINITY, -1.0, 0.5] {
-        refuses(borders - size_of::<[f32; 8]>(), &value.to_ne_bytes(), "ends");
+        refuses(ends.offset + 4, &value.to_ne_bytes(), "ends");
     }
-    for (border, value) in (0..BORDERS).flat_map(|border| [0.0f32, 0.999, f32::NAN].map(|value| (border, value))) {
-        let at = borders + size_of::<[f32; 8]>() * border;
-        refuses(at, &value.to_ne_bytes(), "a border");
+    // The borders of a divided cell's parts are those of the light, with nothing behind each three.
+    for (border, value) in (0..borders.count * 4).flat_map(|border| [1i16, -1, i16::MAX].map(|value| (border, value))) {
+        refuses(borders.offset + 2 * border, &value.to_ne_bytes(), "a border");
     }
     assert!(CONTENT_ID == offset_of!(Header, checksum));
 }

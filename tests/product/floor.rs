@@ -41,7 +41,7 @@ fn no_cell_above_the_horizon_is_darker_than_its_floor() {
                 for _ in 0..5000 {
                     let wi = single(random.direction());
                     let [cell] = light.locate::<f32>(wi, false).patch.cell;
-                    let (first, below) = guide.corner_of(cell as usize);
+                    let (first, below) = (guide.corner_of(cell as usize), guide.row_length() + 1);
                     let around = [first, first + 1, first + below, first + below + 1].map(|i| corners[i]);
                     let largest = around.into_iter().fold(0.0, f64::max);
                     if largest <= 0.0 && client.cosine(double(wi)) <= 0.0 {

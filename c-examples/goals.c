@@ -158,7 +158,7 @@ int main(int count, char **argument) {
         wis_ray ray;
         uint32_t rays;
         place(&point, &state);
-        check(wis_direct(sampler, light, &point, 1, NULL, &ray, &rays));
+        check(wis_direct(sampler, light, &point, 1, &ray, &rays));
         sum += rays > 0 ? ray.weight : 0.0;
     }
     printf("mean weight %g\n", sum / calls);

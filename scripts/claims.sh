@@ -23,7 +23,7 @@ ratio() {
 claims() {
     one='one shadow ray per hit | `wis_direct`'
     many='64 rays per hit | `wis_direct`'
-    hits='64 hits per pixel, well-spread numbers | `wis_direct` with `u`'
+    hits='64 hits per pixel | `wis_direct`, `hits_per_pixel`'
     measured='measured BRDFs that no lobe describes, 4 rays | `wis_direct`'
     cat << END
 # Claims of version 0.1, and today's

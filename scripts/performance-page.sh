@@ -89,8 +89,8 @@ They hold for cold caches and for expensive rays and BRDFs. An evaluation of BRD
 | one shadow ray at a hit | \`wis_direct\` |$(gains 'one shadow ray per hit | `wis_direct`')
 | 4 rays at a hit | \`wis_direct\` |$(gains '4 rays per hit | `wis_direct`')
 | 16 rays at a hit | \`wis_direct\` |$(gains '16 rays per hit | `wis_direct`')
-| 64 hits in a pixel, well-spread numbers | \`wis_direct\` with \`u\` |$(gains '64 hits per pixel, well-spread numbers | `wis_direct` with `u`')
-| the same with textures | \`wis_direct\` with \`u\` |$(gains 'the same, textured | `wis_direct` with `u`')
+| 64 hits in a pixel | \`wis_direct\`, \`hits_per_pixel\` |$(gains '64 hits per pixel | `wis_direct`, `hits_per_pixel`')
+| the same with textures | \`wis_direct\`, \`hits_per_pixel\` |$(gains 'the same, textured | `wis_direct`, `hits_per_pixel`')
 | needs densities for MIS of its own, 16 samples | \`wis_product_prepare\`, \`wis_sample\`, \`wis_pdf\` |$(gains 'needs densities for its own MIS, 16 samples | `wis_product_prepare`, `wis_sample`, `wis_pdf`')
 | an unclipped sun, 4 rays | \`wis_direct\` |$(gains 'an unclipped sun, 4 rays | `wis_direct`')
 | a room with one window, 4 rays | \`wis_direct\` |$(gains 'a room with one window, 4 rays | `wis_direct`')
@@ -181,7 +181,7 @@ A renderer touches much memory between two hits, so expect the cold column.
 4. **Rendering in passes, where most light is blocked:** give the point a visibility cache. In the penumbra of a room with one window the
    variance is then $(cell passes 'room | penumbra | all points' expensive) lower at equal time. Outdoors it is $(cell passes 'spot | penumbra | all points' expensive) there, and $(cell passes 'spot | lit | all points' expensive) where all light is visible
    ([passes.md](passes.md), [gallery.md](gallery.md)).
-5. **Well-spread numbers and 16 hits or more in a pixel:** \`u\` and \`hits_per_pixel\`. First hits then share products.
+5. **16 hits or more of a pixel, one after the other:** \`hits_per_pixel\` and \`wis_sampler_begin_pixel\`. First hits then share products.
 
 Error of MIS over that of \`wis_direct\` at equal time, by samples at a hit ([gallery.md](gallery.md)):
 
@@ -228,7 +228,7 @@ cat > "$written.gains" <<END
 | --- | --- | --- |
 $(of_report 'one shadow ray per hit | `wis_direct`' 'traces one shadow ray at a hit')
 $(of_report '4 rays per hit | `wis_direct`' 'traces 4 rays at a hit')
-$(of_report '64 hits per pixel, well-spread numbers | `wis_direct` with `u`' 'has 64 hits in a pixel and well-spread numbers')
+$(of_report '64 hits per pixel | `wis_direct`, `hits_per_pixel`' 'has 64 hits in a pixel')
 $(of_report 'a room with one window, 4 rays | `wis_direct`' 'shows a room with one window, 4 rays')
 $(of_report 'measured BRDFs that no lobe describes, 4 rays | `wis_direct`' 'has measured BRDFs that no lobe describes, 4 rays')$(target_of_report)
 

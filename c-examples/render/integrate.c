@@ -180,7 +180,7 @@ static wis_status by_wis(const Lighting *l, Workspace *w, const Bsdf *b, const S
     point.visibility = place.visibility;
     point.visibility_key = place.visibility_key;
     point.sample = at->sample;
-    status = direct_light(w->sampler, l->environment.handle, &point, count, NULL, w->ray, &sum);
+    status = direct_light(w->sampler, l->environment.handle, &point, count, w->ray, &sum);
     while (sum.next < out + count) {
         *sum.next++ = nothing;
     }

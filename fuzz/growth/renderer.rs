@@ -289,7 +289,7 @@ fn direct(w: &mut World, texels: usize, rays: usize, candidates: usize, lobes: u
     let mut memory = sampler(w, &config(rays, candidates));
     let (mut ray, mut count) = (vec![Ray::default(); rays], 0);
     let (light, point) = (light.of(), point(&material));
-    counted!(w, wis_direct(memory.at(), light, &point, rays as u32, null(), ray.as_mut_ptr(), &mut count));
+    counted!(w, wis_direct(memory.at(), light, &point, rays as u32, ray.as_mut_ptr(), &mut count));
 }
 
 fn rays(w: &mut World) {

@@ -37,7 +37,7 @@ pub struct SamplerConfig {
     /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
     pub candidates_per_ray: u32,
     /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0)
-    /// that come with numbers of yours (`u` of wis_direct) share at most four products, for which the sampler takes 15 kB more.
+    /// share at most four products, for which the sampler takes 15 kB more.
     pub hits_per_pixel: u32,
     /// Always 0.
     pub reserved: u32,

@@ -362,7 +362,7 @@ typedef struct wis_sampler_config {
   uint32_t reserved;
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 25 kB for 16 rays, 10 kB for three, 5 kB for one or two. Work: constant.
+/// The bytes that a sampler needs: 11 kB for 16 rays, 3 kB for three, 2 kB for one or two. Work: constant.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);
@@ -549,8 +549,8 @@ enum wis_status wis_base(const struct wis_environment *environment,
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
 /// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
-/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many, of less than 0.075 four
-/// times (2048 in all at the most).
+/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
+/// most).
 ///
 /// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
 /// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of

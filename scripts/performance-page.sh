@@ -136,7 +136,7 @@ From [light.md](light.md). \`WIS_ENVIRONMENT_LIGHT_ONLY\` takes $(quoted include
 
 | object | bytes | page |
 | --- | --- | --- |
-| a sampler, one for each thread | $(quoted include/wis.h '25 kB for 16 rays, 10 kB for three, 5 kB for one or two') | [wis.h](../include/wis.h) |
+| a sampler, one for each thread | $(quoted include/wis.h '11 kB for 16 rays, 3 kB for three, 2 kB for one or two') | [wis.h](../include/wis.h) |
 | the same with shared products (\`hits_per_pixel\` of 16 and more) | $(quoted include/wis.h '15 kB more') | [wis.h](../include/wis.h) |
 | a product | $(cell report 'bytes that a product asks for' measured) | [report](report.md) |
 | a visibility cache | $(quoted include/wis.h '1152 each'), for each place | [wis.h](../include/wis.h) |

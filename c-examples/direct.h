@@ -11,12 +11,12 @@ typedef struct Reflected Reflected;
 /* Adds BSDF x cosine x radiance x weight, if nothing blocks the direction wi. */
 static void add_light(Reflected *sum, const float wi[3], float weight);
 
-/* Adds the light at a point, by at most `rays` rays. `ray` has room for them; u and the status are those of wis_direct. If that call
- * fails, nothing is added. */
+/* Adds the light at a point, by at most `rays` rays. `ray` has room for them; The status is that of wis_direct. If that call fails, nothing
+ * is added. */
 static wis_status direct_light(wis_sampler *sampler, const wis_environment *environment, const wis_point *point, uint32_t rays,
-                               const float *u, wis_ray *ray, Reflected *sum) {
+                               wis_ray *ray, Reflected *sum) {
     uint32_t count = 0;
-    wis_status status = wis_direct(sampler, environment, point, rays, u, ray, &count);
+    wis_status status = wis_direct(sampler, environment, point, rays, ray, &count);
     for (uint32_t i = 0; i < count; i++) {
         add_light(sum, ray[i].wi, ray[i].weight); /* yours: BSDF x cosine x radiance x weight, if nothing blocks wi */
     }

@@ -120,7 +120,7 @@ int main(void) {
                 point.weight[0][0] = point.weight[0][1] = point.weight[0][2] = 0.7f;
                 point.seed = (uint32_t)(y * WIDTH + x);
                 point.sample = sample;
-                check(wis_direct(sampler, environment, &point, 4, NULL, ray, &count));
+                check(wis_direct(sampler, environment, &point, 4, ray, &count));
                 for (uint32_t i = 0; i < count; i++) {
                     vec wi = of(ray[i].wi), unused;
                     float f = 0.7f / PI * fmaxf(0, dot(n, wi));

@@ -200,7 +200,7 @@ int main(int count, char **argument) {
             sum += product_call(sampler, light, &point, argument[5], batch, &state);
             continue;
         }
-        check(wis_direct(sampler, light, &point, 1, NULL, &ray, &rays));
+        check(wis_direct(sampler, light, &point, 1, &ray, &rays));
         sum += rays > 0 ? ray.weight : 0.0;
     }
     printf("mean %g\n", sum / calls);

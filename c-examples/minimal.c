@@ -106,7 +106,7 @@ int main(void) {
     point.seed = pixel;         /* any number that tells pixels apart */
     point.material = &material; /* at each hit, with normal, wo, and weight and f0 of each lobe: textures go here */
     for (point.sample = 0; point.sample < HITS; point.sample++) { /* the hits of this pixel, over all its samples */
-        check(direct_light(sampler, environment, &point, RAYS, NULL, ray, &sum));
+        check(direct_light(sampler, environment, &point, RAYS, ray, &sum));
     }
     printf("reflected light: %.3f (exactly 0.400)\n", sum.light / HITS);
 

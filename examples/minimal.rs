@@ -51,8 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     sampler.begin_pixel();
     for sample in 0..HITS {
         let at = Sequence { seed: 7, sample, bounce: 0 };
-        let count =
-            sampler.direct(&environment, &point, at, RAYS, &[], &mut rays).map_err(|fault| format!("{fault:?}"))?;
+        let count = sampler.direct(&environment, &point, at, RAYS, &mut rays).map_err(|fault| format!("{fault:?}"))?;
         for ray in rays.iter().take(count).filter(|ray| !occluded(ray.wi)) {
             sum += f64::from(bsdf_times_cosine(point.normal, ray.wi) * radiance(ray.wi) * ray.weight);
         }

@@ -107,7 +107,7 @@ impl Tracer<'_> {
             let mut point = Point::new(&self.material, normal, scale(d, -1.0));
             point.weight[0] = [0.6; 3];
             let (at, mut rays) = (Sequence { seed, sample, bounce }, [Ray::default()]);
-            let count = self.sampler.direct(&self.environment, &point, at, 1, &[], &mut rays).unwrap_or(0);
+            let count = self.sampler.direct(&self.environment, &point, at, 1, &mut rays).unwrap_or(0);
             for ray in rays.iter().take(count) {
                 let (light, cosine) = (self.radiance(ray.wi), dot(normal, ray.wi));
                 if cosine > 0.0 && trace(o, ray.wi).is_none() {

@@ -356,13 +356,13 @@ typedef struct wis_sampler_config {
   /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
   uint32_t candidates_per_ray;
   /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0)
-  /// that come with numbers of yours (`u` of wis_direct) share at most four products, for which the sampler takes 15 kB more.
+  /// share at most four products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
   /// Always 0.
   uint32_t reserved;
 } wis_sampler_config;
 
-/// The bytes that a sampler needs: 25 kB for 16 rays, 10 kB for three, 5 kB for one or two. Work: constant.
+/// The bytes that a sampler needs: 11 kB for 16 rays, 3 kB for three, 2 kB for one or two. Work: constant.
 enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
                                  struct wis_memory_size *size,
                                  struct wis_diagnostic *diagnostic);
@@ -549,13 +549,12 @@ enum wis_status wis_base(const struct wis_environment *environment,
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
 /// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
-/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many, of less than 0.075 four
-/// times (2048 in all at the most).
+/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
+/// most).
 ///
-/// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
-/// are read at first hits (`bounce` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
-/// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
-/// chosen among candidates.
+/// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
+/// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of
+/// the four covers a hit, rays are chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
@@ -565,7 +564,6 @@ enum wis_status wis_direct(struct wis_sampler *sampler,
                            const struct wis_environment *environment,
                            const struct wis_point *point,
                            uint32_t rays,
-                           const float *u,
                            struct wis_ray *ray,
                            uint32_t *ray_count);
 
@@ -637,8 +635,6 @@ typedef struct wis_wave {
   struct wis_ints_in visibility_key;
   /// What rays of earlier passes saw. Null: not known.
   struct wis_visibility_cache *visibility;
-  /// Two numbers for each ray, ray after ray, from a well-spread sequence of your own; null: none. As `u` of wis_direct.
-  struct wis_floats_in u;
   /// Four numbers for each ray, ray after ray: direction and weight.
   struct wis_floats_out ray;
   /// How many rays each point has.
@@ -739,8 +735,8 @@ enum wis_status wis_product_describe(const struct wis_environment *environment,
                                      const struct wis_product *product,
                                      struct wis_product_info *info);
 
-/// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Lobes must be of the same
-/// kinds and about as wide, and glossy ones be seen from about the same direction. Weights and f0 may differ as long as no lobe's share
+/// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Normal and view must also lie within
+/// half of the narrowest alpha of the product's, at most 0.1 radians. Lobes must be of the same kinds and about as wide. Weights and f0 may differ as long as no lobe's share
 /// of what the hit scatters is more than 1.25 times that at the product. Where `covers` is 1, the pdf is above 0 wherever that hit
 /// reflects light. Costs about 100 ns. Work: lobes.
 enum wis_status wis_product_covers(const struct wis_product *product,

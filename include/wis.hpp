@@ -247,11 +247,10 @@ public:
     }
     status begin_pixel() { return pass(wis_sampler_begin_pixel(handle_)); }
 
-    /// The rays to trace at a point: how many there are of at most `rays`. `u`: null, or two numbers for each.
-    result<std::uint32_t> direct(const wis_environment *light, const wis_point &point, std::uint32_t rays, wis_ray *ray,
-                                 const float *u = nullptr) {
+    /// The rays to trace at a point: how many there are of at most `rays`.
+    result<std::uint32_t> direct(const wis_environment *light, const wis_point &point, std::uint32_t rays, wis_ray *ray) {
         std::uint32_t count = 0;
-        const status done = wis_direct(handle_, light, &point, rays, u, ray, &count);
+        const status done = wis_direct(handle_, light, &point, rays, ray, &count);
         if (done != WIS_OK) return done;
         return count;
     }

@@ -35,7 +35,7 @@ for map in "$maps"/*.hdr; do
     for stratified in 0 1; do
         run equal "$map" $stratified --stride $stride --most 64 --repeats 2 --reference 250 \
             --methods mis,compensated,direct,alone,product,reuse-base
-        both=candidates,shared,alone-candidates,alone-shared
+        both=candidates,direct,alone-candidates,alone
         run narrow "$map" $stratified --stride $stride --least 16 --most 256 --repeats 2 --reference 500 --methods $both
         run first "$map" $stratified --stride $stride --depth 1 --least 16 --most 256 --repeats 16 --reference 1000 \
             --methods alone
@@ -47,20 +47,9 @@ done
 
 awk -v lines="$(cat c-examples/pathtracer/scene.h c-examples/pathtracer/path.h | wc -l)" '
 function better(a, b) { return a < b ? a : b }
-# Gain of shared products over candidates; the name of the methods begins with "" or "alone-". Metric 0: the mean of both.
+# Gain of shared products over candidates, by the split ("") or for all light ("alone-").
 function gain_of_sharing(k, m, prefix) {
-    if (m == 0) return sqrt(gain_of_sharing(k, 1, prefix) * gain_of_sharing(k, 2, prefix))
-    return cost(k, m, prefix "candidates") / cost(k, m, prefix "shared")
-}
-# What the choice (shared products if the client has a sequence) reaches of the better method, in both metrics together.
-function choice(k, prefix, stratified,    gain) {
-    gain = gain_of_sharing(k, 0, prefix)
-    if (stratified == 0) gain = 1 / gain
-    gain = gain < 1 ? gain : 1
-    cells++
-    near += gain >= 0.9
-    if (cells == 1 || gain < worst) worst = gain
-    return sprintf("%.2f", gain)
+    return cost(k, m, prefix "candidates") / cost(k, m, prefix == "" ? "direct" : "alone")
 }
 function many(    i, k, m, part, rows, p) {
     prefixes[1] = ""; prefixes[2] = "alone-"
@@ -69,18 +58,20 @@ function many(    i, k, m, part, rows, p) {
         if (part[1] != "narrow" && part[1] != "wide") continue
         rows = rows sprintf("| %s | %s | %s | %d |", part[2], part[1], name[part[3]], part[4])
         for (p = 1; p <= 2; p++) {
-            for (m = 1; m <= 2; m++) rows = rows sprintf(" %.2fx |", gain_of_sharing(k, m, prefixes[p]))
-            rows = rows sprintf(" %s |", choice(k, prefixes[p], part[3]))
+            for (m = 1; m <= 2; m++) {
+                rows = rows sprintf(" %.2fx |", gain_of_sharing(k, m, prefixes[p]))
+                cells++
+                ahead += gain_of_sharing(k, m, prefixes[p]) > 1
+            }
         }
         rows = rows "\n"
     }
     print "## Candidates or shared products\n"
-    print "Efficiency of shared products over candidates at equal time. Above 1, sharing is better. Products serve first hits alone: later"
-    print "bounces have candidates in both columns. The sampler shares if the client hands in numbers, as one with a (0,2)-sequence should and"
-    print "one with random numbers should not. *Choice*: efficiency of that choice over the better of the two, as the geometric mean of both"
-    printf "metrics. **It is within 10 %% of the better one in %d of %d cells; the least is %.2f.**\n\n", near, cells, worst
+    print "Efficiency of shared products over candidates at equal time. Above 1, sharing is better. Products serve first hits of wide lobes alone:"
+    print "narrow lobes and later bounces have candidates in both columns. The sampler shares from 16 hits of a pixel on. "
+    printf "**Sharing is ahead in %d of %d cells.**\n\n", ahead, cells
     print "Narrow pixels are those of the rest of this page. Wide ones are those of an image of 24 x 14, which span several surfaces.\n"
-    print "| map | pixels | numbers | samples | compensated: absolute | relative | choice | plain: absolute | relative | choice |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    print "| map | pixels | numbers | samples | compensated: absolute | relative | plain: absolute | relative |\n| --- | --- | --- | --- | --- | --- | --- | --- |"
     printf "%s", rows
 }
 function slope(kind, map, numbers, method,    least, most) {
@@ -104,7 +95,7 @@ function convergence(    i, part, x, numbers, sum, n, steep) {
             sum[2 * numbers] += x
             steep += numbers == 0 && x <= -1.095
             printf " %.2f |", x
-            x = slope("narrow", part[2], numbers, numbers ? "alone-shared" : "alone-candidates")
+            x = slope("narrow", part[2], numbers, "alone")
             sum[2 * numbers + 1] += x
             printf " %.2f |", x
         }

@@ -55,7 +55,7 @@ static uint64_t chunk(wis_sampler *sampler, work_memory *memory, uint32_t number
         wis_ray ray[WORK_RAYS];
         uint32_t count = 0;
         point.sample = hit;
-        if (wis_direct(sampler, environment, &point, 1 + hit % WORK_RAYS, NULL, ray, &count) != WIS_OK) return 0;
+        if (wis_direct(sampler, environment, &point, 1 + hit % WORK_RAYS, ray, &count) != WIS_OK) return 0;
         hash = work_hash(hash, ray, count * sizeof ray[0]);
     }
     return hash;

@@ -129,7 +129,7 @@ static uint64_t work_render(const work_library *wis, const wis_environment *envi
         wis_ray ray[WORK_RAYS];
         uint32_t count = 0;
         point.sample = hit;
-        if (wis->wis_direct(sampler, environment, &point, WORK_RAYS, NULL, ray, &count) != WIS_OK) return 0;
+        if (wis->wis_direct(sampler, environment, &point, WORK_RAYS, ray, &count) != WIS_OK) return 0;
         hash = work_hash(hash, ray, count * sizeof ray[0]);
     }
     size_t offset = 0, used = 0;

@@ -9,21 +9,18 @@
 #include "../render/score.h"
 #include "path.h"
 
-#define FOREVER 1000000     /* hits of a pixel: products are shared in any case */
 
-/* wis_direct by its own choice, by candidates alone, and by products that first hits of a pixel share. */
-static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0, 0},
-                                 {"compensated", BY_LIGHT, BALANCE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"direct", BY_DIRECT, BASE, true, 0, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"candidates", BY_DIRECT, BASE, false, 1, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"shared", BY_DIRECT, BASE, true, FOREVER, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"split", BY_LIGHT, BASE, false, 0, WIS_ENVIRONMENT_COMPENSATED},
-                                 {"alone", BY_DIRECT, NOTHING, true, 0, 0},
-                                 {"alone-candidates", BY_DIRECT, NOTHING, false, 1, 0},
-                                 {"alone-shared", BY_DIRECT, NOTHING, true, FOREVER, 0},
-                                 {"product", BY_PRODUCT, BALANCE, false, 0, 0},
-                                 {"reuse", BY_PRODUCT, BALANCE, true, 0, 0},
-                                 {"reuse-base", BY_PRODUCT, BASE, true, 0, WIS_ENVIRONMENT_COMPENSATED}};
+/* wis_direct with a sampler that knows the hits of a pixel, and by candidates alone. */
+static const Method METHODS[] = {{"mis", BY_LIGHT, BALANCE, false, 0},
+                                 {"compensated", BY_LIGHT, BALANCE, false, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"direct", BY_DIRECT, BASE, true, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"candidates", BY_DIRECT, BASE, false, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"split", BY_LIGHT, BASE, false, WIS_ENVIRONMENT_COMPENSATED},
+                                 {"alone", BY_DIRECT, NOTHING, true, 0},
+                                 {"alone-candidates", BY_DIRECT, NOTHING, false, 0},
+                                 {"product", BY_PRODUCT, BALANCE, false, 0},
+                                 {"reuse", BY_PRODUCT, BALANCE, true, 0},
+                                 {"reuse-base", BY_PRODUCT, BASE, true, WIS_ENVIRONMENT_COMPENSATED}};
 #define COUNT (sizeof METHODS / sizeof METHODS[0])
 
 typedef struct Options {
@@ -51,8 +48,7 @@ static const char HELP[] =
     "  --depth N         hits of a path, 1 to 4; 1: direct light alone (default: 4)\n"
     "  --stride N        every Nth pixel of an image that is N times as wide and as high (default: 1)\n"
     "  --stratified 1    a (0,2)-sequence in place of random numbers\n"
-    "  --methods LIST    of mis,compensated,direct,candidates,shared,split,alone,alone-candidates,alone-shared,product,reuse,\n"
-    "                    reuse-base\n"
+    "  --methods LIST    of mis,compensated,direct,candidates,split,alone,alone-candidates,product,reuse,reuse-base\n"
     "  --out FILE.png    the last image\n"
     "  --reference N     samples per pixel of each of two references (default: 32)\n"
     "  --repeats N       images of most samples per pixel, and the same samples in more images of fewer (default: 2)";
@@ -85,7 +81,7 @@ static void step(Progress *progress) {
 /* Answers the seconds it took. */
 static double render(Tracer *t, const Options *o, const Method *method, const wis_environment *const lights[2], uint32_t spp, uint32_t seed, Vec3 *image,
                      Progress *progress) {
-    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = method->hits > 0 ? method->hits : spp};
+    wis_sampler_config config = {.size = sizeof config, .rays = t->rays, .hits_per_pixel = method->keeps ? spp : 0};
     wis_memory_size size;
     void *memory;
     clock_t start;
@@ -93,9 +89,6 @@ static double render(Tracer *t, const Options *o, const Method *method, const wi
     memory = malloc(size.bytes);
     check(wis_sampler_init(&config, memory, size.bytes, &t->sampler, NULL));
     t->method = *method;
-    if (method->kind == BY_DIRECT && method->hits == 0 && !t->stratified) {
-        t->method.keeps = false; /* random numbers have no spread to keep */
-    }
     t->environment = lights[method->flags != 0];
     start = clock();
     for (uint32_t i = 0; i < o->width * o->height; i++) {

@@ -13,8 +13,8 @@ typedef struct Method {
     enum { BY_LIGHT, BY_PRODUCT, BY_DIRECT } kind; /* samples of the light or of its product with the BSDF, or wis_direct */
     /* What BSDF rays bring that leave the scene: their share by the balance heuristic, or light up to the mean of the map. */
     enum { NOTHING, BALANCE, BASE } escape;
-    bool keeps;     /* products serve later hits of the pixel on the same material; wis_direct gets the client's numbers */
-    uint32_t hits, flags; /* of a pixel, as wis_direct is told (0: samples per pixel); of the environment */
+    bool keeps;     /* products serve later hits of the pixel: of wis_direct, or of the client on the same material */
+    uint32_t flags; /* of the environment */
 } Method;
 
 typedef struct Tracer {
@@ -89,7 +89,7 @@ static Vec3 gather(Tracer *t, const Hit *hit, const Bsdf *b, const wis_point *po
     wis_ray rays[MAX_RAYS];
     wis_drawn drawn[MAX_RAYS];
     bool direct = t->method.kind == BY_DIRECT;
-    check(direct ? direct_light(t->sampler, t->environment, point, t->rays, t->method.keeps ? u : NULL, rays, &sum)
+    check(direct ? direct_light(t->sampler, t->environment, point, t->rays, rays, &sum)
                  : wis_sample(t->sampler, t->environment, product, t->rays, u, 0, drawn, 0));
     for (uint32_t i = 0; i < t->rays && !direct; i++) {
         float pdf, density = (float)t->rays * drawn[i].pdf;
@@ -125,7 +125,7 @@ static Vec3 path(Tracer *t, Vec3 origin, Vec3 direction) {
         point.seed = t->pixel;
         point.sample = t->hits[bounce]++;
         point.bounce = bounce;
-        if (m->kind != BY_DIRECT || m->keeps) {
+        if (m->kind != BY_DIRECT) {
             numbers(t, 1 + 2 * bounce, t->rays, u);
         }
         const wis_product *product = m->kind == BY_PRODUCT ? product_at(t, &hit, &point) : NULL;

@@ -88,7 +88,7 @@ static float path(wis_sampler *sampler, const wis_environment *environment, wis_
         vec3_store(normal, point.normal);
         vec3_store(vec3_scale(d, -1), point.wo);
         point.bounce = bounce;
-        check(direct_light(sampler, environment, &point, 1, NULL, ray, &sum));
+        check(direct_light(sampler, environment, &point, 1, ray, &sum));
         sum.beta *= 0.6f;
         phi = 2 * PI * uniform();
         r = uniform();

@@ -133,7 +133,7 @@ static wis_status by_wis(Reflected *sum, Workspace *w, uint32_t pass, uint32_t c
         wis_visibility_key(position, normal, VISIBILITY_CELL, &point.visibility_key);
         sum->notes = &point;
     }
-    return direct_light(w->sampler, sum->lighting->environment.handle, &point, count, NULL, w->ray, sum);
+    return direct_light(w->sampler, sum->lighting->environment.handle, &point, count, w->ray, sum);
 }
 
 wis_status integrate(Method method, const Lighting *l, Workspace *w, const ShadingPoint *point, uint32_t pass, uint32_t count, Vec3 *sum) {

@@ -53,7 +53,7 @@ class Wave(c.Structure):
         ("materials", c.c_void_p), ("material", Ints), ("mask", c.c_void_p)] + [
         (n, Floats) for n in "normal tangent wo weight f0".split()] + [
         (n, Ints) for n in "seed sample bounce visibility_key".split()] + [
-        ("visibility", c.c_void_p), ("u", Floats), ("ray", Floats), ("count", c.c_void_p), ("status", c.c_void_p)]
+        ("visibility", c.c_void_p), ("ray", Floats), ("count", c.c_void_p), ("status", c.c_void_p)]
 
 
 class ProductConfig(c.Structure):

@@ -9,9 +9,9 @@ struct Reflected {
 static void add_light(Reflected *sum, const float wi[3], float weight) { sum->add(sum->client, wi, weight); }
 
 wis_status harness_direct_light(wis_sampler *sampler, const wis_environment *environment, const wis_point *point, uint32_t rays,
-                                const float *u, wis_ray *ray, Reflected *sum);
+                                wis_ray *ray, Reflected *sum);
 
 wis_status harness_direct_light(wis_sampler *sampler, const wis_environment *environment, const wis_point *point, uint32_t rays,
-                                const float *u, wis_ray *ray, Reflected *sum) {
-    return direct_light(sampler, environment, point, rays, u, ray, sum);
+                                wis_ray *ray, Reflected *sum) {
+    return direct_light(sampler, environment, point, rays, ray, sum);
 }

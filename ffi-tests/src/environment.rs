@@ -146,7 +146,6 @@ unsafe extern "C" {
         environment: *const raw::wis_environment,
         point: *const raw::wis_point,
         rays: u32,
-        u: *const f32,
         ray: *mut raw::wis_ray,
         sum: *mut Reflected,
     ) -> raw::wis_status;
@@ -205,8 +204,8 @@ impl Sampler {
         check(unsafe { raw::wis_sampler_begin_pixel(self.handle()) })
     }
 
-    /// The README's loop: writes the rays to trace at a point and adds each with its weight. `u` are numbers of the caller's own,
-    /// one pair for each ray; candidates are weighed by the `target` if there is one.
+    /// The README's loop: writes the rays to trace at a point and adds each with its weight. Candidates are weighed by the
+    /// `target` if there is one.
     ///
     /// # Errors
     /// Those of the library.
@@ -214,23 +213,20 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         point: &raw::wis_point,
-        u: Option<&[[f32; 2]]>,
         mut target: Option<Brdf>,
         ray: &mut [raw::wis_ray],
         mut add: F,
     ) -> Result<()> {
-        assert!(u.is_none_or(|u| u.len() == ray.len()));
         let mut point = *point;
         if let Some(brdf) = &mut target {
             point.target = Some(brdf_batch);
             point.target_user = std::ptr::from_mut(brdf).cast();
         }
         let mut sum = Reflected { add: add_ray::<F>, client: std::ptr::from_mut(&mut add).cast() };
-        // SAFETY: handles, material, BRDF and `add` are alive, and there is a pair of numbers and room for each ray.
+        // SAFETY: handles, material, BRDF and `add` are alive, and there is room for each ray.
         check(unsafe {
             let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
-            let u = u.map_or(null(), |u| u.as_ptr().cast());
-            harness_direct_light(self.handle(), environment.handle(), &point, rays, u, out, &mut sum)
+            harness_direct_light(self.handle(), environment.handle(), &point, rays, out, &mut sum)
         })
     }
 
@@ -242,11 +238,10 @@ impl Sampler {
         &mut self,
         environment: &Environment,
         point: &raw::wis_point,
-        u: Option<&[[f32; 2]]>,
         ray: &mut [raw::wis_ray],
     ) -> Result<usize> {
         let mut count = 0;
-        self.direct_light(environment, point, u, None, ray, |_, _| count += 1)?;
+        self.direct_light(environment, point, None, ray, |_, _| count += 1)?;
         Ok(count)
     }
 
@@ -270,7 +265,7 @@ impl Sampler {
         // SAFETY: handles, point, BRDF and material are alive, and there is room for the rays.
         check(unsafe {
             let (rays, out) = (ray.len() as u32, ray.as_mut_ptr());
-            raw::wis_direct(self.handle(), environment.handle(), &point, rays, null(), out, count)
+            raw::wis_direct(self.handle(), environment.handle(), &point, rays, out, count)
         })
     }
 
@@ -286,7 +281,7 @@ impl Sampler {
         ray: &mut [raw::wis_ray],
     ) -> Result<usize> {
         let mut count = 0;
-        self.direct_light(environment, point, None, Some(brdf), ray, |_, _| count += 1)?;
+        self.direct_light(environment, point, Some(brdf), ray, |_, _| count += 1)?;
         Ok(count)
     }
 

@@ -1,7 +1,6 @@
 //! The methods under test: the library through its C interface. What calls it in order to estimate stands here and in
 //! `earlier`, and nowhere else.
 
-use crate::batch::Stream;
 use crate::client::{self, Block, Brdf, Density, raw};
 use crate::earlier;
 use crate::environment::{self, Light};
@@ -17,7 +16,7 @@ use std::cell::RefCell;
 pub enum Mode {
     /// The rays that wis_direct answers.
     Direct,
-    /// The same with well-spread numbers of the client's own: hits of a pixel share products.
+    /// The same with a sampler that knows the hits of a pixel: they share products.
     Shared,
     /// The rays of wis_direct with the client's own BRDF as `target`.
     Target,
@@ -58,10 +57,10 @@ impl Mode {
 /// What a thread keeps for the library between points.
 pub struct Library {
     sampler: RefCell<environment::Sampler>,
+    shares: environment::Sampler,
     material: raw::wis_material,
     product: Block,
     earlier: Option<earlier::Sampler>,
-    numbers: Vec<[f32; 2]>,
     rays: Vec<raw::wis_ray>,
 }
 
@@ -72,11 +71,12 @@ impl Library {
     /// # Errors
     /// Those of the library.
     pub fn new(setting: &Setting, hits: usize) -> client::Result<Library> {
-        let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, hits)?);
-        let (product, numbers, rays, lobes) = (Block::new(0), Vec::new(), Vec::new(), setting.material.lobes());
+        let sampler = RefCell::new(environment::Sampler::new(RAYS, setting.candidates, 0)?);
+        let shares = environment::Sampler::new(RAYS, setting.candidates, hits)?;
+        let (product, rays, lobes) = (Block::new(0), Vec::new(), setting.material.lobes());
         let material = environment::material(&lobes)?;
         let earlier = earlier::Sampler::new(RAYS, setting.candidates, hits, &lobes)?;
-        Ok(Library { sampler, material, product, earlier, numbers, rays })
+        Ok(Library { sampler, shares, material, product, earlier, rays })
     }
 
     /// Estimates by a mode. The sampler has begun the point's sequences.
@@ -91,30 +91,26 @@ impl Library {
         pass: u32,
         n: usize,
     ) -> client::Result<()> {
-        let Library { sampler: own, material, product, earlier, numbers, rays } = self;
+        let Library { sampler: own, shares, material, product, earlier, rays } = self;
         let mut at = setting.material.point(point, material);
         match mode {
             Mode::Direct | Mode::Shared | Mode::Target => {
                 // A repeat has another seed, as another pixel has.
                 (at.seed, at.sample) = (client::pixel_seed(point.pixel, pass), point.hit);
+                let own = if mode == Mode::Shared { shares } else { own.get_mut() };
                 if point.hit == 0 {
-                    own.get_mut().begin_pixel()?;
+                    own.begin_pixel()?;
                 }
                 rays.resize(n, Default::default());
-                numbers.clear();
-                if mode == Mode::Shared {
-                    numbers.extend_from_slice(sampler.batch.points(Stream::Light, n));
-                }
                 let mut weigh = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
                     setting.cost.evaluate(wi.len());
                     bsdf.values(wi, f_cos);
                     true
                 };
-                let u = (mode == Mode::Shared).then_some(&numbers[..]);
                 let target: Option<Brdf> = if mode == Mode::Target { Some(&mut weigh) } else { None };
                 // BRDF and radiance are evaluated for the rays alone, after the loop: eight side by side.
                 let add = |wi, weight: f32| sampler.batch.push_drawn(wi, 1.0 / weight);
-                own.get_mut().direct_light(setting.tables, &at, u, target, rays, add)?;
+                own.direct_light(setting.tables, &at, target, rays, add)?;
                 sampler.weighted(setting, bsdf);
                 Ok(())
             }

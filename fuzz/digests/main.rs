@@ -68,7 +68,7 @@ fn of_hits(sampler: &mut Sampler, light: &Environment, material: &Material) -> R
         let at = Sequence { seed: pixel_seed(hit / 4, 3, 1), sample: hit % 4, bounce: hit % 2 };
         let (count, mut out) = ([1, 4, RAYS][hit as usize % 3], [Ray::default(); RAYS]);
         sampler.begin_pixel();
-        let count = sampler.direct(light, &point, at, count, &[], &mut out).map_err(|fault| format!("{fault:?}"))?;
+        let count = sampler.direct(light, &point, at, count, &mut out).map_err(|fault| format!("{fault:?}"))?;
         out.iter().take(count).for_each(|ray| rays.add_floats(&[ray.wi[0], ray.wi[1], ray.wi[2], ray.weight]));
         let mut memory = vec![Block::ZERO; Block::count(most_bytes(MAX_DIVIDED))];
         let memory = Block::bytes_mut(&mut memory);

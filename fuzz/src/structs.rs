@@ -171,21 +171,16 @@ fn wave(case: &mut Case, fields: &mut Fields) {
     let material = object(case, "wis_material");
     fields.word("materials", material);
     fields.word("material_count", u64::from(material != 0));
-    for (path, numbers, optional) in [
-        ("normal", 3, false),
-        ("tangent", 3, true),
-        ("wo", 3, false),
-        ("weight", 12, true),
-        ("f0", 12, true),
-        ("u", 2 * rays, true),
-    ] {
+    for (path, numbers, optional) in
+        [("normal", 3, false), ("tangent", 3, true), ("wo", 3, false), ("weight", 12, true), ("f0", 12, true)]
+    {
         if optional && case.random.one_in(2) {
             continue;
         }
         let (gap, is_shared) = (4 * case.random.below(3), case.random.one_in(4));
         let stride = 4 * numbers + gap;
         let element = |random: &mut Random| match path {
-            "weight" | "f0" | "u" => factors(random, numbers, 1.0),
+            "weight" | "f0" => factors(random, numbers, 1.0),
             _ => random.direction().to_vec(),
         };
         let elements = if is_shared { 1 } else { count.max(1) };

@@ -34,7 +34,6 @@ fn nullable(function: &str, name: &str) -> bool {
         "diagnostic" | "table" | "label" => true,
         "product" => ["_sample", "_pdf", "_invert"].iter().any(|end| function.ends_with(end)),
         "world_from_map" => true,
-        "u" => function == "wis_direct",
         "info" => function.contains("_init") || function.contains("_open") || function.starts_with("wis_tree"),
         _ => false,
     }
@@ -84,7 +83,6 @@ fn length(case: &Case, name: &str) -> usize {
     match (case.function.name.as_str(), name) {
         (_, "values" | "contribution" | "reached" | "status" | "offset" | "list_count" | "list") => number("count"),
         ("wis_product_prepare", "point") | ("wis_wavelet_product_prepare", "query" | "product") => number("count"),
-        ("wis_direct", "u") => 2 * number("rays"),
         ("wis_direct", "ray") => number("rays"),
         ("wis_triple_blend", "weight") => number("count"),
         ("wis_strata_order" | "wis_warp_in_place", "index") => number("count"),

@@ -27,8 +27,9 @@ pub enum Set {
     Lobes,
 }
 
-/// The pick's number among the sets.
+/// The pick's number among the sets, and that of samples of a product.
 const PICK: u32 = 2;
+const SAMPLES: u32 = 4;
 
 impl Points {
     /// Hit number `sample` of the pixel `seed` at the bounce `bounce`.
@@ -59,6 +60,14 @@ impl Points {
     #[inline(always)]
     pub fn point(seed: u32, index: u32) -> [f32; 2] {
         sobol_in_order(seed, index)
+    }
+
+    /// The points of `count` samples of a product, any number of them.
+    #[inline(always)]
+    pub fn samples(&self, count: usize) -> impl Iterator<Item = [f32; 2]> {
+        let count = count as u32;
+        let (seed, first) = (dimension_seed(self.seed, SAMPLES | count << 3), self.order.wrapping_mul(count));
+        (0..count).map(move |i| Points::point(seed, first.wrapping_add(i)))
     }
 
     /// The number of the pick among sets of `count` points, in (0, 1).

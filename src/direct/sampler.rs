@@ -46,14 +46,9 @@ impl Config {
         self.shared_bytes() + self.wave_bytes() + self.scratch_bytes()
     }
 
-    /// Bytes of the room for one point of a wave: a multiple of 16, so that a sampler has no bytes that nobody writes.
+    /// Bytes of the rays of one point of a wave.
     fn wave_bytes(&self) -> usize {
-        (self.wave_rays() * (size_of::<Ray>() + size_of::<[f32; 2]>())).next_multiple_of(16)
-    }
-
-    /// The most rays of a point of a wave.
-    fn wave_rays(&self) -> usize {
-        WAVE_RAYS.min(self.rays as usize)
+        WAVE_RAYS.min(self.rays as usize) * size_of::<Ray>()
     }
 
     /// Bytes of what a call works in: candidates, or what a product is prepared with.
@@ -80,22 +75,13 @@ pub struct Sequence {
     pub bounce: u32,
 }
 
-/// Room for a point of a wave: up to [`WAVE_RAYS`], and as many as the sampler was made for.
-#[derive(Debug, Default)]
-pub struct Wave<'a> {
-    /// Its rays.
-    pub rays: &'a mut [Ray],
-    /// The client's own numbers.
-    pub numbers: &'a mut [[f32; 2]],
-}
-
 /// One thread's sampler.
 #[derive(Debug)]
 pub struct Sampler<'a> {
     level: Level,
     config: Config,
     shared: Option<Shared<'a>>,
-    wave: Wave<'a>,
+    wave: &'a mut [Ray],
     scratch: &'a mut [f32],
 }
 
@@ -109,11 +95,7 @@ impl<'a> Sampler<'a> {
     pub(crate) fn open(level: Level, config: Config, memory: &'a mut [u8]) -> Option<Sampler<'a>> {
         let (shared, rest) = memory.split_at_mut_checked(config.shared_bytes())?;
         let (wave, scratch) = rest.split_at_mut_checked(config.wave_bytes())?;
-        let (rays, numbers) = wave.split_at_mut_checked(config.wave_rays() * size_of::<Ray>())?;
-        let wave = Wave {
-            rays: bytemuck::try_cast_slice_mut(rays).ok()?,
-            numbers: bytemuck::try_cast_slice_mut(numbers).ok()?,
-        };
+        let wave = bytemuck::try_cast_slice_mut(wave).ok()?;
         let shared = if shared.is_empty() { None } else { Some(Shared::new(shared)) };
         Some(Sampler { level, config, shared, wave, scratch: bytemuck::try_cast_slice_mut(scratch).ok()? })
     }
@@ -128,8 +110,8 @@ impl<'a> Sampler<'a> {
         &self.config
     }
 
-    /// The room for points of waves, once.
-    pub fn take_wave(&mut self) -> Wave<'a> {
+    /// The room for rays of a point of a wave, once: up to [`WAVE_RAYS`], and as many as the sampler was made for.
+    pub fn take_wave(&mut self) -> &'a mut [Ray] {
         core::mem::take(&mut self.wave)
     }
 
@@ -141,8 +123,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// The rays to trace at a point: their number, at most `rays` and the room in `out`. A sampler that was made for fewer rays
-    /// answers those. `u`: two numbers for each ray from the client's own well-spread sequence, from which they are drawn where first hits
-    /// of a pixel share a product; empty: none.
+    /// answers those.
     ///
     /// # Errors
     /// What is wrong with the point.
@@ -152,23 +133,23 @@ impl<'a> Sampler<'a> {
         point: &Point<'_>,
         at: Sequence,
         rays: usize,
-        u: &[[f32; 2]],
         out: &mut [Ray],
     ) -> Result<usize, Fault> {
         let rays = rays.min(self.config.rays as usize).min(out.len());
         if rays == 0 || !(environment.header().power > 0.0) {
-            return check(environment, point).map(|()| 0);
-        }
-        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.bounce));
-        if let (Some(shared), Some(u)) = (shares, u.get(..rays)) {
-            check(environment, point)?;
-            let Some(work) = work(self.scratch) else { return Ok(0) };
-            if let Some(count) = shared.direct(self.level, environment, point, u, work, out)? {
-                return Ok(count);
-            }
+            return least_alpha(environment, point).map(|_| 0);
         }
         let points = Points::new(at.seed, at.sample, at.bounce);
         let out = out.get_mut(..rays).unwrap_or_default();
+        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.bounce));
+        if let Some(shared) = shares
+            && shared::is_wide(least_alpha(environment, point)?)
+        {
+            let Some(work) = work(self.scratch) else { return Ok(0) };
+            if let Some(count) = shared.direct(self.level, environment, point, &points, work, out)? {
+                return Ok(count);
+            }
+        }
         let call = Call { level: self.level, config: self.config, environment, point, points };
         call.rays(self.scratch, out)
     }
@@ -185,10 +166,10 @@ fn is_compensated(environment: &Environment<'_>, point: &Point<'_>) -> bool {
     point.compensated || environment.is_compensated()
 }
 
-/// What is wrong with a point.
+/// The least alpha of lobes that scatter, or what is wrong with a point.
 #[inline(never)]
-fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<(), Fault> {
-    Surface::new(point, &environment.frame()).map(|_| ())
+fn least_alpha(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Fault> {
+    Surface::new(point, &environment.frame()).map(|surface| surface.least_alpha())
 }
 
 /// A call whose rays are picked among candidates.

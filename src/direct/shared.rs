@@ -1,10 +1,11 @@
-//! Products that hits of a pixel share, for clients that hand in well-spread numbers of their own.
+//! Products that hits of a pixel share.
 //!
-//! Such numbers keep their spread through the warp of one product, and lose it in a choice among candidates. A hit draws from a
-//! product of an earlier hit that covers it. Else one is prepared for it, up to a number of products in a pixel. Beginning a pixel
-//! forgets them all.
+//! The low-discrepancy points of a pixel's samples keep their spread in two dimensions through the warp of one product, and in one dimension
+//! in picks among candidates. A hit draws from a product of an earlier hit that covers it. Else one is prepared for it, up to a number of
+//! products in a pixel. Beginning a pixel forgets them all.
 
 use super::Ray;
+use super::joint::Points;
 use crate::brdf::point::{Fault, Point};
 use crate::light::batch::{Drawn, samples};
 use crate::light::environment::Environment;
@@ -18,7 +19,10 @@ use crate::simd::Level;
 const MOST: usize = 4;
 /// How far normals may turn before a hit gets a product of its own, in radians: hits of a pixel on a smooth mesh.
 const CONE: f32 = 0.1;
-/// From so many hits of a pixel on, the spread of the client's numbers outweighs the choice among candidates.
+/// The narrowest lobe that shares: twice the cone (rule 26). Beside 16 candidates, GGX 0.1 has 1.3 times and GGX 0.05 3 times the error of
+/// candidates by absolute squared error, and half of it by relative.
+const NARROWEST: f32 = 2.0 * CONE;
+/// From so many hits of a pixel on, the spread of points outweighs the choice among candidates.
 const MANY_HITS: u32 = 16;
 /// The bounce whose hits share: those of later bounces lie all over the scene. Variance x time of paths of four hits is 1.11 times
 /// lower than where all hits share, in the mean over five development maps.
@@ -33,9 +37,15 @@ pub fn is_worth(hits_per_pixel: u32) -> bool {
     hits_per_pixel >= MANY_HITS
 }
 
-/// Whether a hit may draw from shared products: they know the whole light and the lobes, but no target of the client's own.
+/// Whether a hit may draw from shared products: they know the light as it was built and lobes that are wide, but no target of the client's own.
 pub fn serves(environment: &Environment<'_>, point: &Point<'_>, bounce: u32) -> bool {
-    bounce == FIRST && point.target.is_none() && !point.compensated && environment.guide().is_some()
+    let whole = !point.compensated || environment.is_compensated();
+    bounce == FIRST && point.target.is_none() && whole && environment.guide().is_some()
+}
+
+/// Whether the narrowest lobe of a point is wide enough.
+pub fn is_wide(least_alpha: f32) -> bool {
+    least_alpha >= NARROWEST
 }
 
 /// The bytes of a pixel's products.
@@ -107,8 +117,8 @@ impl<'a> Shared<'a> {
         Ok(Some(prepared))
     }
 
-    /// A ray for each of the client's numbers; those below the horizon of the point are left out. Answers how many there are; `None` if
-    /// no product serves the point.
+    /// As many rays as there is room for; those below the horizon of the point are left out. Answers how many there are; `None` if no product
+    /// serves the point.
     ///
     /// # Errors
     /// What is wrong with the point.
@@ -117,34 +127,37 @@ impl<'a> Shared<'a> {
         level: Level,
         environment: &Environment<'_>,
         point: &Point<'_>,
-        u: &[[f32; 2]],
+        points: &Points,
         work: &mut Work,
         out: &mut [Ray],
     ) -> Result<Option<usize>, Fault> {
         let Some(number) = self.serve(level, environment, point, work)? else { return Ok(None) };
-        Ok(self.slot(number).and_then(|product| draw(environment, point, product, u, out)))
+        Ok(self.slot(number).and_then(|product| draw(environment, point, product, points, out)))
     }
 }
 
-/// A ray for each `u` at a point, with one over the density of rays for its weight; those below the point's horizon are left out.
-/// Answers how many there are. Apart, so that its stack does not lie below that of a preparation.
+/// Rays at a point, with one over the density of rays for their weight; those below the point's horizon are left out. Answers how many there
+/// are. Apart, so that its stack does not lie below that of a preparation.
 #[inline(never)]
 fn draw(
     environment: &Environment<'_>,
     point: &Point<'_>,
     product: &[u8],
-    u: &[[f32; 2]],
+    points: &Points,
     out: &mut [Ray],
 ) -> Option<usize> {
     let (frame, shaded) =
         (environment.frame(), Shaded { light: environment.light(), product: Product::view(product)? });
-    let mut written = 0;
-    for some in u.chunks(TOGETHER) {
-        let mut drawn = [Drawn::default(); TOGETHER];
+    let (rays, mut written) = (out.len(), 0);
+    let mut numbers = points.samples(rays);
+    for first in (0..rays).step_by(TOGETHER) {
+        let (mut u, mut drawn) = ([[0.0; 2]; TOGETHER], [Drawn::default(); TOGETHER]);
+        u.iter_mut().zip(&mut numbers).for_each(|(u, number)| *u = number);
+        let some = u.get(..TOGETHER.min(rays - first)).unwrap_or_default();
         samples(&shaded, &frame, some, &mut drawn);
         for &Drawn { wi, pdf } in drawn.iter().take(some.len()) {
             if let (true, Some(ray)) = (pdf > 0.0 && is_above(point, wi), out.get_mut(written)) {
-                *ray = Ray { wi, weight: (1.0 / (u.len() as f32 * pdf)).min(f32::MAX) };
+                *ray = Ray { wi, weight: (1.0 / (rays as f32 * pdf)).min(f32::MAX) };
                 written += 1;
             }
         }

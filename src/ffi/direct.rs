@@ -4,7 +4,7 @@ use super::light::{EnvironmentObject, environment as view};
 use super::material::{PointData, failure, point as read_point};
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::factors;
-use super::{answer, borrow, out, put, require, slice, slice_mut};
+use super::{answer, borrow, out, put, require, slice_mut};
 use crate::direct::Ray;
 use crate::direct::sampler::Sequence;
 use crate::status::Status;
@@ -34,13 +34,12 @@ pub unsafe extern "C" fn wis_base(
 ///
 /// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
 /// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
-/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many, of less than 0.075 four
-/// times (2048 in all at the most).
+/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
+/// most).
 ///
-/// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
-/// are read at first hits (`bounce` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
-/// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
-/// chosen among candidates.
+/// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
+/// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of
+/// the four covers a hit, rays are chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
@@ -55,7 +54,6 @@ pub unsafe extern "C" fn wis_direct(
     environment: *const EnvironmentObject,
     point: *const PointData,
     rays: u32,
-    u: *const f32,
     ray: *mut Ray,
     ray_count: *mut u32,
 ) -> Status {
@@ -67,12 +65,11 @@ pub unsafe extern "C" fn wis_direct(
             let seen = factors(data.visibility, data.visibility_key, data.seed, 3)?;
             let target = data.target();
             require(rays <= sampler.config().rays, Status::InvalidArgument, 4)?;
-            let u: &[[f32; 2]] = if u.is_null() { &[] } else { slice(u.cast(), rays as usize, 5)? };
-            let room = slice_mut(ray, rays as usize, 6)?;
-            let counted = out(ray_count, 7)?;
+            let room = slice_mut(ray, rays as usize, 5)?;
+            let counted = out(ray_count, 6)?;
             let at = Sequence { seed: data.seed, sample: data.sample, bounce: data.bounce };
             let got = sampler
-                .direct(&environment, &data.kernel(material, seen, target.as_ref()), at, rays as usize, u, room)
+                .direct(&environment, &data.kernel(material, seen, target.as_ref()), at, rays as usize, room)
                 .map_err(|fault| failure(fault, 3))?;
             counted.write(got as u32);
             Ok(())

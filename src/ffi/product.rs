@@ -201,8 +201,8 @@ pub unsafe extern "C" fn wis_product_describe(
     })
 }
 
-/// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Lobes must be of the same
-/// kinds and about as wide, and glossy ones be seen from about the same direction. Weights and f0 may differ as long as no lobe's share
+/// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Normal and view must also lie within
+/// half of the narrowest alpha of the product's, at most 0.1 radians. Lobes must be of the same kinds and about as wide. Weights and f0 may differ as long as no lobe's share
 /// of what the hit scatters is more than 1.25 times that at the product. Where `covers` is 1, the pdf is above 0 wherever that hit
 /// reflects light. Costs about 100 ns. Work: lobes.
 ///

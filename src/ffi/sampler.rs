@@ -37,7 +37,7 @@ pub struct SamplerConfig {
     /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
     pub candidates_per_ray: u32,
     /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0)
-    /// that come with numbers of yours (`u` of wis_direct) share at most four products, for which the sampler takes 15 kB more.
+    /// share at most four products, for which the sampler takes 15 kB more.
     pub hits_per_pixel: u32,
     /// Always 0.
     pub reserved: u32,
@@ -86,7 +86,7 @@ fn needed(config: &Config) -> usize {
     (size_of::<Header>() + config.bytes()).next_multiple_of(WIS_ALIGNMENT)
 }
 
-/// The bytes that a sampler needs: 25 kB for 16 rays, 10 kB for three, 5 kB for one or two. Work: constant.
+/// The bytes that a sampler needs: 11 kB for 16 rays, 3 kB for three, 2 kB for one or two. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

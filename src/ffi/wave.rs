@@ -10,7 +10,8 @@ use super::visibility::{VisibilityCacheObject, factors};
 use super::{Checked, Failure, sized};
 use crate::brdf::material::Material;
 use crate::brdf::point::Point;
-use crate::direct::sampler::{Sampler, Sequence, WAVE_RAYS, Wave};
+use crate::direct::Ray;
+use crate::direct::sampler::{Sampler, Sequence, WAVE_RAYS};
 use crate::light::environment::Environment;
 use crate::status::Status;
 
@@ -87,8 +88,6 @@ pub struct DirectWave {
     pub visibility_key: IntsIn,
     /// What rays of earlier passes saw. Null: not known.
     pub visibility: *mut VisibilityCacheObject,
-    /// Two numbers for each ray, ray after ray, from a well-spread sequence of your own; null: none. As `u` of wis_direct.
-    pub u: FloatsIn,
     /// Four numbers for each ray, ray after ray: direction and weight.
     pub ray: FloatsOut,
     /// How many rays each point has.
@@ -176,7 +175,6 @@ impl DirectWave {
         self.sample.check(true, c"sample")?;
         self.bounce.check(true, c"bounce")?;
         self.visibility_key.check(true, c"visibility_key")?;
-        self.u.check(true, c"u")?;
         self.ray.check(c"ray")?;
         super::pointer(self.count, 4).map_err(|failure| failure.of(c"count"))?;
         if self.material_count > 0 {
@@ -210,7 +208,7 @@ impl DirectWave {
         sampler: &mut Sampler<'_>,
         environment: &Environment<'_>,
         i: usize,
-        room: &mut Wave<'_>,
+        room: &mut [Ray],
     ) -> Checked<usize> {
         // SAFETY: the caller's contract.
         unsafe {
@@ -228,13 +226,8 @@ impl DirectWave {
             }
             point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
             let at = Sequence { seed: self.seed.read(i), sample: self.sample.read(i), bounce: self.bounce.read(i) };
-            let given = if self.u.first.is_null() { 0 } else { self.rays as usize };
-            let u = room.numbers.get_mut(..given).unwrap_or_default();
-            for (ray, number) in u.iter_mut().enumerate() {
-                *number = [self.u.read(i, 2 * ray), self.u.read(i, 2 * ray + 1)];
-            }
-            let rays = room.rays.get_mut(..self.rays as usize).unwrap_or_default();
-            sampler.direct(environment, &point, at, self.rays as usize, u, rays).map_err(|fault| failure(fault, 4))
+            let rays = room.get_mut(..self.rays as usize).unwrap_or_default();
+            sampler.direct(environment, &point, at, self.rays as usize, rays).map_err(|fault| failure(fault, 4))
         }
     }
 }
@@ -268,7 +261,7 @@ pub unsafe extern "C" fn wis_direct_wave(
             if wave.rays > sampler.config().rays || wave.rays as usize > WIS_WAVE_RAYS {
                 return Err(Failure::new(Status::InvalidArgument, 4).of(c"rays"));
             }
-            let mut room = sampler.take_wave();
+            let room = sampler.take_wave();
             let mut seed = None;
             for i in 0..count {
                 let left_out = !wave.mask.is_null() && wave.mask.add(i).read() == 0;
@@ -280,13 +273,13 @@ pub unsafe extern "C" fn wis_direct_wave(
                         sampler.begin_pixel();
                         seed = Some(own);
                     }
-                    wave.point(sampler, &environment, i, &mut room)
+                    wave.point(sampler, &environment, i, room)
                 };
                 let (status, got) = match answer {
                     Ok(got) => (Status::Ok, got),
                     Err(failure) => (failure.status, 0),
                 };
-                for (r, ray) in room.rays.iter().take(got).enumerate() {
+                for (r, ray) in room.iter().take(got).enumerate() {
                     let [x, y, z] = ray.wi;
                     for (k, value) in [x, y, z, ray.weight].into_iter().enumerate() {
                         wave.ray.write(i, 4 * r + k, value);

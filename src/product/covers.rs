@@ -5,13 +5,15 @@ use super::stored::{COSINE_INCLUDED, Header, WHOLE_SPHERE};
 use crate::brdf::material::Shape;
 use crate::brdf::point::Point;
 use crate::brdf::surface::shares;
-use crate::numeric::{max, min, sqrt};
+use crate::numeric::min;
 use crate::sphere::unit;
 
 /// Widths of lobes may differ by this factor.
 const WIDTHS: f32 = 1.5;
-/// Views may differ by this share of the narrowest lobe's width, and by the cone.
-const VIEWS: f32 = 0.5;
+/// Normals and views may differ by this share of the narrowest lobe's width (rule 26): what it mirrors then stays in that lobe.
+const REACH: f32 = 0.5;
+/// And by so much at the most, in radians.
+const FARTHEST: f32 = 0.1;
 /// Lobes of at least this width hardly depend on the view.
 const DIFFUSE: f32 = 0.7;
 /// A lobe's share of what a hit scatters may be this many times its share at the product. Weights grow by as much.
@@ -51,9 +53,9 @@ impl Header {
             }
             narrowest = min(narrowest, width(shape, 1.0));
         }
-        let cone = sqrt(max(2.0 - 2.0 * self.cone, 0.0));
-        narrowest >= DIFFUSE
-            || (wo - own_wo).length_squared() <= (VIEWS * narrowest + cone) * (VIEWS * narrowest + cone)
+        let reach = min(REACH * narrowest, FARTHEST) + ROUNDING;
+        let near = |a: glam::Vec3, b: glam::Vec3| (a - b).length_squared() <= reach * reach;
+        near(normal, own_normal) && (narrowest >= DIFFUSE || near(wo, own_wo))
     }
 }
 

@@ -49,7 +49,6 @@ fn is_optional(function: &Function, parameter: &Parameter) -> bool {
             "wis_sample" | "wis_pdf" | "wis_invert" | "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert"
         ),
         "table" => true,
-        "u" => function.name == "wis_direct",
         "label" => function.name == "wis_strata_lights",
         "info" => !matches!(
             function.name.as_str(),

@@ -451,7 +451,6 @@ impl Scene {
             "uint32_t *ray_count" | "uint32_t *visibility_key" => unwritten(4),
             "uint8_t *status" => unwritten(count),
             "float *u" if matches!(name, "wis_invert" | "wis_wavelet_invert") => unwritten(8 * count),
-            "const float *u" if name == "wis_direct" => numbers(&RANDOM[..RAYS]),
             "const wis_wavelet_product_config *config" => product_config(),
             "const wis_tree_config *config" => self.tree_config(WIS_TREE_PIXELS),
             "const wis_wavelet_query *query" if name == "wis_wavelet_product_prepare" => query().repeat(COUNT),

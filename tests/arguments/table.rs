@@ -72,7 +72,7 @@ pub const TABLE: &[Entry] = table! {
     wis_visibility_key(position, normal, cell, visibility_key);
     wis_material_init(material, diagnostic);
     wis_base(environment, radiance, base);
-    wis_direct(sampler, environment, point, rays, u, ray, ray_count);
+    wis_direct(sampler, environment, point, rays, ray, ray_count);
     wis_direct_wave(sampler, environment, count, wave);
     wis_product_size(config, size, diagnostic);
     wis_product_prepare(sampler, environment, config, count, point, memory, bytes, offset, bytes_used);

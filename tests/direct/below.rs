@@ -2,10 +2,10 @@
 
 use super::client::{self, Client};
 use super::light::{Light, TURNED, Thread, first_hit};
+use crate::support::Map;
 use crate::support::maps::{Filter, sun};
 use crate::support::statistics::Mean;
 use crate::support::vector::{V3, add, cross, dot, rotate_back, scale, unit};
-use crate::support::{Map, Random};
 use std::f64::consts::PI;
 use wis::brdf::material::{Kind, Shape};
 use wis::direct::sampler::Config;
@@ -24,15 +24,10 @@ fn seen(client: Client, cosine: f64) -> Client {
 fn estimates(client: &Client, map: &Map, rays: usize, shared: bool) -> (Mean, f64) {
     let light = Light::of(map);
     let config = Config { rays: 16, candidates_per_ray: 0, hits_per_pixel: if shared { 64 } else { 0 }, reserved: 0 };
-    let (mut thread, mut random) = (Thread::with(Level::detect(), config), Random(61));
+    let mut thread = Thread::with(Level::detect(), config);
     let (mut mean, mut largest) = (Mean::default(), 0.0f64);
     for seed in 0..CALLS {
-        let drawn = if shared {
-            let u: Vec<[f32; 2]> = (0..rays).map(|_| [random.f32(), random.f32()]).collect();
-            thread.direct_by(&light.environment(), &client.point(), first_hit(0), &u)
-        } else {
-            thread.direct(&light.environment(), &client.point(), first_hit(seed), rays)
-        };
+        let drawn = thread.direct(&light.environment(), &client.point(), first_hit(seed), rays);
         let brings = drawn.iter().map(|ray| {
             let wi = ray.wi.map(f64::from);
             let radiance = map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi))[0];

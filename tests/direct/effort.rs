@@ -25,7 +25,7 @@ fn narrow_lobes_have_more_candidates_than_wide_ones() {
     assert_eq!(diffuse, Counts { light: 8, lobes: 8 });
     assert_eq!(wide, Counts { light: 16, lobes: 16 });
     assert_eq!(glossy, Counts { light: 32, lobes: 32 });
-    assert_eq!(narrow, Counts { light: 64, lobes: 64 });
+    assert_eq!(narrow, Counts { light: 32, lobes: 32 });
 }
 
 #[test]

@@ -90,30 +90,8 @@ impl Thread {
 
     /// The rays of a call.
     pub fn direct(&mut self, environment: &Environment<'_>, point: &Point<'_>, at: Sequence, rays: usize) -> Vec<Ray> {
-        self.call(environment, point, at, rays, &[])
-    }
-
-    /// The rays of a call for numbers of the client's.
-    pub fn direct_by(
-        &mut self,
-        environment: &Environment<'_>,
-        point: &Point<'_>,
-        at: Sequence,
-        u: &[[f32; 2]],
-    ) -> Vec<Ray> {
-        self.call(environment, point, at, u.len(), u)
-    }
-
-    fn call(
-        &mut self,
-        environment: &Environment<'_>,
-        point: &Point<'_>,
-        at: Sequence,
-        rays: usize,
-        u: &[[f32; 2]],
-    ) -> Vec<Ray> {
         let mut out = vec![Ray { wi: [f32::NAN; 3], weight: f32::NAN }; rays];
-        let count = self.sampler().direct(environment, point, at, rays, u, &mut out).unwrap();
+        let count = self.sampler().direct(environment, point, at, rays, &mut out).unwrap();
         assert!(count <= rays, "{count} rays of {rays}");
         out.truncate(count);
         out

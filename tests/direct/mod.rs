@@ -2,6 +2,7 @@
 
 mod below;
 mod brdfs;
+mod candidates;
 mod client;
 mod compare;
 mod effort;

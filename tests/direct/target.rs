@@ -122,7 +122,7 @@ fn failures_and_bad_values_are_told() {
         let target = Answers(value);
         let point = Point { target: Some(&target), ..client.point() };
         let mut rays = [Ray::default(); 4];
-        sampler.direct(&light.environment(), &point, first_hit(1), 4, &[], &mut rays)
+        sampler.direct(&light.environment(), &point, first_hit(1), 4, &mut rays)
     };
     for bad in [None, Some(f32::NAN), Some(f32::INFINITY), Some(-1.0)] {
         assert_eq!(answer(bad), Err(Fault::Target), "{bad:?}");

@@ -212,3 +212,53 @@ fn learnt_visibility_is_unbiased_and_better() {
         assert!(gain > 1.3, "{name}: {gain}");
     }
 }
+
+/// What four rays of a pixel bring once a place is known, and with nothing known: their variances. `shadow` is what is seen.
+fn variances(client: &Client, map: &Map, shadow: &dyn Fn(V3) -> f64) -> [f64; 2] {
+    let light = Light::of(map);
+    let (mut memory, mut thread) = (Memory::new(1), Thread::new(4));
+    let mut pixel = |memory: &Memory, seed: u32, knows: bool| {
+        let cache = memory.cache();
+        let seen = if knows { cache.factors(1, seed) } else { None };
+        let point = Point { seen, ..client.point() };
+        let rays = thread.direct(&light.environment(), &point, Sequence { seed, sample: 0, bounce: 0 }, 4);
+        let brings = rays.iter().map(|ray| {
+            let wi = ray.wi.map(f64::from);
+            cache.record(1, seed, ray.wi.into(), shadow(wi) > 0.0);
+            let radiance = map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi))[0];
+            f64::from(ray.weight) * client.response(wi) * shadow(wi) * radiance
+        });
+        brings.sum::<f64>()
+    };
+    for pass in 0..8 {
+        (0..64).for_each(|k| _ = pixel(&memory, 64 * pass + k, pass > 0));
+        memory.end_pass();
+    }
+    [true, false].map(|knows| {
+        let mut all = Mean::default();
+        (1000..21_000).for_each(|seed| all.add(pixel(&memory, seed, knows)));
+        all.standard_error().powi(2)
+    })
+}
+
+/// Lambert, and GGX without reflectance at its normal, outdoors and in a room: the variance of 20,000 pixels is not above that without a cache.
+/// Both have the same seeds. In the open a cache changes nothing.
+#[test]
+fn a_cache_costs_no_variance() {
+    let clients = [
+        ("Lambert", Client::new(&[Shape::LAMBERT], client::lambert)),
+        ("GGX", Client { f0: 0.0, ..Client::new(&[Shape::ggx(0.5, 0.5)], client::mixture) }),
+    ];
+    let open = |_: V3| 1.0;
+    let places: [(&str, &dyn Fn(V3) -> f64, f64); 2] =
+        [("in the open", &open, 1.0001), ("behind a window", &seen, 1.0)];
+    for (light, map) in maps() {
+        for (name, client) in &clients {
+            for (place, shadow, most) in places {
+                let [with, without] = variances(client, &map, shadow);
+                println!("{name}, {light}, {place}: {:.4} of the variance without a cache", with / without);
+                assert!(with <= most * without, "{name}, {light}, {place}: {with} {without}");
+            }
+        }
+    }
+}

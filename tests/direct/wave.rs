@@ -15,8 +15,8 @@ use wis::status::Status;
 
 const POINTS: usize = 96;
 const RAYS: usize = 3;
-/// Normal, tangent, wo; weight and f0 of two lobes; u.
-const NUMBERS: usize = 9 + 12 + 2 * RAYS;
+/// Normal, tangent, wo; weight and f0 of two lobes.
+const NUMBERS: usize = 9 + 12;
 
 /// A sampler in memory of its own.
 struct Thread {
@@ -67,7 +67,7 @@ fn waves_are_single_calls() {
         [material(&[lobe(WIS_LOBE_LAMBERT, 0.0)]), material(&[lobe(WIS_LOBE_LAMBERT, 0.0), lobe(WIS_LOBE_GGX, 0.2)])];
     // Structures, and columns.
     for layout in [[NUMBERS, 1], [1, POINTS]] {
-        for (hits, with_u) in [(0, false), (16, true)] {
+        for hits in [0, 16] {
             let mut random = Random(7);
             let mut columns = vec![0.0f32; POINTS * NUMBERS];
             let mut kind = vec![0u32; POINTS];
@@ -88,7 +88,6 @@ fn waves_are_single_calls() {
             let mask: Vec<u8> = (0..POINTS).map(|i| u8::from(i % 7 != 3)).collect();
             let mut rays = vec![0.0f32; 4 * RAYS * POINTS];
             let (mut count, mut status) = (vec![9u32; POINTS], vec![99u8; POINTS]);
-            let none = FloatsIn { first: null(), point: 0, number: 0 };
             let ints = |values: &[u32]| IntsIn { first: values.as_ptr(), point: 4 };
             let zero = IntsIn { first: null(), point: 0 };
             let wave = DirectWave {
@@ -109,7 +108,6 @@ fn waves_are_single_calls() {
                 bounce: zero,
                 visibility_key: zero,
                 visibility: null_mut(),
-                u: if with_u { floats(&columns, 21, layout) } else { none },
                 ray: FloatsOut { first: rays.as_mut_ptr(), point: 16 * RAYS as isize, number: 0 },
                 count: count.as_mut_ptr(),
                 status: status.as_mut_ptr(),
@@ -144,9 +142,7 @@ fn waves_are_single_calls() {
                 };
                 (point.weight[0], point.weight[1]) = (three(9), three(12));
                 (point.f0[0], point.f0[1]) = (three(15), three(18));
-                let u: Vec<f32> = (0..2 * RAYS).map(|k| at(i, 21 + k)).collect();
                 let (mut got, mut out) = (0u32, [Ray::default(); RAYS]);
-                let numbers = if with_u { u.as_ptr() } else { null() };
                 // SAFETY: all pointers are valid.
                 let answer = unsafe {
                     if last != Some(seed[i]) {
@@ -154,7 +150,7 @@ fn waves_are_single_calls() {
                         last = Some(seed[i]);
                     }
                     let rays = RAYS as u32;
-                    wis_direct(singles.sampler, environment, &point, rays, numbers, out.as_mut_ptr(), &mut got)
+                    wis_direct(singles.sampler, environment, &point, rays, out.as_mut_ptr(), &mut got)
                 };
                 assert_eq!((status[i], answer == Status::Ok), (answer as u8, i != 40));
                 assert_eq!(count[i], got, "point {i}");

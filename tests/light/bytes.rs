@@ -92,7 +92,7 @@ fn exercise(environment: &Environment<'_>, random: &mut Random) {
     let mut ray = [Ray::default()];
     for sample in 0..4 {
         let at = Sequence { seed: random.bits() as u32, sample, bounce: 0 };
-        let count = sampler.direct(environment, &point, at, 1, &[], &mut ray).unwrap();
+        let count = sampler.direct(environment, &point, at, 1, &mut ray).unwrap();
         assert!(
             ray[..count].iter().all(|ray| ray.weight.is_finite() && ray.wi.iter().all(|x| x.is_finite())),
             "{ray:?}"

@@ -179,8 +179,7 @@ fn a_light_alone_has_no_products() {
         let mut memory = vec![0u64; config.bytes().div_ceil(8)];
         let mut sampler = Sampler::new(Level::BASELINE, config, bytemuck::cast_slice_mut(&mut memory)).unwrap();
         let mut rays = [Ray::default(); 4];
-        let u = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]];
-        let count = sampler.direct(&built.environment(), &point, direct::Sequence::default(), 4, &u, &mut rays);
+        let count = sampler.direct(&built.environment(), &point, direct::Sequence::default(), 4, &mut rays);
         (count, rays.map(|ray| ray.wi.map(f32::to_bits)))
     };
     assert_eq!(rays(&alone, 64), rays(&alone, 0));

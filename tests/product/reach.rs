@@ -6,6 +6,7 @@ use super::lookup::{Map, V3, single};
 use super::maps::{layouts, sky};
 use super::points::{materials, view};
 use super::prepared::Prepared;
+use wis::brdf::material::{Kind, Material};
 use wis::light::chart::Layout;
 use wis::light::plan::{Description, Filter};
 use wis::product::prepare::Config;
@@ -65,7 +66,18 @@ fn the_density_is_positive_where_the_client_reflects() {
     }
 }
 
-/// Every normal of the cone sees a density above 0; a product without the cone does not serve them.
+/// How far normals of hits that a product serves may lie from its own.
+fn reach(material: &Material) -> f64 {
+    let widths = material.lobes().iter().map(|shape| match shape.kind {
+        Kind::Phong => 0.5 * (2.0f64).powf(-1.0 / (f64::from(shape.a) + 1.0)).acos(),
+        Kind::Ggx => f64::from(shape.a.min(shape.b)),
+        _ => 1.0,
+    });
+    widths.fold(0.2, f64::min) / 2.0
+}
+
+/// Every normal of the cone sees a density above 0; a product without the cone does not serve them. One with it serves those that lie within
+/// 0.1 and within half of the narrowest lobe's width.
 #[test]
 fn normals_within_the_cone_are_served() {
     const CONE: f64 = 0.3;
@@ -84,8 +96,12 @@ fn normals_within_the_cone_are_served() {
             let (sine, cosine) = (CONE * 0.999).sin_cos();
             let mut tilted = point;
             tilted.normal = single(unit([0, 1, 2].map(|k| cosine * n[k] + sine * t[k])));
-            assert!(served.product().header.covers(&tilted), "{name}");
-            assert!(!narrow.product().header.covers(&tilted), "{name}");
+            assert!(!served.product().header.covers(&tilted), "{name}");
+            let (sine, cosine) = (0.999 * reach(&material)).sin_cos();
+            let mut near = point;
+            near.normal = single(unit([0, 1, 2].map(|k| cosine * n[k] + sine * t[k])));
+            assert!(served.product().header.covers(&near), "{name}");
+            assert!(!narrow.product().header.covers(&near), "{name}");
             let client = Client::new(&tilted);
             for wi in directions(&map, client.normal(), &mut random) {
                 if client.cosine(wi) > 1e-6 {

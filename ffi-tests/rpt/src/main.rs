@@ -313,7 +313,7 @@ fn main() -> Result<()> {
             picture(&scene, PICTURES as u64 + seed, &mut |hit, pixel, sample, _| {
                 let at = Sequence { seed: pixel + seed as u32 * WIDTH * HEIGHT, sample, bounce: 0 };
                 let mut rays = [Ray::default(); 1];
-                let count = sampler.direct(environment, &point(&lobes, hit), at, 1, &[], &mut rays);
+                let count = sampler.direct(environment, &point(&lobes, hit), at, 1, &mut rays);
                 let rays = &rays[..count.map_err(|fault| anyhow!("{fault:?}"))?];
                 Ok(rays.iter().map(|ray| from(&scene, hit, &vector(ray.wi)) * f64::from(ray.weight)).sum())
             })

@@ -292,7 +292,7 @@ pub fn rays(
                     let point = raw::wis_point { seed: seed as u32 + 1, sample, ..*point };
                     let count = match &mut target {
                         Some(target) => sampler.direct_by(environment, &point, *target, &mut ray)?,
-                        None => sampler.direct(environment, &point, None, &mut ray)?,
+                        None => sampler.direct(environment, &point, &mut ray)?,
                     };
                     for ray in &ray[..count] {
                         let sign = if task.fault == Fault::Idle && sample % 10 == 0 { -1.0 } else { 1.0 };

@@ -143,7 +143,7 @@ fn passes(scene: &Scene, setting: &Setting, with: bool, repeat: u32) -> Result<(
                 cache.lend(place, &mut point)?;
             }
             let mut rays = [raw::wis_ray::default()];
-            let count = sampler.direct(setting.tables, &point, None, &mut rays)?;
+            let count = sampler.direct(setting.tables, &point, &mut rays)?;
             for ray in &rays[..count] {
                 let wi = Vec3::from(ray.wi);
                 setting.cost.evaluate(1);

@@ -120,5 +120,5 @@ fn direct(
     let (own, environment): (_, &Environment) = (environment::material(&material.lobes())?, &lit.tables);
     let (mut sampler, mut ray) = (environment::Sampler::new(rays, candidates, 1)?, vec![raw::wis_ray::default(); rays]);
     let at = shaded(material, &own, points);
-    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], None, &mut ray).map(drop))
+    time(at.len(), rounds, |i| sampler.direct(environment, &at[i], &mut ray).map(drop))
 }

@@ -57,8 +57,8 @@ const SITUATIONS: [Situation; 15] = [
     Situation::of("64 rays per hit", "`wis_direct`", MAIN, "direct", 64),
     Situation::of("4 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 4),
     Situation::of("16 samples of a density per hit", "`wis_product_prepare`, `wis_sample`", MAIN, "product", 16),
-    Situation::of("64 hits per pixel, well-spread numbers", "`wis_direct` with `u`", HITS, "direct, shared", 1),
-    Situation::of("the same, textured", "`wis_direct` with `u`", TEXTURED, "direct, shared", 1),
+    Situation::of("64 hits per pixel", "`wis_direct`, `hits_per_pixel`", HITS, "direct, shared", 1),
+    Situation::of("the same, textured", "`wis_direct`, `hits_per_pixel`", TEXTURED, "direct, shared", 1),
     Situation::of(
         "needs densities for its own MIS, 16 samples",
         "`wis_product_prepare`, `wis_sample`, `wis_pdf`",
@@ -138,7 +138,7 @@ pub fn page(run: &Run, cells: &[Cell], suns: &[Cell], measured: &Measured) -> Re
 const FIRST_SCREEN: [&str; 5] = [
     "one shadow ray per hit",
     "16 rays per hit",
-    "64 hits per pixel, well-spread numbers",
+    "64 hits per pixel",
     "needs densities for its own MIS, 16 samples",
     "a room with one window, 4 rays",
 ];

@@ -1,0 +1,116 @@
+//! What candidates are, seen from outside: they stand in order along the tree of strata and along a curve of the lobes' numbers (rule 39), and
+//! what stands for the light's density is never taken for it (rule 24).
+
+use super::client::{self, Client};
+use super::light::{Light, TURNED, Thread, first_hit, mean_of};
+use super::maps;
+use crate::support::Map;
+use crate::support::maps::Filter;
+use crate::support::statistics::{LARGEST_MISSED, corrected};
+use crate::support::vector::{V3, cross, dot, rotate_back, single};
+use std::f64::consts::FRAC_PI_4;
+use wis::brdf::material::Shape;
+use wis::direct::sampler::{Config, Sequence};
+use wis::light::environment::Environment;
+use wis::simd::Level;
+
+/// The stratum that holds a direction; `None` on borders.
+fn stratum(environment: &Environment<'_>, wi: V3) -> Option<usize> {
+    let source = environment.source();
+    let place = source.chart.place::<f32>(single(rotate_back(&TURNED, wi)));
+    let inside = |at: f32, first: f32, length: f32| at > first && at < first + length;
+    source.strata.iter().position(|&[column, row, width, height]| {
+        inside(place.position[0], column, width) && inside(place.position[1], row, height)
+    })
+}
+
+/// The place along a Morton curve of 2^bits cells of the numbers that lead to a direction of a diffuse lobe (Shirley and Chiu 1997).
+fn along_curve(client: &Client, wi: V3, bits: u32) -> u32 {
+    let (x, y) = (dot(wi, client.tangent), dot(wi, cross(client.normal, client.tangent)));
+    let (radius, steep) = ((x * x + y * y).sqrt(), x.abs() < y.abs());
+    let (major, ratio) = if steep { (radius.copysign(y), x / y) } else { (radius.copysign(x), y / x) };
+    let minor = major * ratio.atan() / FRAC_PI_4;
+    let (a, b) = if steep { (minor, major) } else { (major, minor) };
+    let cell = |number: f64, bits: u32| ((0.5 + 0.5 * number) * f64::from(1u32 << bits)) as u32;
+    let (column, row) = (cell(a, bits.div_ceil(2)), cell(b, bits / 2));
+    // The highest bit is of the first number.
+    let (low, high) = if bits % 2 == 0 { (row, column) } else { (column, row) };
+    (0..16).map(|k| (low >> k & 1) << (2 * k) | (high >> k & 1) << (2 * k + 1)).sum()
+}
+
+/// Rays come in the order of candidates: those of the light ascend along the strata, and then those of a diffuse lobe along the curve. Of sets of
+/// 8, 16 and 32 in any other order hardly any would.
+#[test]
+fn picks_follow_the_order_of_candidates() {
+    // A lobe without weight that is longer along the tangent: numbers of the other one are then those of the client's axes, too.
+    let shapes = [Shape::LAMBERT, Shape::ggx(0.5, 0.4)];
+    let client = Client { weight: [1.0, 0.0, 0.0, 0.0], ..Client::new(&shapes, client::lambert) };
+    let light = Light::of(&maps()[0].1);
+    let environment = light.environment();
+    for (candidates_per_ray, bits) in [(1, 3), (2, 4), (4, 5)] {
+        let config = Config { rays: 16, candidates_per_ray, hits_per_pixel: 0, reserved: 0 };
+        let mut thread = Thread::with(Level::detect(), config);
+        let (mut ordered, mut of_light, mut all) = (0, 0, 0);
+        for sample in 0..200 {
+            let at = Sequence { seed: 3, sample, bounce: 0 };
+            let wi: Vec<V3> =
+                thread.direct(&environment, &client.point(), at, 16).iter().map(|ray| ray.wi.map(f64::from)).collect();
+            let strata: Vec<_> = wi.iter().map(|&wi| stratum(&environment, wi)).collect();
+            let curve: Vec<_> = wi.iter().map(|&wi| along_curve(&client, wi, bits)).collect();
+            let ascends = |split: usize| {
+                strata[..split].iter().flatten().is_sorted() && curve[split..].is_sorted_by(|a, b| a < b)
+            };
+            let split = (1..wi.len()).find(|&split| ascends(split));
+            ordered += u32::from(split.is_some());
+            of_light += split.unwrap_or(0);
+            all += wi.len();
+        }
+        println!("sets of {}: {ordered} of 200 in order, {of_light} of {all} rays from the light", 1 << bits);
+        assert!(ordered >= 190, "sets of {}: {ordered} of 200", 1 << bits);
+        assert!((0.2..0.8).contains(&(of_light as f64 / all as f64)));
+    }
+}
+
+/// A light whose look-up, and so what stands for its density, is four times too large in half of its directions.
+fn with_wrong_stand_in(map: &Map) -> Vec<u64> {
+    let brighter =
+        |i: usize| if i / map.channels as usize % map.width as usize * 2 < map.width as usize { 4.0 } else { 1.0 };
+    let pixels = map.pixels.iter().enumerate().map(|(i, x)| x * brighter(i)).collect();
+    let (own, other) = (Light::of(map), Light::of(&Map { pixels, ..map.clone() }));
+    let (own, other) = (own.environment(), other.environment());
+    let (words, replaced) = (own.source().radiance.words, other.source().radiance.words);
+    assert_eq!(words.len(), replaced.len());
+    let first = words.as_ptr() as usize - own.as_bytes().as_ptr() as usize;
+    let mut copy = vec![0u64; own.as_bytes().len().div_ceil(8)];
+    let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut copy);
+    bytes[..own.as_bytes().len()].copy_from_slice(own.as_bytes());
+    bytes[first..first + 2 * words.len()].copy_from_slice(bytemuck::cast_slice(replaced));
+    copy
+}
+
+/// It costs noise and changes no mean.
+#[test]
+fn a_wrong_stand_in_changes_no_mean() {
+    let client = Client::new(&[Shape::LAMBERT], client::lambert);
+    for (name, map) in maps() {
+        let (integral, error) = client.integral(&map, Filter::Bilinear, 12);
+        let words = with_wrong_stand_in(&map);
+        let environment = Environment::view(bytemuck::cast_slice(&words)).unwrap();
+        for rays in [1, 4] {
+            let mut thread = Thread::new(rays as u32);
+            let mean = mean_of(corrected(4), |seed| {
+                let rays = thread.direct(&environment, &client.point(), first_hit(seed), rays);
+                let brings = rays.iter().map(|ray| {
+                    let wi = ray.wi.map(f64::from);
+                    f64::from(ray.weight)
+                        * client.response(wi)
+                        * map.radiance(Filter::Bilinear, rotate_back(&TURNED, wi))[0]
+                });
+                brings.sum()
+            });
+            let (p, fault) = (mean.p_value(integral, error), mean.smallest_fault(corrected(4)));
+            println!("{name}, {rays} rays: {} of {integral}, p {p:.1e}, finds {:.2} %", mean.mean, 100.0 * fault);
+            assert!(p > corrected(4) && fault < LARGEST_MISSED, "{name}: {} instead of {integral}", mean.mean);
+        }
+    }
+}

@@ -37,10 +37,14 @@ pub unsafe extern "C" fn wis_base(
 /// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many, of less than 0.075 four
 /// times (2048 in all at the most).
 ///
+/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
+/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
+/// WIS_POINT_PORTALS_COMPLETE.
+///
 /// `u`: null, or two numbers in [0, 1) for each ray from a low-discrepancy sequence of your own; independent numbers gain nothing. They
 /// are read at first hits (`bounce` 0) if the sampler was made for 16 hits of a pixel and more. Rays are then drawn with them from at most
-/// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, rays are
-/// chosen among candidates.
+/// four products that hits of the pixel share, and errors fall with the spread of your numbers. Where none of the four covers a hit, or it has
+/// portals, rays are chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
@@ -65,15 +69,15 @@ pub unsafe extern "C" fn wis_direct(
             let environment = view(environment, 2)?;
             let (data, material) = read_point(point, 3)?;
             let seen = factors(data.visibility, data.visibility_key, data.seed, 3)?;
-            let target = data.target();
+            let (target, portals) = (data.target(), data.portals(3)?);
             require(rays <= sampler.config().rays, Status::InvalidArgument, 4)?;
             let u: &[[f32; 2]] = if u.is_null() { &[] } else { slice(u.cast(), rays as usize, 5)? };
             let room = slice_mut(ray, rays as usize, 6)?;
             let counted = out(ray_count, 7)?;
             let at = Sequence { seed: data.seed, sample: data.sample, bounce: data.bounce };
-            let got = sampler
-                .direct(&environment, &data.kernel(material, seen, target.as_ref()), at, rays as usize, u, room)
-                .map_err(|fault| failure(fault, 3))?;
+            let point = data.kernel(material, seen, target.as_ref(), portals);
+            let got =
+                sampler.direct(&environment, &point, at, rays as usize, u, room).map_err(|fault| failure(fault, 3))?;
             counted.write(got as u32);
             Ok(())
         })

@@ -8,6 +8,7 @@ mod effort;
 mod joint;
 mod light;
 mod picks;
+mod portals;
 mod rays;
 mod samples;
 mod shared;

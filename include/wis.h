@@ -413,6 +413,13 @@ enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_
 /// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read it.
 #define WIS_POINT_COMPENSATED 4
 
+/// All light comes through the portals of the point: directions outside all of them do not count. Without the flag an eighth of the rays
+/// looks elsewhere, and means are right wherever light comes from. Not read if `portal_count` is 0.
+#define WIS_POINT_PORTALS_COMPLETE 8
+
+/// Portals of a point.
+#define WIS_MAX_PORTALS 8
+
 /// The shape of a lobe.
 typedef struct wis_lobe {
   /// WIS_LOBE_*.
@@ -441,6 +448,15 @@ typedef struct wis_material {
 /// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
 /// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
 typedef int (*wis_target_fn)(void *user, size_t count, const float *wi, float *f_cos);
+
+/// A rectangle that light comes through, such as a window, in world space. `edges[0]` x `edges[1]` points into the room. A portal that is
+/// seen from behind or from its plane, or has no area, is left out: zeros are no portal.
+typedef struct wis_portal {
+  /// A corner less the position of the shading point.
+  float corner[3];
+  /// The two edges that begin there, at right angles within 1e-3.
+  float edges[2][3];
+} wis_portal;
 
 /// A shading point in world space. Plain and copyable.
 typedef struct wis_point {
@@ -472,6 +488,8 @@ typedef struct wis_point {
   uint32_t bounce;
   /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
   uint32_t visibility_key;
+  /// How many portals there are, at most WIS_MAX_PORTALS; 0: light may come from everywhere.
+  uint32_t portal_count;
   /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
   struct wis_visibility_cache *visibility;
   /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
@@ -479,6 +497,9 @@ typedef struct wis_point {
   wis_target_fn target;
   /// Handed to `target`.
   void *target_user;
+  /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is 0,
+  /// nor by products and wis_check_point.
+  const struct wis_portal *portals;
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
@@ -552,9 +573,13 @@ enum wis_status wis_base(const struct wis_environment *environment,
 /// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
 /// most).
 ///
+/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
+/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
+/// WIS_POINT_PORTALS_COMPLETE.
+///
 /// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
 /// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of
-/// the four covers a hit, rays are chosen among candidates.
+/// the four covers a hit, or it has portals, rays are chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
@@ -633,6 +658,12 @@ typedef struct wis_wave {
   struct wis_ints_in bounce;
   /// The place of each point in `visibility`; null: 0, which is none.
   struct wis_ints_in visibility_key;
+  /// How many portals each point has, at most WIS_MAX_PORTALS; null: 0.
+  struct wis_ints_in portal_count;
+  /// Nine numbers for each portal, portal after portal: a corner and two edges, as in wis_portal. Null only without `portal_count`.
+  struct wis_floats_in portal;
+  /// Three numbers each: the position, which is taken from the corners of portals. So all points can share portals of the world. Null: 0.
+  struct wis_floats_in position;
   /// What rays of earlier passes saw. Null: not known.
   struct wis_visibility_cache *visibility;
   /// Four numbers for each ray, ray after ray: direction and weight.

@@ -42,6 +42,7 @@ pub mod ffi;
 pub use brdf::compare::{Match, Mistake};
 pub use brdf::material::{Kind, Material, Shape};
 pub use brdf::point::{Fault, Point, Target};
+pub use brdf::portal::Portal;
 pub use direct::Ray;
 pub use direct::sampler::{Config, Sampler, Sequence};
 pub use light::batch::Drawn;

@@ -36,8 +36,8 @@ class Material(c.Structure):
 class Point(c.Structure):
     _fields_ = [("size", c.c_uint32), ("flags", c.c_uint32), ("material", c.c_void_p), ("normal", c.c_float * 3),
                 ("tangent", c.c_float * 3), ("wo", c.c_float * 3), ("weight", c.c_float * 12), ("f0", c.c_float * 12)] + [
-        (n, c.c_uint32) for n in "seed sample bounce visibility_key".split()] + [
-        (n, c.c_void_p) for n in "visibility target target_user".split()]
+        (n, c.c_uint32) for n in "seed sample bounce visibility_key portal_count".split()] + [
+        (n, c.c_void_p) for n in "visibility target target_user portals".split()]
 
 
 class Ints(c.Structure):
@@ -52,7 +52,8 @@ class Wave(c.Structure):
     _fields_ = [(n, c.c_uint32) for n in "size flags material_count rays".split()] + [
         ("materials", c.c_void_p), ("material", Ints), ("mask", c.c_void_p)] + [
         (n, Floats) for n in "normal tangent wo weight f0".split()] + [
-        (n, Ints) for n in "seed sample bounce visibility_key".split()] + [
+        (n, Ints) for n in "seed sample bounce visibility_key portal_count".split()] + [
+        (n, Floats) for n in "portal position".split()] + [
         ("visibility", c.c_void_p), ("ray", Floats), ("count", c.c_void_p), ("status", c.c_void_p)]
 
 

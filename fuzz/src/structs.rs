@@ -160,6 +160,34 @@ fn point(case: &mut Case, fields: &mut Fields) {
         fields.word("target", function);
         fields.word("target_user", user);
     }
+    if case.random.one_in(4) {
+        let numbers = portals(&mut case.random);
+        let portals = case.input(&bytes_of(&numbers), 4);
+        fields.word("portals", portals);
+        fields.word("portal_count", 1 + case.random.below(PORTALS) as u64);
+        let flags = fields.get("flags") | case.random.pick(&[0, 8]);
+        fields.word("flags", flags);
+    }
+}
+
+/// Portals of a point or a wave: as many as there may be, so that no count is too large for their memory.
+const PORTALS: usize = 8;
+
+/// Rectangles about a point, at any distance and of any size, of which now and then one is none.
+fn portals(random: &mut Random) -> Vec<f32> {
+    let mut portal = |_| {
+        let [x, y, z] = random.direction();
+        let [u, v, w] = random.direction();
+        let (far, width, height) = (random.scale(1e-3, 1e3), random.scale(1e-3, 1e3), random.scale(1e-3, 1e3));
+        let across = [y * w - z * v, z * u - x * w, x * v - y * u];
+        let corner = random.direction().map(|x| far * x);
+        let mut numbers = [corner, [x, y, z].map(|x| width * x), across.map(|x| height * x)].concat();
+        if random.one_in(50) {
+            numbers[random.below(9)] = random.hard();
+        }
+        numbers
+    };
+    (0..PORTALS).flat_map(&mut portal).collect()
 }
 
 /// Arrays of a wave: each shared by its points, packed, or inside larger structures.
@@ -204,6 +232,21 @@ fn wave(case: &mut Case, fields: &mut Fields) {
         let mask: Vec<u8> = (0..count).map(|_| u8::from(!case.random.one_in(3))).collect();
         let mask = case.input(&mask, 1);
         fields.word("mask", mask);
+    }
+    if case.random.one_in(3) {
+        let flags = fields.get("flags") | case.random.pick(&[0, 8]);
+        fields.word("flags", flags);
+        let numbers = portals(&mut case.random);
+        let first = case.input(&bytes_of(&numbers), 4);
+        fields.word("portal.first", first);
+        let bytes: Vec<u8> = (0..count).flat_map(|i| (i as u32 % 10).to_le_bytes()).collect();
+        let first = case.input(&bytes, 4);
+        fields.word("portal_count.first", first);
+        fields.word("portal_count.point", 4);
+        let bytes: Vec<u8> = (0..count).flat_map(|_| bytes_of(&case.random.direction())).collect();
+        let first = case.input(&bytes, 4);
+        fields.word("position.first", first);
+        fields.word("position.point", 12);
     }
     let cache = cache(case);
     fields.word("visibility", cache);

@@ -9,6 +9,7 @@ pub mod lambert;
 pub mod material;
 pub mod phong;
 pub mod point;
+pub mod portal;
 pub mod surface;
 pub mod vector;
 pub mod verdict;

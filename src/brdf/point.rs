@@ -1,6 +1,7 @@
 //! A shading point: where light is to be gathered, and how strongly each lobe of the material reflects there.
 
 use super::material::{MAX_LOBES, Material};
+use super::portal::Portal;
 use crate::visibility::Factors;
 
 /// The client's BRDF as what candidates are weighed by.
@@ -34,6 +35,10 @@ pub struct Point<'a> {
     pub cosine_included: bool,
     /// Rays bring only the radiance above the light's mean: BSDF rays that escape bring the rest.
     pub compensated: bool,
+    /// Rectangles that light comes through, relative to the point; of more than eight, the first.
+    pub portals: &'a [Portal],
+    /// Directions outside all portals do not count. Not read without portals.
+    pub portals_complete: bool,
 }
 
 impl<'a> Point<'a> {
@@ -51,6 +56,8 @@ impl<'a> Point<'a> {
             target: None,
             cosine_included: false,
             compensated: false,
+            portals: &[],
+            portals_complete: false,
         }
     }
 }
@@ -68,6 +75,8 @@ pub enum Fault {
     Weight(usize),
     /// The reflectance of a lobe is outside [0, 1].
     F0(usize),
+    /// A portal is no rectangle, or not finite.
+    Portal(usize),
     /// The target failed, or a value of it is NaN, infinite or negative.
     Target,
 }

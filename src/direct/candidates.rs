@@ -1,20 +1,22 @@
-//! Candidates for rays, in lanes: from strata of the light and from the lobes, each with the library's own estimate of what it would bring.
+//! Candidates for rays, in lanes: from strata of the light, from the lobes and from portals, each with the library's own estimate of what it
+//! would bring.
 //!
 //! A candidate of the light is uniform in a stratum: one load, and its density is exact. In the balance heuristic (Veach and Guibas 1995) a
-//! function of the radiance there stands for the density of the light, the same for both sources: so parts of the techniques add up to 1
+//! function of the radiance there stands for the density of the light, the same for all sources: so parts of the techniques add up to 1
 //! everywhere, and no direction is ever looked for among the strata (rule 24).
 //!
 //! Candidates stand in order: those of the light along the kD-tree of the strata, those of the lobes along a Morton curve of their numbers.
 //! Systematic picks are then spread over directions, also over those of other hits of the pixel (rule 39).
 
 use super::joint::{Points, Set};
+use super::place::place;
+use super::portals::Portals;
 use crate::brdf::point::Target;
 use crate::brdf::surface::Surface;
 use crate::light::candidates::Source;
 use crate::light::chart::square_of;
 use crate::light::density::to_world;
-use crate::points::sobol_points;
-use crate::simd::{Compute, Num, Whole};
+use crate::simd::{Compute, Num};
 use crate::sphere::Frame;
 use crate::visibility::{CELLS, Factors, cell};
 
@@ -24,9 +26,10 @@ pub const FEWEST: usize = 8;
 /// Candidates of a hit, component by component.
 #[derive(Debug)]
 pub struct Candidates<'a> {
-    /// Directions in map space; before, the two numbers of each and nothing.
+    /// Directions in map space; before, those of portals, and the two numbers of each other candidate and nothing.
     pub direction: [&'a mut [f32]; 3],
-    /// Densities with counts: what a candidate's target is divided by; infinite where a direction does not count.
+    /// Densities with counts: what a candidate's target is divided by; infinite where a direction does not count. With portals, negative
+    /// outside all of them until [`Candidates::favour_portals`].
     pub density: &'a mut [f32],
     /// Target over density.
     pub weight: &'a mut [f32],
@@ -39,12 +42,14 @@ pub struct Counts {
     pub light: usize,
     /// Samples of the lobes.
     pub lobes: usize,
+    /// Samples of the portals.
+    pub portals: usize,
 }
 
 impl Counts {
     /// All candidates.
     pub fn sum(&self) -> usize {
-        self.light + self.lobes
+        self.light + self.lobes + self.portals
     }
 }
 
@@ -66,25 +71,12 @@ pub struct Draw<'a> {
     pub compensated: bool,
     /// What was seen from there, by cell of the world's directions.
     pub seen: Option<&'a Factors>,
+    /// Where light comes from, if that is known and seen.
+    pub portals: Option<&'a Portals>,
 }
 
 /// Draws all candidates into room for as many.
 pub struct DrawInto<'a, 'b>(pub &'a Draw<'a>, pub &'a mut Candidates<'b>);
-
-/// Bit i of a number below 2^16 as bit 2 i.
-#[inline(always)]
-fn spread<W: Whole>(x: W) -> W {
-    let x = (x | x.shl::<8>()) & W::splat(0x00ff_00ff);
-    let x = (x | x.shl::<4>()) & W::splat(0x0f0f_0f0f);
-    let x = (x | x.shl::<2>()) & W::splat(0x3333_3333);
-    (x | x.shl::<1>()) & W::splat(0x5555_5555)
-}
-
-/// The bits of two numbers by turns, those of the first one lower.
-#[inline(always)]
-fn morton<W: Whole>(low: W, high: W) -> W {
-    spread(low) | spread(high).shl::<1>()
-}
 
 impl Compute for DrawInto<'_, '_> {
     type Output = ();
@@ -92,14 +84,19 @@ impl Compute for DrawInto<'_, '_> {
     #[inline(always)]
     fn run<F: Num>(self) {
         let DrawInto(of, out) = self;
-        let Counts { light, lobes } = of.counts;
-        of.place::<F>(out, Set::Light, 0, light);
-        of.place::<F>(out, Set::Lobes, light, lobes);
+        let Counts { light, lobes, .. } = of.counts;
+        place::<F>(&of.points, &mut out.direction, Set::Light, 0, light);
+        place::<F>(&of.points, &mut out.direction, Set::Lobes, light, lobes);
         let Candidates { direction: [x, y, z], density, weight } = out;
         let places = x.chunks_exact_mut(F::WIDTH).zip(y.chunks_exact_mut(F::WIDTH)).zip(z.chunks_exact_mut(F::WIDTH));
         let weights = density.chunks_exact_mut(F::WIDTH).zip(weight.chunks_exact_mut(F::WIDTH));
         for (group, (((x, y), z), (density, weight))) in places.zip(weights).enumerate() {
-            let drawn = of.draw([F::read(x), F::read(y)], group * F::WIDTH < light);
+            let set = match group * F::WIDTH {
+                at if at < light => Set::Light,
+                at if at < light + lobes => Set::Lobes,
+                _ => Set::Portals,
+            };
+            let drawn = of.draw([F::read(x), F::read(y), F::read(z)], set);
             drawn.direction[0].write(x, 0);
             drawn.direction[1].write(y, 0);
             drawn.direction[2].write(z, 0);
@@ -117,40 +114,16 @@ struct Drawn<F: Num> {
 }
 
 impl Draw<'_> {
-    /// Writes the numbers of a set in the order of its candidates: a (0, 2)-net has one point in each box of that order.
+    /// Weighs candidates of one source, which are drawn for two numbers of each; those of portals are directions.
     #[inline(always)]
-    fn place<F: Num>(&self, out: &mut Candidates<'_>, set: Set, begin: usize, count: usize) {
-        let (seed, first) = self.points.set(set, count);
-        let [across, down, _] = &mut out.direction;
-        let (Some(across), Some(down)) = (across.get_mut(begin..begin + count), down.get_mut(begin..begin + count))
-        else {
-            return;
-        };
-        let bits = count.trailing_zeros();
-        let power = |bits: u32| (1u32 << (bits & 31)) as f32;
-        let (all, columns, rows) = (power(bits), power(bits.div_ceil(2)), power(bits / 2));
-        for group in (0..count as u32).step_by(F::WIDTH) {
-            let [x, y] = sobol_points::<F>(seed, F::Whole::splat(first.wrapping_add(group)) + F::counted());
-            let slot = if matches!(set, Set::Light) {
-                (x * all).to_whole()
-            } else {
-                let (column, row) = ((x * columns).to_whole(), (y * rows).to_whole());
-                // With an odd number of bits the first one is of the first number.
-                if columns == rows { morton(row, column) } else { morton(column, row) }
-            };
-            x.scatter(across, slot);
-            y.scatter(down, slot);
-        }
-    }
-
-    /// Draws and weighs candidates of one source for two numbers of each.
-    #[inline(always)]
-    fn draw<F: Num>(&self, numbers: [F; 2], of_light: bool) -> Drawn<F> {
-        let Draw { light, surface, counts, .. } = *self;
+    fn draw<F: Num>(&self, [u, v, w]: [F; 3], set: Set) -> Drawn<F> {
+        let Draw { light, surface, counts, portals, .. } = *self;
+        let of_light = matches!(set, Set::Light);
         let (direction, face, position, inverse) = if of_light {
-            light.sample(numbers)
+            light.sample([u, v])
         } else {
-            let direction = surface.to_map(surface.sample_here(numbers));
+            let direction =
+                if matches!(set, Set::Portals) { [u, v, w] } else { surface.to_map(surface.sample_here([u, v])) };
             let place = light.chart.place(direction);
             (direction, place.face, place.position, F::splat(1.0))
         };
@@ -159,6 +132,8 @@ impl Draw<'_> {
         let local = surface.to_local(direction);
         let (value, lobes) = surface.eval_here(local);
         let mixed = stand_in * counts.light as f32 + lobes * counts.lobes as f32;
+        let through = portals.map(|portals| portals.density(direction));
+        let mixed = through.map_or(mixed, |through| mixed + through * counts.portals as f32);
         let density = if of_light { mixed / (inverse * stand_in) } else { mixed };
         // Lobes answer 0 in all components where they have no direction.
         let height =
@@ -172,10 +147,16 @@ impl Draw<'_> {
         if let Some(seen) = self.seen {
             target = target * visible(self.frame, seen, direction);
         }
+        let weight = (target / density).min(F::splat(f32::MAX));
+        let (counts, density) = match (portals, through) {
+            (Some(portals), Some(through)) if portals.complete => (F::and(counts, zero.lt(through)), density),
+            (Some(_), Some(through)) => (counts, F::select(zero.lt(through), density, zero - density)),
+            _ => (counts, density),
+        };
         Drawn {
             direction,
             density: F::select(counts, density, F::splat(f32::INFINITY)),
-            weight: F::only(counts, (target / density).min(F::splat(f32::MAX))),
+            weight: F::only(counts, weight),
         }
     }
 }
@@ -191,10 +172,27 @@ fn visible<F: Num>(frame: &Frame, factors: &Factors, direction: [F; 3]) -> F {
     })
 }
 
+/// The weight of all candidates outside portals is at most that of those inside over this: an eighth of the rays looks for light that comes
+/// through none. A ray lost that way costs a variance of 1/7 where no light does, and 1/3 if it is a quarter of them.
+const INSIDE: f32 = 7.0;
+
 /// Directions that a target gets in one call.
 const TARGETS: usize = 16;
 
 impl Candidates<'_> {
+    /// Lowers the weights outside all portals to an eighth of all, and makes their densities positive.
+    #[inline(never)]
+    pub fn favour_portals(&mut self) {
+        let (mut inside, mut outside) = (0.0, 0.0);
+        for (weight, density) in self.weight.iter().zip(self.density.iter()) {
+            *(if *density < 0.0 { &mut outside } else { &mut inside }) += weight;
+        }
+        let scale = if inside > 0.0 && outside * INSIDE > inside { inside / (outside * INSIDE) } else { 1.0 };
+        for (weight, density) in self.weight.iter_mut().zip(self.density.iter_mut()).filter(|(_, d)| **d < 0.0) {
+            (*weight, *density) = (*weight * scale, -*density);
+        }
+    }
+
     /// Multiplies the weights of all candidates that count by the client's target. `None` if that failed.
     pub fn weigh_by(&mut self, target: &dyn Target, frame: &Frame) -> Option<()> {
         let [x, y, z] = &self.direction;

@@ -25,6 +25,8 @@ pub enum Set {
     Light,
     /// Candidates from the lobes.
     Lobes,
+    /// Candidates from portals. 2 is the pick's.
+    Portals = 4,
 }
 
 /// The pick's number among the sets, and that of samples of a product.

@@ -9,6 +9,8 @@ pub mod candidates;
 pub mod effort;
 pub mod joint;
 pub mod pick;
+pub mod place;
+pub mod portals;
 pub mod ray;
 pub mod sampler;
 pub mod shared;

@@ -5,6 +5,7 @@ use super::candidates::{Candidates, Draw, DrawInto};
 use super::effort::Effort;
 use super::joint::Points;
 use super::pick::Pick;
+use super::portals::Portals;
 use super::shared::{self, Shared};
 use crate::brdf::point::{Fault, Point};
 use crate::brdf::surface::Surface;
@@ -37,7 +38,7 @@ pub struct Config {
 impl Config {
     /// How many candidates a call has.
     fn effort(&self, rays: usize) -> Effort {
-        Effort { rays, wanted: self.candidates_per_ray as usize, compensated: false, targeted: false }
+        Effort { rays, wanted: self.candidates_per_ray as usize, compensated: false, targeted: false, portals: false }
     }
 
     /// Bytes of working memory.
@@ -137,13 +138,14 @@ impl<'a> Sampler<'a> {
     ) -> Result<usize, Fault> {
         let rays = rays.min(self.config.rays as usize).min(out.len());
         if rays == 0 || !(environment.header().power > 0.0) {
-            return least_alpha(environment, point).map(|_| 0);
+            return check(environment, point).map(|_| 0);
         }
         let points = Points::new(at.seed, at.sample, at.bounce);
         let out = out.get_mut(..rays).unwrap_or_default();
-        let shares = self.shared.as_mut().filter(|_| shared::serves(environment, point, at.bounce));
+        let serves = point.portals.is_empty() && shared::serves(environment, point, at.bounce);
+        let shares = self.shared.as_mut().filter(|_| serves);
         if let Some(shared) = shares
-            && shared::is_wide(least_alpha(environment, point)?)
+            && shared::is_wide(check(environment, point)?)
         {
             let Some(work) = work(self.scratch) else { return Ok(0) };
             if let Some(count) = shared.direct(self.level, environment, point, &points, work, out)? {
@@ -151,7 +153,7 @@ impl<'a> Sampler<'a> {
             }
         }
         let call = Call { level: self.level, config: self.config, environment, point, points };
-        call.rays(self.scratch, out)
+        if point.portals.is_empty() { call.rays(self.scratch, out, None) } else { call.through(self.scratch, out) }
     }
 }
 
@@ -168,7 +170,8 @@ fn is_compensated(environment: &Environment<'_>, point: &Point<'_>) -> bool {
 
 /// The least alpha of lobes that scatter, or what is wrong with a point.
 #[inline(never)]
-fn least_alpha(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Fault> {
+fn check(environment: &Environment<'_>, point: &Point<'_>) -> Result<f32, Fault> {
+    Portals::new(point, &environment.frame())?;
     Surface::new(point, &environment.frame()).map(|surface| surface.least_alpha())
 }
 
@@ -182,24 +185,42 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
+    /// As [`Call::rays`], of a point with portals.
+    #[inline(never)]
+    fn through(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
+        let portals = Portals::new(self.point, &self.environment.frame())?;
+        match portals.is_empty() {
+            true if portals.complete => check(self.environment, self.point).map(|_| 0),
+            true => self.rays(scratch, out, None),
+            false => self.rays(scratch, out, Some(&portals)),
+        }
+    }
+
     /// As many rays as there is room for. Apart from the preparation, so that the two share the stack.
     #[inline(never)]
-    fn rays(&self, scratch: &mut [f32], out: &mut [Ray]) -> Result<usize, Fault> {
+    fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Fault> {
         let &Call { level, config, environment, point, points } = self;
         let frame = &environment.frame();
         let surface = &Surface::new(point, frame)?;
         let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
-        let counts = Effort { compensated, targeted, ..config.effort(out.len()) }.counts(surface);
+        let counts =
+            Effort { compensated, targeted, portals: portals.is_some(), ..config.effort(out.len()) }.counts(surface);
         let mut columns = scratch.chunks_exact_mut(counts.sum().max(1));
         let mut column = || columns.next().unwrap_or_default();
         let candidates =
             &mut Candidates { direction: [column(), column(), column()], density: column(), weight: column() };
         let light = &environment.source();
-        let draw =
-            Draw { light, surface, points, frame, counts, without_lobes: targeted, compensated, seen: point.seen };
+        let (without_lobes, seen) = (targeted, point.seen);
+        let draw = Draw { light, surface, points, frame, counts, without_lobes, compensated, seen, portals };
+        if let Some(portals) = portals {
+            portals.enter(&points, counts.light + counts.lobes, &mut candidates.direction);
+        }
         compute(level, DrawInto(&draw, candidates));
         if let Some(target) = point.target {
             candidates.weigh_by(target, frame).ok_or(Fault::Target)?;
+        }
+        if portals.is_some() {
+            candidates.favour_portals();
         }
         Ok(compute(level, Pick { candidates, frame, points, count: counts.light, out }))
     }

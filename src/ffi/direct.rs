@@ -37,9 +37,13 @@ pub unsafe extern "C" fn wis_base(
 /// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
 /// most).
 ///
+/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
+/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
+/// WIS_POINT_PORTALS_COMPLETE.
+///
 /// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
 /// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of
-/// the four covers a hit, rays are chosen among candidates.
+/// the four covers a hit, or it has portals, rays are chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
@@ -63,14 +67,14 @@ pub unsafe extern "C" fn wis_direct(
             let environment = view(environment, 2)?;
             let (data, material) = read_point(point, 3)?;
             let seen = factors(data.visibility, data.visibility_key, data.seed, 3)?;
-            let target = data.target();
+            let (target, portals) = (data.target(), data.portals(3)?);
             require(rays <= sampler.config().rays, Status::InvalidArgument, 4)?;
             let room = slice_mut(ray, rays as usize, 5)?;
             let counted = out(ray_count, 6)?;
             let at = Sequence { seed: data.seed, sample: data.sample, bounce: data.bounce };
-            let got = sampler
-                .direct(&environment, &data.kernel(material, seen, target.as_ref()), at, rays as usize, room)
-                .map_err(|fault| failure(fault, 3))?;
+            let point = data.kernel(material, seen, target.as_ref(), portals);
+            let got =
+                sampler.direct(&environment, &point, at, rays as usize, room).map_err(|fault| failure(fault, 3))?;
             counted.write(got as u32);
             Ok(())
         })

@@ -4,6 +4,7 @@ use super::visibility::VisibilityCacheObject;
 use super::{Checked, Diagnostic, Failure, answer, out, pointer};
 use crate::brdf::material::{Field, Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::point::{Fault, Point, Target};
+use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::status::Status;
 use crate::visibility::Factors;
 use core::ffi::{CStr, c_int, c_void};
@@ -60,8 +61,16 @@ pub const WIS_POINT_WHOLE_SPHERE: u32 = 1;
 pub const WIS_POINT_COSINE_INCLUDED: u32 = 2;
 /// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read it.
 pub const WIS_POINT_COMPENSATED: u32 = 4;
+/// All light comes through the portals of the point: directions outside all of them do not count. Without the flag an eighth of the rays
+/// looks elsewhere, and means are right wherever light comes from. Not read if `portal_count` is 0.
+pub const WIS_POINT_PORTALS_COMPLETE: u32 = 8;
 /// All flags of points.
-pub(super) const POINT_FLAGS: u32 = WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED | WIS_POINT_COMPENSATED;
+pub(super) const POINT_FLAGS: u32 =
+    WIS_POINT_WHOLE_SPHERE | WIS_POINT_COSINE_INCLUDED | WIS_POINT_COMPENSATED | WIS_POINT_PORTALS_COMPLETE;
+
+/// Portals of a point.
+pub const WIS_MAX_PORTALS: usize = 8;
+const _: () = assert!(WIS_MAX_PORTALS == MAX_PORTALS);
 
 /// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
 /// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
@@ -100,6 +109,8 @@ pub struct PointData {
     pub bounce: u32,
     /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
     pub visibility_key: u32,
+    /// How many portals there are, at most WIS_MAX_PORTALS; 0: light may come from everywhere.
+    pub portal_count: u32,
     /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
     pub visibility: *mut VisibilityCacheObject,
     /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
@@ -107,6 +118,9 @@ pub struct PointData {
     pub target: TargetFn,
     /// Handed to `target`.
     pub target_user: *mut c_void,
+    /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is 0,
+    /// nor by products and wis_check_point.
+    pub portals: *const Portal,
 }
 
 /// A client's target.
@@ -207,6 +221,21 @@ pub(super) unsafe fn point<'a>(data: *const PointData, argument: u32) -> Checked
 }
 
 impl PointData {
+    /// Its portals.
+    ///
+    /// # Safety
+    /// `portals` points to `portal_count` of them, if it is neither null nor misaligned.
+    #[inline(always)]
+    pub(super) unsafe fn portals(&self, argument: u32) -> Checked<&[Portal]> {
+        if self.portal_count == 0 {
+            return Ok(&[]);
+        }
+        let count = self.portal_count as usize;
+        super::require(count <= MAX_PORTALS, Status::InvalidArgument, argument).map_err(|at| at.of(c"portal_count"))?;
+        // SAFETY: the caller's contract; the pointer is checked.
+        unsafe { super::slice(self.portals, count, argument).map_err(|at| at.of(c"portals")) }
+    }
+
     /// The client's own target, if there is one.
     pub(super) fn target(&self) -> Option<ClientTarget> {
         ClientTarget::new(self.target, self.target_user)
@@ -218,6 +247,7 @@ impl PointData {
         material: &'a Material,
         seen: Option<&'a Factors>,
         target: Option<&'a ClientTarget>,
+        portals: &'a [Portal],
     ) -> Point<'a> {
         Point {
             material,
@@ -231,6 +261,8 @@ impl PointData {
             compensated: self.flags & WIS_POINT_COMPENSATED != 0,
             seen,
             target: target.map(|target| target as &dyn Target),
+            portals,
+            portals_complete: self.flags & WIS_POINT_PORTALS_COMPLETE != 0,
         }
     }
 }
@@ -244,6 +276,7 @@ pub(super) fn failure(fault: Fault, argument: u32) -> Failure {
         Fault::Weight(lobe) => (Status::InvalidArgument, c"weight", lobe),
         Fault::F0(lobe) => (Status::InvalidArgument, c"f0", lobe),
         Fault::Target => (Status::CallbackFailed, c"target", 0),
+        Fault::Portal(portal) => (Status::InvalidArgument, c"portals", portal),
     };
     Failure::new(status, argument).of(field).in_row(argument, row)
 }

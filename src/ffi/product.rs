@@ -119,7 +119,7 @@ pub unsafe extern "C" fn wis_product_prepare(
             for i in 0..count {
                 let (data, material) = read_point(point.add(i), 5).map_err(|failure| failure.in_row(5, i))?;
                 let room = memory.get_mut(end..).unwrap_or_default();
-                end += prepare(level, &environment, &data.kernel(material, None, None), &config, room)
+                end += prepare(level, &environment, &data.kernel(material, None, None, &[]), &config, room)
                     .map_err(|error| refused(error, i))?;
             }
             write_offsets(memory, offsets);
@@ -218,7 +218,7 @@ pub unsafe extern "C" fn wis_product_covers(
     answer(null_mut(), || unsafe {
         let header = opened(product, 1)?.header;
         let (data, material) = read_point(point, 2)?;
-        put(covers, 3, Ok(u32::from(header.covers(&data.kernel(material, None, None)))))
+        put(covers, 3, Ok(u32::from(header.covers(&data.kernel(material, None, None, &[])))))
     })
 }
 

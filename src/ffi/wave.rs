@@ -2,14 +2,15 @@
 
 use super::light::{EnvironmentObject, environment as view};
 use super::material::{
-    MaterialData, POINT_FLAGS, WIS_MAX_LOBES, WIS_POINT_COMPENSATED, WIS_POINT_COSINE_INCLUDED, WIS_POINT_WHOLE_SPHERE,
-    failure, material,
+    MaterialData, POINT_FLAGS, WIS_MAX_LOBES, WIS_POINT_COMPENSATED, WIS_POINT_COSINE_INCLUDED,
+    WIS_POINT_PORTALS_COMPLETE, WIS_POINT_WHOLE_SPHERE, failure, material,
 };
 use super::sampler::{SamplerObject, with_sampler};
 use super::visibility::{VisibilityCacheObject, factors};
 use super::{Checked, Failure, sized};
 use crate::brdf::material::Material;
 use crate::brdf::point::Point;
+use crate::brdf::portal::{MAX_PORTALS, Portal};
 use crate::direct::Ray;
 use crate::direct::sampler::{Sampler, Sequence, WAVE_RAYS};
 use crate::light::environment::Environment;
@@ -86,6 +87,12 @@ pub struct DirectWave {
     pub bounce: IntsIn,
     /// The place of each point in `visibility`; null: 0, which is none.
     pub visibility_key: IntsIn,
+    /// How many portals each point has, at most WIS_MAX_PORTALS; null: 0.
+    pub portal_count: IntsIn,
+    /// Nine numbers for each portal, portal after portal: a corner and two edges, as in wis_portal. Null only without `portal_count`.
+    pub portal: FloatsIn,
+    /// Three numbers each: the position, which is taken from the corners of portals. So all points can share portals of the world. Null: 0.
+    pub position: FloatsIn,
     /// What rays of earlier passes saw. Null: not known.
     pub visibility: *mut VisibilityCacheObject,
     /// Four numbers for each ray, ray after ray: direction and weight.
@@ -95,6 +102,9 @@ pub struct DirectWave {
     /// A wis_status for each point, as a byte: a bad point never fails the others. May be null.
     pub status: *mut u8,
 }
+
+/// Numbers of a portal.
+const NUMBERS: usize = size_of::<Portal>() / size_of::<f32>();
 
 impl FloatsIn {
     fn check(&self, allowed_null: bool, field: &'static core::ffi::CStr) -> Checked<()> {
@@ -175,6 +185,9 @@ impl DirectWave {
         self.sample.check(true, c"sample")?;
         self.bounce.check(true, c"bounce")?;
         self.visibility_key.check(true, c"visibility_key")?;
+        self.portal_count.check(true, c"portal_count")?;
+        self.portal.check(self.portal_count.first.is_null(), c"portal")?;
+        self.position.check(true, c"position")?;
         self.ray.check(c"ray")?;
         super::pointer(self.count, 4).map_err(|failure| failure.of(c"count"))?;
         if self.material_count > 0 {
@@ -197,6 +210,23 @@ impl DirectWave {
             }
             material(self.materials.add(number as usize), 4)
         }
+    }
+
+    /// The first portals of point `i`, relative to it.
+    ///
+    /// # Safety
+    /// The arrays hold point `i`, and so many portals of it.
+    #[inline(never)]
+    unsafe fn portals(&self, i: usize, count: usize) -> [Portal; MAX_PORTALS] {
+        let mut portals = [Portal::default(); MAX_PORTALS];
+        // SAFETY: the caller's contract.
+        let at = unsafe { self.position.three(i, 0, 0.0) };
+        let numbers: &mut [f32] = bytemuck::cast_slice_mut(&mut portals);
+        for (k, number) in numbers.iter_mut().take(NUMBERS * count).enumerate() {
+            // SAFETY: the caller's contract. Corners come first, and edges are the same everywhere.
+            *number = unsafe { self.portal.read(i, k) } - at.get(k % NUMBERS).unwrap_or(&0.0);
+        }
+        portals
     }
 
     /// The rays of point `i`: how many.
@@ -223,6 +253,14 @@ impl DirectWave {
                     *weight = self.weight.three(i, 3 * lobe, 1.0);
                     *f0 = self.f0.three(i, 3 * lobe, 0.0);
                 }
+            }
+            let portals;
+            let count = self.portal_count.read(i) as usize;
+            if count > 0 {
+                portals = self.portals(i, count);
+                let fault = Failure::new(Status::InvalidArgument, 4).of(c"portal_count");
+                point.portals = portals.get(..count).ok_or(fault)?;
+                point.portals_complete = self.flags & WIS_POINT_PORTALS_COMPLETE != 0;
             }
             point.seen = factors(self.visibility, self.visibility_key.read(i), self.seed.read(i), 4)?;
             let at = Sequence { seed: self.seed.read(i), sample: self.sample.read(i), bounce: self.bounce.read(i) };

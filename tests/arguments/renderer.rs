@@ -7,10 +7,12 @@ use super::header::functions;
 use super::objects::function;
 use super::scene::Scene;
 use std::ffi::{c_int, c_void};
+use wis::brdf::portal::Portal;
 use wis::ffi::light::{LightConfig, WIS_ENVIRONMENT_EXACT_ZERO};
 use wis::ffi::material::{MaterialData, PointData};
 use wis::ffi::product::GridConfig;
 use wis::ffi::sampler::{SamplerConfig, WIS_CPU_AVX2};
+use wis::ffi::wave::{DirectWave, FloatsIn, IntsIn};
 use wis::light::environment::turn;
 use wis::simd::Level;
 use wis::sphere::Frame;
@@ -78,7 +80,7 @@ fn materials() {
 fn points() {
     let faults: &[Fault<PointData>] = &[
         ("size", |p| p.size = 0, Status::InvalidStructSize),
-        ("flags", |p| p.flags = 8, INVALID),
+        ("flags", |p| p.flags = 16, INVALID),
         ("normal", |p| p.normal = [0.0; 3], TRANSFORM),
         ("wo", |p| p.wo = [f32::NAN, 0.0, 1.0], TRANSFORM),
         ("tangent", |p| p.tangent = [f32::INFINITY, 0.0, 0.0], TRANSFORM),
@@ -86,6 +88,32 @@ fn points() {
         ("weight", |p| p.weight[0] = [f32::INFINITY; 3], INVALID),
     ];
     check(&["wis_direct", "wis_product_prepare", "wis_check_point"], "point", faults);
+}
+
+/// The second of two portals is no rectangle, or there are none where it is said.
+#[test]
+fn portals() {
+    static PORTALS: [Portal; 9] = {
+        let portal = Portal { corner: [0.0, 0.0, 1.0], edges: [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]] };
+        let slanted = Portal { edges: [[0.0, 1.0, 0.0], [1.0, 0.1, 0.0]], ..portal };
+        [portal, slanted, portal, portal, portal, portal, portal, portal, portal]
+    };
+    let faults: &[Fault<PointData>] = &[
+        ("portal_count", |p| (p.portal_count, p.portals) = (9, PORTALS.as_ptr()), INVALID),
+        ("portals", |p| p.portal_count = 1, Status::NullPointer),
+        ("portals", |p| (p.portal_count, p.portals) = (1, PORTALS.as_ptr().wrapping_byte_add(2)), Status::Misaligned),
+        ("portals", |p| (p.portal_count, p.portals) = (2, PORTALS.as_ptr()), INVALID),
+    ];
+    check(&["wis_direct"], "point", faults);
+    static COUNTS: [u32; 64] = [1; 64];
+    const ODD: FloatsIn = FloatsIn { first: std::ptr::without_provenance(2), point: 0, number: 0 };
+    let faults: &[Fault<DirectWave>] = &[
+        ("portal", |w| w.portal_count = IntsIn { first: COUNTS.as_ptr(), point: 4 }, Status::NullPointer),
+        ("portal", |w| w.portal = ODD, Status::Misaligned),
+        ("position", |w| w.position = ODD, Status::Misaligned),
+        ("portal_count", |w| w.portal_count = IntsIn { first: COUNTS.as_ptr(), point: 2 }, Status::Misaligned),
+    ];
+    check(&["wis_direct_wave"], "wave", faults);
 }
 
 /// A comparison needs a BSDF that answers.

@@ -60,9 +60,11 @@ fn products((lobes, divided, flags): Case, checksum: u32, count: usize) -> Vec<V
         sample: 0,
         bounce: 0,
         visibility_key: 0,
+        portal_count: 0,
         visibility: null_mut(),
         target: None,
         target_user: null_mut(),
+        portals: null(),
     };
     let undivided = if divided == 0 { WIS_PRODUCT_UNDIVIDED } else { 0 };
     let size_of_config = size_of::<GridConfig>() as u32;

@@ -14,7 +14,7 @@ fn surface(shapes: &[Shape]) -> Surface {
 }
 
 fn counts(rays: usize, wanted: usize, shape: Shape) -> Counts {
-    Effort { rays, wanted, compensated: false, targeted: false }.counts(&surface(&[shape]))
+    Effort { rays, wanted, compensated: false, targeted: false, portals: false }.counts(&surface(&[shape]))
 }
 
 #[test]
@@ -22,10 +22,10 @@ fn narrow_lobes_have_more_candidates_than_wide_ones() {
     let [diffuse, wide, glossy, narrow] =
         [Shape::LAMBERT, Shape::ggx(0.5, 0.5), Shape::ggx(0.1, 0.3), Shape::ggx(0.5, 0.05)]
             .map(|shape| counts(1, 0, shape));
-    assert_eq!(diffuse, Counts { light: 8, lobes: 8 });
-    assert_eq!(wide, Counts { light: 16, lobes: 16 });
-    assert_eq!(glossy, Counts { light: 32, lobes: 32 });
-    assert_eq!(narrow, Counts { light: 32, lobes: 32 });
+    assert_eq!(diffuse, Counts { light: 8, lobes: 8, portals: 0 });
+    assert_eq!(wide, Counts { light: 16, lobes: 16, portals: 0 });
+    assert_eq!(glossy, Counts { light: 32, lobes: 32, portals: 0 });
+    assert_eq!(narrow, Counts { light: 32, lobes: 32, portals: 0 });
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn a_number_of_the_clients_is_rounded_up_to_a_power_of_two() {
     for (rays, wanted, each) in [(1, 1, 8), (1, 16, 8), (1, 32, 16), (1, 33, 32), (3, 16, 32), (4, 256, 512)] {
         assert_eq!(
             counts(rays, wanted, Shape::ggx(0.05, 0.05)),
-            Counts { light: each, lobes: each },
+            Counts { light: each, lobes: each, portals: 0 },
             "{rays} {wanted}"
         );
     }
@@ -49,11 +49,14 @@ fn candidates_fit_into_the_room() {
         let most = 1 + ((bits as usize % 4096) >> ((bits >> 40) % 12));
         let wanted = ((bits >> 20) as usize % 257) >> ((bits >> 50) % 9);
         let rays = 1 + (bits >> 32) as usize % most;
-        let (compensated, targeted) = (bits >> 60 & 1 == 1, bits >> 61 & 1 == 1);
-        let counts =
-            Effort { rays, wanted, compensated, targeted }.counts(&surface(&shapes[(bits >> 56) as usize % 4..][..1]));
-        let room = Effort { rays: most, wanted, compensated: false, targeted: false }.most();
+        let [compensated, targeted, portals] = [60, 61, 62].map(|bit| bits >> bit & 1 == 1);
+        let counts = Effort { rays, wanted, compensated, targeted, portals }
+            .counts(&surface(&shapes[(bits >> 56) as usize % 4..][..1]));
+        let room = Effort { rays: most, wanted, compensated: false, targeted: false, portals: false }.most();
         assert!(counts.sum() <= room, "{rays} of {most} rays, {wanted}: {counts:?} in {room}");
-        assert!([counts.light, counts.lobes].iter().all(|&n| n == 0 || n >= 8 && n.is_power_of_two()), "{counts:?}");
+        assert!(
+            [counts.light, counts.lobes, counts.portals].iter().all(|&n| n == 0 || n >= 8 && n.is_power_of_two()),
+            "{counts:?}"
+        );
     }
 }

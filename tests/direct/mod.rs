@@ -9,6 +9,7 @@ mod effort;
 mod joint;
 mod light;
 mod picks;
+mod portals;
 mod rays;
 mod samples;
 mod shared;

@@ -53,6 +53,8 @@ fn random_point<'a>(random: &mut Random, materials: &'a [Material]) -> Point<'a>
         compensated: false,
         seen: None,
         target: None,
+        portals: &[],
+        portals_complete: false,
     }
 }
 

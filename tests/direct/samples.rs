@@ -4,7 +4,7 @@ use crate::support::statistics::{LARGEST_MISSED, chi_square, chi_square_smallest
 use wis::direct::joint::{Points, Set};
 
 const SEEDS: [u32; 5] = [0, 1, 77, 0xdead_beef, u32::MAX];
-const SETS: [Set; 2] = [Set::Light, Set::Lobes];
+const SETS: [Set; 3] = [Set::Light, Set::Lobes, Set::Portals];
 
 fn points(sample: Points, set: Set, count: usize) -> impl Iterator<Item = [f32; 2]> {
     let (seed, first) = sample.set(set, count);
@@ -86,7 +86,10 @@ fn sets_are_scrambled_apart() {
     for seed in SEEDS {
         let sample = Points::new(seed, 3, 0);
         let placed = SETS.map(|set| points(sample, set, 64).collect::<Vec<_>>());
-        let alike = placed[0].iter().zip(&placed[1]).filter(|(a, b)| (a[0] - b[0]).abs() < 1.0 / 64.0).count();
-        assert!(alike < 16, "{alike} of 64 points");
+        for pair in [[0, 1], [0, 2], [1, 2]] {
+            let [one, other] = pair.map(|set| placed[set].iter());
+            let alike = one.zip(other).filter(|(a, b)| (a[0] - b[0]).abs() < 1.0 / 64.0).count();
+            assert!(alike < 16, "{alike} of 64 points");
+        }
     }
 }

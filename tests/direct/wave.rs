@@ -4,19 +4,26 @@ use super::light::Light;
 use super::maps;
 use crate::support::Random;
 use crate::support::vector::{add, scale, single, unit};
+use std::ffi::CStr;
 use std::ptr::{null, null_mut};
+use wis::brdf::portal::Portal;
 use wis::direct::Ray;
-use wis::ffi::MemorySize;
 use wis::ffi::direct::wis_direct;
 use wis::ffi::material::*;
 use wis::ffi::sampler::*;
 use wis::ffi::wave::*;
+use wis::ffi::{Diagnostic, MemorySize};
 use wis::status::Status;
 
 const POINTS: usize = 96;
 const RAYS: usize = 3;
-/// Normal, tangent, wo; weight and f0 of two lobes.
-const NUMBERS: usize = 9 + 12;
+/// Normal, tangent, wo; weight and f0 of two lobes; position.
+const NUMBERS: usize = 9 + 12 + 3;
+/// Windows above all points.
+const PORTALS: [Portal; 2] = [
+    Portal { corner: [-1.0, -1.0, 2.0], edges: [[0.0, 3.0, 0.0], [1.0, 0.0, 0.0]] },
+    Portal { corner: [1.0, 0.0, 1.5], edges: [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]] },
+];
 
 /// A sampler in memory of its own.
 struct Thread {
@@ -67,7 +74,7 @@ fn waves_are_single_calls() {
         [material(&[lobe(WIS_LOBE_LAMBERT, 0.0)]), material(&[lobe(WIS_LOBE_LAMBERT, 0.0), lobe(WIS_LOBE_GGX, 0.2)])];
     // Structures, and columns.
     for layout in [[NUMBERS, 1], [1, POINTS]] {
-        for hits in [0, 16] {
+        for (hits, with_portals) in [(0, false), (16, false), (16, true)] {
             let mut random = Random(7);
             let mut columns = vec![0.0f32; POINTS * NUMBERS];
             let mut kind = vec![0u32; POINTS];
@@ -85,6 +92,8 @@ fn waves_are_single_calls() {
             }
             let seed: Vec<u32> = (0..POINTS as u32).map(|i| i / 16).collect();
             let sample: Vec<u32> = (0..POINTS as u32).map(|i| i % 16).collect();
+            // Point 41 has too many.
+            let portals: Vec<u32> = (0..POINTS as u32).map(|i| if i == 41 { 9 } else { i % 3 }).collect();
             let mask: Vec<u8> = (0..POINTS).map(|i| u8::from(i % 7 != 3)).collect();
             let mut rays = vec![0.0f32; 4 * RAYS * POINTS];
             let (mut count, mut status) = (vec![9u32; POINTS], vec![99u8; POINTS]);
@@ -107,6 +116,9 @@ fn waves_are_single_calls() {
                 sample: ints(&sample),
                 bounce: zero,
                 visibility_key: zero,
+                portal_count: if with_portals { ints(&portals) } else { zero },
+                portal: FloatsIn { first: PORTALS.as_ptr().cast(), point: 0, number: 0 },
+                position: floats(&columns, 21, layout),
                 visibility: null_mut(),
                 ray: FloatsOut { first: rays.as_mut_ptr(), point: 16 * RAYS as isize, number: 0 },
                 count: count.as_mut_ptr(),
@@ -123,6 +135,11 @@ fn waves_are_single_calls() {
                     continue;
                 }
                 let three = |k| [at(i, k), at(i, k + 1), at(i, k + 2)];
+                let position = three(21 + 2 * RAYS);
+                let relative = PORTALS.map(|portal| {
+                    let corner = portal.corner;
+                    Portal { corner: [0, 1, 2].map(|k| corner[k] - position[k]), ..portal }
+                });
                 let mut point = PointData {
                     size: size_of::<PointData>() as u32,
                     flags: 0,
@@ -136,9 +153,11 @@ fn waves_are_single_calls() {
                     sample: sample[i],
                     bounce: 0,
                     visibility_key: 0,
+                    portal_count: if with_portals { portals[i] } else { 0 },
                     visibility: null_mut(),
                     target: None,
                     target_user: null_mut(),
+                    portals: relative.as_ptr(),
                 };
                 (point.weight[0], point.weight[1]) = (three(9), three(12));
                 (point.f0[0], point.f0[1]) = (three(15), three(18));
@@ -152,12 +171,24 @@ fn waves_are_single_calls() {
                     let rays = RAYS as u32;
                     wis_direct(singles.sampler, environment, &point, rays, out.as_mut_ptr(), &mut got)
                 };
-                assert_eq!((status[i], answer == Status::Ok), (answer as u8, i != 40));
+                assert_eq!((status[i], answer == Status::Ok), (answer as u8, i != 40 && (i != 41 || !with_portals)));
                 assert_eq!(count[i], got, "point {i}");
                 for (r, ray) in out.iter().take(got as usize).enumerate() {
                     let own = &rays[4 * (i * RAYS + r)..][..4];
                     let [x, y, z] = ray.wi;
                     assert_eq!(own.to_vec(), [x, y, z, ray.weight], "point {i}");
+                }
+                if point.portal_count == 2 {
+                    let slanted = [relative[0], Portal { edges: [[1.0, 0.1, 0.0], [0.0, 1.0, 0.0]], ..relative[1] }];
+                    point.portals = slanted.as_ptr();
+                    let (mut ray, mut fault) = (Ray::default(), Diagnostic::default());
+                    // SAFETY: all pointers are valid.
+                    let (answer, field) = unsafe {
+                        let answer = wis_direct(singles.sampler, environment, &point, 1, &mut ray, &mut got);
+                        assert_eq!(wis_sampler_fault(singles.sampler, &mut fault), Status::Ok);
+                        (answer, CStr::from_ptr(fault.field))
+                    };
+                    assert_eq!((answer, fault.argument, fault.y, field), (Status::InvalidArgument, 3, 1, c"portals"));
                 }
             }
         }

@@ -27,7 +27,7 @@ const HEADERS: [Header; 3] = [
             "src/ffi/mod.rs",
             "src/light/request.rs src/ffi/light/rows.rs src/ffi/light.rs src/light/info.rs",
             "src/ffi/sampler.rs",
-            "src/ffi/material.rs",
+            "src/brdf/portal.rs src/ffi/material.rs",
             "src/ffi/visibility.rs",
             "src/direct/ray.rs",
             "src/ffi/direct.rs",

@@ -1,0 +1,45 @@
+//! The numbers of a set of candidates, in the order of the candidates: systematic picks are then spread over directions (rule 39).
+
+use super::joint::{Points, Set};
+use crate::points::sobol_points;
+use crate::simd::{Num, Whole};
+
+/// Bit i of a number below 2^16 as bit 2 i.
+#[inline(always)]
+fn spread<W: Whole>(x: W) -> W {
+    let x = (x | x.shl::<8>()) & W::splat(0x00ff_00ff);
+    let x = (x | x.shl::<4>()) & W::splat(0x0f0f_0f0f);
+    let x = (x | x.shl::<2>()) & W::splat(0x3333_3333);
+    (x | x.shl::<1>()) & W::splat(0x5555_5555)
+}
+
+/// The bits of two numbers by turns, those of the first one lower.
+#[inline(always)]
+fn morton<W: Whole>(low: W, high: W) -> W {
+    spread(low) | spread(high).shl::<1>()
+}
+
+/// Writes the numbers of a set in the order of its candidates: a (0, 2)-net has one point in each box of that order.
+#[inline(always)]
+pub fn place<F: Num>(points: &Points, out: &mut [&mut [f32]; 3], set: Set, begin: usize, count: usize) {
+    let (seed, first) = points.set(set, count);
+    let [across, down, _] = out;
+    let (Some(across), Some(down)) = (across.get_mut(begin..begin + count), down.get_mut(begin..begin + count)) else {
+        return;
+    };
+    let bits = count.trailing_zeros();
+    let power = |bits: u32| (1u32 << (bits & 31)) as f32;
+    let (all, columns, rows) = (power(bits), power(bits.div_ceil(2)), power(bits / 2));
+    for group in (0..count as u32).step_by(F::WIDTH) {
+        let [x, y] = sobol_points::<F>(seed, F::Whole::splat(first.wrapping_add(group)) + F::counted());
+        let slot = if matches!(set, Set::Light) {
+            (x * all).to_whole()
+        } else {
+            let (column, row) = ((x * columns).to_whole(), (y * rows).to_whole());
+            // With an odd number of bits the first one is of the first number.
+            if columns == rows { morton(row, column) } else { morton(column, row) }
+        };
+        x.scatter(across, slot);
+        y.scatter(down, slot);
+    }
+}

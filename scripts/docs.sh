@@ -10,7 +10,7 @@ doxygen - <<SETTINGS
 PROJECT_NAME = wis
 PROJECT_NUMBER = $version
 PROJECT_BRIEF = "Direct light from environment maps"
-INPUT = include README.md docs/integrating.md docs/performance.md docs/gallery.md docs/glossary.md docs/abi.md
+INPUT = include README.md docs/integrating.md docs/performance.md docs/gallery.md docs/abi.md
 USE_MDFILE_AS_MAINPAGE = README.md
 IMAGE_PATH = docs docs/gallery
 OUTPUT_DIRECTORY = $build/docs

@@ -91,7 +91,7 @@ pub fn shares(point: &Point<'_>, cosine: f32) -> [f32; MAX_LOBES] {
 
 impl Surface {
     /// A point without lobes, seen along its normal.
-    const EMPTY: Surface = Surface {
+    pub const EMPTY: Surface = Surface {
         axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         wo: [0.0, 0.0, 1.0],
         whole: false,
@@ -112,9 +112,12 @@ impl Surface {
         Ok(surface)
     }
 
-    /// As [`Surface::new`], in place.
+    /// As [`Surface::new`], in place of [`Surface::EMPTY`]: nothing is copied.
+    ///
+    /// # Errors
+    /// As [`Surface::new`].
     #[inline(never)]
-    fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Fault> {
+    pub fn set(&mut self, point: &Point<'_>, frame: &Frame) -> Result<(), Fault> {
         let normal = frame.to_map(unit(point.normal).ok_or(Fault::Normal)?);
         let view = frame.to_map(unit(point.wo).ok_or(Fault::Wo)?);
         let material = point.material;

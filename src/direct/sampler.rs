@@ -201,7 +201,9 @@ impl Call<'_> {
     fn rays(&self, scratch: &mut [f32], out: &mut [Ray], portals: Option<&Portals>) -> Result<usize, Fault> {
         let &Call { level, config, environment, point, points } = self;
         let frame = &environment.frame();
-        let surface = &Surface::new(point, frame)?;
+        let mut surface = Surface::EMPTY;
+        surface.set(point, frame)?;
+        let surface = &surface;
         let (compensated, targeted) = (is_compensated(environment, point), point.target.is_some());
         let counts =
             Effort { compensated, targeted, portals: portals.is_some(), ..config.effort(out.len()) }.counts(surface);

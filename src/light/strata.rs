@@ -577,6 +577,7 @@ impl Build<'_, '_> {
     }
 
     /// Cuts a node until its parts are strata, or too small for its grid. Answers the sum of area x integral of the square over the strata.
+    #[inline(never)]
     fn divide(&mut self, node: Node, out: &mut [[f32; 4]]) -> f64 {
         let (field, group) = (self.field, self.group);
         let grid = self.read(&node);
@@ -680,7 +681,9 @@ impl Field<'_> {
         self.area(&node.extent) * square
     }
 
-    /// Cuts a node in two, where that makes the least second moment. Answers the integrals of the squares of both parts.
+    /// Cuts a node in two, where that makes the least second moment. Answers the integrals of the squares of both parts. Apart, so that its
+    /// sums are not on the stack with a grid's.
+    #[inline(never)]
     fn cut(&self, grid: &Grid<'_>, node: &Node, group: u32) -> ([Node; 2], [f64; 2]) {
         let spans = node.extent.map(|ends| Span::new(ends, node.size));
         let sums = grid.sums(&spans);

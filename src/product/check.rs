@@ -106,7 +106,7 @@ fn divided_means(product: &Product<'_>, guide: &Guide<'_>, cells: &[usize]) -> O
         let mut borders = [[1.0; GROUP]; BORDERS];
         for (lane, &cell) in cells.iter().enumerate() {
             let steps = guide.steps(cell);
-            borders.iter_mut().zip(steps).for_each(|(row, &step)| row[lane] = value(step));
+            borders.iter_mut().zip(steps).for_each(|(row, &step)| row[lane % GROUP] = value(step));
             let own = all_borders.next()?.iter().flat_map(|&[a, b, c, none]| [a, b, c].map(|step| (step, none)));
             if !own.eq(steps.iter().map(|&step| (step, 0))) {
                 return None;
@@ -117,7 +117,7 @@ fn divided_means(product: &Product<'_>, guide: &Guide<'_>, cells: &[usize]) -> O
             sum_parts(&means, &borders, &mut ends, first).write(out, first);
         }
         for lane in 0..cells.len() {
-            let quads = ends.iter().map(|of| of.map(|row| row[lane]));
+            let quads = ends.iter().map(|of| of.map(|row| row[lane % GROUP]));
             if !all_ends.next()?.iter().copied().eq(quads) {
                 return None;
             }

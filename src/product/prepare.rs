@@ -955,6 +955,7 @@ impl<'a> Stage<'a> {
                 sum_parts(&means, borders_of(&held), &mut ends, first).write(&mut of_cells, first);
             }
             for ((lane, &cell), out) in cells.iter().enumerate().zip(&mut all_ends) {
+                let lane = lane % GROUP;
                 for (out, [a, b, c, d]) in out.iter_mut().zip(&ends) {
                     *out = [a[lane], b[lane], c[lane], d[lane]];
                 }

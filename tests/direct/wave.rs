@@ -135,7 +135,7 @@ fn waves_are_single_calls() {
                     continue;
                 }
                 let three = |k| [at(i, k), at(i, k + 1), at(i, k + 2)];
-                let position = three(21 + 2 * RAYS);
+                let position = three(21);
                 let relative = PORTALS.map(|portal| {
                     let corner = portal.corner;
                     Portal { corner: [0, 1, 2].map(|k| corner[k] - position[k]), ..portal }

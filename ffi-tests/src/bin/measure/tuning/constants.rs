@@ -59,10 +59,10 @@ pub const CONSTANTS: [Constant; 5] = [
         processes: 1,
     },
     Constant {
-        what: "roughnesses below which candidates are doubled",
+        what: "the roughness below which candidates are doubled",
         file: "src/direct/effort.rs",
-        text: "[0.15, 0.075]",
-        values: &["0.15, 0.075", "0.0, 0.0", "0.3, 0.15"],
+        text: "const NARROW: f32 = 0.15;",
+        values: &["0.15", "0.0", "0.3"],
         cells: || narrow(&[1, 4, 16]),
         mode: Mode::Direct,
         hits: 1,

@@ -144,16 +144,16 @@ fn samplers(w: &mut World) {
     });
 }
 
-/// GGX lobes of different widths, and Lambert's.
+/// GGX lobes of different widths, and Lambert's, which costs least, as the last.
 fn shapes(w: &mut World, lobes: usize) -> f64 {
     let (lambert, ggx) = (w.constant("WIS_LOBE_LAMBERT"), w.constant("WIS_LOBE_GGX"));
-    let mut fields = vec![("lobe_count", lobes as f64), ("lobe[0].kind", lambert)];
+    let mut fields = vec![("lobe_count", lobes as f64), ("lobe[3].kind", lambert)];
     let names = [
+        ["lobe[0].kind", "lobe[0].a", "lobe[0].b"],
         ["lobe[1].kind", "lobe[1].a", "lobe[1].b"],
         ["lobe[2].kind", "lobe[2].a", "lobe[2].b"],
-        ["lobe[3].kind", "lobe[3].a", "lobe[3].b"],
     ];
-    for ([kind, a, b], alpha) in names.into_iter().zip([0.4, 0.1, 0.02]).take(lobes - 1) {
+    for ([kind, a, b], alpha) in names.into_iter().zip([0.1, 0.4, 0.02]).take(lobes) {
         fields.extend([(kind, ggx), (a, alpha), (b, alpha)]);
     }
     w.of("wis_material", &fields)

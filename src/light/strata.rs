@@ -62,8 +62,8 @@ const NUMBERS: usize = 2;
 
 /// Faces of a chart, at most.
 const FACES: usize = 6;
-/// Nodes of a grid that wait: the smaller one of two goes first.
-const WAITING: usize = 16;
+/// Nodes of a grid that wait: the smaller one of two goes first, and none has more strata than a group, 256 at the most.
+const WAITING: usize = 9;
 
 /// What was built.
 #[derive(Clone, Copy, Debug)]

@@ -9,8 +9,7 @@ mod variance;
 
 use self::both::Lit;
 use anyhow::{Result, ensure};
-use clap::Parser;
-use std::path::PathBuf;
+use std::path::Path;
 use wis_ffi_tests::data::{DEVELOPER, OTHERS, lights};
 use wis_ffi_tests::earlier;
 use wis_ffi_tests::light::Light;
@@ -32,22 +31,11 @@ fn all(quick: bool) -> Result<Vec<Lit>> {
     Ok(all)
 }
 
-/// What one process can decide beside version 0.2.
-#[derive(Parser)]
-pub struct Options {
-    /// The page to write
-    page: PathBuf,
-    /// Little of everything, for a check
-    #[arg(long)]
-    quick: bool,
-}
-
 /// Measures and writes the page.
 ///
 /// # Errors
 /// Those of the library and of files; version 0.2 is not there.
-pub fn run(options: Options) -> Result<()> {
-    let quick = options.quick;
+pub fn run(file: &Path, quick: bool) -> Result<()> {
     ensure!(earlier::is_there(), "version 0.2 is not there: scripts/earlier.sh builds it from the history");
     let lights = all(quick)?;
     let mut short = vec![Part::Text(
@@ -57,5 +45,5 @@ pub fn run(options: Options) -> Result<()> {
     )];
     short.extend(times::parts(&lights[lights.len() / 4], if quick { 6 } else { 60 })?);
     short.extend(variance::parts(&lights, quick)?);
-    Page::measured("Goals of version 0.3 beside version 0.2", short, "goals")?.write_markdown(&options.page)
+    Page::measured("Goals of version 0.3 beside version 0.2", short, "goals")?.write_markdown(file)
 }

@@ -5,11 +5,10 @@ mod page;
 
 use anyhow::{Result, ensure};
 use cache::Cache;
-use clap::Parser;
 use glam::Vec3;
 use page::{Cell, PASSES, REGIONS};
 use rustix::time::{ClockId, clock_gettime};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use wis_ffi_tests::client::{pixel_seed, raw};
 use wis_ffi_tests::cost::MODELS;
 use wis_ffi_tests::environment::{Sampler, material};
@@ -32,22 +31,11 @@ const BIAS: f64 = 0.2;
 /// Where references are kept.
 const REFERENCES: &str = "build/passes";
 
-/// Rendering in passes of one ray at a hit, with and without a visibility cache.
-#[derive(Parser)]
-pub struct Options {
-    /// The page to write
-    page: PathBuf,
-    /// A small scene, for a check
-    #[arg(long)]
-    quick: bool,
-}
-
 /// Measures and writes the page.
 ///
 /// # Errors
 /// Those of the library and of files, and images that are far too bright or too dark.
-pub fn run(options: Options) -> Result<()> {
-    let quick = options.quick;
+pub fn run(file: &Path, quick: bool) -> Result<()> {
     let step = step(quick);
     let mut cells = Vec::new();
     let [rendered, judged] = [step, KNOWN * step].map(|step| scenes(View::Image(step), quick));
@@ -63,7 +51,7 @@ pub fn run(options: Options) -> Result<()> {
             }
         }
     }
-    page::page(&cells)?.write_markdown(&options.page)
+    page::page(&cells)?.write_markdown(file)
 }
 
 /// Every so many columns and rows of the view are rendered.

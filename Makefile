@@ -106,10 +106,10 @@ pathtracer: ## compare MIS and direct in a path tracer, within two minutes: ENV=
 	$(MAKE) $(BUILD)/pathtracer
 	$(BUILD)/pathtracer $(if $(ENV),--map '$(ENV)') $(ARGS)
 
-pathtracer-page: ## run the path tracer under all lat-long maps of a folder and write docs/pathtracer.md: MAPS=folder
+pathtracer-page: ## run the path tracer under all lat-long maps of a folder and write docs/measurements/pathtracer.md: MAPS=folder
 	scripts/setup.sh demo
 	$(MAKE) $(BUILD)/pathtracer
-	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/pathtracer.md
+	scripts/pathtracer-page.sh $(BUILD)/pathtracer '$(MAPS)' docs/measurements/pathtracer.md
 
 $(BUILD)/gallery-program: lib $(BUILD)/exr.o
 	$(C_RENDER) $(wildcard c-examples/gallery/*.c) $(RENDER) $(LIB)/libwis.a -lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
@@ -119,15 +119,15 @@ gallery: ## render six pictures by MIS and by wis_direct at equal time, into bui
 	$(MAKE) $(BUILD)/gallery-program
 	scripts/gallery.sh $(BUILD) '$(DATA)' '$(PAGE)' '$(ENV)'
 
-hardcases: lib ## run the hard cases, print their table and write docs/hard-cases.md
+hardcases: lib ## run the hard cases, print their table and write docs/measurements/hard-cases.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/hard-cases.md
-	{ echo && scripts/provenance.sh hardcases; } >> docs/hard-cases.md
+	scripts/instruments.sh $(LIB) run --bin hardcases -- docs/measurements/hard-cases.md
+	{ echo && scripts/provenance.sh hardcases; } >> docs/measurements/hard-cases.md
 
-report: lib ## measure speed against error into report/index.html and docs/report.md: QUICK=1 for a check, ARGS='--map FILE'
+report: lib ## measure speed against error into report/index.html and docs/measurements/report.md: QUICK=1 for a check, ARGS='--map FILE'
 	scripts/setup.sh test
 	scripts/earlier.sh
-	scripts/instruments.sh $(LIB) run --bin measure -- report $(if $(QUICK),--quick,--docs docs/report.md) $(ARGS)
+	scripts/instruments.sh $(LIB) run --bin measure -- report $(if $(QUICK),--quick,--docs docs/measurements/report.md) $(ARGS)
 	$(if $(QUICK),,scripts/performance-page.py)
 
 goals: lib ## hold the goals of 0.3 beside version 0.2, which is built from the history, and write docs/measurements/goals.md: QUICK=1 for a check
@@ -145,30 +145,30 @@ performance: ## write docs/performance.md and the gains of README.md from the me
 check-pages: ## say which measured pages were made from other sources than those that are there
 	scripts/check-pages.sh
 
-light: lib ## measure the light beside pbrt's tables, and write docs/light.md: QUICK=1 for a check
+light: lib ## measure the light beside pbrt's tables, and write docs/measurements/light.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin measure -- light $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/light.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- light $(if $(QUICK),$(BUILD)/light-quick.md --quick,docs/measurements/light.md)
 	$(if $(QUICK),,scripts/performance-page.py)
 
-tuning: lib ## choose constants anew on development maps alone, and write docs/tuning.md
+tuning: lib ## choose constants anew on development maps alone, and write build/tuning.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin measure -- tuning docs/tuning.md
+	scripts/instruments.sh $(LIB) run --bin measure -- tuning $(BUILD)/tuning.md
 
-passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/passes.md: QUICK=1 for a check
+passes: lib ## measure what a visibility cache brings in passes of one ray, and write docs/measurements/passes.md: QUICK=1 for a check
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin measure -- passes $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/passes.md)
+	scripts/instruments.sh $(LIB) run --bin measure -- passes $(if $(QUICK),$(BUILD)/passes-quick.md --quick,docs/measurements/passes.md)
 
-structured: lib ## go through the claims of structured importance sampling and write docs/sis-2003.md
+structured: lib ## go through the claims of structured importance sampling and write docs/measurements/sis-2003.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin structured -- docs/sis-2003.md
+	scripts/instruments.sh $(LIB) run --bin structured -- docs/measurements/sis-2003.md
 
-wavelets: lib ## go through the claims of wavelet importance sampling and write docs/wis-2005.md
+wavelets: lib ## go through the claims of wavelet importance sampling and write docs/measurements/wis-2005.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin wavelets -- docs/wis-2005.md
+	scripts/instruments.sh $(LIB) run --bin wavelets -- docs/measurements/wis-2005.md
 
-triple: lib ## measure triple product integrals and write docs/triple-2004.md
+triple: lib ## measure triple product integrals and write docs/measurements/triple-2004.md
 	scripts/setup.sh test
-	scripts/instruments.sh $(LIB) run --bin triple -- docs/triple-2004.md
+	scripts/instruments.sh $(LIB) run --bin triple -- docs/measurements/triple-2004.md
 
 renderers: lib ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
 	scripts/setup.sh renderers

@@ -92,24 +92,22 @@ int main(void) {
     uint32_t pixel = 7;
     Reflected sum = {&point, 0.0};
 
-    /* Once: the light, built in your memory from your map, then shared by all threads. */
+    /* Once the light, in your memory; for each thread a sampler; for each material the shapes of its lobes. */
     check(wis_environment_size(&light, &size, NULL));
-    void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes);
+    void *memory = allocate(size.bytes), *scratch = allocate(size.scratch_bytes); /* scratch: for the build alone */
     check(wis_environment_init(&light, memory, size.bytes, scratch, size.scratch_bytes, &environment, NULL));
-    free(scratch);
-    /* Once for each thread a sampler, and for each material the shapes of its lobes. */
     check(wis_sampler_size(&config, &size, NULL));
     void *sampler_memory = allocate(size.bytes);
     check(wis_sampler_init(&config, sampler_memory, size.bytes, &sampler, NULL));
     check(wis_material_init(&material, NULL));
     check(wis_sampler_begin_pixel(sampler)); /* for each pixel */
-    point.seed = pixel;         /* any number that tells pixels apart */
-    point.material = &material; /* at each hit, with normal, wo, and weight and f0 of each lobe: textures go here */
-    for (point.sample = 0; point.sample < HITS; point.sample++) { /* the hits of this pixel, over all its samples */
+    point.seed = pixel;                      /* any number that tells pixels apart */
+    point.material = &material;              /* at each hit, with normal, wo, and weight and f0 of each lobe */
+    for (point.sample = 0; point.sample < HITS; point.sample++) /* the hits of this pixel, over all its samples */
         check(direct_light(sampler, environment, &point, RAYS, ray, &sum));
-    }
     printf("reflected light: %.3f (exactly 0.400)\n", sum.light / HITS);
 
+    free(scratch);
     free(sampler_memory);
     free(memory);
     return EXIT_SUCCESS;

@@ -10,10 +10,11 @@ trap 'rm -rf "$stage"' EXIT
 
 make --no-print-directory install BUILD="$build" DESTDIR="$stage" PREFIX="/$name" > /dev/null
 doc=$stage/$name/share/doc/wis
-mkdir -p "$doc/docs/gallery" "$doc/c-examples"
+mkdir -p "$doc/docs/gallery" "$doc/docs/measurements" "$doc/c-examples"
 cp README.md CHANGELOG.md "$doc"
 cp docs/*.md docs/*.png "$doc/docs"
 cp docs/gallery/*.png "$doc/docs/gallery"
+cp docs/measurements/*.md "$doc/docs/measurements"
 cp c-examples/minimal.c c-examples/direct.h c-examples/minimal.cpp "$doc/c-examples"
 # The same bytes for the same sources: no owner, no time, names in order.
 tar --create --sort=name --owner=0 --group=0 --numeric-owner --mtime=@0 --directory "$stage" "$name" | gzip -n > "$build/$name.tar.gz"

@@ -10,9 +10,10 @@ doxygen - <<SETTINGS
 PROJECT_NAME = wis
 PROJECT_NUMBER = $version
 PROJECT_BRIEF = "Direct light from environment maps"
-INPUT = include README.md docs/integrating.md docs/performance.md docs/gallery.md docs/abi.md
+INPUT = include README.md docs docs/measurements
 USE_MDFILE_AS_MAINPAGE = README.md
-IMAGE_PATH = docs docs/gallery
+IMAGE_PATH = docs docs/gallery $(find docs/measurements -type d | tr '\n' ' ')
+EXCLUDE = docs/crate.md
 OUTPUT_DIRECTORY = $build/docs
 OPTIMIZE_OUTPUT_FOR_C = YES
 EXTRACT_ALL = YES

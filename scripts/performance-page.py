@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Fills scripts/performance.md with numbers of the measured pages: performance-page.py [--check]
 
-{PAGE: ROW: COLUMN} is the cell of the first table of docs/PAGE.md that has both; ROW is how the line begins, +N after the column N cells
-further right. {FILE says TEXT} is the text, which the file must have. {commit of PAGE} is that of the run that wrote it. What stands
-behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
+{PAGE: ROW: COLUMN} is the cell of the first table of a page that has both. Pages are those of docs/measurements, gallery and renderers. ROW is how the
+line begins, or several such separated by " // ", of which one must be there; +N after the column N cells further right.
+{FILE says TEXT} is the text, which the file must have. {commit of PAGE} is that of the run that wrote the page, {version of PAGE} the version of wis there.
+{instructions of CALL} and {earlier of CALL} are those on record in scripts/check-instructions.sh, of this version and the one before.
+What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
 """
 import os
 import re
+import subprocess
 import sys
 
 os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
@@ -18,19 +21,25 @@ def read(path):
         return file.read()
 
 
+def path_of(page):
+    measured = f"docs/measurements/{page}.md"
+    return measured if os.path.exists(measured) else f"docs/{page}.md"
+
+
 def cell(page, row, column):
     column, _, more = column.partition(" +")
+    rows = tuple(f"| {begin} |" for begin in row.split(" // "))
     at, is_header = None, True
-    for line in read(f"docs/{page}.md").splitlines():
+    for line in read(path_of(page)).splitlines():
         if not line.startswith("|"):
             at, is_header = None, True
             continue
         cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
         if is_header:
             at, is_header = cells.index(column) if column in cells else None, False
-        elif at is not None and line.startswith(f"| {row} |"):
+        elif at is not None and line.startswith(rows):
             return cells[at + int(more or 0)]
-    faults.append(f"docs/{page}.md has no '{column}' of '{row}'")
+    faults.append(f"{path_of(page)} has no '{column}' of '{row}'")
     return ""
 
 
@@ -42,19 +51,38 @@ def says(path, text):
 
 
 def commit(page):
-    found = re.search(r"Commit ([0-9a-f]{7,})", read(f"docs/{page}.md"))
+    found = re.search(r"[Cc]ommit ([0-9a-f]{7,})", read(path_of(page)))
     return found.group(1) if found else "not recorded"
 
 
+def version(page):
+    manifest = subprocess.run(["git", "show", f"{commit(page)}:Cargo.toml"], capture_output=True, text=True, check=False).stdout
+    found = re.search(r'^version = "(\d+\.\d+)', manifest, flags=re.M)
+    return found.group(1) if found else "not recorded"
+
+
+def instructions(call, column):
+    found = re.search(rf"^{' +'.join(call.split())} +(.*)$", read("scripts/check-instructions.sh"), flags=re.M)
+    if not found:
+        faults.append(f"scripts/check-instructions.sh has no '{call}'")
+        return ""
+    return found.group(1).split()[column]
+
+
 def fill(text):
+    text = re.sub(r"\{instructions of ([^{}]*)\}", lambda m: instructions(m.group(1), 2), text)
+    text = re.sub(r"\{earlier of ([^{}]*)\}", lambda m: instructions(m.group(1), 3), text)
     text = re.sub(r"\{commit of ([^{}]*)\}", lambda m: commit(m.group(1)), text)
+    text = re.sub(r"\{version of ([^{}]*)\}", lambda m: version(m.group(1)), text)
     text = re.sub(r"\{(\S*) says ([^{}]*)\}", lambda m: says(*m.groups()), text)
-    return re.sub(r"\{([a-z]*): ([^{}]*): ([^{}]*)\}", lambda m: cell(*m.groups()), text)
+    return re.sub(r"\{([a-z-]*): ([^{}]*?): ([^{}:]*)\}", lambda m: cell(*m.groups()), text)
 
 
 page, *blocks = re.split(r"^=== (\w+)\n", fill(read("scripts/performance.md")), flags=re.M)
 readme = read("README.md")
 for name, text in zip(blocks[::2], blocks[1::2]):
+    if f"<!-- {name}: " not in readme:
+        faults.append(f"README.md has no place for '{name}'")
     readme = re.sub(rf"(<!-- {name}: .*\n)[\s\S]*(<!-- end of {name} -->)", lambda m: m.group(1) + text + m.group(2), readme)
 if faults:
     sys.exit("\n".join(f"performance-page: {fault}" for fault in faults))

@@ -109,7 +109,7 @@ test_instruments() {
 
 # In the installed library, as a client has it.
 hardcases() {
-    instruments run --bin hardcases -- docs/hard-cases.md --check
+    instruments run --bin hardcases -- docs/measurements/hard-cases.md --check
 }
 
 # Its times mean nothing on a machine that is busy; that it runs and that its errors fall does.

@@ -22,7 +22,7 @@ References are integrals by quadrature, of the client's own BRDFs and look-ups i
 - *integral*: how far apart the integral that a product states and the reference are: the larger over the smaller, less 1. An
   integral of 0 is beyond any limit. It is an approximation, so the limit is the figure when the row was written, and a quarter more.
 - *largest*: the largest f L cos / (p I), over 262144 samples and 18000 other directions. Those are directions of the light, at all
-  distances of the lobe's peak, and all over the sphere. The limit is 50 (rule 33 of [design.md](design.md)), and
+  distances of the lobe's peak, and all over the sphere. The limit is 50 (rule 33 of [design.md](../design.md)), and
   150 and 300 in two rows beyond the critical angle. *Not bounded*: no rule speaks of these tables and lobes, and single weights are
   large. There the share of the integral that comes with weights above 50 has a limit. A density of a hundredth in places exceeds it.
 - *mean*: how far the mean of the samples is from the reference. The limit is 4.5 standard errors and 0.001, and a fault of 2 % is seen.
@@ -184,7 +184,7 @@ tables with holes:
 
 - means of samples are within {means} of the reference, means of rays within {of_rays} in {rays} of them;
 - weights of products of `wis.h` are at most {largest} integrals, but more than {LARGEST} in {beyond} scenes beyond the critical angle.
-  Rule 33 of [design.md](design.md) is not met there. In the wavelet header, tables and lobes narrower than 0.1, of which the
+  Rule 33 of [design.md](../design.md) is not met there. In the wavelet header, tables and lobes narrower than 0.1, of which the
   rule does not speak, have larger weights in {wavelets} scenes;
 - the integral that a product states is an approximation. For lobes that the library knows, it is off by a factor of up to {}:
   {worst}.

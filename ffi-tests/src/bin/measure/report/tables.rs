@@ -384,7 +384,7 @@ fn by_maps(main: &[&Cell], lights: &[String]) -> Vec<Part> {
         if names.is_empty() { "none".into() } else { names.join(", ") }
     };
     let text = format!(
-        "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. [tuning.md](tuning.md) tries constants against \
+        "Development maps: {}. Judged maps: {}. The light \"{SUN}\" is made by the project. `make tuning` tries constants against \
          other values on development maps alone. Below: gains of `direct` on both groups, expensive costs, a renderer's caches. A library \
          that fits its development maps alone would be behind on the others.",
         list(&is_developer),

@@ -139,7 +139,7 @@ test-report: ## open report/index.html in a browser without a window, at two wid
 	scripts/setup.sh browser
 	scripts/test-report.sh report/index.html $(BUILD)/test-report
 
-performance: ## write docs/performance.md and the gains of README.md from the measured pages
+performance: ## write docs/performance.md, docs/papers.md and the gains of README.md from the measured pages
 	scripts/performance-page.py
 
 check-pages: ## say which measured pages were made from other sources than those that are there

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Fills scripts/performance.md with numbers of the measured pages: performance-page.py [--check]
+"""Fills scripts/performance.md and scripts/papers.md with what the measured pages say: performance-page.py [--check]
 
 {PAGE: ROW: COLUMN} is the cell of the first table of a page that has both. Pages are those of docs/measurements, gallery and renderers. ROW is how the
 line begins, or several such separated by " // ", of which one must be there; +N after the column N cells further right.
 {FILE says TEXT} is the text, which the file must have. {commit of PAGE} is that of the run that wrote the page, {version of PAGE} the version of wis there.
 {instructions of CALL} and {earlier of CALL} are those on record in scripts/check-instructions.sh, of this version and the one before.
-What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
+{claims of PAGE} are the rows of a paper's claims, {holding of PAGE ...} how many of how many hold. What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
 """
 import os
 import re
@@ -69,7 +69,34 @@ def instructions(call, column):
     return found.group(1).split()[column]
 
 
+def claims(page):
+    """Of each claim: the claim, what the paper says, what was measured, the verdict."""
+    rows, is_claim = [], False
+    for line in read(path_of(page)).splitlines():
+        cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
+        if line.startswith("| claim |"):
+            is_claim = True
+        elif not line.startswith("|"):
+            is_claim = False
+        elif is_claim and not line.startswith("|---"):
+            rows.append(cells[:4])
+    if not rows:
+        faults.append(f"{path_of(page)} has no claims")
+    return rows
+
+
+def rows_of(page):
+    return "\n".join("| " + " | ".join([page[-4:], *row]) + " |" for row in claims(page))
+
+
+def holding(pages):
+    rows = [row for page in pages.split() for row in claims(page)]
+    return f"{sum(row[3] == 'holds' for row in rows)} of {len(rows)}"
+
+
 def fill(text):
+    text = re.sub(r"\{claims of ([^{}]*)\}", lambda m: rows_of(m.group(1)), text)
+    text = re.sub(r"\{holding of ([^{}]*)\}", lambda m: holding(m.group(1)), text)
     text = re.sub(r"\{instructions of ([^{}]*)\}", lambda m: instructions(m.group(1), 2), text)
     text = re.sub(r"\{earlier of ([^{}]*)\}", lambda m: instructions(m.group(1), 3), text)
     text = re.sub(r"\{commit of ([^{}]*)\}", lambda m: commit(m.group(1)), text)
@@ -79,6 +106,7 @@ def fill(text):
 
 
 page, *blocks = re.split(r"^=== (\w+)\n", fill(read("scripts/performance.md")), flags=re.M)
+papers = fill(read("scripts/papers.md"))
 readme = read("README.md")
 for name, text in zip(blocks[::2], blocks[1::2]):
     if f"<!-- {name}: " not in readme:
@@ -86,10 +114,10 @@ for name, text in zip(blocks[::2], blocks[1::2]):
     readme = re.sub(rf"(<!-- {name}: .*\n)[\s\S]*(<!-- end of {name} -->)", lambda m: m.group(1) + text + m.group(2), readme)
 if faults:
     sys.exit("\n".join(f"performance-page: {fault}" for fault in faults))
-written = {"docs/performance.md": page, "README.md": readme}
+written = {"docs/performance.md": page, "docs/papers.md": papers, "README.md": readme}
 if sys.argv[1:] == ["--check"]:
     stale = [path for path, text in written.items() if read(path) != text]
-    print(f"stale {', '.join(stale)}: make performance" if stale else "ok    docs/performance.md and what README.md takes from pages")
+    print(f"stale {', '.join(stale)}: make performance" if stale else "ok    docs/performance.md, docs/papers.md and what README.md takes from pages")
     sys.exit(bool(stale))
 for path, text in written.items():
     with open(path, "w", encoding="utf-8") as file:

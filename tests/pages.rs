@@ -159,3 +159,29 @@ fn the_demo_the_tracer_and_the_report_run_the_loop_of_the_readme() {
     let (body, _) = after.split_once("pub fn ").expect("what follows");
     assert!(body.contains("raw::wis_direct("), "wis_direct is called by another function");
 }
+
+/// Where a page's links lead: files beside the page, without the anchors.
+fn links(text: &str) -> Vec<&str> {
+    let targets = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    targets.filter(|target| !target.is_empty() && !target.contains("://")).collect()
+}
+
+#[test]
+fn links_lead_to_files() {
+    let mut pages = Vec::new();
+    files(&root().join("docs"), &["md"], &mut pages);
+    pages.extend(["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|page| root().join(page)));
+    let mut dead = Vec::new();
+    // What rustdoc reads has links of its own.
+    for page in pages.iter().filter(|page| !page.ends_with("docs/crate.md")) {
+        let text = fs::read_to_string(page).expect("a page");
+        let gone = |target: &&str| !page.with_file_name(target).exists();
+        dead.extend(links(&text).into_iter().filter(gone).map(|target| format!("{}: {target}", page.display())));
+    }
+    assert!(dead.is_empty(), "no such file:\n{}", dead.join("\n"));
+}
+
+#[test]
+fn links_are_found() {
+    assert_eq!(links("[a](b.md#c), ![d](e/f.png), [g](#h) and [i](https://j.k)"), ["b.md", "e/f.png"]);
+}

@@ -185,3 +185,44 @@ fn links_lead_to_files() {
 fn links_are_found() {
     assert_eq!(links("[a](b.md#c), ![d](e/f.png), [g](#h) and [i](https://j.k)"), ["b.md", "e/f.png"]);
 }
+
+/// What stands between backticks.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// Pages that name files and functions.
+const MAPS: [&str; 5] =
+    ["ARCHITECTURE.md", "CONTRIBUTING.md", "docs/trust.md", "docs/design.md", "docs/integrating.md"];
+
+#[test]
+fn files_and_functions_that_pages_name_are_there() {
+    let mut gone = Vec::new();
+    for page in MAPS {
+        let text = read(page);
+        let has_root = |path: &&str| {
+            let folder = path.split_once('/').map_or("", |(folder, _)| folder);
+            !matches!(folder, "" | "build")
+                && root().join(folder).is_dir()
+                && !path.contains(['*', ' '])
+                && !path.contains("NAME")
+        };
+        let missing = quoted(&text).filter(has_root).filter(|path| !root().join(path).exists());
+        gone.extend(missing.map(|path| format!("{page}: {path}")));
+    }
+    let architecture = read("ARCHITECTURE.md");
+    let rows = architecture.lines().filter(|line| line.starts_with("| Where") || line.contains("? | `src/"));
+    let mut found = 0;
+    for row in rows {
+        let names: Vec<&str> = quoted(row).collect();
+        let [.., file, name] = names[..] else { panic!("no file and function: {row}") };
+        found += 1;
+        let function = format!("fn {name}");
+        if !read(file).match_indices(&function).any(|(at, _)| read(file)[at + function.len()..].starts_with(['(', '<']))
+        {
+            gone.push(format!("ARCHITECTURE.md: {name} in {file}"));
+        }
+    }
+    assert!(found >= 10, "{found} rows were found");
+    assert!(gone.is_empty(), "not there:\n{}", gone.join("\n"));
+}

@@ -60,73 +60,52 @@ extern "C" {
 
 /// The answer of every call that can fail.
 typedef enum wis_status {
-  /// The call did what was asked.
-  WIS_OK = 0,
-  /// A pointer that must not be null is null.
-  WIS_NULL_POINTER = 1,
-  /// A value is outside the range that its comment states, or a stride is shorter than an element.
-  WIS_INVALID_ARGUMENT = 2,
+  WIS_OK = 0, /**< The call did what was asked. */
+  WIS_NULL_POINTER = 1, /**< A pointer that must not be null is null. */
+  WIS_INVALID_ARGUMENT = 2, /**< A value is outside the range that its comment states, or a stride is shorter than an element. */
   /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
   WIS_INVALID_STRUCT_SIZE = 3,
-  /// The memory is shorter than the size query said.
-  WIS_MEMORY_TOO_SMALL = 4,
-  /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for
-  /// 16-bit floats.
+  WIS_MEMORY_TOO_SMALL = 4, /**< The memory is shorter than the size query said. */
+  /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for 16-bit floats.
   WIS_MISALIGNED = 5,
-  /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
-  /// float where it is stored as one.
+  /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a float where it
+  /// is stored as one.
   WIS_OVERFLOW = 6,
   /// A texel of a light is NaN or infinite: WIS_ENVIRONMENT_SANITISE replaces it. Or a pixel of a tree is NaN, infinite or negative.
   WIS_INVALID_TEXEL = 7,
-  /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
-  /// that an anisotropic lobe needs is 0 or parallel to the normal.
+  /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent that an
+  /// anisotropic lobe needs is 0 or parallel to the normal.
   WIS_INVALID_TRANSFORM = 8,
-  /// The product was prepared with another environment, or the memory does not hold such an object.
-  WIS_MISMATCH = 9,
-  /// The bytes are not an object that this version wrote, or they were changed. The diagnostic's `field` tells which: `magic`
-  /// for another kind, another version or another byte order, null for bytes that were changed.
+  WIS_MISMATCH = 9, /**< The product was prepared with another environment, or the memory does not hold such an object. */
+  /// The bytes are not an object that this version wrote, or they were changed. The diagnostic's `field` tells which: `magic` for another
+  /// kind, another version or another byte order, null for bytes that were changed.
   WIS_CORRUPT = 10,
-  /// The density of that direction is 0: no u leads there.
-  WIS_ZERO_DENSITY = 11,
-  /// A callback failed or returned a value that is NaN, infinite or negative.
-  WIS_CALLBACK_FAILED = 12,
-  /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
-  WIS_NOT_BUILT = 13,
+  WIS_ZERO_DENSITY = 11, /**< The density of that direction is 0: no u leads there. */
+  WIS_CALLBACK_FAILED = 12, /**< A callback failed or returned a value that is NaN, infinite or negative. */
+  WIS_NOT_BUILT = 13, /**< The object was not built, or built without what the call needs (RGB, the compensated distribution). */
   /// The density of that direction is above 0, but its share of u is smaller than what numbers of 24 bits tell apart.
   WIS_UNREACHABLE = 14,
 } wis_status;
 
-/// The version of the library and of every stored object: major * 65536 + minor * 256 + patch.
-#define WIS_VERSION 768
-
-/// The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms.
-#define WIS_ALIGNMENT 16
+#define WIS_VERSION 768 /**< The version of the library and of every stored object: major * 65536 + minor * 256 + patch. */
+#define WIS_ALIGNMENT 16 /**< The alignment of every block of memory, in bytes: that of malloc on 64-bit platforms. */
 
 /// How much memory an object needs. Both blocks are yours: allocate them as you like.
 typedef struct wis_memory_size {
-  /// Bytes of the object.
-  size_t bytes;
-  /// Alignment of both blocks, in bytes.
-  size_t align;
-  /// Bytes that only the build needs; may be freed afterwards. 0: none.
-  size_t scratch_bytes;
+  size_t bytes; /**< Bytes of the object. */
+  size_t align; /**< Alignment of both blocks, in bytes. */
+  size_t scratch_bytes; /**< Bytes that only the build needs; may be freed afterwards. 0: none. */
 } wis_memory_size;
 
 /// Where the fault is. Written only if a call fails, and only if you give one.
 typedef struct wis_diagnostic {
-  /// The position of the argument at fault, 1 = first; 0: none in particular.
-  uint32_t argument;
-  /// WIS_INVALID_TEXEL: the column of the texel, 0 = first. Array of arrays: the number of the element in the inner one.
-  uint32_t x;
-  /// The row of the texel, or the number of the element at fault in an array, 0 = first. 0 where the argument is neither.
-  uint32_t y;
-  /// Always 0.
-  uint32_t reserved;
-  /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
-  uint64_t bytes_needed;
-  /// The field at fault of the struct that the argument points to, as `normal` or `b`: a static string. `magic` if
-  /// stored bytes begin as no object of this kind and version does: build it anew. Null if the argument is no struct, or no
-  /// field in particular is at fault.
+  uint32_t argument; /**< The position of the argument at fault, 1 = first; 0: none in particular. */
+  uint32_t x; /**< WIS_INVALID_TEXEL: the column of the texel, 0 = first. Array of arrays: the number of the element in the inner one. */
+  uint32_t y; /**< The row of the texel, or the number of the element at fault in an array, 0 = first. 0 where the argument is neither. */
+  uint32_t reserved; /**< Always 0. */
+  uint64_t bytes_needed; /**< WIS_MEMORY_TOO_SMALL: the bytes that are needed. */
+  /// The field at fault of the struct that the argument points to, as `normal` or `b`: a static string. `magic` if stored bytes begin as no
+  /// object of this kind and version does: build it anew. Null if the argument is no struct, or no field in particular is at fault.
   const char *field;
 } wis_diagnostic;
 
@@ -136,29 +115,23 @@ const char *wis_status_string(uint32_t status);
 /// WIS_VERSION of the library that is linked. Work: constant.
 uint32_t wis_version(void);
 
-/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
-/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
+/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z; the direction is (sin
+/// theta cos phi, sin theta sin phi, cos theta).
 #define WIS_LAYOUT_LATLONG 1
 
-/// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
-#define WIS_LAYOUT_CUBE 2
+#define WIS_LAYOUT_CUBE 2 /**< Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width. */
 
-/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
-/// along y; height = width.
+/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows along y; height = width.
 #define WIS_LAYOUT_OCTAHEDRAL 3
 
-/// 32-bit floats.
-#define WIS_FORMAT_F32 1
+#define WIS_FORMAT_F32 1 /**< 32-bit floats. */
+#define WIS_FORMAT_F16 2 /**< 16-bit floats. */
 
-/// 16-bit floats.
-#define WIS_FORMAT_F16 2
-
-/// You interpolate between texel centres along both axes. Lat-long maps wrap in azimuth and mirror over the poles, faces of a
-/// cube and edges of an octahedral map join.
+/// You interpolate between texel centres along both axes. Lat-long maps wrap in azimuth and mirror over the poles, faces of a cube and
+/// edges of an octahedral map join.
 #define WIS_FILTER_BILINEAR 0
 
-/// You take the texel that holds the direction.
-#define WIS_FILTER_NEAREST 1
+#define WIS_FILTER_NEAREST 1 /**< You take the texel that holds the direction. */
 
 /// Lat-long only: the first and the last row of texels lie at the poles, so theta = pi y / (height - 1).
 #define WIS_ENVIRONMENT_ROWS_AT_POLES 1
@@ -166,12 +139,12 @@ uint32_t wis_version(void);
 /// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
 #define WIS_ENVIRONMENT_EXACT_ZERO 2
 
-/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
-/// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
+/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where BSDF
+/// rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
 #define WIS_ENVIRONMENT_COMPENSATED 4
 
-/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float, in maps
-/// of 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
+/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float, in maps of
+/// 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
 #define WIS_ENVIRONMENT_SANITISE 8
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
@@ -180,211 +153,143 @@ uint32_t wis_version(void);
 /// Negative channels count by their size instead of as 0, for renderers that look them up as they are: pdf > 0 wherever |L| > 0.
 #define WIS_ENVIRONMENT_ABSOLUTE 32
 
-/// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block
-/// aligned to WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may
-/// use it at once. Nothing to free.
+/// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block aligned to
+/// WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may use it at once. Nothing
+/// to free.
 typedef struct wis_environment wis_environment;
 
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
-/// thread. Null stops the build with WIS_CALLBACK_FAILED.
+/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same thread. Null stops the
+/// build with WIS_CALLBACK_FAILED.
 typedef const void *(*wis_row_fn)(void *user, uint32_t y);
 
 /// The map, and what to build from it.
 typedef struct wis_environment_config {
-  /// sizeof(wis_environment_config).
-  uint32_t size;
-  /// WIS_LAYOUT_*.
-  uint32_t layout;
-  /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
-  uint32_t width;
-  /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
-  uint32_t height;
-  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels, as resamplers leave
-  /// them, count as 0: clamp your look-up at 0, or set WIS_ENVIRONMENT_ABSOLUTE.
+  uint32_t size; /**< sizeof(wis_environment_config). */
+  uint32_t layout; /**< WIS_LAYOUT_*. */
+  uint32_t width; /**< Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW. */
+  uint32_t height; /**< Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW. */
+  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels, as resamplers leave them,
+  /// count as 0: clamp your look-up at 0, or set WIS_ENVIRONMENT_ABSOLUTE.
   uint32_t channels;
-  /// WIS_FORMAT_*.
-  uint32_t format;
-  /// WIS_FILTER_*: how you look the map up.
-  uint32_t filter;
-  /// WIS_ENVIRONMENT_*, or 0.
-  uint32_t flags;
-  /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1. 0 keeps every texel. 0.01 makes a
-  /// smooth sky take kilobytes.
+  uint32_t format; /**< WIS_FORMAT_*. */
+  uint32_t filter; /**< WIS_FILTER_*: how you look the map up. */
+  uint32_t flags; /**< WIS_ENVIRONMENT_*, or 0. */
+  /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1. 0 keeps every texel. 0.01 makes a smooth sky
+  /// take kilobytes.
   float error_budget;
-  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
-  /// no alignment.
+  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need no alignment.
   const void *pixels;
-  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
-  /// close together.
+  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand close together.
   ptrdiff_t row_stride;
-  /// Used if `pixels` is null; called from each thread that runs the first pass.
-  wis_row_fn row;
-  /// Handed to `row`.
-  void *row_user;
-  /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied.
-  const float *world_from_map;
+  wis_row_fn row; /**< Used if `pixels` is null; called from each thread that runs the first pass. */
+  void *row_user; /**< Handed to `row`. */
+  const float *world_from_map; /**< A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied. */
 } wis_environment_config;
 
 /// What was built.
 typedef struct wis_environment_info {
-  /// sizeof(wis_environment_info), set by the caller.
-  uint32_t size;
-  /// WIS_LAYOUT_*.
-  uint32_t layout;
-  /// Texels in a row.
-  uint32_t width;
-  /// Rows.
-  uint32_t height;
-  /// WIS_FILTER_*.
-  uint32_t filter;
-  /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE and WIS_ENVIRONMENT_ABSOLUTE.
-  uint32_t flags;
-  /// Bytes of the environment: that much of the block is in use and needs to be saved.
-  uint64_t bytes;
-  /// Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced.
-  uint64_t sanitised;
-  /// Tells environments apart: a hash of the bytes, also of world_from_map.
-  uint64_t content_id;
-  /// The integral of what the pdf is proportional to over the sphere: of luminance (of what compensation leaves of it), in the
-  /// unit of the map times steradian.
+  uint32_t size; /**< sizeof(wis_environment_info), set by the caller. */
+  uint32_t layout; /**< WIS_LAYOUT_*. */
+  uint32_t width; /**< Texels in a row. */
+  uint32_t height; /**< Rows. */
+  uint32_t filter; /**< WIS_FILTER_*. */
+  uint32_t flags; /**< WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE and WIS_ENVIRONMENT_ABSOLUTE. */
+  uint64_t bytes; /**< Bytes of the environment: that much of the block is in use and needs to be saved. */
+  uint64_t sanitised; /**< Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced. */
+  uint64_t content_id; /**< Tells environments apart: a hash of the bytes, also of world_from_map. */
+  /// The integral of what the pdf is proportional to over the sphere: of luminance (of what compensation leaves of it), in the unit of the
+  /// map times steradian.
   double power;
-  /// The mean luminance over the sphere, in the unit of the map.
-  double mean;
-  /// The share of the light that the brightest texel gives, 0 to 1.
-  double largest_share;
-  /// The relative standard deviation of radiance / pdf that the error budget added.
-  double error;
+  double mean; /**< The mean luminance over the sphere, in the unit of the map. */
+  double largest_share; /**< The share of the light that the brightest texel gives, 0 to 1. */
+  double error; /**< The relative standard deviation of radiance / pdf that the error budget added. */
 } wis_environment_info;
 
-/// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them
-/// it uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels; costs about
-/// 15 us. Work: constant.
-enum wis_status wis_environment_size(const struct wis_environment_config *config,
-                                     struct wis_memory_size *size,
-                                     struct wis_diagnostic *diagnostic);
+/// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them it
+/// uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels; costs about 15 us. Work:
+/// constant.
+enum wis_status wis_environment_size(const struct wis_environment_config *config, struct wis_memory_size *size,
+    struct wis_diagnostic *diagnostic);
 
-/// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups
-/// from cold caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of
-/// `memory`. WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that
-/// are needed; an error budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms,
-/// with an error budget 0.1 s more. Work: texels.
-enum wis_status wis_environment_init(const struct wis_environment_config *config,
-                                     void *memory,
-                                     size_t bytes,
-                                     void *scratch,
-                                     size_t scratch_bytes,
-                                     const struct wis_environment **environment,
-                                     struct wis_diagnostic *diagnostic);
+/// Builds an environment on one thread. `memory`: where the environment goes; a multiple of 64 as its address makes look-ups from cold
+/// caches cheaper. `scratch`: may be freed afterwards. `environment` receives the handle, which is the address of `memory`.
+/// WIS_INVALID_TEXEL: the diagnostic names column and row. WIS_MEMORY_TOO_SMALL: the diagnostic tells the bytes that are needed; an error
+/// budget needs fewer than wis_environment_size says. A map of 1024 x 512 RGB floats costs 15 to 40 ms, with an error budget 0.1 s more.
+/// Work: texels.
+enum wis_status wis_environment_init(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
+    size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 
-/// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose
-/// tables are chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any
-/// threads, before those of the next pass; then call wis_environment_finish. However the items are shared, the bytes are those
-/// of wis_environment_init. Work: rows.
-enum wis_status wis_environment_begin(const struct wis_environment_config *config,
-                                      void *scratch,
-                                      size_t scratch_bytes,
-                                      uint32_t items[3],
-                                      struct wis_diagnostic *diagnostic);
+/// Begins a build that threads share. `items` receives the number of items of each of three passes: rows of texels; cells, whose tables are
+/// chosen; cells, whose tables are written. Hand all items of a pass to wis_environment_run, in any portions, on any threads, before those
+/// of the next pass; then call wis_environment_finish. However the items are shared, the bytes are those of wis_environment_init. Work:
+/// rows.
+enum wis_status wis_environment_begin(const struct wis_environment_config *config, void *scratch, size_t scratch_bytes, uint32_t items[3],
+    struct wis_diagnostic *diagnostic);
 
 /// Works on `count` items of a pass, from item `first` on. Threads may call this at once for different items. `config`: that of
-/// wis_environment_begin. `memory`: used by pass 2 only, null before; the same block in all calls of pass 2 and in
-/// wis_environment_finish. If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again.
-/// `pass`: 0, 1 or 2. WIS_MISMATCH if an earlier pass is not done. Work: texels of the items.
-enum wis_status wis_environment_run(const struct wis_environment_config *config,
-                                    void *memory,
-                                    size_t bytes,
-                                    void *scratch,
-                                    size_t scratch_bytes,
-                                    uint32_t pass,
-                                    uint32_t first,
-                                    uint32_t count,
-                                    struct wis_diagnostic *diagnostic);
+/// wis_environment_begin. `memory`: used by pass 2 only, null before; the same block in all calls of pass 2 and in wis_environment_finish.
+/// If it is too short, the diagnostic tells the bytes that are needed, and pass 2 may be run again. `pass`: 0, 1 or 2. WIS_MISMATCH if an
+/// earlier pass is not done. Work: texels of the items.
+enum wis_status wis_environment_run(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
+    size_t scratch_bytes, uint32_t pass, uint32_t first, uint32_t count, struct wis_diagnostic *diagnostic);
 
-/// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the
-/// handle. It builds the strata, on this thread: for a map of 1024 x 512, 5 ms under a smooth sky and 30 ms under many lamps.
-/// Work: texels.
-enum wis_status wis_environment_finish(const struct wis_environment_config *config,
-                                       void *memory,
-                                       size_t bytes,
-                                       void *scratch,
-                                       size_t scratch_bytes,
-                                       const struct wis_environment **environment,
-                                       struct wis_diagnostic *diagnostic);
+/// Ends a build whose three passes are done (WIS_MISMATCH before). `memory`: the block of pass 2. `environment` receives the handle. It
+/// builds the strata, on this thread: for a map of 1024 x 512, 5 ms under a smooth sky and 30 ms under many lamps. Work: texels.
+enum wis_status wis_environment_finish(const struct wis_environment_config *config, void *memory, size_t bytes, void *scratch,
+    size_t scratch_bytes, const struct wis_environment **environment, struct wis_diagnostic *diagnostic);
 
 /// Opens bytes that an earlier build wrote: copied, or mapped from a file. `bytes`: as many as wis_environment_info says, or more.
-/// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed; with the field `magic` in
-/// the diagnostic if another version of wis wrote them. Reads all bytes once: 1 ms for a map of 1024 x 512. Work: bytes.
-enum wis_status wis_environment_open(const void *memory,
-                                     size_t bytes,
-                                     const struct wis_environment **environment,
-                                     struct wis_diagnostic *diagnostic);
+/// `environment` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed; with the field `magic` in the
+/// diagnostic if another version of wis wrote them. Reads all bytes once: 1 ms for a map of 1024 x 512. Work: bytes.
+enum wis_status wis_environment_open(const void *memory, size_t bytes, const struct wis_environment **environment,
+    struct wis_diagnostic *diagnostic);
 
 /// Describes an environment. Set `info->size` before. Work: constant.
 enum wis_status wis_environment_describe(const struct wis_environment *environment, struct wis_environment_info *info);
 
-/// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile.
-/// `world_from_map`: replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the
-/// identity. `environment` receives the handle. The content id changes: products that were prepared before answer
-/// WIS_MISMATCH. A call that fails changes nothing. Costs less than 0.1 us. Work: constant.
-enum wis_status wis_environment_turn(void *memory,
-                                     size_t bytes,
-                                     const float world_from_map[9],
-                                     const struct wis_environment **environment,
-                                     struct wis_diagnostic *diagnostic);
+/// Turns an environment in place; nothing is rebuilt. `memory`: the environment, which no other thread may use meanwhile. `world_from_map`:
+/// replaces the former one; a row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. `environment`
+/// receives the handle. The content id changes: products that were prepared before answer WIS_MISMATCH. A call that fails changes nothing.
+/// Costs less than 0.1 us. Work: constant.
+enum wis_status wis_environment_turn(void *memory, size_t bytes, const float world_from_map[9], const struct wis_environment **environment,
+    struct wis_diagnostic *diagnostic);
 
-/// Detect the instructions of this processor.
-#define WIS_CPU_DETECT 0
-
-/// Instructions that every processor of the platform has.
-#define WIS_CPU_BASELINE 1
-
-/// x86-64 with AVX2.
-#define WIS_CPU_AVX2 2
+#define WIS_CPU_DETECT 0 /**< Detect the instructions of this processor. */
+#define WIS_CPU_BASELINE 1 /**< Instructions that every processor of the platform has. */
+#define WIS_CPU_AVX2 2 /**< x86-64 with AVX2. */
 
 /// One thread's working memory: bytes in your memory without pointers to it. Nothing to free. One thread at a time may use it.
 typedef struct wis_sampler wis_sampler;
 
 /// What a sampler is made for. Zeros are good choices.
 typedef struct wis_sampler_config {
-  /// sizeof(wis_sampler_config).
-  uint32_t size;
-  /// WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks.
-  uint32_t cpu_level;
-  /// The most rays of one call, 1 to 4096; 0: 16.
-  uint32_t rays;
-  /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16:
-  /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
+  uint32_t size; /**< sizeof(wis_sampler_config). */
+  uint32_t cpu_level; /**< WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks. */
+  uint32_t rays; /**< The most rays of one call, 1 to 4096; 0: 16. */
+  /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power
+  /// of two, at least 16: 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
   uint32_t candidates_per_ray;
-  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0)
-  /// share at most four products, for which the sampler takes 15 kB more.
+  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0) share at most four
+  /// products, for which the sampler takes 15 kB more.
   uint32_t hits_per_pixel;
-  /// Always 0.
-  uint32_t reserved;
+  uint32_t reserved; /**< Always 0. */
 } wis_sampler_config;
 
 /// The bytes that a sampler needs: 11 kB for 16 rays, 3 kB for three, 2 kB for one or two. Work: constant.
-enum wis_status wis_sampler_size(const struct wis_sampler_config *config,
-                                 struct wis_memory_size *size,
-                                 struct wis_diagnostic *diagnostic);
+enum wis_status wis_sampler_size(const struct wis_sampler_config *config, struct wis_memory_size *size, struct wis_diagnostic *diagnostic);
 
-/// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread.
-/// Work: bytes.
-enum wis_status wis_sampler_init(const struct wis_sampler_config *config,
-                                 void *memory,
-                                 size_t bytes,
-                                 struct wis_sampler **sampler,
-                                 struct wis_diagnostic *diagnostic);
+/// Makes a sampler in `memory`. Detects the processor's instructions, which takes microseconds: once for a thread. Work: bytes.
+enum wis_status wis_sampler_init(const struct wis_sampler_config *config, void *memory, size_t bytes, struct wis_sampler **sampler,
+    struct wis_diagnostic *diagnostic);
 
-/// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing.
-/// Call it when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler.
-/// Work: constant.
+/// Forgets products that hits of the last pixel shared, so that images depend on the order of pixels and on threads in nothing. Call it
+/// when the seed of points changes. WIS_NULL_POINTER, WIS_MISMATCH for memory that holds no sampler. Work: constant.
 enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 
 /// Where the last call on this sampler that failed was at fault: argument, field and element. Work: constant.
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
 
-/// Lobes of a material.
-#define WIS_MAX_LOBES 4
+#define WIS_MAX_LOBES 4 /**< Lobes of a material. */
 
 /// Diffuse reflection: `weight / pi` on the upper side of the normal; with directions on both sides, on the side of wo.
 #define WIS_LOBE_LAMBERT 1
@@ -395,689 +300,470 @@ enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_
 /// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the same side, with r the mirror direction of wo, which may lie below.
 #define WIS_LOBE_PHONG 3
 
-/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`. F is Schlick's
-/// term for `f0` of this lobe, ((eta - 1) / (eta + 1))^2 for clear glass, from either side, and for the cosine of wo and the half vector.
-/// Seen from inside glass, `eta` is below 1: give 1 / 1.5. Beyond the critical angle the lobe is 0. Schlick's term knows no total
+/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`. F is
+/// Schlick's term for `f0` of this lobe, ((eta - 1) / (eta + 1))^2 for clear glass, from either side, and for the cosine of wo and the half
+/// vector. Seen from inside glass, `eta` is below 1: give 1 / 1.5. Beyond the critical angle the lobe is 0. Schlick's term knows no total
 /// reflection: give the GGX lobe there an `f0` of 1 if wo is beyond it.
 #define WIS_LOBE_GGX_TRANSMISSION 5
 
-/// Diffuse transmission: `weight / pi` on the side opposite to wo.
-#define WIS_LOBE_LAMBERT_TRANSMISSION 6
+#define WIS_LOBE_LAMBERT_TRANSMISSION 6 /**< Diffuse transmission: `weight / pi` on the side opposite to wo. */
 
 /// Directions on both sides of the surface count, with |n.wi| for the cosine. Implied by a lobe that transmits.
 #define WIS_POINT_WHOLE_SPHERE 1
 
-/// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
-#define WIS_POINT_COSINE_INCLUDED 2
+#define WIS_POINT_COSINE_INCLUDED 2 /**< The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again. */
 
-/// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read it.
+/// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read
+/// it.
 #define WIS_POINT_COMPENSATED 4
 
 /// All light comes through the portals of the point: directions outside all of them do not count. Without the flag an eighth of the rays
 /// looks elsewhere, and means are right wherever light comes from. Not read if `portal_count` is 0.
 #define WIS_POINT_PORTALS_COMPLETE 8
 
-/// Portals of a point.
-#define WIS_MAX_PORTALS 8
+#define WIS_MAX_PORTALS 8 /**< Portals of a point. */
 
 /// The shape of a lobe.
 typedef struct wis_lobe {
-  /// WIS_LOBE_*.
-  uint32_t kind;
-  /// GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read.
-  float a;
-  /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
-  float b;
-  /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1.
-  /// Others: not read.
+  uint32_t kind; /**< WIS_LOBE_*. */
+  float a; /**< GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read. */
+  float b; /**< GGX: alpha along the bitangent, 1e-5 to 16. Others: not read. */
+  /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1. Others: not read.
   float eta;
 } wis_lobe;
 
 /// The shapes of a material's lobes. Plain and copyable: fill `size`, `lobe_count` and `lobe`, then call wis_material_init once.
 typedef struct wis_material {
-  /// sizeof(wis_material).
-  uint32_t size;
-  /// Lobes used, 0 to 4. Without lobes a point reflects alike in all directions.
-  uint32_t lobe_count;
-  /// The lobes, of which the first lobe_count are read.
-  struct wis_lobe lobe[WIS_MAX_LOBES];
-  /// Written by wis_material_init: tells materials apart by their content.
-  uint64_t hash;
+  uint32_t size; /**< sizeof(wis_material). */
+  uint32_t lobe_count; /**< Lobes used, 0 to 4. Without lobes a point reflects alike in all directions. */
+  struct wis_lobe lobe[WIS_MAX_LOBES]; /**< The lobes, of which the first lobe_count are read. */
+  uint64_t hash; /**< Written by wis_material_init: tells materials apart by their content. */
 } wis_material;
 
-/// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0;
-/// anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+/// Writes the luminance of your BRDF x |cosine| (finite, at least 0) for `count` world directions, three floats each. Returns 0; anything
+/// else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
 typedef int (*wis_target_fn)(void *user, size_t count, const float *wi, float *f_cos);
 
 /// A rectangle that light comes through, such as a window, in world space. `edges[0]` x `edges[1]` points into the room. A portal that is
 /// seen from behind or from its plane, or has no area, is left out: zeros are no portal.
 typedef struct wis_portal {
-  /// A corner less the position of the shading point.
-  float corner[3];
-  /// The two edges that begin there, at right angles within 1e-3.
-  float edges[2][3];
+  float corner[3]; /**< A corner less the position of the shading point. */
+  float edges[2][3]; /**< The two edges that begin there, at right angles within 1e-3. */
 } wis_portal;
 
 /// A shading point in world space. Plain and copyable.
 typedef struct wis_point {
-  /// sizeof(wis_point).
-  uint32_t size;
-  /// WIS_POINT_*, or 0: the upper hemisphere of the normal.
-  uint32_t flags;
-  /// The material, after wis_material_init. Null: no lobes. Read during calls only.
-  const struct wis_material *material;
-  /// The shading normal, unit length.
-  float normal[3];
-  /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
-  /// anisotropic.
+  uint32_t size; /**< sizeof(wis_point). */
+  uint32_t flags; /**< WIS_POINT_*, or 0: the upper hemisphere of the normal. */
+  const struct wis_material *material; /**< The material, after wis_material_init. Null: no lobes. Read during calls only. */
+  float normal[3]; /**< The shading normal, unit length. */
+  /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
   float tangent[3];
   /// The direction to the viewer, unit length. Below the shading horizon, of a point without WIS_POINT_WHOLE_SPHERE, GGX is 0 and other
   /// lobes keep their formulas. If all lobes are 0 by that, the point counts as one without lobes.
   float wo[3];
-  /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here. A lobe of weight 0 reflects nothing; if all
-  /// are left 0, rays stay unbiased, but follow the lobes no more: set 1 where in doubt.
+  /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here. A lobe of weight 0 reflects nothing; if all are
+  /// left 0, rays stay unbiased, but follow the lobes no more: set 1 where in doubt.
   float weight[WIS_MAX_LOBES][3];
   /// GGX, reflection and transmission: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
   float f0[WIS_MAX_LOBES][3];
-  /// The pixel: any number, another one for each pixel.
-  uint32_t seed;
-  /// The number of this hit among all hits of the pixel and the bounce, over all passes: 0, 1, 2 ... Gaps
-  /// leave means as they are; errors then fall more slowly.
+  uint32_t seed; /**< The pixel: any number, another one for each pixel. */
+  /// The number of this hit among all hits of the pixel and the bounce, over all passes: 0, 1, 2 ... Gaps leave means as they are; errors
+  /// then fall more slowly.
   uint32_t sample;
-  /// The bounce: 0 for camera hits, 1 for the next ...
-  uint32_t bounce;
-  /// The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none.
-  uint32_t visibility_key;
-  /// How many portals there are, at most WIS_MAX_PORTALS; 0: light may come from everywhere.
-  uint32_t portal_count;
-  /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
-  struct wis_visibility_cache *visibility;
-  /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
-  /// directions. It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
+  uint32_t bounce; /**< The bounce: 0 for camera hits, 1 for the next ... */
+  uint32_t visibility_key; /**< The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none. */
+  uint32_t portal_count; /**< How many portals there are, at most WIS_MAX_PORTALS; 0: light may come from everywhere. */
+  struct wis_visibility_cache *visibility; /**< What rays of earlier passes saw, which wis_direct then prefers. Null: not known. */
+  /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose directions.
+  /// It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
   wis_target_fn target;
-  /// Handed to `target`.
-  void *target_user;
-  /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is 0,
-  /// nor by products and wis_check_point.
+  void *target_user; /**< Handed to `target`. */
+  /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is
+  /// 0, nor by products and wis_check_point.
   const struct wis_portal *portals;
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
 /// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe. Work: lobes.
-enum wis_status wis_material_init(struct wis_material *material,
-                                  struct wis_diagnostic *diagnostic);
+enum wis_status wis_material_init(struct wis_material *material, struct wis_diagnostic *diagnostic);
 
-/// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one
-/// of them calls wis_visibility_cache_end_pass alone. Nothing to free.
+/// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one of them
+/// calls wis_visibility_cache_end_pass alone. Nothing to free.
 typedef struct wis_visibility_cache wis_visibility_cache;
 
-/// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs
-/// quality only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number. Work: constant.
-enum wis_status wis_visibility_cache_size(uint32_t places,
-                                          struct wis_memory_size *size,
-                                          struct wis_diagnostic *diagnostic);
+/// The bytes that a cache of so many places needs: 1152 each. `places`: 1 to 2^20; more keys than places share them, which costs quality
+/// only. As many as tiles of 8 x 8 pixels, or pieces of surface, are a good number. Work: constant.
+enum wis_status wis_visibility_cache_size(uint32_t places, struct wis_memory_size *size, struct wis_diagnostic *diagnostic);
 
-/// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`.
-/// Work: places.
-enum wis_status wis_visibility_cache_init(uint32_t places,
-                                          void *memory,
-                                          size_t bytes,
-                                          struct wis_visibility_cache **cache,
-                                          struct wis_diagnostic *diagnostic);
+/// Makes a cache in which nothing was seen yet. `cache` receives the handle, which is the address of `memory`. Work: places.
+enum wis_status wis_visibility_cache_init(uint32_t places, void *memory, size_t bytes, struct wis_visibility_cache **cache,
+    struct wis_diagnostic *diagnostic);
 
-/// Records what rays from a point saw: `reached[k]` is not 0 where the ray along `wi[k]` reached the light. Of the point only
-/// `visibility`, `visibility_key` and `seed` are read; with a null `visibility` or the key 0 nothing is recorded. Directions that
-/// are not of unit length are left out. Rays of wis_direct and others are welcome alike. Threads may record at once.
+/// Records what rays from a point saw: `reached[k]` is not 0 where the ray along `wi[k]` reached the light. Of the point only `visibility`,
+/// `visibility_key` and `seed` are read; with a null `visibility` or the key 0 nothing is recorded. Directions that are not of unit length
+/// are left out. Rays of wis_direct and others are welcome alike. Threads may record at once.
 ///
-/// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before
-/// wis_visibility_cache_end_pass. That holds to the last digit if each pass has seeds of its own. With one seed over all passes a
-/// pixel's rays reach it again through those of others; no bias was found by tests that find one of 1 %. Work: count.
-enum wis_status wis_visibility_cache_record(const struct wis_point *point,
-                                            size_t count,
-                                            const float *wi,
-                                            size_t wi_stride,
-                                            const uint8_t *reached);
+/// Estimates stay unbiased: a pixel never reads its own rays, and what is read does not change before wis_visibility_cache_end_pass. That
+/// holds to the last digit if each pass has seeds of its own. With one seed over all passes a pixel's rays reach it again through those of
+/// others; no bias was found by tests that find one of 1 %. Work: count.
+enum wis_status wis_visibility_cache_record(const struct wis_point *point, size_t count, const float *wi, size_t wi_stride,
+    const uint8_t *reached);
 
-/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each
-/// place. Work: places.
+/// Ends a pass: from now on points read what was recorded so far. No other call may use the cache meanwhile. About 0.5 us for each place.
+/// Work: places.
 enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache);
 
-/// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of
-/// the normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1
-/// instead. Work: constant.
-enum wis_status wis_visibility_key(const float position[3],
-                                   const float normal[3],
-                                   float cell,
-                                   uint32_t *visibility_key);
+/// A key for the piece of surface about a position: the cell of a grid of width `cell` (0 or less: 1), apart for six directions of the
+/// normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1 instead.
+/// Work: constant.
+enum wis_status wis_visibility_key(const float position[3], const float normal[3], float cell, uint32_t *visibility_key);
 
 /// A direction to trace, and what the light that comes from it counts.
 typedef struct wis_ray {
-  /// The direction towards the light, unit length, world space.
-  float wi[3];
-  /// What f x cosine x L x V is multiplied by.
-  float weight;
+  float wi[3]; /**< The direction towards the light, unit length, world space. */
+  float weight; /**< What f x cosine x L x V is multiplied by. */
 } wis_ray;
 
-/// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED, 0 to 1: the light's mean radiance over the luminance
-/// of `radiance`, at most 1; 1 for black. WIS_NULL_POINTER. Costs 3 ns. Work: constant.
-enum wis_status wis_base(const struct wis_environment *environment,
-                         const float radiance[3],
-                         float *base);
+/// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED, 0 to 1: the light's mean radiance over the
+/// luminance of `radiance`, at most 1; 1 for black. WIS_NULL_POINTER. Costs 3 ns. Work: constant.
+enum wis_status wis_base(const struct wis_environment *environment, const float radiance[3], float *base);
 
-/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add
-/// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
-/// and radiance that vanish outside the point's hemisphere and where the built light is 0.
+/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add `weight f(wo, wi)
+/// |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF and radiance that vanish
+/// outside the point's hemisphere and where the built light is 0.
 ///
-/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
-/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
-/// most).
+/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no light)
+/// and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes diffuse)
+/// or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the most).
 ///
 /// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
 /// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
 /// WIS_POINT_PORTALS_COMPLETE.
 ///
-/// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
-/// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of
-/// the four covers a hit, or it has portals, rays are chosen among candidates.
+/// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all
+/// of 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits.
+/// Where none of the four covers a hit, or it has portals, rays are chosen among candidates.
 ///
 /// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
 /// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
-/// if a BSDF ray follows the last hit, too. Candidates are then 4 for each ray, at least 8 of each source.
-/// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
-enum wis_status wis_direct(struct wis_sampler *sampler,
-                           const struct wis_environment *environment,
-                           const struct wis_point *point,
-                           uint32_t rays,
-                           struct wis_ray *ray,
-                           uint32_t *ray_count);
+/// if a BSDF ray follows the last hit, too. Candidates are then 4 for each ray, at least 8 of each source. WIS_NOT_BUILT: the material was
+/// not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
+enum wis_status wis_direct(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
+    uint32_t rays, struct wis_ray *ray, uint32_t *ray_count);
 
-/// Rays of one point at the most, in a wave.
-#define WIS_WAVE_RAYS 64
+#define WIS_WAVE_RAYS 64 /**< Rays of one point at the most, in a wave. */
 
 /// A whole number of each point.
 typedef struct wis_ints_in {
-  /// The number of point 0; null where that is allowed.
-  const uint32_t *first;
-  /// Bytes from a point to the next; 0: all points share it.
-  ptrdiff_t point;
+  const uint32_t *first; /**< The number of point 0; null where that is allowed. */
+  ptrdiff_t point; /**< Bytes from a point to the next; 0: all points share it. */
 } wis_ints_in;
 
-/// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`.
-/// Array of structures: point = sizeof the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
+/// Numbers of all points: number `k` of point `i` stands `i * point + k * number` bytes behind `first`. Array of structures: point = sizeof
+/// the structure, number = 4. Structure of arrays: point = 4, number = bytes of a column.
 typedef struct wis_floats_in {
-  /// The first number of point 0; null where that is allowed.
-  const float *first;
-  /// Bytes from a point to the next; 0: all points share these numbers.
-  ptrdiff_t point;
-  /// Bytes from a number to the next; 0: they stand close together.
-  ptrdiff_t number;
+  const float *first; /**< The first number of point 0; null where that is allowed. */
+  ptrdiff_t point; /**< Bytes from a point to the next; 0: all points share these numbers. */
+  ptrdiff_t number; /**< Bytes from a number to the next; 0: they stand close together. */
 } wis_floats_in;
 
 /// As wis_floats_in, for numbers that are written. `point` must not be 0.
 typedef struct wis_floats_out {
-  /// The first number of point 0.
-  float *first;
-  /// Bytes from a point to the next.
-  ptrdiff_t point;
-  /// Bytes from a number to the next; 0: they stand close together.
-  ptrdiff_t number;
+  float *first; /**< The first number of point 0. */
+  ptrdiff_t point; /**< Bytes from a point to the next. */
+  ptrdiff_t number; /**< Bytes from a number to the next; 0: they stand close together. */
 } wis_floats_out;
 
 /// The points of a wave, and where their rays go.
 typedef struct wis_wave {
-  /// sizeof(wis_wave).
-  uint32_t size;
-  /// WIS_POINT_* of all points.
-  uint32_t flags;
-  /// How many materials there are.
-  uint32_t material_count;
-  /// The most rays for each point, at most as many as the sampler was made for.
-  uint32_t rays;
-  /// The materials, each after wis_material_init.
-  const struct wis_material *materials;
-  /// The material of each point, below material_count. Null: material 0.
-  struct wis_ints_in material;
-  /// Points whose byte is 0 are left out: their count is 0 and nothing else of them is read. Null: none.
-  const uint8_t *mask;
-  /// Three numbers each: the shading normal.
-  struct wis_floats_in normal;
-  /// Three numbers each; null: any, if no lobe is anisotropic.
-  struct wis_floats_in tangent;
-  /// Three numbers each: the direction to the viewer.
-  struct wis_floats_in wo;
-  /// Three numbers for each lobe, lobe after lobe: RGB factors. Null: 1.
-  struct wis_floats_in weight;
-  /// Three numbers for each lobe, lobe after lobe: reflectance at normal incidence. Null: 0.
-  struct wis_floats_in f0;
-  /// The pixel of each point; wis_sampler_begin_pixel is called where it changes.
-  struct wis_ints_in seed;
-  /// The number of the hit of each point among all hits of its pixel and bounce; null: 0.
-  struct wis_ints_in sample;
-  /// The bounce of each point; null: 0.
-  struct wis_ints_in bounce;
-  /// The place of each point in `visibility`; null: 0, which is none.
-  struct wis_ints_in visibility_key;
-  /// How many portals each point has, at most WIS_MAX_PORTALS; null: 0.
-  struct wis_ints_in portal_count;
+  uint32_t size; /**< sizeof(wis_wave). */
+  uint32_t flags; /**< WIS_POINT_* of all points. */
+  uint32_t material_count; /**< How many materials there are. */
+  uint32_t rays; /**< The most rays for each point, at most as many as the sampler was made for. */
+  const struct wis_material *materials; /**< The materials, each after wis_material_init. */
+  struct wis_ints_in material; /**< The material of each point, below material_count. Null: material 0. */
+  const uint8_t *mask; /**< Points whose byte is 0 are left out: their count is 0 and nothing else of them is read. Null: none. */
+  struct wis_floats_in normal; /**< Three numbers each: the shading normal. */
+  struct wis_floats_in tangent; /**< Three numbers each; null: any, if no lobe is anisotropic. */
+  struct wis_floats_in wo; /**< Three numbers each: the direction to the viewer. */
+  struct wis_floats_in weight; /**< Three numbers for each lobe, lobe after lobe: RGB factors. Null: 1. */
+  struct wis_floats_in f0; /**< Three numbers for each lobe, lobe after lobe: reflectance at normal incidence. Null: 0. */
+  struct wis_ints_in seed; /**< The pixel of each point; wis_sampler_begin_pixel is called where it changes. */
+  struct wis_ints_in sample; /**< The number of the hit of each point among all hits of its pixel and bounce; null: 0. */
+  struct wis_ints_in bounce; /**< The bounce of each point; null: 0. */
+  struct wis_ints_in visibility_key; /**< The place of each point in `visibility`; null: 0, which is none. */
+  struct wis_ints_in portal_count; /**< How many portals each point has, at most WIS_MAX_PORTALS; null: 0. */
   /// Nine numbers for each portal, portal after portal: a corner and two edges, as in wis_portal. Null only without `portal_count`.
   struct wis_floats_in portal;
   /// Three numbers each: the position, which is taken from the corners of portals. So all points can share portals of the world. Null: 0.
   struct wis_floats_in position;
-  /// What rays of earlier passes saw. Null: not known.
-  struct wis_visibility_cache *visibility;
-  /// Four numbers for each ray, ray after ray: direction and weight.
-  struct wis_floats_out ray;
-  /// How many rays each point has.
-  uint32_t *count;
-  /// A wis_status for each point, as a byte: a bad point never fails the others. May be null.
-  uint8_t *status;
+  struct wis_visibility_cache *visibility; /**< What rays of earlier passes saw. Null: not known. */
+  struct wis_floats_out ray; /**< Four numbers for each ray, ray after ray: direction and weight. */
+  uint32_t *count; /**< How many rays each point has. */
+  uint8_t *status; /**< A wis_status for each point, as a byte: a bad point never fails the others. May be null. */
 } wis_wave;
 
-/// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is
-/// wrong gets a status of its own and no rays. `wave` and its arrays are read during the call only.
-/// Work: count x rays x candidates x lobes.
-enum wis_status wis_direct_wave(struct wis_sampler *sampler,
-                                const struct wis_environment *environment,
-                                size_t count,
-                                const struct wis_wave *wave);
+/// As `count` calls of wis_direct, in order, with wis_sampler_begin_pixel where the seed changes: the same bits. A point that is wrong gets
+/// a status of its own and no rays. `wave` and its arrays are read during the call only. Work: count x rays x candidates x lobes.
+enum wis_status wis_direct_wave(struct wis_sampler *sampler, const struct wis_environment *environment, size_t count,
+    const struct wis_wave *wave);
 
-/// No cell is divided: cheaper to prepare, and worse.
-#define WIS_PRODUCT_UNDIVIDED 1
+#define WIS_PRODUCT_UNDIVIDED 1 /**< No cell is divided: cheaper to prepare, and worse. */
 
 /// Products are to be stored: each gets the checksum that wis_product_open asks for. Costs about 0.6 us each.
 #define WIS_PRODUCT_CHECKSUM 2
 
-/// The product of an environment and the BRDF x cosine at a shading point, as a distribution of directions: bytes in your memory
-/// without pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads. Nothing to free.
+/// The product of an environment and the BRDF x cosine at a shading point, as a distribution of directions: bytes in your memory without
+/// pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads. Nothing to free.
 typedef struct wis_product wis_product;
 
 /// How products are prepared. Zeros are good choices.
 typedef struct wis_product_config {
-  /// sizeof(wis_product_config).
-  uint32_t size;
-  /// WIS_PRODUCT_*, or 0.
-  uint32_t flags;
-  /// The most cells of the environment that are divided, 1 to 24; 0: 8.
-  uint32_t divided_cells;
-  /// How far the normal of another hit may turn before that hit needs its own product, in radians, 0 to pi/2. 0: this normal only;
-  /// 0.05 is a good start. The pdf stays above 0 for every such normal. The integral becomes too large, because cosines are
-  /// widened.
+  uint32_t size; /**< sizeof(wis_product_config). */
+  uint32_t flags; /**< WIS_PRODUCT_*, or 0. */
+  uint32_t divided_cells; /**< The most cells of the environment that are divided, 1 to 24; 0: 8. */
+  /// How far the normal of another hit may turn before that hit needs its own product, in radians, 0 to pi/2. 0: this normal only; 0.05 is
+  /// a good start. The pdf stays above 0 for every such normal. The integral becomes too large, because cosines are widened.
   float cone;
 } wis_product_config;
 
 /// What was prepared.
 typedef struct wis_product_info {
-  /// sizeof(wis_product_info), set by the caller.
-  uint32_t size;
-  /// Bytes of the product: that much of the block is in use.
-  uint32_t bytes;
-  /// Cells that are divided.
-  uint32_t divided_cells;
-  /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples.
-  /// 0: none does.
+  uint32_t size; /**< sizeof(wis_product_info), set by the caller. */
+  uint32_t bytes; /**< Bytes of the product: that much of the block is in use. */
+  uint32_t divided_cells; /**< Cells that are divided. */
+  /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples. 0:
+  /// none does.
   float lobe_share;
-  /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility. Off by up to 2 %
-  /// for wide lobes and 4 to 9 % for an alpha of 0.2. Below 0.1 it can be wrong by a factor of 2: do not estimate with it there.
+  /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility. Off by up to 2 % for
+  /// wide lobes and 4 to 9 % for an alpha of 0.2. Below 0.1 it can be wrong by a factor of 2: do not estimate with it there.
   double integral;
-  /// The same for the colour of the light; the BRDF counts by its luminance.
-  float rgb[3];
-  /// The cosine of the cone of normals that it serves.
-  float cone_cosine;
-  /// The content id of its environment.
-  uint64_t environment;
+  float rgb[3]; /**< The same for the colour of the light; the BRDF counts by its luminance. */
+  float cone_cosine; /**< The cosine of the cone of normals that it serves. */
+  uint64_t environment; /**< The content id of its environment. */
 } wis_product_info;
 
 /// Measures the memory of one product at most: 3.9 kB, without division 2.0 kB, with 24 divided cells 7.9 kB. Work: constant.
-enum wis_status wis_product_size(const struct wis_product_config *config,
-                                 struct wis_memory_size *size,
-                                 struct wis_diagnostic *diagnostic);
+enum wis_status wis_product_size(const struct wis_product_config *config, struct wis_memory_size *size, struct wis_diagnostic *diagnostic);
 
-/// Prepares products at `count` points, one behind the other in `memory`: product i begins `offset[i]` bytes behind it, at a multiple
-/// of 16. `bytes_used` receives the bytes of all, which is what needs to be copied. `memory`: `count` times the bytes of
-/// wis_product_size. `seed`, `sample` and `bounce` of the points are not read. The number of a bad point stands in `y` of the fault
-/// (wis_sampler_fault). WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_LIGHT_ONLY.
-/// About 1 us for Lambert's lobe, 2 us for another wide one, and 4 us where lobes below about 0.12 are tried.
-/// Work: count x (lobes + divided cells).
-enum wis_status wis_product_prepare(struct wis_sampler *sampler,
-                                    const struct wis_environment *environment,
-                                    const struct wis_product_config *config,
-                                    size_t count,
-                                    const struct wis_point *point,
-                                    void *memory,
-                                    size_t bytes,
-                                    size_t *offset,
-                                    size_t *bytes_used);
+/// Prepares products at `count` points, one behind the other in `memory`: product i begins `offset[i]` bytes behind it, at a multiple of
+/// 16. `bytes_used` receives the bytes of all, which is what needs to be copied. `memory`: `count` times the bytes of wis_product_size.
+/// `seed`, `sample` and `bounce` of the points are not read. The number of a bad point stands in `y` of the fault (wis_sampler_fault).
+/// WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_LIGHT_ONLY. About 1 us for Lambert's lobe, 2 us for another wide one, and 4 us
+/// where lobes below about 0.12 are tried. Work: count x (lobes + divided cells).
+enum wis_status wis_product_prepare(struct wis_sampler *sampler, const struct wis_environment *environment,
+    const struct wis_product_config *config, size_t count, const struct wis_point *point, void *memory, size_t bytes, size_t *offset,
+    size_t *bytes_used);
 
 /// Opens bytes of one product that wis_product_prepare wrote with WIS_PRODUCT_CHECKSUM: copied, or read from a file. `bytes`: as many as
 /// wis_product_info says, or more. `environment`: the one that it was prepared with, or that one's bytes opened again; WIS_MISMATCH for
 /// another. `product` receives the handle, which is the address of `memory`. WIS_CORRUPT if a byte was changed or there is no checksum;
-/// with the field `magic` in the diagnostic if another version of wis wrote them. Reads all bytes: about 1.3 us.
-/// Work: bytes.
-enum wis_status wis_product_open(const struct wis_environment *environment,
-                                 const void *memory,
-                                 size_t bytes,
-                                 const struct wis_product **product,
-                                 struct wis_diagnostic *diagnostic);
+/// with the field `magic` in the diagnostic if another version of wis wrote them. Reads all bytes: about 1.3 us. Work: bytes.
+enum wis_status wis_product_open(const struct wis_environment *environment, const void *memory, size_t bytes,
+    const struct wis_product **product, struct wis_diagnostic *diagnostic);
 
-/// Describes a product. Set `info->size` before. WIS_MISMATCH for a product of another environment. Costs about 1 us.
-/// Work: divided cells.
-enum wis_status wis_product_describe(const struct wis_environment *environment,
-                                     const struct wis_product *product,
-                                     struct wis_product_info *info);
+/// Describes a product. Set `info->size` before. WIS_MISMATCH for a product of another environment. Costs about 1 us. Work: divided cells.
+enum wis_status wis_product_describe(const struct wis_environment *environment, const struct wis_product *product,
+    struct wis_product_info *info);
 
-/// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Normal and view must also lie within
-/// half of the narrowest alpha of the product's, at most 0.1 radians. Lobes must be of the same kinds and about as wide. Weights and f0 may differ as long as no lobe's share
-/// of what the hit scatters is more than 1.25 times that at the product. Where `covers` is 1, the pdf is above 0 wherever that hit
-/// reflects light. Costs about 100 ns. Work: lobes.
-enum wis_status wis_product_covers(const struct wis_product *product,
-                                   const struct wis_point *point,
-                                   uint32_t *covers);
+/// Whether a product serves another hit well: 1 in `covers`, else 0. The normal must lie within the cone. Normal and view must also lie
+/// within half of the narrowest alpha of the product's, at most 0.1 radians. Lobes must be of the same kinds and about as wide. Weights and
+/// f0 may differ as long as no lobe's share of what the hit scatters is more than 1.25 times that at the product. Where `covers` is 1, the
+/// pdf is above 0 wherever that hit reflects light. Costs about 100 ns. Work: lobes.
+enum wis_status wis_product_covers(const struct wis_product *product, const struct wis_point *point, uint32_t *covers);
 
 /// A direction in world space and its pdf per solid angle; a pdf of 0 means that there is no sample.
 typedef struct wis_drawn {
-  /// The direction towards the light, unit length, world space.
-  float wi[3];
-  /// The probability density per solid angle; 0: no sample.
-  float pdf;
+  float wi[3]; /**< The direction towards the light, unit length, world space. */
+  float pdf; /**< The probability density per solid angle; 0: no sample. */
 } wis_drawn;
 
 /// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
 ///
-/// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `drawn`: directions of unit length in world space, and
-/// their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides
-/// are the bytes from one element to the next; 0: packed. WIS_MISMATCH for a product of another environment. About 40 ns each in
-/// batches of 8 and more; with a product about 80 ns in batches of 64, 90 ns to 140 ns in batches of 8, and 400 ns alone.
-/// Work: count x (lobes + log texels).
-enum wis_status wis_sample(struct wis_sampler *sampler,
-                           const struct wis_environment *environment,
-                           const struct wis_product *product,
-                           size_t count,
-                           const float *u,
-                           size_t u_stride,
-                           struct wis_drawn *drawn,
-                           size_t drawn_stride);
+/// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `drawn`: directions of unit length in world space, and their
+/// pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides are the bytes
+/// from one element to the next; 0: packed. WIS_MISMATCH for a product of another environment. About 40 ns each in batches of 8 and more;
+/// with a product about 80 ns in batches of 64, 90 ns to 140 ns in batches of 8, and 400 ns alone. Work: count x (lobes + log texels).
+enum wis_status wis_sample(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
+    size_t count, const float *u, size_t u_stride, struct wis_drawn *drawn, size_t drawn_stride);
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian; 0 for those that are not of unit
-/// length within 1e-3. Strides as in wis_sample. About 15 ns each in batches of 8 and more, with a product 30 ns.
-/// Work: count x (lobes + log texels).
-enum wis_status wis_pdf(struct wis_sampler *sampler,
-                        const struct wis_environment *environment,
-                        const struct wis_product *product,
-                        size_t count,
-                        const float *wi,
-                        size_t wi_stride,
-                        float *pdf,
-                        size_t pdf_stride);
+/// length within 1e-3. Strides as in wis_sample. About 15 ns each in batches of 8 and more, with a product 30 ns. Work: count x (lobes +
+/// log texels).
+enum wis_status wis_pdf(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
+    size_t count, const float *wi, size_t wi_stride, float *pdf, size_t pdf_stride);
 
-/// The `u` that leads to each of `count` directions: into its part of the tables, and there as near as 24 bits of u come. `status`:
-/// WIS_OK; WIS_ZERO_DENSITY where no u leads there; WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a
-/// product: or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. Each is a byte; where
-/// it is not WIS_OK, u is not written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
-enum wis_status wis_invert(struct wis_sampler *sampler,
-                           const struct wis_environment *environment,
-                           const struct wis_product *product,
-                           size_t count,
-                           const float *wi,
-                           size_t wi_stride,
-                           float *u,
-                           size_t u_stride,
-                           uint8_t *status);
+/// The `u` that leads to each of `count` directions: into its part of the tables, and there as near as 24 bits of u come. `status`: WIS_OK;
+/// WIS_ZERO_DENSITY where no u leads there; WIS_UNREACHABLE where the density is above 0 but no u of 24 bits leads there (with a product:
+/// or narrow lobes alone do); WIS_INVALID_TRANSFORM for a direction that is not of unit length within 1e-3. Each is a byte; where it is not
+/// WIS_OK, u is not written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
+enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
+    size_t count, const float *wi, size_t wi_stride, float *u, size_t u_stride, uint8_t *status);
 
-/// The environment is the light that you see.
-#define WIS_CAUSE_NONE 0
-
-/// Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike.
-#define WIS_CAUSE_SCALED 1
-
-/// You do not apply world_from_map, or you apply its inverse.
-#define WIS_CAUSE_FRAME 2
-
-/// Your map is rotated by 90, 180 or 270 degrees about the polar axis.
-#define WIS_CAUSE_TURNED 3
-
-/// Your map is mirrored: azimuth runs the other way.
-#define WIS_CAUSE_MIRRORED 4
-
-/// Your polar axis points the other way: rows from bottom to top.
-#define WIS_CAUSE_UPSIDE_DOWN 5
-
-/// Another axis is your polar axis: y up, for instance, in place of z.
-#define WIS_CAUSE_AXES 6
-
-/// You look texels up half a texel beside.
-#define WIS_CAUSE_SHIFTED 7
-
-/// Your first and last rows lie at the poles and those of the environment do not, or the other way round.
-#define WIS_CAUSE_ROWS 8
-
-/// You interpolate and the environment takes the nearest texel, or the other way round.
-#define WIS_CAUSE_FILTER 9
+#define WIS_CAUSE_NONE 0 /**< The environment is the light that you see. */
+#define WIS_CAUSE_SCALED 1 /**< Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike. */
+#define WIS_CAUSE_FRAME 2 /**< You do not apply world_from_map, or you apply its inverse. */
+#define WIS_CAUSE_TURNED 3 /**< Your map is rotated by 90, 180 or 270 degrees about the polar axis. */
+#define WIS_CAUSE_MIRRORED 4 /**< Your map is mirrored: azimuth runs the other way. */
+#define WIS_CAUSE_UPSIDE_DOWN 5 /**< Your polar axis points the other way: rows from bottom to top. */
+#define WIS_CAUSE_AXES 6 /**< Another axis is your polar axis: y up, for instance, in place of z. */
+#define WIS_CAUSE_SHIFTED 7 /**< You look texels up half a texel beside. */
+#define WIS_CAUSE_ROWS 8 /**< Your first and last rows lie at the poles and those of the environment do not, or the other way round. */
+#define WIS_CAUSE_FILTER 9 /**< You interpolate and the environment takes the nearest texel, or the other way round. */
 
 /// Something else: another map, a rotation by another angle, a blur, a curve applied to the colours. No other cause is named unless it
 /// leaves almost no difference.
 #define WIS_CAUSE_OTHER 10
 
-/// You clamp what you look up at `limit`: clamp the map before you build the light.
-#define WIS_CAUSE_CLAMPED 11
+#define WIS_CAUSE_CLAMPED 11 /**< You clamp what you look up at `limit`: clamp the map before you build the light. */
 
-/// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at
-/// least 0. Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+/// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at least 0.
+/// Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
 typedef int (*wis_radiance_fn)(void *user, size_t count, const float *wi, float *rgb);
 
 /// What the environment is compared with.
 typedef struct wis_check_config {
-  /// sizeof(wis_check_config).
-  uint32_t size;
-  /// Always 0.
-  uint32_t reserved;
-  /// Your radiance of the environment, as your integrator evaluates it.
-  wis_radiance_fn radiance;
-  /// Handed to `radiance`.
-  void *radiance_user;
+  uint32_t size; /**< sizeof(wis_check_config). */
+  uint32_t reserved; /**< Always 0. */
+  wis_radiance_fn radiance; /**< Your radiance of the environment, as your integrator evaluates it. */
+  void *radiance_user; /**< Handed to `radiance`. */
 } wis_check_config;
 
 /// What was found. From `filter` on: what to build the environment with so that it is the light that you see.
 typedef struct wis_check_info {
-  /// sizeof(wis_check_info), set by the caller.
-  uint32_t size;
-  /// WIS_CAUSE_*: the likely cause of the difference.
-  uint32_t cause;
-  /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not
-  /// count.
+  uint32_t size; /**< sizeof(wis_check_info), set by the caller. */
+  uint32_t cause; /**< WIS_CAUSE_*: the likely cause of the difference. */
+  /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not count.
   float error;
-  /// The difference that is left with the fields below: `error` if nothing explains it.
-  float explained;
-  /// Your radiance over that of the light.
-  float scale;
-  /// WIS_FILTER_*.
-  uint32_t filter;
-  /// WIS_ENVIRONMENT_ROWS_AT_POLES or 0.
-  uint32_t flags;
-  /// How far beside you look texels up along columns and rows, in texels: 0, 0.5 or -0.5. To be mended in your look-up.
-  float shift[2];
-  /// The row-major matrix.
-  float world_from_map[9];
-  /// The luminance at which you clamp what you look up; 0 if you do not.
-  float limit;
+  float explained; /**< The difference that is left with the fields below: `error` if nothing explains it. */
+  float scale; /**< Your radiance over that of the light. */
+  uint32_t filter; /**< WIS_FILTER_*. */
+  uint32_t flags; /**< WIS_ENVIRONMENT_ROWS_AT_POLES or 0. */
+  float shift[2]; /**< How far beside you look texels up along columns and rows, in texels: 0, 0.5 or -0.5. To be mended in your look-up. */
+  float world_from_map[9]; /**< The row-major matrix. */
+  float limit; /**< The luminance at which you clamp what you look up; 0 if you do not. */
 } wis_check_info;
 
-/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but
-/// many times the error, in silence. Call it once while you integrate the library, or in a test.
+/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but many
+/// times the error, in silence. Call it once while you integrate the library, or in a test.
 ///
 /// `radiance` of `config` is called for at most 64 world directions at a time: 256, of which half are drawn from the light and half spread
 /// over the sphere, and up to 25,000 more that confirm what would explain a difference. It answers the same for the same direction. What
-/// your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
-/// infinite or negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
-/// 20 ms besides `radiance`. Work: constant.
-enum wis_status wis_check(struct wis_sampler *sampler,
-                          const struct wis_environment *environment,
-                          const struct wis_check_config *config,
-                          struct wis_check_info *info);
+/// your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or
+/// negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs
+/// 1 to 20 ms besides `radiance`. Work: constant.
+enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
+    struct wis_check_info *info);
 
-/// The lobes are your BSDF.
-#define WIS_MISTAKE_NONE 0
+#define WIS_MISTAKE_NONE 0 /**< The lobes are your BSDF. */
+#define WIS_MISTAKE_SCALED 1 /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
+#define WIS_MISTAKE_WO 2 /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
 
-/// Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike.
-#define WIS_MISTAKE_SCALED 1
-
-/// wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below.
-#define WIS_MISTAKE_WO 2
-
-/// The normal points to the other side. Also where your surfaces have two sides: flip it to the side of wo, or set
-/// WIS_POINT_WHOLE_SPHERE.
+/// The normal points to the other side. Also where your surfaces have two sides: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE.
 #define WIS_MISTAKE_NORMAL 3
 
-/// Your BSDF takes wi towards the surface: wi points to the light.
-#define WIS_MISTAKE_WI 4
-
-/// The weights of all lobes are 0.
-#define WIS_MISTAKE_NO_WEIGHT 5
-
-/// The weight of `lobe` should be `value` times as large, or `value` if it is 0.
-#define WIS_MISTAKE_WEIGHT 6
-
-/// Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED.
-#define WIS_MISTAKE_COSINE_MISSING 7
+#define WIS_MISTAKE_WI 4 /**< Your BSDF takes wi towards the surface: wi points to the light. */
+#define WIS_MISTAKE_NO_WEIGHT 5 /**< The weights of all lobes are 0. */
+#define WIS_MISTAKE_WEIGHT 6 /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
+#define WIS_MISTAKE_COSINE_MISSING 7 /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
 
 /// Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set by mistake, or you multiply twice.
 #define WIS_MISTAKE_COSINE_TWICE 8
 
-/// Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square.
-#define WIS_MISTAKE_ALPHA_SQUARE 9
-
-/// Your alpha is the square root of `a` and `b` of GGX lobes.
-#define WIS_MISTAKE_ALPHA_ROOT 10
+#define WIS_MISTAKE_ALPHA_SQUARE 9 /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
+#define WIS_MISTAKE_ALPHA_ROOT 10 /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
 
 /// The tangent should be rotated about the normal by `angle`. 90 degrees: `a` and `b` may be swapped instead.
 #define WIS_MISTAKE_TANGENT 11
 
-/// `eta` is inverted.
-#define WIS_MISTAKE_ETA 12
+#define WIS_MISTAKE_ETA 12 /**< `eta` is inverted. */
 
 /// You and the lobes scatter to different sides. You alone: rays miss that light, so set WIS_POINT_WHOLE_SPHERE or add a lobe that
 /// transmits.
 #define WIS_MISTAKE_SIDES 13
 
-/// f0 of `lobe`, and of lobes with the same f0, should be `value`.
-#define WIS_MISTAKE_F0 14
+#define WIS_MISTAKE_F0 14 /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
 
 /// No mistake found: the lobes resemble your BSDF, of which they are 1 - `error`. What that costs: docs/integrating.md.
 #define WIS_MISTAKE_RESEMBLES 15
 
-/// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
-#define WIS_MISTAKE_OTHER 16
+#define WIS_MISTAKE_OTHER 16 /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
 
 /// What was found.
 typedef struct wis_point_verdict {
-  /// sizeof(wis_point_verdict), set by the caller.
-  uint32_t size;
-  /// WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first.
-  uint32_t mistake;
-  /// The same as a sentence for a log; a static string.
-  const char *message;
-  /// The integral of |your BSDF - lobes| over the integral of the larger of both, 0 to 1. A common factor does not count.
-  float error;
-  /// The difference that is left without the mistake; `error` where no mistake is named.
-  float explained;
-  /// Your BSDF over the lobes without the mistake.
-  float scale;
-  /// WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: the number of the lobe, 0 = first. Else 0.
-  uint32_t lobe;
-  /// WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: see there; the luminance of a weight, grey f0. Else 0.
-  float value;
-  /// WIS_MISTAKE_TANGENT: in degrees, 0 to 180, counter-clockwise seen from the tip of the normal. Else 0.
-  float angle;
+  uint32_t size; /**< sizeof(wis_point_verdict), set by the caller. */
+  uint32_t mistake; /**< WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first. */
+  const char *message; /**< The same as a sentence for a log; a static string. */
+  float error; /**< The integral of |your BSDF - lobes| over the integral of the larger of both, 0 to 1. A common factor does not count. */
+  float explained; /**< The difference that is left without the mistake; `error` where no mistake is named. */
+  float scale; /**< Your BSDF over the lobes without the mistake. */
+  uint32_t lobe; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: the number of the lobe, 0 = first. Else 0. */
+  float value; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: see there; the luminance of a weight, grey f0. Else 0. */
+  float angle; /**< WIS_MISTAKE_TANGENT: in degrees, 0 to 180, counter-clockwise seen from the tip of the normal. Else 0. */
 } wis_point_verdict;
 
-/// Compares your BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a cosine too
-/// many and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate
-/// the library, or in a test.
+/// Compares your BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a cosine too many
+/// and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate the library, or
+/// in a test.
 ///
-/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 40 world
-/// directions each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that
-/// resemble a BSDF have none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and
-/// give each lobe a weight. One call cannot see `sample`, `seed` and `bounce`: a `sample` that is always 0 stays unseen.
-/// WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the
-/// fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM:
-/// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work: constant.
-enum wis_status wis_check_point(struct wis_sampler *sampler,
-                                const struct wis_environment *environment,
-                                const struct wis_point *point,
-                                struct wis_point_verdict *verdict);
+/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 40 world directions
+/// each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that resemble a BSDF have
+/// none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and give each lobe a weight. One
+/// call cannot see `sample`, `seed` and `bounce`: a `sample` that is always 0 stays unseen. WIS_NULL_POINTER for a target that is null,
+/// WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction.
+/// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to
+/// 2 ms besides `target`. Work: constant.
+enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
+    struct wis_point_verdict *verdict);
 
 /// A candidate and how often it was picked.
 typedef struct wis_pick {
-  /// The number of the candidate, from 0.
-  uint32_t candidate;
-  /// How many of the picks it stands for, at least 1.
-  uint32_t multiplicity;
+  uint32_t candidate; /**< The number of the candidate, from 0. */
+  uint32_t multiplicity; /**< How many of the picks it stands for, at least 1. */
 } wis_pick;
 
-/// The most candidates of one pool.
-#define WIS_MAX_CANDIDATES (1 << 24)
+#define WIS_MAX_CANDIDATES (1 << 24) /**< The most candidates of one pool. */
 
 /// Candidates of your own. Strides in bytes, 0: packed.
 typedef struct wis_candidates {
-  /// sizeof(wis_candidates).
-  uint32_t size;
-  /// Always 0.
-  uint32_t reserved;
-  /// How many, at most WIS_MAX_CANDIDATES.
-  size_t count;
-  /// Three numbers each: a direction in world space.
-  const float *wi;
-  /// Bytes from a direction to the next.
-  size_t wi_stride;
-  /// The weight of each, finite and not negative.
-  const float *weight;
-  /// Bytes from a weight to the next.
-  size_t weight_stride;
+  uint32_t size; /**< sizeof(wis_candidates). */
+  uint32_t reserved; /**< Always 0. */
+  size_t count; /**< How many, at most WIS_MAX_CANDIDATES. */
+  const float *wi; /**< Three numbers each: a direction in world space. */
+  size_t wi_stride; /**< Bytes from a direction to the next. */
+  const float *weight; /**< The weight of each, finite and not negative. */
+  size_t weight_stride; /**< Bytes from a weight to the next. */
 } wis_candidates;
 
-/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than
-/// WIS_MAX_CANDIDATES. Work: constant.
+/// The scratch memory that wis_pool_pick needs for `count` candidates, in `bytes`. WIS_OVERFLOW for more than WIS_MAX_CANDIDATES. Work:
+/// constant.
 enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 
-/// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling).
-/// wis_direct does the same with the library's candidates and lobes.
+/// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling). wis_direct
+/// does the same with the library's candidates and lobes.
 ///
-/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i
-/// and any g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine.
-/// WIS_INVALID_ARGUMENT for a weight out of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random
-/// number for all. `scratch`: of wis_pool_size.
+/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and any
+/// g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out
+/// of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
 ///
-/// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x
-/// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
-/// picks x weight / weight_sum times, and never if its weight is 0. Two picks and more are systematic along a curve over the
-/// sphere, so that well-spread candidates give well-spread picks. If all weights are 0, there are no picks. Time grows with
-/// the number of candidates. Work: count.
-enum wis_status wis_pool_pick(const struct wis_candidates *candidates,
-                              uint32_t picks,
-                              float u,
-                              void *scratch,
-                              size_t scratch_bytes,
-                              struct wis_pick *pick,
-                              uint32_t *pick_count,
-                              double *weight_sum,
-                              struct wis_diagnostic *diagnostic);
+/// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x BRDF x
+/// cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked picks x weight / weight_sum times,
+/// and never if its weight is 0. Two picks and more are systematic along a curve over the sphere, so that well-spread candidates give
+/// well-spread picks. If all weights are 0, there are no picks. Time grows with the number of candidates. Work: count.
+enum wis_status wis_pool_pick(const struct wis_candidates *candidates, uint32_t picks, float u, void *scratch, size_t scratch_bytes,
+    struct wis_pick *pick, uint32_t *pick_count, double *weight_sum, struct wis_diagnostic *diagnostic);
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated. Work: constant.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
 
-/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if
-/// those are more than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed.
-/// Work: count.
-enum wis_status wis_points_hammersley(uint32_t first,
-                                      uint32_t count,
-                                      uint32_t total,
-                                      float *out,
-                                      size_t stride);
+/// Points `first` to `first + count - 1` of the Hammersley set of `total` points in the unit square; WIS_INVALID_ARGUMENT if those are more
+/// than `total`. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed. Work: count.
+enum wis_status wis_points_hammersley(uint32_t first, uint32_t count, uint32_t total, float *out, size_t stride);
 
-/// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol
-/// (0,2)-sequence: each aligned block of 2^k points has one in every elementary interval of area 2^-k. Sequences of
-/// different seeds are independent. No coordinate is exactly 0 or 1. `stride` in bytes from one point to the next; 0:
-/// packed. Work: count.
+/// Points `first` to `first + count - 1` (at most 2^32 - 1, else WIS_OVERFLOW) of an Owen-scrambled Sobol (0,2)-sequence: each aligned
+/// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are independent. No coordinate is
+/// exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed. Work: count.
 enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
 
 #ifdef __cplusplus

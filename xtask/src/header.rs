@@ -218,13 +218,105 @@ impl Header {
             if self.file == "wis.h" { "#include <stddef.h>\n#include <stdint.h>" } else { "#include \"wis.h\"" };
         let mut text =
             format!("{}\n\n#ifndef {guard}\n#define {guard}\n\n{includes}\n\n", self.introduction.trim_end());
-        text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
+        text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n";
+        let mut after_short = false;
         for item in items {
-            text += item.text;
-            text += "\n\n";
+            let item_text = compact(item);
+            // Constants of a line each stand close together.
+            let is_short = item.kind == Kind::Constant && !item_text.contains('\n');
+            if !(is_short && after_short) {
+                text.push('\n');
+            }
+            after_short = is_short;
+            text += &item_text;
+            text.push('\n');
         }
+        text.push('\n');
         text + &format!("#ifdef __cplusplus\n}}\n#endif\n\n#endif /* {guard} */\n")
     }
+}
+
+/// The most characters of a line.
+const WIDTH: usize = 140;
+
+/// An item in few lines: comments of one line stand behind what they are about, others are filled, and so are parameters.
+fn compact(item: &Item) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    let mut comment: Vec<&str> = Vec::new();
+    let mut code = item.text.lines();
+    while let Some(line) = code.next() {
+        let indent = &line[..line.len() - line.trim_start().len()];
+        if let Some(text) = line.trim_start().strip_prefix("///") {
+            comment.push(text.trim_end());
+            continue;
+        }
+        let mut line = line.to_owned();
+        if item.kind == Kind::Function {
+            let rest: Vec<&str> = code.by_ref().map(str::trim).collect();
+            line = [line, rest.join(" ")].join(" ");
+        }
+        let line = line.trim_end();
+        let about = filled(&comment, indent);
+        let beside = match &about[..] {
+            // Nothing that opens a list of fields, and no function.
+            [only] if line.ends_with([';', ',']) && item.kind == Kind::Type || item.kind == Kind::Constant => {
+                format!("{line} /**< {} */", only.trim_start().trim_start_matches("/// "))
+            }
+            _ => String::new(),
+        };
+        if !beside.is_empty() && beside.len() <= WIDTH && !beside.contains("*//") {
+            lines.push(beside);
+        } else {
+            lines.extend(about);
+            lines.extend(wrapped(line));
+        }
+        comment.clear();
+    }
+    lines.join("\n")
+}
+
+/// A comment whose paragraphs fill lines. What is a list or indented stays as it is.
+fn filled(comment: &[&str], indent: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    let mut is_open = false;
+    for text in comment {
+        let is_prose = !text.trim().is_empty() && !text.starts_with("  ") && !text.starts_with(" - ");
+        let mut words = text.split_whitespace();
+        if !is_prose {
+            lines.push(format!("{indent}///{text}"));
+            is_open = text.starts_with(" - ");
+            continue;
+        }
+        if !is_open {
+            lines.push(format!("{indent}/// {}", words.next().unwrap_or_default()));
+        }
+        is_open = true;
+        for word in words {
+            let last = lines.last_mut().expect("an open paragraph");
+            if last.len() + 1 + word.len() <= WIDTH {
+                last.push(' ');
+                last.push_str(word);
+            } else {
+                lines.push(format!("{indent}/// {word}"));
+            }
+        }
+    }
+    lines
+}
+
+/// A declaration whose parameters fill lines.
+fn wrapped(code: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for part in code.split_inclusive(", ") {
+        let last = lines.last_mut().expect("a line");
+        if last.is_empty() || last.len() + part.trim_end().len() <= WIDTH {
+            last.push_str(part);
+        } else {
+            *last = last.trim_end().into();
+            lines.push(format!("    {part}"));
+        }
+    }
+    lines
 }
 
 /// The words of a text: identifiers and numbers.
@@ -392,6 +484,20 @@ mod tests {
         assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
         assert_eq!(c_name("ProductConfig"), "wis_wavelet_product_config");
+    }
+
+    #[test]
+    fn items_are_written_in_few_lines() {
+        let of = |kind, text| compact(&Item { kind, name: "", text });
+        let field = "typedef struct wis_a {\n  /// Bytes.\n  uint32_t size;\n  /// One.\n  ///\n  /// Two.\n  float b;\n} wis_a;";
+        let short = "typedef struct wis_a {\n  uint32_t size; /**< Bytes. */\n  /// One.\n  ///\n  /// Two.\n  float b;\n} wis_a;";
+        assert_eq!(of(Kind::Type, field), short);
+        assert_eq!(of(Kind::Constant, "/// One.\n#define WIS_ONE 1"), "#define WIS_ONE 1 /**< One. */");
+        let function = "/// Calls it.\nenum wis_status wis_f(float a,\n                      float b);";
+        assert_eq!(of(Kind::Function, function), "/// Calls it.\nenum wis_status wis_f(float a, float b);");
+        assert_eq!(filled(&[" a", " b", "", " - c"], ""), ["/// a b", "///", "/// - c"]);
+        let long = format!("f({}z)", "abcdefg, ".repeat(20));
+        assert!(wrapped(&long).len() == 2 && wrapped(&long).iter().all(|line| line.len() <= WIDTH));
     }
 
     #[test]

@@ -1,51 +1,41 @@
 /* SPDX-License-Identifier: MIT OR Apache-2.0
  *
- * wis: direct light from an environment map.
- * Generated from the Rust sources: edit those, then run `make header`.
+ * wis: direct light from an environment map. Generated from the Rust sources: edit those, then run `make header`.
  *
- * wis chooses the directions in which a renderer traces shadow rays towards an environment map, and their weights. At a
- * shading point
+ * wis chooses the directions in which a renderer traces shadow rays towards an environment map, and their weights. At a shading point
  *
  *     reflected light = sum over rays of weight x f(wo, wi) x |cos| x L(wi) x V(wi)
  *
  * in expectation, for your own BRDF f, radiance L and visibility V. You evaluate those for the rays that you trace, and no others.
  *
- * Order of use. Once for a map: wis_environment_size, wis_environment_init. Once for a thread: wis_sampler_size,
- * wis_sampler_init. Once for a material: wis_material_init. At a hit: wis_direct. Renderers that combine samples with their own
- * BRDF samples (multiple importance sampling) call wis_product_prepare at a hit, and wis_sample and wis_pdf. Renderers that work
- * in passes tell what their rays saw by wis_visibility_cache_record. While you integrate: wis_check compares your radiance with
- * the light that was built, wis_check_point your BSDF with the lobes. Structured importance sampling stands in wis_lights.h;
- * wavelet trees, their products and integrals in wis_wavelets.h.
+ * Order of use. Most renderers need what stands before wis_visibility_cache. Once for a map: wis_environment_size, wis_environment_init.
+ * For each thread: wis_sampler_size, wis_sampler_init. For each material: wis_material_init. At a hit: wis_direct. While you integrate:
+ * wis_check compares your radiance with the light that was built, wis_check_point your BSDF with the lobes. Further on: visibility of earlier
+ * passes; waves of hits; wis_product_prepare, wis_sample and wis_pdf for renderers that combine samples with their own (MIS). Structured
+ * importance sampling is in wis_lights.h, wavelet trees in wis_wavelets.h. What calls cost: docs/performance.md.
  *
- * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold
- * no pointers and have no free function: copy, save and map them as bytes. Nothing allocates, prints or aborts. There is no
- * global state.
+ * Memory. Everything is built in memory that you give and that a _size call measures before: bytes and alignment. Objects hold no pointers
+ * and have no free function: copy, save and map them as bytes. Nothing allocates, prints or aborts. There is no global state.
  *
- * Threads. An environment is constant once built, and any number of threads may read it. A sampler belongs to one thread at a
- * time. Memory in which a call builds belongs to that call alone, except where its comment says so.
+ * Threads. An environment is constant once built, and any number of threads may read it. A sampler belongs to one thread at a time. Memory in
+ * which a call builds belongs to that call alone, except where its comment says so.
  *
- * Work. A comment ends with what the work of a call is at most proportional to, besides a constant: `Work: count`. Client's
- * functions are not counted. Squares are inner nodes of trees, cells the pixels of the octahedral square.
+ * Work. A comment ends with what the work of a call is at most proportional to, besides a constant: `Work: count`. Client's functions are not
+ * counted. Squares are inner nodes of trees, cells the pixels of the octahedral square.
  *
- * Failure. Calls that can fail answer a wis_status. If that is not WIS_OK, the call wrote no handle and no result, and the
- * memory of an object that it was to build is undefined. A wis_diagnostic, which may be null, receives the argument, the
- * field and the element at fault; calls on a sampler keep it there (wis_sampler_fault). Pointers must not be null unless
- * their comment allows it. Any call may answer WIS_NULL_POINTER, WIS_MISALIGNED, WIS_INVALID_STRUCT_SIZE, WIS_MISMATCH and
- * WIS_MEMORY_TOO_SMALL as wis_status describes them; comments name only other statuses.
+ * Failure. If a status is not WIS_OK, the call wrote no handle and no result, and the memory of an object that it was to build is undefined. A
+ * wis_diagnostic, which may be null, receives argument, field and element at fault; calls on a sampler keep it there (wis_sampler_fault).
+ * Pointers must not be null unless their comment allows it. Any call may answer WIS_NULL_POINTER, WIS_MISALIGNED, WIS_INVALID_STRUCT_SIZE,
+ * WIS_MISMATCH and WIS_MEMORY_TOO_SMALL as wis_status describes them; comments name only other statuses.
  *
- * Structs. If the first field is `size`, set it to sizeof the struct. Set fields that you do not use to 0.
+ * Structs and arguments. If the first field is `size`, set it to sizeof the struct; set fields that you do not use to 0. Arguments stand in the
+ * order objects, config, count, inputs, outputs. A stride is the distance in bytes from one element to the next; 0: close together. A stride
+ * shorter than an element is WIS_INVALID_ARGUMENT, one that is no multiple of 4 WIS_MISALIGNED.
  *
- * Arguments stand in the order objects, config, count, inputs, outputs. A stride is the distance in bytes from one element to
- * the next; 0: elements stand close together. A stride shorter than an element is WIS_INVALID_ARGUMENT, one that is no
- * multiple of 4 WIS_MISALIGNED.
- *
- * Spaces and units. Directions are three floats x, y, z of unit length (within 1e-3) in world space. They point away from the
- * surface: wo to the viewer, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map. The polar
- * axis of a lat-long map is +z in map space; world_from_map is a row-major 3x3 rotation or reflection (within 1e-4).
- *
- * Random numbers u lie in [0, 1). Numbers outside are moved to the nearest inside; NaN counts as 1/2.
- *
- * The same inputs give the same bits on every processor that the library supports.
+ * Spaces and units. Directions are three floats x, y, z of unit length (within 1e-3) in world space. They point away from the surface: wo to
+ * the viewer, wi to the light. A pdf is per solid angle, in 1/sr. Radiance is in the unit of the map. The polar axis of a lat-long map is +z in
+ * map space; world_from_map is a row-major 3x3 rotation or reflection (within 1e-4). Random numbers u lie in [0, 1); others are moved to the
+ * nearest inside, NaN counts as 1/2. The same inputs give the same bits on every processor that the library supports.
  */
 
 #ifndef WIS_H
@@ -63,28 +53,20 @@ typedef enum wis_status {
   WIS_OK = 0, /**< The call did what was asked. */
   WIS_NULL_POINTER = 1, /**< A pointer that must not be null is null. */
   WIS_INVALID_ARGUMENT = 2, /**< A value is outside the range that its comment states, or a stride is shorter than an element. */
-  /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
-  WIS_INVALID_STRUCT_SIZE = 3,
+  WIS_INVALID_STRUCT_SIZE = 3, /**< The `size` of a struct is not set, or the header is of another version. */
   WIS_MEMORY_TOO_SMALL = 4, /**< The memory is shorter than the size query said. */
-  /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for 16-bit floats.
-  WIS_MISALIGNED = 5,
-  /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a float where it
-  /// is stored as one.
-  WIS_OVERFLOW = 6,
-  /// A texel of a light is NaN or infinite: WIS_ENVIRONMENT_SANITISE replaces it. Or a pixel of a tree is NaN, infinite or negative.
-  WIS_INVALID_TEXEL = 7,
+  WIS_MISALIGNED = 5, /**< A pointer or stride is not aligned to what it points to: 16 for blocks, 4 for floats, 2 for 16-bit floats. */
+  WIS_OVERFLOW = 6, /**< Sizes overflow or exceed what the format can address, or a result exceeds its type. */
+  WIS_INVALID_TEXEL = 7, /**< A texel is NaN or infinite (see WIS_ENVIRONMENT_SANITISE); a pixel of a tree also if it is negative. */
   /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent that an
   /// anisotropic lobe needs is 0 or parallel to the normal.
   WIS_INVALID_TRANSFORM = 8,
   WIS_MISMATCH = 9, /**< The product was prepared with another environment, or the memory does not hold such an object. */
-  /// The bytes are not an object that this version wrote, or they were changed. The diagnostic's `field` tells which: `magic` for another
-  /// kind, another version or another byte order, null for bytes that were changed.
-  WIS_CORRUPT = 10,
+  WIS_CORRUPT = 10, /**< Not an object that this version wrote: `field` of the diagnostic is `magic`; null if bytes were changed. */
   WIS_ZERO_DENSITY = 11, /**< The density of that direction is 0: no u leads there. */
   WIS_CALLBACK_FAILED = 12, /**< A callback failed or returned a value that is NaN, infinite or negative. */
   WIS_NOT_BUILT = 13, /**< The object was not built, or built without what the call needs (RGB, the compensated distribution). */
-  /// The density of that direction is above 0, but its share of u is smaller than what numbers of 24 bits tell apart.
-  WIS_UNREACHABLE = 14,
+  WIS_UNREACHABLE = 14, /**< The density there is above 0, but numbers u of 24 bits do not reach it. */
 } wis_status;
 
 #define WIS_VERSION 768 /**< The version of the library and of every stored object: major * 65536 + minor * 256 + patch. */
@@ -104,9 +86,7 @@ typedef struct wis_diagnostic {
   uint32_t y; /**< The row of the texel, or the number of the element at fault in an array, 0 = first. 0 where the argument is neither. */
   uint32_t reserved; /**< Always 0. */
   uint64_t bytes_needed; /**< WIS_MEMORY_TOO_SMALL: the bytes that are needed. */
-  /// The field at fault of the struct that the argument points to, as `normal` or `b`: a static string. `magic` if stored bytes begin as no
-  /// object of this kind and version does: build it anew. Null if the argument is no struct, or no field in particular is at fault.
-  const char *field;
+  const char *field; /**< The field at fault, as `normal`: a static string, or null. `magic`: stored bytes are of another version. */
 } wis_diagnostic;
 
 /// A sentence for a log; a static string, also for a value that is not a status. Work: constant.
@@ -115,43 +95,22 @@ const char *wis_status_string(uint32_t status);
 /// WIS_VERSION of the library that is linked. Work: constant.
 uint32_t wis_version(void);
 
-/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z; the direction is (sin
-/// theta cos phi, sin theta sin phi, cos theta).
-#define WIS_LAYOUT_LATLONG 1
-
+#define WIS_LAYOUT_LATLONG 1 /**< Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z. */
 #define WIS_LAYOUT_CUBE 2 /**< Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width. */
-
-/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows along y; height = width.
-#define WIS_LAYOUT_OCTAHEDRAL 3
-
+#define WIS_LAYOUT_OCTAHEDRAL 3 /**< Equal-area octahedral square (Clarberg 2008): +z in the centre, columns along x; height = width. */
 #define WIS_FORMAT_F32 1 /**< 32-bit floats. */
 #define WIS_FORMAT_F16 2 /**< 16-bit floats. */
-
-/// You interpolate between texel centres along both axes. Lat-long maps wrap in azimuth and mirror over the poles, faces of a cube and
-/// edges of an octahedral map join.
-#define WIS_FILTER_BILINEAR 0
-
+#define WIS_FILTER_BILINEAR 0 /**< You interpolate between texel centres. Azimuth wraps, poles mirror, edges of cube and octahedron join. */
 #define WIS_FILTER_NEAREST 1 /**< You take the texel that holds the direction. */
-
-/// Lat-long only: the first and the last row of texels lie at the poles, so theta = pi y / (height - 1).
-#define WIS_ENVIRONMENT_ROWS_AT_POLES 1
-
-/// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
-#define WIS_ENVIRONMENT_EXACT_ZERO 2
-
-/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where BSDF
-/// rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
-#define WIS_ENVIRONMENT_COMPENSATED 4
-
-/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float, in maps of
-/// 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
-#define WIS_ENVIRONMENT_SANITISE 8
+#define WIS_ENVIRONMENT_ROWS_AT_POLES 1 /**< Lat-long: the first and the last row lie at the poles: theta = pi y / (height - 1). */
+#define WIS_ENVIRONMENT_EXACT_ZERO 2 /**< Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean. */
+#define WIS_ENVIRONMENT_COMPENSATED 4 /**< The density is that of max(L - mean, L / 64) (Karlik et al. 2019): for path tracers and MIS. */
+#define WIS_ENVIRONMENT_SANITISE 8 /**< NaN and -Inf count as 0, +Inf as 65504, instead of being rejected. Clamp your look-up alike. */
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 #define WIS_ENVIRONMENT_LIGHT_ONLY 16
 
-/// Negative channels count by their size instead of as 0, for renderers that look them up as they are: pdf > 0 wherever |L| > 0.
-#define WIS_ENVIRONMENT_ABSOLUTE 32
+#define WIS_ENVIRONMENT_ABSOLUTE 32 /**< Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0. */
 
 /// An environment map as a distribution of directions: bytes in your memory without pointers, so it may be copied (to any block aligned to
 /// WIS_ALIGNMENT), saved and mapped. Constant once built, but for wis_environment_turn; any number of threads may use it at once. Nothing
@@ -168,19 +127,13 @@ typedef struct wis_environment_config {
   uint32_t layout; /**< WIS_LAYOUT_*. */
   uint32_t width; /**< Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW. */
   uint32_t height; /**< Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW. */
-  /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels, as resamplers leave them,
-  /// count as 0: clamp your look-up at 0, or set WIS_ENVIRONMENT_ABSOLUTE.
-  uint32_t channels;
+  uint32_t channels; /**< 1 (luminance), 3 (RGB) or 4 (alpha is ignored), linear Rec. 709. Negative ones count as 0: clamp alike. */
   uint32_t format; /**< WIS_FORMAT_*. */
   uint32_t filter; /**< WIS_FILTER_*: how you look the map up. */
   uint32_t flags; /**< WIS_ENVIRONMENT_*, or 0. */
-  /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1. 0 keeps every texel. 0.01 makes a smooth sky
-  /// take kilobytes.
-  float error_budget;
-  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need no alignment.
-  const void *pixels;
-  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand close together.
-  ptrdiff_t row_stride;
+  float error_budget; /**< The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0: every texel. */
+  const void *pixels; /**< Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment. */
+  ptrdiff_t row_stride; /**< Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together. */
   wis_row_fn row; /**< Used if `pixels` is null; called from each thread that runs the first pass. */
   void *row_user; /**< Handed to `row`. */
   const float *world_from_map; /**< A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied. */
@@ -197,9 +150,7 @@ typedef struct wis_environment_info {
   uint64_t bytes; /**< Bytes of the environment: that much of the block is in use and needs to be saved. */
   uint64_t sanitised; /**< Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced. */
   uint64_t content_id; /**< Tells environments apart: a hash of the bytes, also of world_from_map. */
-  /// The integral of what the pdf is proportional to over the sphere: of luminance (of what compensation leaves of it), in the unit of the
-  /// map times steradian.
-  double power;
+  double power; /**< The integral of luminance, or of what compensation leaves of it, over the sphere: unit of the map x steradian. */
   double mean; /**< The mean luminance over the sphere, in the unit of the map. */
   double largest_share; /**< The share of the light that the brightest texel gives, 0 to 1. */
   double error; /**< The relative standard deviation of radiance / pdf that the error budget added. */
@@ -266,11 +217,9 @@ typedef struct wis_sampler_config {
   uint32_t size; /**< sizeof(wis_sampler_config). */
   uint32_t cpu_level; /**< WIS_CPU_*. Never changes a bit of the results. WIS_INVALID_ARGUMENT for a level that this processor lacks. */
   uint32_t rays; /**< The most rays of one call, 1 to 4096; 0: 16. */
-  /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power
-  /// of two, at least 16: 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
+  /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call. 0: chosen by rays, point and narrow lobes.
   uint32_t candidates_per_ray;
-  /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0) share at most four
-  /// products, for which the sampler takes 15 kB more.
+  /// Hits of a pixel between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on first hits share products: 15 kB more.
   uint32_t hits_per_pixel;
   uint32_t reserved; /**< Always 0. */
 } wis_sampler_config;
@@ -290,35 +239,21 @@ enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
 
 #define WIS_MAX_LOBES 4 /**< Lobes of a material. */
+#define WIS_LOBE_LAMBERT 1 /**< Diffuse reflection: `weight / pi` above the surface; with both sides, on the side of wo. */
+#define WIS_LOBE_GGX 2 /**< Microfacets: `weight F D G / (4 cos cos)`, GGX, height-correlated Smith shadowing, Schlick's Fresnel term. */
+#define WIS_LOBE_PHONG 3 /**< `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the side of wo; r, the mirror direction of wo, may lie below. */
 
-/// Diffuse reflection: `weight / pi` on the upper side of the normal; with directions on both sides, on the side of wo.
-#define WIS_LOBE_LAMBERT 1
-
-/// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
-#define WIS_LOBE_GGX 2
-
-/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the same side, with r the mirror direction of wo, which may lie below.
-#define WIS_LOBE_PHONG 3
-
-/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`. F is
-/// Schlick's term for `f0` of this lobe, ((eta - 1) / (eta + 1))^2 for clear glass, from either side, and for the cosine of wo and the half
-/// vector. Seen from inside glass, `eta` is below 1: give 1 / 1.5. Beyond the critical angle the lobe is 0. Schlick's term knows no total
-/// reflection: give the GGX lobe there an `f0` of 1 if wo is beyond it.
+/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`; 0 beyond the
+/// critical angle. F: Schlick's term by the cosine of wo and the half vector, from either side with `f0` of this lobe: ((eta - 1) / (eta +
+/// 1))^2 for clear glass. Seen from inside glass `eta` is 1 / 1.5, and the GGX lobe has an `f0` of 1 where wo is beyond the critical angle.
 #define WIS_LOBE_GGX_TRANSMISSION 5
 
 #define WIS_LOBE_LAMBERT_TRANSMISSION 6 /**< Diffuse transmission: `weight / pi` on the side opposite to wo. */
-
-/// Directions on both sides of the surface count, with |n.wi| for the cosine. Implied by a lobe that transmits.
-#define WIS_POINT_WHOLE_SPHERE 1
-
+#define WIS_POINT_WHOLE_SPHERE 1 /**< Directions on both sides count, with |n.wi| for the cosine. Implied by a lobe that transmits. */
 #define WIS_POINT_COSINE_INCLUDED 2 /**< The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again. */
+#define WIS_POINT_COMPENSATED 4 /**< Rays bring what exceeds the light's mean, escaping BSDF rays the rest: wis_base. Not for products. */
 
-/// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read
-/// it.
-#define WIS_POINT_COMPENSATED 4
-
-/// All light comes through the portals of the point: directions outside all of them do not count. Without the flag an eighth of the rays
-/// looks elsewhere, and means are right wherever light comes from. Not read if `portal_count` is 0.
+/// Directions outside all portals do not count. Without it an eighth of the rays looks elsewhere, and means are right in any case.
 #define WIS_POINT_PORTALS_COMPLETE 8
 
 #define WIS_MAX_PORTALS 8 /**< Portals of a point. */
@@ -328,8 +263,7 @@ typedef struct wis_lobe {
   uint32_t kind; /**< WIS_LOBE_*. */
   float a; /**< GGX: alpha along the tangent, 1e-5 to 16. Phong: the exponent, 0 to 1e7. Others: not read. */
   float b; /**< GGX: alpha along the bitangent, 1e-5 to 16. Others: not read. */
-  /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1. Others: not read.
-  float eta;
+  float eta; /**< GGX transmission: refractive index beyond over that on the side of wo, 0.1 to 10, not within 1e-3 of 1. */
 } wis_lobe;
 
 /// The shapes of a material's lobes. Plain and copyable: fill `size`, `lobe_count` and `lobe`, then call wis_material_init once.
@@ -357,36 +291,151 @@ typedef struct wis_point {
   uint32_t flags; /**< WIS_POINT_*, or 0: the upper hemisphere of the normal. */
   const struct wis_material *material; /**< The material, after wis_material_init. Null: no lobes. Read during calls only. */
   float normal[3]; /**< The shading normal, unit length. */
-  /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is anisotropic.
-  float tangent[3];
+  float tangent[3]; /**< Direction of alpha `a`, length 0.01 to 1e18, not along the normal. All 0: any, if no lobe is anisotropic. */
   /// The direction to the viewer, unit length. Below the shading horizon, of a point without WIS_POINT_WHOLE_SPHERE, GGX is 0 and other
   /// lobes keep their formulas. If all lobes are 0 by that, the point counts as one without lobes.
   float wo[3];
-  /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here. A lobe of weight 0 reflects nothing; if all are
-  /// left 0, rays stay unbiased, but follow the lobes no more: set 1 where in doubt.
-  float weight[WIS_MAX_LOBES][3];
-  /// GGX, reflection and transmission: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
-  float f0[WIS_MAX_LOBES][3];
+  float weight[WIS_MAX_LOBES][3]; /**< Linear RGB factor of each lobe at this hit, at least 0: textures. All 0: rays ignore the lobes. */
+  float f0[WIS_MAX_LOBES][3]; /**< GGX: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read. */
   uint32_t seed; /**< The pixel: any number, another one for each pixel. */
-  /// The number of this hit among all hits of the pixel and the bounce, over all passes: 0, 1, 2 ... Gaps leave means as they are; errors
-  /// then fall more slowly.
-  uint32_t sample;
+  uint32_t sample; /**< The number of this hit among all of its pixel and bounce, over all passes. Gaps only slow convergence. */
   uint32_t bounce; /**< The bounce: 0 for camera hits, 1 for the next ... */
   uint32_t visibility_key; /**< The place in `visibility`, such as wis_visibility_key or the number of a tile of pixels + 1. 0: none. */
   uint32_t portal_count; /**< How many portals there are, at most WIS_MAX_PORTALS; 0: light may come from everywhere. */
   struct wis_visibility_cache *visibility; /**< What rays of earlier passes saw, which wis_direct then prefers. Null: not known. */
-  /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose directions.
-  /// It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
+  /// Your own BRDF in place of the values of the lobes, which then only propose directions: called for 16 candidates at a time. Null: none.
   wis_target_fn target;
   void *target_user; /**< Handed to `target`. */
-  /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is
-  /// 0, nor by products and wis_check_point.
-  const struct wis_portal *portals;
+  const struct wis_portal *portals; /**< Windows that light comes through; may overlap. Not read by products and wis_check_point. */
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
 /// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe. Work: lobes.
 enum wis_status wis_material_init(struct wis_material *material, struct wis_diagnostic *diagnostic);
+
+/// A direction to trace, and what the light that comes from it counts.
+typedef struct wis_ray {
+  float wi[3]; /**< The direction towards the light, unit length, world space. */
+  float weight; /**< What f x cosine x L x V is multiplied by. */
+} wis_ray;
+
+/// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED, 0 to 1: the light's mean radiance over the
+/// luminance of `radiance`, at most 1; 1 for black. WIS_NULL_POINTER. Costs 3 ns. Work: constant.
+enum wis_status wis_base(const struct wis_environment *environment, const float radiance[3], float *base);
+
+/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, radiance and visibility, and add `weight f(wo, wi) |cos|
+/// L(wi) V(wi)`. The sum is an unbiased estimate of the reflected light, for any BRDF and radiance that vanish outside the point's
+/// hemisphere and where the built light is 0.
+///
+/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT). `ray_count`: how many there are, 0 (no light) to `rays`.
+/// Rays are picked among candidates, half from the light and half from the lobes: 16 (all lobes diffuse) or 32 for one ray, 16 for each of
+/// several, 8 beyond 16 rays; twice as many for lobes below 0.15, 2048 in all at the most.
+///
+/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
+/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
+/// WIS_POINT_PORTALS_COMPLETE.
+///
+/// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
+/// hits of the pixel share; others, and hits with portals, have candidates.
+///
+/// Path tracers, whose BSDF rays go on from the hit, may split the light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
+/// `base` is wis_base of L(wi), and BSDF rays that leave the scene, also after the last hit, count base L(wi). Candidates are then 4 for
+/// each ray, at least 8 of each source. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent.
+/// Work: rays x candidates x lobes.
+enum wis_status wis_direct(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
+    uint32_t rays, struct wis_ray *ray, uint32_t *ray_count);
+
+#define WIS_CAUSE_NONE 0 /**< The environment is the light that you see. */
+#define WIS_CAUSE_SCALED 1 /**< Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike. */
+#define WIS_CAUSE_FRAME 2 /**< You do not apply world_from_map, or you apply its inverse. */
+#define WIS_CAUSE_TURNED 3 /**< Your map is rotated by 90, 180 or 270 degrees about the polar axis. */
+#define WIS_CAUSE_MIRRORED 4 /**< Your map is mirrored: azimuth runs the other way. */
+#define WIS_CAUSE_UPSIDE_DOWN 5 /**< Your polar axis points the other way: rows from bottom to top. */
+#define WIS_CAUSE_AXES 6 /**< Another axis is your polar axis: y up, for instance, in place of z. */
+#define WIS_CAUSE_SHIFTED 7 /**< You look texels up half a texel beside. */
+#define WIS_CAUSE_ROWS 8 /**< Your first and last rows lie at the poles and those of the environment do not, or the other way round. */
+#define WIS_CAUSE_FILTER 9 /**< You interpolate and the environment takes the nearest texel, or the other way round. */
+#define WIS_CAUSE_OTHER 10 /**< Another map, rotation, blur or curve of colours: no other cause leaves almost no difference. */
+#define WIS_CAUSE_CLAMPED 11 /**< You clamp what you look up at `limit`: clamp the map before you build the light. */
+
+/// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at least 0.
+/// Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
+typedef int (*wis_radiance_fn)(void *user, size_t count, const float *wi, float *rgb);
+
+/// What the environment is compared with.
+typedef struct wis_check_config {
+  uint32_t size; /**< sizeof(wis_check_config). */
+  uint32_t reserved; /**< Always 0. */
+  wis_radiance_fn radiance; /**< Your radiance of the environment, as your integrator evaluates it. */
+  void *radiance_user; /**< Handed to `radiance`. */
+} wis_check_config;
+
+/// What was found. From `filter` on: what to build the environment with so that it is the light that you see.
+typedef struct wis_check_info {
+  uint32_t size; /**< sizeof(wis_check_info), set by the caller. */
+  uint32_t cause; /**< WIS_CAUSE_*: the likely cause of the difference. */
+  float error; /**< The mean difference of both, each as a share of the larger, 0 to 1. A factor does not count. */
+  float explained; /**< The difference that is left with the fields below: `error` if nothing explains it. */
+  float scale; /**< Your radiance over that of the light. */
+  uint32_t filter; /**< WIS_FILTER_*. */
+  uint32_t flags; /**< WIS_ENVIRONMENT_ROWS_AT_POLES or 0. */
+  float shift[2]; /**< How far beside you look texels up along columns and rows, in texels: 0, 0.5 or -0.5. To be mended in your look-up. */
+  float world_from_map[9]; /**< The row-major matrix. */
+  float limit; /**< The luminance at which you clamp what you look up; 0 if you do not. */
+} wis_check_info;
+
+/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but many
+/// times the error, in silence. Call it once while you integrate the library, or in a test.
+///
+/// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
+/// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant sky
+/// fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the
+/// number of the direction. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
+enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
+    struct wis_check_info *info);
+
+#define WIS_MISTAKE_NONE 0 /**< The lobes are your BSDF. */
+#define WIS_MISTAKE_SCALED 1 /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
+#define WIS_MISTAKE_WO 2 /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
+#define WIS_MISTAKE_NORMAL 3 /**< The normal points to the other side: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE. */
+#define WIS_MISTAKE_WI 4 /**< Your BSDF takes wi towards the surface: wi points to the light. */
+#define WIS_MISTAKE_NO_WEIGHT 5 /**< The weights of all lobes are 0. */
+#define WIS_MISTAKE_WEIGHT 6 /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
+#define WIS_MISTAKE_COSINE_MISSING 7 /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
+#define WIS_MISTAKE_COSINE_TWICE 8 /**< Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set, or you multiply twice. */
+#define WIS_MISTAKE_ALPHA_SQUARE 9 /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
+#define WIS_MISTAKE_ALPHA_ROOT 10 /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
+#define WIS_MISTAKE_TANGENT 11 /**< The tangent should be rotated about the normal by `angle`; by 90 degrees: or swap `a` and `b`. */
+#define WIS_MISTAKE_ETA 12 /**< `eta` is inverted. */
+#define WIS_MISTAKE_SIDES 13 /**< Your sides and the lobes' differ: set WIS_POINT_WHOLE_SPHERE, or add a lobe that transmits. */
+#define WIS_MISTAKE_F0 14 /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
+#define WIS_MISTAKE_RESEMBLES 15 /**< No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md). */
+#define WIS_MISTAKE_OTHER 16 /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
+
+/// What was found.
+typedef struct wis_point_verdict {
+  uint32_t size; /**< sizeof(wis_point_verdict), set by the caller. */
+  uint32_t mistake; /**< WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first. */
+  const char *message; /**< The same as a sentence for a log; a static string. */
+  float error; /**< The integral of |your BSDF - lobes| over the integral of the larger of both, 0 to 1. A common factor does not count. */
+  float explained; /**< The difference that is left without the mistake; `error` where no mistake is named. */
+  float scale; /**< Your BSDF over the lobes without the mistake. */
+  uint32_t lobe; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: the number of the lobe, 0 = first. Else 0. */
+  float value; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: see there; the luminance of a weight, grey f0. Else 0. */
+  float angle; /**< WIS_MISTAKE_TANGENT: in degrees, 0 to 180, counter-clockwise seen from the tip of the normal. Else 0. */
+} wis_point_verdict;
+
+/// Compares your BSDF, the `target` of a point, with its lobes and names the likely mistake: a wo that is flipped, roughness for alpha, a
+/// cosine too many and the like cost no bias but many times the error, in silence. Call it once for a kind of material, or in a test.
+///
+/// `target` is called five times, for 40 world directions on both sides of the surface. A mistake is named if it explains almost all of the
+/// difference. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and give each lobe a weight. A
+/// `sample` that is always 0 stays unseen. WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN,
+/// infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not
+/// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work:
+/// constant.
+enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
+    struct wis_point_verdict *verdict);
 
 /// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one of them
 /// calls wis_visibility_cache_end_pass alone. Nothing to free.
@@ -418,39 +467,6 @@ enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache
 /// normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1 instead.
 /// Work: constant.
 enum wis_status wis_visibility_key(const float position[3], const float normal[3], float cell, uint32_t *visibility_key);
-
-/// A direction to trace, and what the light that comes from it counts.
-typedef struct wis_ray {
-  float wi[3]; /**< The direction towards the light, unit length, world space. */
-  float weight; /**< What f x cosine x L x V is multiplied by. */
-} wis_ray;
-
-/// The part of a radiance that BSDF rays bring where points have WIS_POINT_COMPENSATED, 0 to 1: the light's mean radiance over the
-/// luminance of `radiance`, at most 1; 1 for black. WIS_NULL_POINTER. Costs 3 ns. Work: constant.
-enum wis_status wis_base(const struct wis_environment *environment, const float radiance[3], float *base);
-
-/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add `weight f(wo, wi)
-/// |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF and radiance that vanish
-/// outside the point's hemisphere and where the built light is 0.
-///
-/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no light)
-/// and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes diffuse)
-/// or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the most).
-///
-/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
-/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
-/// WIS_POINT_PORTALS_COMPLETE.
-///
-/// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all
-/// of 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits.
-/// Where none of the four covers a hit, or it has portals, rays are chosen among candidates.
-///
-/// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
-/// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
-/// if a BSDF ray follows the last hit, too. Candidates are then 4 for each ray, at least 8 of each source. WIS_NOT_BUILT: the material was
-/// not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
-enum wis_status wis_direct(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
-    uint32_t rays, struct wis_ray *ray, uint32_t *ray_count);
 
 #define WIS_WAVE_RAYS 64 /**< Rays of one point at the most, in a wave. */
 
@@ -494,10 +510,8 @@ typedef struct wis_wave {
   struct wis_ints_in bounce; /**< The bounce of each point; null: 0. */
   struct wis_ints_in visibility_key; /**< The place of each point in `visibility`; null: 0, which is none. */
   struct wis_ints_in portal_count; /**< How many portals each point has, at most WIS_MAX_PORTALS; null: 0. */
-  /// Nine numbers for each portal, portal after portal: a corner and two edges, as in wis_portal. Null only without `portal_count`.
-  struct wis_floats_in portal;
-  /// Three numbers each: the position, which is taken from the corners of portals. So all points can share portals of the world. Null: 0.
-  struct wis_floats_in position;
+  struct wis_floats_in portal; /**< Nine numbers each, portal after portal, as in wis_portal. Null only without `portal_count`. */
+  struct wis_floats_in position; /**< Positions, taken from the corners of portals, so that points share portals of the world. Null: 0. */
   struct wis_visibility_cache *visibility; /**< What rays of earlier passes saw. Null: not known. */
   struct wis_floats_out ray; /**< Four numbers for each ray, ray after ray: direction and weight. */
   uint32_t *count; /**< How many rays each point has. */
@@ -510,9 +524,7 @@ enum wis_status wis_direct_wave(struct wis_sampler *sampler, const struct wis_en
     const struct wis_wave *wave);
 
 #define WIS_PRODUCT_UNDIVIDED 1 /**< No cell is divided: cheaper to prepare, and worse. */
-
-/// Products are to be stored: each gets the checksum that wis_product_open asks for. Costs about 0.6 us each.
-#define WIS_PRODUCT_CHECKSUM 2
+#define WIS_PRODUCT_CHECKSUM 2 /**< Products get the checksum that wis_product_open asks for: about 0.6 us each. */
 
 /// The product of an environment and the BRDF x cosine at a shading point, as a distribution of directions: bytes in your memory without
 /// pointers, to be copied (to any block aligned to WIS_ALIGNMENT) and read by any number of threads. Nothing to free.
@@ -523,8 +535,7 @@ typedef struct wis_product_config {
   uint32_t size; /**< sizeof(wis_product_config). */
   uint32_t flags; /**< WIS_PRODUCT_*, or 0. */
   uint32_t divided_cells; /**< The most cells of the environment that are divided, 1 to 24; 0: 8. */
-  /// How far the normal of another hit may turn before that hit needs its own product, in radians, 0 to pi/2. 0: this normal only; 0.05 is
-  /// a good start. The pdf stays above 0 for every such normal. The integral becomes too large, because cosines are widened.
+  /// How far normals of hits that it serves may turn, in radians, 0 to pi/2. The pdf stays above 0 for them; the integral grows.
   float cone;
 } wis_product_config;
 
@@ -533,11 +544,8 @@ typedef struct wis_product_info {
   uint32_t size; /**< sizeof(wis_product_info), set by the caller. */
   uint32_t bytes; /**< Bytes of the product: that much of the block is in use. */
   uint32_t divided_cells; /**< Cells that are divided. */
-  /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples. 0:
-  /// none does.
-  float lobe_share;
-  /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility. Off by up to 2 % for
-  /// wide lobes and 4 to 9 % for an alpha of 0.2. Below 0.1 it can be wrong by a factor of 2: do not estimate with it there.
+  float lobe_share; /**< The share of `u[0]` that draws from lobes: narrow ones, or all where a lamp below the horizon would win. */
+  /// About the integral of luminance x BRDF x cosine: 2 % off for wide lobes, 4 to 9 % for 0.2, by a factor of 2 below 0.1. No estimate.
   double integral;
   float rgb[3]; /**< The same for the colour of the light; the BRDF counts by its luminance. */
   float cone_cosine; /**< The cosine of the cone of normals that it serves. */
@@ -579,18 +587,15 @@ typedef struct wis_drawn {
   float pdf; /**< The probability density per solid angle; 0: no sample. */
 } wis_drawn;
 
-/// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
-///
-/// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `drawn`: directions of unit length in world space, and their
-/// pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides are the bytes
-/// from one element to the next; 0: packed. WIS_MISMATCH for a product of another environment. About 40 ns each in batches of 8 and more;
-/// with a product about 80 ns in batches of 64, 90 ns to 140 ns in batches of 8, and 400 ns alone. Work: count x (lobes + log texels).
+/// Draws `count` directions in proportion to a product, or, if `product` is null, to the light. `u`: two numbers in [0, 1) each. `drawn`:
+/// unit directions in world space, and their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if
+/// the light is black. In batches of 8 and more a third of the cost alone, or less. WIS_MISMATCH for a product of another environment.
+/// Work: count x (lobes + log texels).
 enum wis_status wis_sample(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
     size_t count, const float *u, size_t u_stride, struct wis_drawn *drawn, size_t drawn_stride);
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian; 0 for those that are not of unit
-/// length within 1e-3. Strides as in wis_sample. About 15 ns each in batches of 8 and more, with a product 30 ns. Work: count x (lobes +
-/// log texels).
+/// length within 1e-3. Batches as in wis_sample. Work: count x (lobes + log texels).
 enum wis_status wis_pdf(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
     size_t count, const float *wi, size_t wi_stride, float *pdf, size_t pdf_stride);
 
@@ -600,122 +605,6 @@ enum wis_status wis_pdf(struct wis_sampler *sampler, const struct wis_environmen
 /// WIS_OK, u is not written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
 enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
     size_t count, const float *wi, size_t wi_stride, float *u, size_t u_stride, uint8_t *status);
-
-#define WIS_CAUSE_NONE 0 /**< The environment is the light that you see. */
-#define WIS_CAUSE_SCALED 1 /**< Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike. */
-#define WIS_CAUSE_FRAME 2 /**< You do not apply world_from_map, or you apply its inverse. */
-#define WIS_CAUSE_TURNED 3 /**< Your map is rotated by 90, 180 or 270 degrees about the polar axis. */
-#define WIS_CAUSE_MIRRORED 4 /**< Your map is mirrored: azimuth runs the other way. */
-#define WIS_CAUSE_UPSIDE_DOWN 5 /**< Your polar axis points the other way: rows from bottom to top. */
-#define WIS_CAUSE_AXES 6 /**< Another axis is your polar axis: y up, for instance, in place of z. */
-#define WIS_CAUSE_SHIFTED 7 /**< You look texels up half a texel beside. */
-#define WIS_CAUSE_ROWS 8 /**< Your first and last rows lie at the poles and those of the environment do not, or the other way round. */
-#define WIS_CAUSE_FILTER 9 /**< You interpolate and the environment takes the nearest texel, or the other way round. */
-
-/// Something else: another map, a rotation by another angle, a blur, a curve applied to the colours. No other cause is named unless it
-/// leaves almost no difference.
-#define WIS_CAUSE_OTHER 10
-
-#define WIS_CAUSE_CLAMPED 11 /**< You clamp what you look up at `limit`: clamp the map before you build the light. */
-
-/// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at least 0.
-/// Returns 0; anything else stops the call with WIS_CALLBACK_FAILED. Floating-point control is the default meanwhile.
-typedef int (*wis_radiance_fn)(void *user, size_t count, const float *wi, float *rgb);
-
-/// What the environment is compared with.
-typedef struct wis_check_config {
-  uint32_t size; /**< sizeof(wis_check_config). */
-  uint32_t reserved; /**< Always 0. */
-  wis_radiance_fn radiance; /**< Your radiance of the environment, as your integrator evaluates it. */
-  void *radiance_user; /**< Handed to `radiance`. */
-} wis_check_config;
-
-/// What was found. From `filter` on: what to build the environment with so that it is the light that you see.
-typedef struct wis_check_info {
-  uint32_t size; /**< sizeof(wis_check_info), set by the caller. */
-  uint32_t cause; /**< WIS_CAUSE_*: the likely cause of the difference. */
-  /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not count.
-  float error;
-  float explained; /**< The difference that is left with the fields below: `error` if nothing explains it. */
-  float scale; /**< Your radiance over that of the light. */
-  uint32_t filter; /**< WIS_FILTER_*. */
-  uint32_t flags; /**< WIS_ENVIRONMENT_ROWS_AT_POLES or 0. */
-  float shift[2]; /**< How far beside you look texels up along columns and rows, in texels: 0, 0.5 or -0.5. To be mended in your look-up. */
-  float world_from_map[9]; /**< The row-major matrix. */
-  float limit; /**< The luminance at which you clamp what you look up; 0 if you do not. */
-} wis_check_info;
-
-/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but many
-/// times the error, in silence. Call it once while you integrate the library, or in a test.
-///
-/// `radiance` of `config` is called for at most 64 world directions at a time: 256, of which half are drawn from the light and half spread
-/// over the sphere, and up to 25,000 more that confirm what would explain a difference. It answers the same for the same direction. What
-/// your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or
-/// negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs
-/// 1 to 20 ms besides `radiance`. Work: constant.
-enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_check_config *config,
-    struct wis_check_info *info);
-
-#define WIS_MISTAKE_NONE 0 /**< The lobes are your BSDF. */
-#define WIS_MISTAKE_SCALED 1 /**< Your BSDF is `scale` times the lobes: harmless, since rays are chosen alike. */
-#define WIS_MISTAKE_WO 2 /**< wo points into the surface. Also where your BSDF ignores the side of wo and wo lies below. */
-
-/// The normal points to the other side. Also where your surfaces have two sides: flip it to the side of wo, or set WIS_POINT_WHOLE_SPHERE.
-#define WIS_MISTAKE_NORMAL 3
-
-#define WIS_MISTAKE_WI 4 /**< Your BSDF takes wi towards the surface: wi points to the light. */
-#define WIS_MISTAKE_NO_WEIGHT 5 /**< The weights of all lobes are 0. */
-#define WIS_MISTAKE_WEIGHT 6 /**< The weight of `lobe` should be `value` times as large, or `value` if it is 0. */
-#define WIS_MISTAKE_COSINE_MISSING 7 /**< Your values lack a cosine: multiply by it, or set WIS_POINT_COSINE_INCLUDED. */
-
-/// Your values have a cosine too many: WIS_POINT_COSINE_INCLUDED is set by mistake, or you multiply twice.
-#define WIS_MISTAKE_COSINE_TWICE 8
-
-#define WIS_MISTAKE_ALPHA_SQUARE 9 /**< Your alpha is the square of `a` and `b` of GGX lobes: you pass roughness in place of its square. */
-#define WIS_MISTAKE_ALPHA_ROOT 10 /**< Your alpha is the square root of `a` and `b` of GGX lobes. */
-
-/// The tangent should be rotated about the normal by `angle`. 90 degrees: `a` and `b` may be swapped instead.
-#define WIS_MISTAKE_TANGENT 11
-
-#define WIS_MISTAKE_ETA 12 /**< `eta` is inverted. */
-
-/// You and the lobes scatter to different sides. You alone: rays miss that light, so set WIS_POINT_WHOLE_SPHERE or add a lobe that
-/// transmits.
-#define WIS_MISTAKE_SIDES 13
-
-#define WIS_MISTAKE_F0 14 /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
-
-/// No mistake found: the lobes resemble your BSDF, of which they are 1 - `error`. What that costs: docs/integrating.md.
-#define WIS_MISTAKE_RESEMBLES 15
-
-#define WIS_MISTAKE_OTHER 16 /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
-
-/// What was found.
-typedef struct wis_point_verdict {
-  uint32_t size; /**< sizeof(wis_point_verdict), set by the caller. */
-  uint32_t mistake; /**< WIS_MISTAKE_*: the likely cause of the difference. Of causes that explain it alike, the first. */
-  const char *message; /**< The same as a sentence for a log; a static string. */
-  float error; /**< The integral of |your BSDF - lobes| over the integral of the larger of both, 0 to 1. A common factor does not count. */
-  float explained; /**< The difference that is left without the mistake; `error` where no mistake is named. */
-  float scale; /**< Your BSDF over the lobes without the mistake. */
-  uint32_t lobe; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: the number of the lobe, 0 = first. Else 0. */
-  float value; /**< WIS_MISTAKE_WEIGHT, WIS_MISTAKE_F0: see there; the luminance of a weight, grey f0. Else 0. */
-  float angle; /**< WIS_MISTAKE_TANGENT: in degrees, 0 to 180, counter-clockwise seen from the tip of the normal. Else 0. */
-} wis_point_verdict;
-
-/// Compares your BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a cosine too many
-/// and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate the library, or
-/// in a test.
-///
-/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 40 world directions
-/// each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that resemble a BSDF have
-/// none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and give each lobe a weight. One
-/// call cannot see `sample`, `seed` and `bounce`: a `sample` that is always 0 stays unseen. WIS_NULL_POINTER for a target that is null,
-/// WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction.
-/// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to
-/// 2 ms besides `target`. Work: constant.
-enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
-    struct wis_point_verdict *verdict);
 
 /// A candidate and how often it was picked.
 typedef struct wis_pick {
@@ -744,13 +633,12 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// does the same with the library's candidates and lobes.
 ///
 /// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and any
-/// g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out
-/// of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
+/// g that is above 0 where light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight out of
+/// range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of wis_pool_size.
 ///
 /// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x BRDF x
-/// cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked picks x weight / weight_sum times,
-/// and never if its weight is 0. Two picks and more are systematic along a curve over the sphere, so that well-spread candidates give
-/// well-spread picks. If all weights are 0, there are no picks. Time grows with the number of candidates. Work: count.
+/// cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked picks x weight / weight_sum times.
+/// Two picks and more are systematic along a curve over the sphere. If all weights are 0, there are no picks. Work: count.
 enum wis_status wis_pool_pick(const struct wis_candidates *candidates, uint32_t picks, float u, void *scratch, size_t scratch_bytes,
     struct wis_pick *pick, uint32_t *pick_count, double *weight_sum, struct wis_diagnostic *diagnostic);
 

@@ -63,10 +63,8 @@ typedef struct wis_wavelet_light_config {
   /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square, 0 or more (0.01 = 1 %); 0
   /// drops nothing but constant squares.
   float error_budget;
-  /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need no alignment.
-  const void *pixels;
-  /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand close together.
-  ptrdiff_t row_stride;
+  const void *pixels; /**< Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment. */
+  ptrdiff_t row_stride; /**< Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together. */
   wis_row_fn row; /**< Used if `pixels` is null. */
   void *row_user; /**< Handed to `row`. */
 } wis_wavelet_light_config;

@@ -13,25 +13,22 @@ pub enum Status {
     NullPointer = 1,
     /// A value is outside the range that its comment states, or a stride is shorter than an element.
     InvalidArgument = 2,
-    /// The first field of a struct is not the size of that struct: it was not set, or the header is of another version.
+    /// The `size` of a struct is not set, or the header is of another version.
     InvalidStructSize = 3,
     /// The memory is shorter than the size query said.
     MemoryTooSmall = 4,
-    /// A pointer or a stride is not a multiple of the alignment of what it points to: 16 for blocks, 4 for floats, 2 for
-    /// 16-bit floats.
+    /// A pointer or stride is not aligned to what it points to: 16 for blocks, 4 for floats, 2 for 16-bit floats.
     Misaligned = 5,
-    /// Sizes that were asked for overflow, or exceed what the format can address; or a result is beyond a double, or beyond a
-    /// float where it is stored as one.
+    /// Sizes overflow or exceed what the format can address, or a result exceeds its type.
     Overflow = 6,
-    /// A texel of a light is NaN or infinite: WIS_ENVIRONMENT_SANITISE replaces it. Or a pixel of a tree is NaN, infinite or negative.
+    /// A texel is NaN or infinite (see WIS_ENVIRONMENT_SANITISE); a pixel of a tree also if it is negative.
     InvalidTexel = 7,
     /// A matrix is not a rotation or reflection within 1e-4, a direction is not of unit length within 1e-3, or the tangent
     /// that an anisotropic lobe needs is 0 or parallel to the normal.
     InvalidTransform = 8,
     /// The product was prepared with another environment, or the memory does not hold such an object.
     Mismatch = 9,
-    /// The bytes are not an object that this version wrote, or they were changed. The diagnostic's `field` tells which: `magic`
-    /// for another kind, another version or another byte order, null for bytes that were changed.
+    /// Not an object that this version wrote: `field` of the diagnostic is `magic`; null if bytes were changed.
     Corrupt = 10,
     /// The density of that direction is 0: no u leads there.
     ZeroDensity = 11,
@@ -39,7 +36,7 @@ pub enum Status {
     CallbackFailed = 12,
     /// The object was not built, or built without what the call needs (RGB, the compensated distribution).
     NotBuilt = 13,
-    /// The density of that direction is above 0, but its share of u is smaller than what numbers of 24 bits tell apart.
+    /// The density there is above 0, but numbers u of 24 bits do not reach it.
     Unreachable = 14,
 }
 

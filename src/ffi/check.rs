@@ -28,14 +28,13 @@ pub struct CheckConfig {
     pub radiance_user: *mut c_void,
 }
 
-/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but
-/// many times the error, in silence. Call it once while you integrate the library, or in a test.
+/// Compares your radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like cost no bias but many
+/// times the error, in silence. Call it once while you integrate the library, or in a test.
 ///
-/// `radiance` of `config` is called for at most 64 world directions at a time: 256, of which half are drawn from the light and half spread
-/// over the sphere, and up to 25,000 more that confirm what would explain a difference. It answers the same for the same direction. What
-/// your map does not show is no mistake: a constant sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN,
-/// infinite or negative (clamp your look-up at 0): `y` of the fault (wis_sampler_fault) is the number of the direction. Set `info->size` before. Costs 1 to
-/// 20 ms besides `radiance`. Work: constant.
+/// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
+/// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant
+/// sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is
+/// the number of the direction. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

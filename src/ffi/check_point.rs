@@ -10,17 +10,15 @@ use crate::brdf::compare::compare;
 use crate::brdf::point::{Fault, Target};
 use crate::status::Status;
 
-/// Compares your BSDF with the lobes of a point and names the likely mistake: a wo that is flipped, roughness for alpha, a cosine too
-/// many and the like cost no bias but many times the error, in silence. Call it once for a kind of material while you integrate
-/// the library, or in a test.
+/// Compares your BSDF, the `target` of a point, with its lobes and names the likely mistake: a wo that is flipped, roughness for alpha, a
+/// cosine too many and the like cost no bias but many times the error, in silence. Call it once for a kind of material, or in a test.
 ///
-/// Your BSDF is `target` of the point, here and wherever you leave it null for wis_direct. It is called five times, for 40 world
-/// directions each, on both sides of the surface. A mistake is named if it explains almost all of the difference, so lobes that
-/// resemble a BSDF have none. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and
-/// give each lobe a weight. One call cannot see `sample`, `seed` and `bounce`: a `sample` that is always 0 stays unseen.
-/// WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is NaN, infinite or negative: `y` of the
-/// fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM:
-/// normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work: constant.
+/// `target` is called five times, for 40 world directions on both sides of the surface. A mistake is named if it explains almost all of
+/// the difference. What a point does not show is no mistake: see it from above, 20 to 70 degrees off the normal, and give each lobe a
+/// weight. A `sample` that is always 0 stays unseen. WIS_NULL_POINTER for a target that is null, WIS_CALLBACK_FAILED for a value that is
+/// NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is the number of the direction. WIS_NOT_BUILT: the material was not
+/// initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Set `verdict->size` before. Costs 0.1 to 2 ms besides `target`. Work:
+/// constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

@@ -28,27 +28,25 @@ pub unsafe extern "C" fn wis_base(
     })
 }
 
-/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, the radiance and the visibility, and add
-/// `weight f(wo, wi) |cos| L(wi) V(wi)`: the sum is an unbiased estimate of the reflected light of the environment, for any BRDF
-/// and radiance that vanish outside the point's hemisphere and where the built light is 0.
+/// The rays to trace at a hit, each with a weight. For each, evaluate your BRDF, radiance and visibility, and add `weight f(wo, wi) |cos|
+/// L(wi) V(wi)`. The sum is an unbiased estimate of the reflected light, for any BRDF and radiance that vanish outside the point's
+/// hemisphere and where the built light is 0.
 ///
-/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT); `ray_count` tells how many there are, between 0 (no
-/// light) and `rays`. Rays are chosen among candidates, half from the light and half from the lobes, at about 15 ns each: 16 (all lobes
-/// diffuse) or 32 for one ray, 16 for each of several, 8 beyond 16 rays. Lobes of less than 0.15 get twice as many (2048 in all at the
-/// most).
+/// `rays`: at most as many as the sampler was made for (WIS_INVALID_ARGUMENT). `ray_count`: how many there are, 0 (no light) to `rays`.
+/// Rays are picked among candidates, half from the light and half from the lobes: 16 (all lobes diffuse) or 32 for one ray, 16 for each
+/// of several, 8 beyond 16 rays; twice as many for lobes below 0.15, 2048 in all at the most.
 ///
-/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right angle:
-/// `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
+/// Portals of the point add 8 candidates for each ray, at least 16. WIS_INVALID_ARGUMENT for one that is not finite or has no right
+/// angle: `y` of the fault (wis_sampler_fault) is its number. If all are left out, rays are those without portals; none with
 /// WIS_POINT_PORTALS_COMPLETE.
 ///
-/// A sampler that was made for 16 hits of a pixel and more (`hits_per_pixel`) draws the rays of first hits (`bounce` 0) whose lobes are all of
-/// 0.2 or wider from at most four products that hits of the pixel share. In shadows their error falls faster with the number of hits. Where none of
-/// the four covers a hit, or it has portals, rays are chosen among candidates.
+/// With `hits_per_pixel` of 16 and more, first hits (`bounce` 0) whose lobes are all of 0.2 or wider draw from at most four products that
+/// hits of the pixel share; others, and hits with portals, have candidates.
 ///
-/// Path tracers, whose BSDF rays go on from the hit, may divide the radiance between both: set WIS_POINT_COMPENSATED, and let `base` be
-/// wis_base of L(wi). Rays of wis_direct count (1 - base) L(wi), and BSDF rays that leave the scene count base L(wi). The sum is unbiased
-/// if a BSDF ray follows the last hit, too. Candidates are then 4 for each ray, at least 8 of each source.
-/// WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent. Work: rays x candidates x lobes.
+/// Path tracers, whose BSDF rays go on from the hit, may split the light: with WIS_POINT_COMPENSATED rays count (1 - base) L(wi), where
+/// `base` is wis_base of L(wi), and BSDF rays that leave the scene, also after the last hit, count base L(wi). Candidates are then 4 for
+/// each ray, at least 8 of each source. WIS_NOT_BUILT: the material was not initialised. WIS_INVALID_TRANSFORM: normal, wo or tangent.
+/// Work: rays x candidates x lobes.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; `ray` to `rays` elements.

@@ -37,8 +37,7 @@ pub struct LightConfig {
     pub width: u32,
     /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
     pub height: u32,
-    /// 1 (luminance), 3 (RGB) or 4 (RGB and an alpha that is ignored); linear Rec. 709 radiance. Negative channels, as resamplers leave
-    /// them, count as 0: clamp your look-up at 0, or set WIS_ENVIRONMENT_ABSOLUTE.
+    /// 1 (luminance), 3 (RGB) or 4 (alpha is ignored), linear Rec. 709. Negative ones count as 0: clamp alike.
     pub channels: u32,
     /// WIS_FORMAT_*.
     pub format: u32,
@@ -46,14 +45,11 @@ pub struct LightConfig {
     pub filter: u32,
     /// WIS_ENVIRONMENT_*, or 0.
     pub flags: u32,
-    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1. 0 keeps every texel. 0.01 makes a
-    /// smooth sky take kilobytes.
+    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0: every texel.
     pub error_budget: f32,
-    /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
-    /// no alignment.
+    /// Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment.
     pub pixels: *const c_void,
-    /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
-    /// close together.
+    /// Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together.
     pub row_stride: isize,
     /// Used if `pixels` is null; called from each thread that runs the first pass.
     pub row: RowFn,

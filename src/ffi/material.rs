@@ -12,16 +12,16 @@ use core::ffi::{CStr, c_int, c_void};
 /// Lobes of a material.
 pub const WIS_MAX_LOBES: usize = 4;
 
-/// Diffuse reflection: `weight / pi` on the upper side of the normal; with directions on both sides, on the side of wo.
+/// Diffuse reflection: `weight / pi` above the surface; with both sides, on the side of wo.
 pub const WIS_LOBE_LAMBERT: u32 = 1;
-/// Trowbridge-Reitz (GGX) microfacets: `weight F D G / (4 cos cos)`, height-correlated Smith shadowing, Schlick's Fresnel term.
+/// Microfacets: `weight F D G / (4 cos cos)`, GGX, height-correlated Smith shadowing, Schlick's Fresnel term.
 pub const WIS_LOBE_GGX: u32 = 2;
-/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the same side, with r the mirror direction of wo, which may lie below.
+/// `weight (a + 2) / (2 pi) max(0, r.wi)^a` on the side of wo; r, the mirror direction of wo, may lie below.
 pub const WIS_LOBE_PHONG: u32 = 3;
-/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`. F is Schlick's
-/// term for `f0` of this lobe, ((eta - 1) / (eta + 1))^2 for clear glass, from either side, and for the cosine of wo and the half vector.
-/// Seen from inside glass, `eta` is below 1: give 1 / 1.5. Beyond the critical angle the lobe is 0. Schlick's term knows no total
-/// reflection: give the GGX lobe there an `f0` of 1 if wo is beyond it.
+/// Transmission through GGX microfacets (Walter et al. 2007, Eq. 21): `weight (1 - F)` times D, G and the Jacobian for `eta`; 0 beyond
+/// the critical angle. F: Schlick's term by the cosine of wo and the half vector, from either side with `f0` of this lobe: ((eta - 1) /
+/// (eta + 1))^2 for clear glass. Seen from inside glass `eta` is 1 / 1.5, and the GGX lobe has an `f0` of 1 where wo is beyond the
+/// critical angle.
 pub const WIS_LOBE_GGX_TRANSMISSION: u32 = 5;
 /// Diffuse transmission: `weight / pi` on the side opposite to wo.
 pub const WIS_LOBE_LAMBERT_TRANSMISSION: u32 = 6;
@@ -36,8 +36,7 @@ pub struct LobeData {
     pub a: f32,
     /// GGX: alpha along the bitangent, 1e-5 to 16. Others: not read.
     pub b: f32,
-    /// GGX transmission: refractive index beyond the surface over that on the side of wo, 0.1 to 10, not within 1e-3 of 1.
-    /// Others: not read.
+    /// GGX transmission: refractive index beyond over that on the side of wo, 0.1 to 10, not within 1e-3 of 1.
     pub eta: f32,
 }
 
@@ -55,14 +54,13 @@ pub struct MaterialData {
     pub hash: u64,
 }
 
-/// Directions on both sides of the surface count, with |n.wi| for the cosine. Implied by a lobe that transmits.
+/// Directions on both sides count, with |n.wi| for the cosine. Implied by a lobe that transmits.
 pub const WIS_POINT_WHOLE_SPHERE: u32 = 1;
 /// The client's BRDF already contains the cosine, and so do the lobes: it is not multiplied again.
 pub const WIS_POINT_COSINE_INCLUDED: u32 = 2;
-/// Rays of wis_direct bring only what exceeds the light's mean, and BSDF rays that escape bring the rest: wis_base. Products do not read it.
+/// Rays bring what exceeds the light's mean, escaping BSDF rays the rest: wis_base. Not for products.
 pub const WIS_POINT_COMPENSATED: u32 = 4;
-/// All light comes through the portals of the point: directions outside all of them do not count. Without the flag an eighth of the rays
-/// looks elsewhere, and means are right wherever light comes from. Not read if `portal_count` is 0.
+/// Directions outside all portals do not count. Without it an eighth of the rays looks elsewhere, and means are right in any case.
 pub const WIS_POINT_PORTALS_COMPLETE: u32 = 8;
 /// All flags of points.
 pub(super) const POINT_FLAGS: u32 =
@@ -89,21 +87,18 @@ pub struct PointData {
     pub material: *const MaterialData,
     /// The shading normal, unit length.
     pub normal: [f32; 3],
-    /// The direction of alpha `a`, of length 0.01 to 1e18; need not be exactly normal to the normal. All 0: any, if no lobe is
-    /// anisotropic.
+    /// Direction of alpha `a`, length 0.01 to 1e18, not along the normal. All 0: any, if no lobe is anisotropic.
     pub tangent: [f32; 3],
     /// The direction to the viewer, unit length. Below the shading horizon, of a point without WIS_POINT_WHOLE_SPHERE, GGX is 0 and other
     /// lobes keep their formulas. If all lobes are 0 by that, the point counts as one without lobes.
     pub wo: [f32; 3],
-    /// Linear RGB factor of each lobe at this hit, finite and not negative. Textures go here. A lobe of weight 0 reflects nothing; if all
-    /// are left 0, rays stay unbiased, but follow the lobes no more: set 1 where in doubt.
+    /// Linear RGB factor of each lobe at this hit, at least 0: textures. All 0: rays ignore the lobes.
     pub weight: [[f32; 3]; WIS_MAX_LOBES],
-    /// GGX, reflection and transmission: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
+    /// GGX: reflectance at normal incidence of each lobe, RGB in [0, 1]. Others: not read.
     pub f0: [[f32; 3]; WIS_MAX_LOBES],
     /// The pixel: any number, another one for each pixel.
     pub seed: u32,
-    /// The number of this hit among all hits of the pixel and the bounce, over all passes: 0, 1, 2 ... Gaps
-    /// leave means as they are; errors then fall more slowly.
+    /// The number of this hit among all of its pixel and bounce, over all passes. Gaps only slow convergence.
     pub sample: u32,
     /// The bounce: 0 for camera hits, 1 for the next ...
     pub bounce: u32,
@@ -113,13 +108,12 @@ pub struct PointData {
     pub portal_count: u32,
     /// What rays of earlier passes saw, which wis_direct then prefers. Null: not known.
     pub visibility: *mut VisibilityCacheObject,
-    /// Your own BRDF, measured for instance, in the choice of rays, in place of the values of the lobes: those then only propose
-    /// directions. It is called for each candidate, 16 at a time. Null: the lobes. Read by wis_direct.
+    /// Your own BRDF in place of the values of the lobes, which then only propose directions: called for 16 candidates at a time. Null:
+    /// none.
     pub target: TargetFn,
     /// Handed to `target`.
     pub target_user: *mut c_void,
-    /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is 0,
-    /// nor by products and wis_check_point.
+    /// Windows that light comes through; may overlap. Not read by products and wis_check_point.
     pub portals: *const Portal,
 }
 

@@ -61,9 +61,7 @@ pub struct Diagnostic {
     pub reserved: u32,
     /// WIS_MEMORY_TOO_SMALL: the bytes that are needed.
     pub bytes_needed: u64,
-    /// The field at fault of the struct that the argument points to, as `normal` or `b`: a static string. `magic` if
-    /// stored bytes begin as no object of this kind and version does: build it anew. Null if the argument is no struct, or no
-    /// field in particular is at fault.
+    /// The field at fault, as `normal`: a static string, or null. `magic`: stored bytes are of another version.
     pub field: *const c_char,
 }
 

@@ -49,16 +49,14 @@ pub unsafe extern "C" fn wis_pool_size(count: usize, size: *mut MemorySize) -> S
 /// Picks directions to trace from candidates of your own, in proportion to weights of your own (resampled importance sampling).
 /// wis_direct does the same with the library's candidates and lobes.
 ///
-/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i
-/// and any g that is above 0 where the light is reflected; best is the luminance of radiance x BRDF x cosine.
-/// WIS_INVALID_ARGUMENT for a weight out of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random
-/// number for all. `scratch`: of wis_pool_size.
+/// An unbiased estimate needs the weight g(x) / (n_1 p_1(x) + n_2 p_2(x) + ...) of a candidate x, for n_i candidates of density p_i and
+/// any g that is above 0 where light is reflected; best is the luminance of radiance x BRDF x cosine. WIS_INVALID_ARGUMENT for a weight
+/// out of range: `y` in the diagnostic is its number. `picks`: how many. `u`: one more random number for all. `scratch`: of
+/// wis_pool_size.
 ///
-/// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x
-/// BRDF x cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked
-/// picks x weight / weight_sum times, and never if its weight is 0. Two picks and more are systematic along a curve over the
-/// sphere, so that well-spread candidates give well-spread picks. If all weights are 0, there are no picks. Time grows with
-/// the number of candidates. Work: count.
+/// `pick` receives up to `picks` elements, `pick_count` how many, `weight_sum` the sum of all weights. A pick counts radiance x BRDF x
+/// cosine x visibility x multiplicity x weight_sum / (picks x g). In expectation a candidate is picked picks x weight / weight_sum times.
+/// Two picks and more are systematic along a curve over the sphere. If all weights are 0, there are no picks. Work: count.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; nobody else uses the scratch memory.

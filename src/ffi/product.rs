@@ -18,7 +18,7 @@ use core::ptr::null_mut;
 
 /// No cell is divided: cheaper to prepare, and worse.
 pub const WIS_PRODUCT_UNDIVIDED: u32 = 1;
-/// Products are to be stored: each gets the checksum that wis_product_open asks for. Costs about 0.6 us each.
+/// Products get the checksum that wis_product_open asks for: about 0.6 us each.
 pub const WIS_PRODUCT_CHECKSUM: u32 = 2;
 
 /// The product of an environment and the BRDF x cosine at a shading point, as a distribution of directions: bytes in your memory
@@ -38,9 +38,7 @@ pub struct GridConfig {
     pub flags: u32,
     /// The most cells of the environment that are divided, 1 to 24; 0: 8.
     pub divided_cells: u32,
-    /// How far the normal of another hit may turn before that hit needs its own product, in radians, 0 to pi/2. 0: this normal only;
-    /// 0.05 is a good start. The pdf stays above 0 for every such normal. The integral becomes too large, because cosines are
-    /// widened.
+    /// How far normals of hits that it serves may turn, in radians, 0 to pi/2. The pdf stays above 0 for them; the integral grows.
     pub cone: f32,
 }
 

@@ -33,11 +33,9 @@ pub struct SamplerConfig {
     pub cpu_level: u32,
     /// The most rays of one call, 1 to 4096; 0: 16.
     pub rays: u32,
-    /// Candidates for each ray, 1 to 256; 0: the library's choice, by number of rays and by point. Those of a call are rounded up to a power of two, at least 16:
-    /// 1 to 16 are the same for one ray. Any number but 0 also turns off the factor for narrow lobes.
+    /// Candidates for each ray, 1 to 256, rounded up to powers of two, at least 16 a call. 0: chosen by rays, point and narrow lobes.
     pub candidates_per_ray: u32,
-    /// Hits of one pixel between two calls of wis_sampler_begin_pixel; 0: not known. From 16 on first hits (`bounce` 0)
-    /// share at most four products, for which the sampler takes 15 kB more.
+    /// Hits of a pixel between calls of wis_sampler_begin_pixel; 0: unknown. From 16 on first hits share products: 15 kB more.
     pub hits_per_pixel: u32,
     /// Always 0.
     pub reserved: u32,

@@ -11,12 +11,9 @@ use crate::sphere::unit;
 use crate::status::Status;
 use bytemuck::cast_slice_mut;
 
-/// Draws `count` directions in proportion to a product, or, if `product` is null, to the light.
-///
-/// `u`: two numbers in [0, 1) each; others are moved there, NaN counts as 1/2. `drawn`: directions of unit length in world space, and
-/// their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if the light is black. Strides
-/// are the bytes from one element to the next; 0: packed. WIS_MISMATCH for a product of another environment. About 40 ns each in
-/// batches of 8 and more; with a product about 80 ns in batches of 64, 90 ns to 140 ns in batches of 8, and 400 ns alone.
+/// Draws `count` directions in proportion to a product, or, if `product` is null, to the light. `u`: two numbers in [0, 1) each. `drawn`:
+/// unit directions in world space, and their pdfs per steradian: above 0, and the very bits that wis_pdf answers for that direction; 0 if
+/// the light is black. In batches of 8 and more a third of the cost alone, or less. WIS_MISMATCH for a product of another environment.
 /// Work: count x (lobes + log texels).
 ///
 /// # Safety
@@ -58,8 +55,7 @@ pub unsafe extern "C" fn wis_sample(
 }
 
 /// The pdf of `count` directions in a product, or, if `product` is null, in the light, per steradian; 0 for those that are not of unit
-/// length within 1e-3. Strides as in wis_sample. About 15 ns each in batches of 8 and more, with a product 30 ns.
-/// Work: count x (lobes + log texels).
+/// length within 1e-3. Batches as in wis_sample. Work: count x (lobes + log texels).
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.

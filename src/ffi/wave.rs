@@ -89,9 +89,9 @@ pub struct DirectWave {
     pub visibility_key: IntsIn,
     /// How many portals each point has, at most WIS_MAX_PORTALS; null: 0.
     pub portal_count: IntsIn,
-    /// Nine numbers for each portal, portal after portal: a corner and two edges, as in wis_portal. Null only without `portal_count`.
+    /// Nine numbers each, portal after portal, as in wis_portal. Null only without `portal_count`.
     pub portal: FloatsIn,
-    /// Three numbers each: the position, which is taken from the corners of portals. So all points can share portals of the world. Null: 0.
+    /// Positions, taken from the corners of portals, so that points share portals of the world. Null: 0.
     pub position: FloatsIn,
     /// What rays of earlier passes saw. Null: not known.
     pub visibility: *mut VisibilityCacheObject,

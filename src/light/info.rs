@@ -30,8 +30,7 @@ pub struct LightInfo {
     pub sanitised: u64,
     /// Tells environments apart: a hash of the bytes, also of world_from_map.
     pub content_id: u64,
-    /// The integral of what the pdf is proportional to over the sphere: of luminance (of what compensation leaves of it), in the
-    /// unit of the map times steradian.
+    /// The integral of luminance, or of what compensation leaves of it, over the sphere: unit of the map x steradian.
     pub power: f64,
     /// The mean luminance over the sphere, in the unit of the map.
     pub mean: f64,

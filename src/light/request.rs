@@ -8,13 +8,11 @@ use crate::numeric::ContentHash;
 use crate::sphere::Frame;
 use crate::status::{Fault, Status};
 
-/// Columns are the azimuth phi = 2 pi (x + 1/2) / width, rows the polar angle theta = pi (y + 1/2) / height from +z;
-/// the direction is (sin theta cos phi, sin theta sin phi, cos theta).
+/// Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z.
 pub const WIS_LAYOUT_LATLONG: u32 = 1;
 /// Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width.
 pub const WIS_LAYOUT_CUBE: u32 = 2;
-/// The equal-area octahedral square (Clarberg 2008): +z in the centre, -z in the corners, columns along x, rows
-/// along y; height = width.
+/// Equal-area octahedral square (Clarberg 2008): +z in the centre, columns along x; height = width.
 pub const WIS_LAYOUT_OCTAHEDRAL: u32 = 3;
 
 /// 32-bit floats.
@@ -22,26 +20,23 @@ pub const WIS_FORMAT_F32: u32 = 1;
 /// 16-bit floats.
 pub const WIS_FORMAT_F16: u32 = 2;
 
-/// You interpolate between texel centres along both axes. Lat-long maps wrap in azimuth and mirror over the poles, faces of a
-/// cube and edges of an octahedral map join.
+/// You interpolate between texel centres. Azimuth wraps, poles mirror, edges of cube and octahedron join.
 pub const WIS_FILTER_BILINEAR: u32 = 0;
 /// You take the texel that holds the direction.
 pub const WIS_FILTER_NEAREST: u32 = 1;
 
-/// Lat-long only: the first and the last row of texels lie at the poles, so theta = pi y / (height - 1).
+/// Lat-long: the first and the last row lie at the poles: theta = pi y / (height - 1).
 pub const WIS_ENVIRONMENT_ROWS_AT_POLES: u32 = 1;
-/// Black texels get pdf 0. Otherwise no texel counts as darker than 2^-16 of the mean, and every direction has a pdf above 0.
+/// Black texels get pdf 0. Otherwise none counts as darker than 2^-16 of the mean.
 pub const WIS_ENVIRONMENT_EXACT_ZERO: u32 = 2;
-/// The distribution is compensated (Karlik et al. 2019): proportional to max(L - mean, L / 64) instead of L. For path tracers, where
-/// BSDF rays bring the light up to the mean (see wis_direct), and for multiple importance sampling with BSDF samples.
+/// The density is that of max(L - mean, L / 64) (Karlik et al. 2019): for path tracers and MIS.
 pub const WIS_ENVIRONMENT_COMPENSATED: u32 = 4;
-/// Channels that are not finite are replaced instead of rejected: NaN and -Inf by 0, +Inf by 65504, the largest half float, in maps
-/// of 32-bit floats too. Clamp your look-up alike, else one such texel makes pixels NaN or infinite.
+/// NaN and -Inf count as 0, +Inf as 65504, instead of being rejected. Clamp your look-up alike.
 pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
-/// Negative channels count by their size instead of as 0, for renderers that look them up as they are: pdf > 0 wherever |L| > 0.
+/// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.
 pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
 
 const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES

@@ -24,8 +24,7 @@ pub const WIS_CAUSE_SHIFTED: u32 = 7;
 pub const WIS_CAUSE_ROWS: u32 = 8;
 /// You interpolate and the environment takes the nearest texel, or the other way round.
 pub const WIS_CAUSE_FILTER: u32 = 9;
-/// Something else: another map, a rotation by another angle, a blur, a curve applied to the colours. No other cause is named unless it
-/// leaves almost no difference.
+/// Another map, rotation, blur or curve of colours: no other cause leaves almost no difference.
 pub const WIS_CAUSE_OTHER: u32 = 10;
 /// You clamp what you look up at `limit`: clamp the map before you build the light.
 pub const WIS_CAUSE_CLAMPED: u32 = 11;
@@ -38,8 +37,7 @@ pub struct CheckInfo {
     pub size: u32,
     /// WIS_CAUSE_*: the likely cause of the difference.
     pub cause: u32,
-    /// The mean difference between your radiance and the light, each as a share of the larger of both, 0 to 1. A factor does not
-    /// count.
+    /// The mean difference of both, each as a share of the larger, 0 to 1. A factor does not count.
     pub error: f32,
     /// The difference that is left with the fields below: `error` if nothing explains it.
     pub explained: f32,

@@ -13,11 +13,10 @@ pub struct GridInfo {
     pub bytes: u32,
     /// Cells that are divided.
     pub divided_cells: u32,
-    /// The share of `u[0]` that draws from lobes: from narrow ones, or from all where a lamp below the horizon would take most samples.
-    /// 0: none does.
+    /// The share of `u[0]` that draws from lobes: narrow ones, or all where a lamp below the horizon would win.
     pub lobe_share: f32,
-    /// An approximation of the integral of luminance x BRDF x cosine over the directions that count, without visibility. Off by up to 2 %
-    /// for wide lobes and 4 to 9 % for an alpha of 0.2. Below 0.1 it can be wrong by a factor of 2: do not estimate with it there.
+    /// About the integral of luminance x BRDF x cosine: 2 % off for wide lobes, 4 to 9 % for 0.2, by a factor of 2 below 0.1. No
+    /// estimate.
     pub integral: f64,
     /// The same for the colour of the light; the BRDF counts by its luminance.
     pub rgb: [f32; 3],

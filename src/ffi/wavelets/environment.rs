@@ -53,11 +53,9 @@ pub struct EnvironmentConfig {
     /// Sparse storage: the variance that pruning may add to an estimate of the map's power, relative to its square,
     /// 0 or more (0.01 = 1 %); 0 drops nothing but constant squares.
     pub error_budget: f32,
-    /// The first texel of row 0, or null if `row` gives the rows. Aligned to its format, 4 or 2 bytes; the rows of `row` need
-    /// no alignment.
+    /// Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment.
     pub pixels: *const c_void,
-    /// Bytes from a row to the next, may be negative: a multiple of the bytes of a channel, at least a row. 0: rows stand
-    /// close together.
+    /// Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together.
     pub row_stride: isize,
     /// Used if `pixels` is null.
     pub row: RowFn,

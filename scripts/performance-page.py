@@ -2,7 +2,7 @@
 """Fills scripts/performance.md and scripts/papers.md with what the measured pages say: performance-page.py [--check]
 
 {PAGE: ROW: COLUMN} is the cell of the first table of a page that has both. Pages are those of docs/measurements, gallery and renderers. ROW is how the
-line begins, or several such separated by " // ", of which one must be there; +N after the column N cells further right.
+line begins; +N after the column N cells further right. Rows and columns may have several names, separated by " // ".
 {FILE says TEXT} is the text, which the file must have. {commit of PAGE} is that of the run that wrote the page, {version of PAGE} the version of wis there.
 {instructions of CALL} and {earlier of CALL} are those on record in scripts/check-instructions.sh, of this version and the one before.
 {claims of PAGE} are the rows of a paper's claims, {holding of PAGE ...} how many of how many hold. What is behind a line "=== NAME" goes between the marks of that name in README.md. What a page no longer has fails the script.
@@ -28,6 +28,7 @@ def path_of(page):
 
 def cell(page, row, column):
     column, _, more = column.partition(" +")
+    columns = column.split(" // ")
     rows = tuple(f"| {begin} |" for begin in row.split(" // "))
     at, is_header = None, True
     for line in read(path_of(page)).splitlines():
@@ -36,7 +37,7 @@ def cell(page, row, column):
             continue
         cells = [text.replace("**", "").strip() for text in line.strip("|").split("|")]
         if is_header:
-            at, is_header = cells.index(column) if column in cells else None, False
+            at, is_header = next((cells.index(name) for name in columns if name in cells), None), False
         elif at is not None and line.startswith(rows):
             return cells[at + int(more or 0)]
     faults.append(f"{path_of(page)} has no '{column}' of '{row}'")

@@ -115,7 +115,7 @@ impl Against {
     pub fn name(self) -> String {
         match self {
             Against::Method(name) => name.into(),
-            Against::Best(list) => format!("best of {} peers", list.each.len()),
+            Against::Best(list) => format!("best of {} baselines", list.each.len()),
         }
     }
 

@@ -38,7 +38,7 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
         }
     }
     let text = format!(
-        "Against the best of {} peers, chosen for each cell, wis is behind in **{lost} of {all} groups**. A group is the mean over \
+        "Against the best of {} baselines, chosen for each cell, wis is behind in **{lost} of {all} groups**. A group is the mean over \
          lights for a study, a lobe, a number of rays, a metric and a cost model. Each row below is a study and a lobe: \
          its worst group, and the range of all its groups.",
         EXTENDED.each.len()
@@ -49,16 +49,16 @@ pub fn parts(cells: &[Cell]) -> Vec<Part> {
     }
     rows.sort_by(|a: &(f64, Vec<String>), b| a.0.total_cmp(&b.0));
     rows.truncate(ROWS);
-    let head = ["study", "lobe", "worst group", "best peers there", "reason", "what helps"];
+    let head = ["study", "lobe", "worst group", "best baselines there", "reason", "what helps"];
     let mut table = Table::new(head.len(), &[&head[..], &["gain there", "all gains", "behind"]].concat());
     rows.into_iter().for_each(|(_, row)| table.row(row));
-    let names = "Names of peers. RIS32: each ray is resampled from 32 candidates, half of the light and half of the BRDF. P(4): all \
+    let names = "Names of baselines. RIS32: each ray is resampled from 32 candidates, half of the light and half of the BRDF. P(4): all \
                  rays are picked from one pool with 4 such candidates for each. comp.: the candidates come from the compensated \
                  light, which is what the light has above its mean.";
     let note = "Variances in reasons are those for equal numbers of rays. Without shadows: the absolute error of the choice of \
                 directions alone. Visible light: that which reaches the points over what would without blockers. \
                 Candidates of wis are counted. \
-                Gains in brackets are those of the call over the same peers.";
+                Gains in brackets are those of the call over the same baselines.";
     parts.extend([Part::Table(table), Part::Text(names.into()), Part::Text(note.into())]);
     parts
 }
@@ -177,7 +177,7 @@ impl Loss {
         let [own, theirs] = self.us;
         let (higher, without) = (times(1.0 / self.variance), times(1.0 / self.unshadowed));
         let peers = candidates(self.peers[0]);
-        let time = format!("wis takes {own:.1} us, the peer {theirs:.1} us");
+        let time = format!("wis takes {own:.1} us, the baseline {theirs:.1} us");
         let reason = match self.cause() {
             Cause::Level => return format!("Nearly level: {time}."),
             Cause::Time => return format!("Time: {time}. Variance is {} lower.", times(self.variance)),
@@ -191,19 +191,19 @@ impl Loss {
                 times(target)
             ),
             Cause::Places(target) => format!(
-                "Candidates of the fitted lobes: wis weighs {:.0} a ray, the peer {peers} of the BRDF itself. Variance is {higher} higher; \
+                "Candidates of the fitted lobes: wis weighs {:.0} a ray, the baseline {peers} of the BRDF itself. Variance is {higher} higher; \
                  `target` changes it by {} only.",
                 self.candidates,
                 times(target)
             ),
             Cause::Product => {
                 format!(
-                    "Samples of a product: variance is {higher} higher, {without} without shadows. The peer weighs {peers} candidates \
+                    "Samples of a product: variance is {higher} higher, {without} without shadows. The baseline weighs {peers} candidates \
                      a ray."
                 )
             }
             Cause::Candidates => format!(
-                "Candidates: wis weighs {:.0} a ray, the peer {peers}. Variance is {higher} higher, {without} without shadows.",
+                "Candidates: wis weighs {:.0} a ray, the baseline {peers}. Variance is {higher} higher, {without} without shadows.",
                 self.candidates
             ),
             Cause::Variance => format!("Variance is {higher} higher, {without} without shadows."),

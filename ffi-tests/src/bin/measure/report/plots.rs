@@ -30,7 +30,7 @@ const METHODS: [(&str, RGBColor, u32); 4] = [
 /// Colours of the peers that are best most often.
 const BEST: [RGBColor; 2] = [RGBColor(60, 150, 60), RGBColor(140, 60, 160)];
 /// The lower left border of all peers.
-const BORDER: &str = "best of all peers";
+const BORDER: &str = "best of all baselines";
 
 /// Sizes of letters, for which SVG is told 1.24 times less: at least 14 pixels.
 const SMALL: u32 = 18;

@@ -153,7 +153,7 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
     };
     let verdict = format!(
         "**At equal time wis has less variance than MIS in {} numbers of this table. Against compensated MIS that holds for {}, and \
-         against the best of {} peers for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
+         against the best of {} baselines for {}.** Each number says how many times lower the variance of wis is: above 1 wis is ahead.",
         ahead(3..5),
         ahead(5..7),
         EXTENDED.each.len(),
@@ -163,7 +163,7 @@ fn first_screen(cells: &[Cell]) -> Vec<Part> {
                  BRDF is evaluated in eight lanes. Expensive: each evaluation takes 150 ns more and each ray 500 ns more, as in scalar \
                  renderers. MIS balance: half of the samples from the light, half from the BRDF, weighed by the balance heuristic. For one ray \
                  it takes one of each, and pays for both. MIS \
-                 compensated: the same, but the light is sampled by what it has above its mean. The best peer is chosen for each cell. \
+                 compensated: the same, but the light is sampled by what it has above its mean. The best baseline is chosen for each cell. \
                  0.2: `wis_direct` of version 0.2 without `u`, in the same process, if it was there. \
                  Caches are those of a renderer. More situations stand [below](#all-situations).";
     vec![Part::Text(verdict), Part::Table(table), Part::Text(words.into())]
@@ -230,7 +230,7 @@ fn certain(cells: &[Cell]) -> Vec<Part> {
         let number = gains(scales[0]).len().to_string();
         table.row([study.clone(), number].into_iter().chain(scales.iter().map(count)));
     }
-    let text = "Cells in which wis is ahead / undecided / behind, against the best peer of the cell. A cell is a light, a lobe and a \
+    let text = "Cells in which wis is ahead / undecided / behind, against the best baseline of the cell. A cell is a light, a lobe and a \
                 number of rays. The bootstrap interval of 95 % lies above 1, holds 1, or lies below.";
     vec![Part::Heading("Ahead, undecided, behind".into()), Part::Text(text.into()), Part::Table(table)]
 }
@@ -421,7 +421,7 @@ fn drawn(main: &[&Cell], lobes: &[String]) -> Result<Vec<Part>> {
         let svg = plots::error_against_time(main, scale, &names, &shown)?;
         let caption = format!(
             "Root mean squared {metric} error against time per hit, expensive costs, a renderer's caches, 1 to 64 rays. Lower left is better. \
-             Green and violet: the other peers that are best most often here. Black: no peer of the {} lies to the lower left.",
+             Green and violet: the other baselines that are best most often here. Black: no baseline of the {} lies to the lower left.",
             EXTENDED.each.len()
         );
         parts.push(Part::Plot(format!("error-{metric}.svg"), svg, caption));
@@ -444,15 +444,15 @@ fn method(run: &Run, slower: Times) -> Vec<Part> {
         format!("Machine: {}, one thread. Commit {}. `report {}`.", run.machine, run.commit, run.command),
         format!("{} shading points in a scene, {} independent repeats, medians over repeats.", run.points, run.repeats),
         "Absolute error: RMSE / mean of the image. Relative error: sqrt(mean(d^2 / (reference^2 + (0.01 mean)^2))). Tables of gains compare squared errors.".into(),
-        "Equal time: variance x time of a peer over variance x time of wis, at the same number of rays.".into(),
+        "Equal time: variance x time of a baseline over variance x time of wis, at the same number of rays.".into(),
         "Times include drawing, preparing, evaluating and tracing. The costs of the expensive model are really spent.".into(),
         "Caches of a renderer: before each hit a ray goes through a million triangles, tile after tile, and 256 kB of 16 MB of other memory are read. Warm: a pixel after another. Cold: 32 MB are touched before a pixel.".into(),
         format!("A call of 0.2 for one ray takes {:.2} times its warm time with a renderer's caches, and {:.1} times with cold ones. In pbrt-v3 it takes 1.20 to 1.26 times its warm time; {} to {} are right here.", slower[RENDERER], slower[COLD], SLOWER[0], SLOWER[1]),
-        "The client looks the map up bilinearly, but in the study of the nearest look-up. Peers then draw from a table of twice the resolution, filled with interpolated values.".into(),
-        "All methods have the same points, BRDF, look-up and rays. The client's side and the peers compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
-        format!("The {} peers: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses).", EXTENDED.each.len()),
-        "The best peer of a cell is chosen on the even repeats and scored on the odd ones.".into(),
-        "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Peers draw from the measurement itself.".into(),
+        "The client looks the map up bilinearly, but in the study of the nearest look-up. Baselines then draw from a table of twice the resolution, filled with interpolated values.".into(),
+        "All methods have the same points, BRDF, look-up and rays. The client's side and the baselines compute eight lanes with the instructions of this machine. The library is the one that ships.".into(),
+        format!("The {} baselines: {peers}. What their names mean stands under [Where wis loses](#where-wis-loses).", EXTENDED.each.len()),
+        "The best baseline of a cell is chosen on the even repeats and scored on the odd ones.".into(),
+        "Measured BRDFs: a diffuse lobe and up to two of GGX are fitted to each when its file is read. Baselines draw from the measurement itself.".into(),
     ];
     vec![Part::Heading("How it was measured".into()), Part::List(items.into())]
 }
@@ -504,8 +504,10 @@ fn by_lobe(cells: &[&Cell]) -> Vec<Part> {
         };
         table.row([cell.light.clone(), cell.material.clone()].into_iter().chain(columns.iter().map(gain)));
     }
-    let text =
-        format!("Gain of `{own}` over the best of {} peers, with its interval and the peer.", EXTENDED.each.len());
+    let text = format!(
+        "Gain of `{own}` over the best of {} baselines, with its interval and the baseline.",
+        EXTENDED.each.len()
+    );
     vec![Part::Text(text), Part::Table(table)]
 }
 
@@ -526,7 +528,7 @@ fn by_region(cells: &[&Cell]) -> Vec<Part> {
         table.row([material.clone(), scale.name()].into_iter().chain(columns.iter().map(gain)));
     }
     let text = format!(
-        "Gain of `{own}` over the best peer by the visible part of the light: lit above 95 %, umbra below 5 %. Regions of fewer than {FEW} pixels are left out."
+        "Gain of `{own}` over the best baseline by the visible part of the light: lit above 95 %, umbra below 5 %. Regions of fewer than {FEW} pixels are left out."
     );
     vec![Part::Text(text), Part::Table(table)]
 }

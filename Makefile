@@ -31,7 +31,7 @@ CXXFLAGS ?= $(CFLAGS)
 FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINOR@/$(MINOR)/' \
 	-e 's/@ABI@/$(ABI)/'
 
-.PHONY: help lib header install demo pathtracer pathtracer-page gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
+.PHONY: help lib header install demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
 	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
 
 help: ## list the targets
@@ -113,6 +113,9 @@ pathtracer-page: ## run the path tracer under all lat-long maps of a folder and 
 
 $(BUILD)/gallery-program: lib $(BUILD)/exr.o
 	$(C_RENDER) $(wildcard c-examples/gallery/*.c) $(RENDER) $(LIB)/libwis.a -lassimp -lembree3 $(EXR_LIBS) -lm -lpthread -o $@
+
+figure: ## draw strata, candidates, weights and rays under a map into docs/algorithm.svg: MAP=map.hdr
+	$(CARGO) run --quiet --example figure -- '$(MAP)' docs/algorithm.svg
 
 gallery: ## render six pictures by MIS and by wis_direct at equal time, into build/gallery: DATA=folder ENV=map.exr PAGE=1 for docs/gallery.md
 	scripts/setup.sh gallery

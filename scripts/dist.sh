@@ -12,7 +12,7 @@ make --no-print-directory install BUILD="$build" DESTDIR="$stage" PREFIX="/$name
 doc=$stage/$name/share/doc/wis
 mkdir -p "$doc/docs/gallery" "$doc/docs/measurements" "$doc/c-examples"
 cp README.md CHANGELOG.md "$doc"
-cp docs/*.md docs/*.png "$doc/docs"
+cp docs/*.md docs/*.png docs/*.svg "$doc/docs"
 cp docs/gallery/*.png "$doc/docs/gallery"
 cp docs/measurements/*.md "$doc/docs/measurements"
 cp c-examples/minimal.c c-examples/direct.h c-examples/minimal.cpp "$doc/c-examples"

@@ -48,6 +48,8 @@
 extern "C" {
 #endif
 
+/** @defgroup answers Answers, memory, version */ /** @{ */
+
 /// The answer of every call that can fail.
 typedef enum wis_status {
   WIS_OK = 0, /**< The call did what was asked. */
@@ -94,6 +96,9 @@ const char *wis_status_string(uint32_t status);
 
 /// WIS_VERSION of the library that is linked. Work: constant.
 uint32_t wis_version(void);
+/** @} */
+
+/** @defgroup light The light */ /** @{ */
 
 #define WIS_LAYOUT_LATLONG 1 /**< Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z. */
 #define WIS_LAYOUT_CUBE 2 /**< Six square faces below one another, +x -x +y -y +z -z, each as OpenGL orients it; height = 6 width. */
@@ -204,6 +209,9 @@ enum wis_status wis_environment_describe(const struct wis_environment *environme
 /// Costs less than 0.1 us. Work: constant.
 enum wis_status wis_environment_turn(void *memory, size_t bytes, const float world_from_map[9], const struct wis_environment **environment,
     struct wis_diagnostic *diagnostic);
+/** @} */
+
+/** @defgroup sampler A sampler for each thread */ /** @{ */
 
 #define WIS_CPU_DETECT 0 /**< Detect the instructions of this processor. */
 #define WIS_CPU_BASELINE 1 /**< Instructions that every processor of the platform has. */
@@ -237,6 +245,9 @@ enum wis_status wis_sampler_begin_pixel(struct wis_sampler *sampler);
 
 /// Where the last call on this sampler that failed was at fault: argument, field and element. Work: constant.
 enum wis_status wis_sampler_fault(const struct wis_sampler *sampler, struct wis_diagnostic *fault);
+/** @} */
+
+/** @defgroup material Materials, portals, points */ /** @{ */
 
 #define WIS_MAX_LOBES 4 /**< Lobes of a material. */
 #define WIS_LOBE_LAMBERT 1 /**< Diffuse reflection: `weight / pi` above the surface; with both sides, on the side of wo. */
@@ -312,6 +323,9 @@ typedef struct wis_point {
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
 /// WIS_INVALID_ARGUMENT names the field; `y` of the diagnostic is the number of the lobe. Work: lobes.
 enum wis_status wis_material_init(struct wis_material *material, struct wis_diagnostic *diagnostic);
+/** @} */
+
+/** @defgroup direct Direct light */ /** @{ */
 
 /// A direction to trace, and what the light that comes from it counts.
 typedef struct wis_ray {
@@ -344,6 +358,9 @@ enum wis_status wis_base(const struct wis_environment *environment, const float 
 /// Work: rays x candidates x lobes.
 enum wis_status wis_direct(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
     uint32_t rays, struct wis_ray *ray, uint32_t *ray_count);
+/** @} */
+
+/** @defgroup check Checks while you integrate */ /** @{ */
 
 #define WIS_CAUSE_NONE 0 /**< The environment is the light that you see. */
 #define WIS_CAUSE_SCALED 1 /**< Your radiance is `scale` times the light: harmless if you meant it, since rays are chosen alike. */
@@ -436,6 +453,9 @@ typedef struct wis_point_verdict {
 /// constant.
 enum wis_status wis_check_point(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_point *point,
     struct wis_point_verdict *verdict);
+/** @} */
+
+/** @defgroup visibility Visibility of earlier passes */ /** @{ */
 
 /// What rays saw from places of the scene, in your memory. Any number of threads may record and read at once; between passes one of them
 /// calls wis_visibility_cache_end_pass alone. Nothing to free.
@@ -467,6 +487,9 @@ enum wis_status wis_visibility_cache_end_pass(struct wis_visibility_cache *cache
 /// normal. Never 0. A twentieth of the scene is a good width. Renderers that know the pixel may use the number of its tile + 1 instead.
 /// Work: constant.
 enum wis_status wis_visibility_key(const float position[3], const float normal[3], float cell, uint32_t *visibility_key);
+/** @} */
+
+/** @defgroup wave Waves */ /** @{ */
 
 #define WIS_WAVE_RAYS 64 /**< Rays of one point at the most, in a wave. */
 
@@ -522,6 +545,9 @@ typedef struct wis_wave {
 /// a status of its own and no rays. `wave` and its arrays are read during the call only. Work: count x rays x candidates x lobes.
 enum wis_status wis_direct_wave(struct wis_sampler *sampler, const struct wis_environment *environment, size_t count,
     const struct wis_wave *wave);
+/** @} */
+
+/** @defgroup product Products and densities */ /** @{ */
 
 #define WIS_PRODUCT_UNDIVIDED 1 /**< No cell is divided: cheaper to prepare, and worse. */
 #define WIS_PRODUCT_CHECKSUM 2 /**< Products get the checksum that wis_product_open asks for: about 0.6 us each. */
@@ -605,6 +631,9 @@ enum wis_status wis_pdf(struct wis_sampler *sampler, const struct wis_environmen
 /// WIS_OK, u is not written. Strides as in wis_sample; statuses stand close together. Work: count x (lobes + log texels).
 enum wis_status wis_invert(struct wis_sampler *sampler, const struct wis_environment *environment, const struct wis_product *product,
     size_t count, const float *wi, size_t wi_stride, float *u, size_t u_stride, uint8_t *status);
+/** @} */
+
+/** @defgroup pool Pools of your own candidates */ /** @{ */
 
 /// A candidate and how often it was picked.
 typedef struct wis_pick {
@@ -641,6 +670,9 @@ enum wis_status wis_pool_size(size_t count, struct wis_memory_size *size);
 /// Two picks and more are systematic along a curve over the sphere. If all weights are 0, there are no picks. Work: count.
 enum wis_status wis_pool_pick(const struct wis_candidates *candidates, uint32_t picks, float u, void *scratch, size_t scratch_bytes,
     struct wis_pick *pick, uint32_t *pick_count, double *weight_sum, struct wis_diagnostic *diagnostic);
+/** @} */
+
+/** @defgroup points Random numbers */ /** @{ */
 
 /// A seed for a pixel in a pass; seeds of neighbours and of passes are decorrelated. Work: constant.
 uint32_t wis_pixel_seed(uint32_t x, uint32_t y, uint32_t pass);
@@ -653,6 +685,7 @@ enum wis_status wis_points_hammersley(uint32_t first, uint32_t count, uint32_t t
 /// block of 2^k points has one in every elementary interval of area 2^-k. Sequences of different seeds are independent. No coordinate is
 /// exactly 0 or 1. `stride` in bytes from one point to the next; 0: packed. Work: count.
 enum wis_status wis_points_sobol(uint32_t seed, uint32_t first, size_t count, float *out, size_t stride);
+/** @} */
 
 #ifdef __cplusplus
 }

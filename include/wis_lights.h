@@ -22,6 +22,8 @@
 extern "C" {
 #endif
 
+/** @defgroup lights Directional lights */ /** @{ */
+
 /// A stratum as a directional light.
 typedef struct wis_light {
   float direction[3]; /**< The direction towards the light: the centre of the stratum, unit length, world space. */
@@ -108,6 +110,7 @@ enum wis_status wis_jitter_pdf(const struct wis_jitter *jitter, uint32_t light, 
 /// `contribution`: without bias. The time is that of a pass over all lights and of sorting those that are traced. Work: count x log count.
 enum wis_status wis_strata_order(size_t count, const float *contribution, float threshold, uint32_t *index, uint32_t *traced,
     struct wis_diagnostic *diagnostic);
+/** @} */
 
 #ifdef __cplusplus
 }

@@ -27,6 +27,8 @@
 extern "C" {
 #endif
 
+/** @defgroup wavelets Wavelets */ /** @{ */
+
 /// Every cell is stored: 16 bytes for four cells, and a third more for the coarser levels. If the resolution is left to the library and
 /// WIS_WAVELET_LIGHT_NEAREST is set, cells in which light varies much (a sun, the edge of a lamp) are divided further, down to 16384 along
 /// each side: 24 bytes a square, in as much room as cells / 8 or 4096 squares take.
@@ -571,6 +573,7 @@ enum wis_status wis_grid_direction(uint32_t side, uint32_t cell, float direction
 /// directions, as a normal and the reflected direction, the 16 products of two weights interpolate quadrilinearly. Cells may repeat where
 /// the sheets of the square meet. Work: constant.
 enum wis_status wis_grid_cells(uint32_t side, const float wi[3], uint32_t cell[4], float weights[4]);
+/** @} */
 
 #ifdef __cplusplus
 }

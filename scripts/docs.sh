@@ -25,7 +25,13 @@ SORT_MEMBER_DOCS = NO
 MACRO_EXPANSION = YES
 EXPAND_ONLY_PREDEF = YES
 HAVE_DOT = NO
+HTML_EXTRA_STYLESHEET = scripts/docs.css
+HTML_COLORSTYLE_HUE = 28
+HTML_COLORSTYLE_SAT = 60
+GENERATE_TREEVIEW = YES
+SORT_GROUP_NAMES = NO
 SETTINGS
 pages=$(find "$build/docs/html" -name '*.html' | wc -l)
+[ -e "$build/docs/html/group__direct.html" ] || { echo "docs: the group of direct light is not in the reference" >&2; exit 1; }
 grep -rqs wis_direct_wave "$build/docs/html" || { echo "docs: wis_direct_wave is not in the reference" >&2; exit 1; }
 echo "$build/docs/html/index.html: $pages pages"

@@ -15,6 +15,8 @@ struct Header {
     /// In the order of use: the header lists constants, types and functions source by source. A source may be several files,
     /// between spaces: a boundary, and the safe module whose types it hands out.
     sources: &'static [&'static str],
+    /// Groups of the reference: the number of the first source, a name and a title.
+    groups: &'static [(usize, &'static str, &'static str)],
     introduction: &'static str,
 }
 
@@ -41,11 +43,25 @@ const HEADERS: [Header; 3] = [
             "src/ffi/pool.rs",
             "src/ffi/points.rs",
         ],
+        groups: &[
+            (0, "answers", "Answers, memory, version"),
+            (2, "light", "The light"),
+            (3, "sampler", "A sampler for each thread"),
+            (4, "material", "Materials, portals, points"),
+            (5, "direct", "Direct light"),
+            (7, "check", "Checks while you integrate"),
+            (9, "visibility", "Visibility of earlier passes"),
+            (10, "wave", "Waves"),
+            (11, "product", "Products and densities"),
+            (14, "pool", "Pools of your own candidates"),
+            (16, "points", "Random numbers"),
+        ],
         introduction: include_str!("wis.h"),
     },
     Header {
         file: "wis_lights.h",
         sources: &["src/lights/strata.rs", "src/ffi/lights/strata.rs", "src/ffi/lights/jitter.rs"],
+        groups: &[(0, "lights", "Directional lights")],
         introduction: include_str!("wis_lights.h"),
     },
     Header {
@@ -72,6 +88,7 @@ const HEADERS: [Header; 3] = [
             "src/wavelets/grid.rs",
             "src/ffi/wavelets/grid.rs",
         ],
+        groups: &[(0, "wavelets", "Wavelets")],
         introduction: include_str!("wis_wavelets.h"),
     },
 ];
@@ -196,7 +213,8 @@ fn arrange(root: &Path, items: &[Item]) -> Result<Vec<String>> {
         sorted.push(((*header, *order, item.kind, line), item));
     }
     sorted.sort_by_key(|(key, _)| *key);
-    let of = |number: usize| sorted.iter().filter(move |((header, ..), _)| *header == number).map(|(_, item)| *item);
+    let in_header = |number: usize| sorted.iter().filter(move |((header, ..), _)| *header == number);
+    let of = |number: usize| in_header(number).map(|(_, item)| *item);
     let mut headers = Vec::new();
     for (number, header) in HEADERS.iter().enumerate() {
         for item in of(number) {
@@ -206,21 +224,29 @@ fn arrange(root: &Path, items: &[Item]) -> Result<Vec<String>> {
                 return Err(format!("{}: {} names {foreign} of another header", header.file, item.name).into());
             }
         }
-        headers.push(header.assemble(of(number)));
+        headers.push(header.assemble(in_header(number).map(|((_, order, ..), item)| (*order, *item))));
     }
     Ok(headers)
 }
 
 impl Header {
-    fn assemble<'a>(&self, items: impl Iterator<Item = &'a Item<'a>>) -> String {
+    /// The header of items, each with the number of its source.
+    fn assemble<'a>(&self, items: impl Iterator<Item = (usize, &'a Item<'a>)>) -> String {
         let guard = self.file.to_uppercase().replace('.', "_");
         let includes =
             if self.file == "wis.h" { "#include <stddef.h>\n#include <stdint.h>" } else { "#include \"wis.h\"" };
         let mut text =
             format!("{}\n\n#ifndef {guard}\n#define {guard}\n\n{includes}\n\n", self.introduction.trim_end());
         text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n";
-        let mut after_short = false;
-        for item in items {
+        let (mut after_short, mut groups, mut is_open) = (false, self.groups.iter().peekable(), false);
+        for (order, item) in items {
+            while let Some((_, name, title)) = groups.next_if(|(first, ..)| *first <= order) {
+                text += &format!(
+                    "{}\n/** @defgroup {name} {title} */ /** @{{ */\n",
+                    if is_open { "/** @} */\n" } else { "" }
+                );
+                (is_open, after_short) = (true, false);
+            }
             let item_text = compact(item);
             // Constants of a line each stand close together.
             let is_short = item.kind == Kind::Constant && !item_text.contains('\n');
@@ -231,7 +257,7 @@ impl Header {
             text += &item_text;
             text.push('\n');
         }
-        text.push('\n');
+        text += if is_open { "/** @} */\n\n" } else { "\n" };
         text + &format!("#ifdef __cplusplus\n}}\n#endif\n\n#endif /* {guard} */\n")
     }
 }

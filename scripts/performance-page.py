@@ -52,7 +52,8 @@ def says(path, text):
 
 
 def commit(page):
-    found = re.search(r"[Cc]ommit ([0-9a-f]{7,})", read(path_of(page)))
+    text = read(path_of(page))
+    found = re.search(r"[Cc]ommit ([0-9a-f]{7,})", text) or re.search(r"Written\s+by\s+`make [a-z]*`\s+at\s+([0-9a-f]{7,})", text)
     return found.group(1) if found else "not recorded"
 
 

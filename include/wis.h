@@ -498,7 +498,7 @@ typedef struct wis_point {
   /// Handed to `target`.
   void *target_user;
   /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is 0,
-  /// nor by products and wis_check_point.
+  /// nor by products.
   const struct wis_portal *portals;
 } wis_point;
 
@@ -967,6 +967,9 @@ enum wis_status wis_check(struct wis_sampler *sampler,
 
 /// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
 #define WIS_MISTAKE_OTHER 16
+
+/// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
+#define WIS_MISTAKE_PORTALS 17
 
 /// What was found.
 typedef struct wis_point_verdict {

@@ -119,7 +119,7 @@ pub struct PointData {
     /// Handed to `target`.
     pub target_user: *mut c_void,
     /// Windows and doors that light comes through; they may overlap. wis_direct draws candidates in them, too. Not read if `portal_count` is 0,
-    /// nor by products and wis_check_point.
+    /// nor by products.
     pub portals: *const Portal,
 }
 

@@ -317,7 +317,7 @@ typedef struct wis_point {
   /// Your own BRDF in place of the values of the lobes, which then only propose directions: called for 16 candidates at a time. Null: none.
   wis_target_fn target;
   void *target_user; /**< Handed to `target`. */
-  const struct wis_portal *portals; /**< Windows that light comes through; may overlap. Not read by products and wis_check_point. */
+  const struct wis_portal *portals; /**< Windows that light comes through; may overlap. Not read by products. */
 } wis_point;
 
 /// Checks the shapes of a material and writes its hash. Costs 20 ns: also good for one hit, where a texture gives the roughness.
@@ -428,6 +428,9 @@ enum wis_status wis_check(struct wis_sampler *sampler, const struct wis_environm
 #define WIS_MISTAKE_F0 14 /**< f0 of `lobe`, and of lobes with the same f0, should be `value`. */
 #define WIS_MISTAKE_RESEMBLES 15 /**< No mistake: the lobes resemble your BSDF, of which they are 1 - `error` (docs/integrating.md). */
 #define WIS_MISTAKE_OTHER 16 /**< Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind. */
+
+/// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
+#define WIS_MISTAKE_PORTALS 17
 
 /// What was found.
 typedef struct wis_point_verdict {

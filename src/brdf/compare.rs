@@ -6,6 +6,7 @@
 use super::ggx::sin_cos_whole;
 use super::material::{ALPHA_RANGE, MAX_LOBES, Material, Shape};
 use super::point::{Fault, Point};
+use super::portal::Portal;
 use super::surface::Surface;
 use crate::numeric::{luminance, max, sqrt};
 use crate::points::hammersley;
@@ -98,6 +99,8 @@ pub enum Mistake {
     Resembles = 15,
     /// None of these, and less than half agrees.
     Other = 16,
+    /// Nothing is wrong with the lobes, and no portal faces the point.
+    Portals = 17,
 }
 
 impl Mistake {
@@ -129,6 +132,7 @@ impl Mistake {
             Mistake::F0 => c"f0 is wrong",
             Mistake::Resembles => c"no mistake found: the lobes resemble your BSDF",
             Mistake::Other => c"the lobes have little in common with your BSDF",
+            Mistake::Portals => c"no portal faces the point: edges[0] x edges[1] points into the room",
         }
     }
 }
@@ -570,6 +574,8 @@ impl Compared<'_> {
                 Mistake::Sides
             } else if as_given.error > RESEMBLES {
                 Mistake::Other
+            } else if self.point.portals.iter().any(Portal::is_given) && !self.point.portals.iter().any(Portal::faces) {
+                Mistake::Portals
             } else if as_given.error > AGREES {
                 Mistake::Resembles
             } else if (as_given.scale - 1.0).abs() > SCALE_IS_ONE {

@@ -1,6 +1,7 @@
 //! A rectangle that light comes through, as clients hand it in.
 
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 /// The most portals of a point.
 pub const MAX_PORTALS: usize = 8;
@@ -14,4 +15,21 @@ pub struct Portal {
     pub corner: [f32; 3],
     /// The two edges that begin there, at right angles within 1e-3.
     pub edges: [[f32; 3]; 2],
+}
+
+impl Portal {
+    /// Whether it has an area: zeros are no portal.
+    pub fn is_given(&self) -> bool {
+        self.normal() != Vec3::ZERO
+    }
+
+    /// Whether it faces the point that it is relative to.
+    pub fn faces(&self) -> bool {
+        Vec3::from_array(self.corner).dot(self.normal()) < 0.0
+    }
+
+    fn normal(&self) -> Vec3 {
+        let [a, b] = self.edges.map(Vec3::from_array);
+        a.cross(b)
+    }
 }

@@ -37,6 +37,8 @@ pub const WIS_MISTAKE_F0: u32 = 14;
 pub const WIS_MISTAKE_RESEMBLES: u32 = 15;
 /// Less than half of your BSDF is in the lobes: two mistakes, or lobes of another kind.
 pub const WIS_MISTAKE_OTHER: u32 = 16;
+/// Your BSDF is in the lobes, but no portal faces the point: `edges[0]` x `edges[1]` points into the room.
+pub const WIS_MISTAKE_PORTALS: u32 = 17;
 
 /// What was found.
 #[repr(C)]

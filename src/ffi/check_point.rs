@@ -41,7 +41,8 @@ pub unsafe extern "C" fn wis_check_point(
                 Fault::Target => failure(fault, 3).in_row(3, direction),
                 _ => failure(fault, 3),
             };
-            let found = compare(&data.kernel(material, None, None, &[]), &environment.frame(), &mut f_cos);
+            let portals = data.portals(3)?;
+            let found = compare(&data.kernel(material, None, None, portals), &environment.frame(), &mut f_cos);
             put(verdict, 4, found.map_err(failed).map(PointVerdict::from))
         })
     }

@@ -113,7 +113,7 @@ pub struct PointData {
     pub target: TargetFn,
     /// Handed to `target`.
     pub target_user: *mut c_void,
-    /// Windows that light comes through; may overlap. Not read by products and wis_check_point.
+    /// Windows that light comes through; may overlap. Not read by products.
     pub portals: *const Portal,
 }
 

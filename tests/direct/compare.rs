@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use wis::brdf::compare::{DIRECTIONS, Match, Mistake, TOGETHER, compare};
 use wis::brdf::material::{Material, Shape};
 use wis::brdf::point::{Fault, Point};
+use wis::brdf::portal::Portal;
 use wis::direct::sampler::{Config, Sampler};
 use wis::ffi::check_point::*;
 use wis::points::sobol;
@@ -410,6 +411,30 @@ fn reversed_directions_of_other_brdfs_are_found() {
     }
 }
 
+/// A window whose edges are given in the other order guides no ray, and is said to do so; one of two that face the point is enough, and a
+/// mistake of the lobes is named first.
+#[test]
+fn portals_that_face_away_are_found() {
+    let given = Given::new(hits()[2], &[Lobe::lambert(1.0)]);
+    let window = |edges| Portal { corner: [-0.5, 2.0, 0.0], edges };
+    let (a, b) = ([1.0f32, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let (faces, away) = (window([a, b]), window([b, a]));
+    let found = |portals: &[Portal], factor: f64| {
+        let material = given.material();
+        let mut f_cos = |wi: &[[f32; 3]], out: &mut [f32]| {
+            let cosine = |wi: &[f32; 3]| given.hit.local(wi.map(f64::from))[2];
+            out.iter_mut().zip(wi).for_each(|(out, wi)| *out = (cosine(wi).max(0.0).powf(factor) / PI) as f32);
+            true
+        };
+        compare(&Point { portals, ..given.point(&material) }, &Frame::IDENTITY, &mut f_cos).unwrap().mistake
+    };
+    assert_eq!(found(&[], 1.0), Mistake::None);
+    assert_eq!(found(&[Portal::default(), faces], 1.0), found(&[Portal::default()], 1.0));
+    assert_eq!(found(&[faces, away], 1.0), Mistake::None);
+    assert_eq!(found(&[away, Portal::default()], 1.0), Mistake::Portals);
+    assert_ne!(found(&[away], 0.0), Mistake::Portals);
+}
+
 /// Nothing to see is no mistake; lobes of another kind have no cause.
 #[test]
 fn black_points_and_other_lobes() {
@@ -485,6 +510,7 @@ fn callers() {
         (Mistake::F0, WIS_MISTAKE_F0),
         (Mistake::Resembles, WIS_MISTAKE_RESEMBLES),
         (Mistake::Other, WIS_MISTAKE_OTHER),
+        (Mistake::Portals, WIS_MISTAKE_PORTALS),
     ];
     let sentences: std::collections::BTreeSet<String> = all.iter().map(|(mistake, _)| mistake.to_string()).collect();
     assert!(all.iter().all(|(mistake, number)| *mistake as u32 == *number) && sentences.len() == all.len());

@@ -25,7 +25,15 @@ _lib = ffi.dlopen(os.path.join(os.path.dirname(__file__), LIBRARY))
 # Of memory in which objects are built: a cache line, four times what the library asks for.
 _ALIGNMENT = 64
 
-Status: Any = enum.IntEnum("Status", {name[4:]: value for value, name in sorted(ffi.typeof("wis_status").elements.items())})
+
+
+def _statuses() -> Any:
+    members = {name[4:]: value for value, name in sorted(ffi.typeof("wis_status").elements.items())}
+    return enum.IntEnum("Status", members)  # type: ignore[misc]
+
+
+# WIS_INVALID_TEXEL is Status.INVALID_TEXEL.
+Status = _statuses()
 __version__ = ".".join(str(_lib.wis_version() >> shift & 255) for shift in (16, 8, 0))
 
 
@@ -310,7 +318,9 @@ class Points:
         made = np.zeros(self.count, _dtype(ffi.typeof("wis_point")))
         made["size"], made["flags"] = made.itemsize, self._flags
         if self.materials:
-            made["material"] = self._materials.ctypes.data + self._ints["material"].astype(np.uintp) * ffi.sizeof("wis_material")
+            # An array that changed since it was checked must not lead beyond.
+            index = np.minimum(self._ints["material"], len(self.materials) - 1).astype(np.uintp)
+            made["material"] = self._materials.ctypes.data + index * ffi.sizeof("wis_material")
         for name in ("normal", "wo", "tangent"):
             made[name] = self._floats.get(name, 0)
         for name in ("weight", "f0"):

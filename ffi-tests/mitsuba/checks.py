@@ -1,6 +1,5 @@
 """What must hold with Mitsuba: conventions, densities by its own chi-square tool, region means by a z-test."""
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 from mitsuba.chi2 import ChiSquareTest, SphericalDomain

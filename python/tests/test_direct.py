@@ -83,6 +83,8 @@ def test_points_that_are_left_out_have_no_rays():
     mask = np.arange(8) % 2 == 0
     rays = wis.direct(wis.Environment(sky()), some_points(8, mask=mask), 2)
     assert (rays.counts == 2 * mask).all() and (rays.weight[~mask] == 0).all()
+    out = np.full((8, 2, 4), np.nan, np.float32)
+    assert same(rays, wis.direct(wis.Environment(sky()), some_points(8, mask=mask), 2, out=out))
 
 
 def test_rays_of_complete_portals_leave_through_them():
@@ -107,6 +109,17 @@ def test_samples_and_pdfs_have_the_same_bits_and_u_leads_back():
         assert ok.mean() > 0.9
         again = sampler.sample(light, back[ok], product)
         assert np.median(np.abs(again.wi - drawn.wi[ok]).max(1)) < 1e-3
+
+
+def test_numbers_are_read_in_any_order():
+    light, sampler, u = wis.Environment(sky()), wis.Sampler(), wis.points_sobol(3, 0, 64)
+    rows = sampler.sample(light, u)
+    assert same(rows, sampler.sample(light, np.asfortranarray(u)))
+    assert same(rows, sampler.sample(light, np.repeat(u, 2, 1)[:, ::2]))
+    assert same([a[::-1] for a in rows], sampler.sample(light, u[::-1]))
+    assert same([a[::2] for a in rows], sampler.sample(light, u[::2]))
+    assert same([np.repeat(a[:1], 64, 0) for a in rows], sampler.sample(light, np.broadcast_to(u[:1], (64, 2))))
+    assert (sampler.pdf(light, rows.wi[::-1]) == rows.pdf[::-1]).all()
 
 
 def test_a_sampler_serves_one_call_at_a_time():

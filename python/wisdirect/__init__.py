@@ -134,7 +134,7 @@ def _matrix(world_from_map: ArrayLike) -> Floats:
 def _texels(pixels: ArrayLike) -> NDArray:
     """Rows of adjacent texels: the array itself if its strides allow."""
     texels = np.asarray(pixels)
-    if texels.dtype not in (np.float32, np.float16) or not texels.dtype.isnative:
+    if texels.dtype not in (np.float32, np.float16):
         texels = texels.astype(np.float32)
     if texels.ndim == 2:
         texels = texels[..., None]

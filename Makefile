@@ -32,7 +32,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
-	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist docs abi clean
+	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist wheel docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -173,12 +173,12 @@ triple: lib ## measure triple product integrals and write docs/measurements/trip
 	scripts/setup.sh test
 	scripts/instruments.sh $(LIB) run --bin triple -- docs/measurements/triple-2004.md
 
-renderers: lib ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
+renderers: ## run rpt and Mitsuba 3 as clients, test them, and write docs/renderers.md: QUICK=1 for a check
 	scripts/setup.sh renderers
 	scripts/test-renderers.sh $(BUILD) rpt $(BUILD)/rpt.md
 	scripts/test-renderers.sh $(BUILD) mitsuba $(if $(QUICK),$(BUILD)/renderers-quick.md --quick,docs/renderers.md) --also $(BUILD)/rpt.md
 
-cycles: lib ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
+cycles: ## hold a light against the look-up of Cycles, from Blender's Python module: 370 MB
 	scripts/test-renderers.sh $(BUILD) cycles
 
 test-renderers: renderers
@@ -192,6 +192,11 @@ test-slow: ## what takes longer than a push may: mutants, real renderers, bits o
 
 dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz: no Rust is needed to use it
 	scripts/dist.sh $(BUILD)
+
+wheel: ## build the Python package, wis-direct, into build/wheels
+	rm -rf $(BUILD)/wheels build/python
+	python3 -m pip wheel --quiet --no-deps --wheel-dir $(BUILD)/wheels ./python
+	@du -b $(BUILD)/wheels/*.whl
 
 docs: ## write the reference of the C headers as HTML to build/docs/html
 	scripts/setup.sh docs

@@ -24,6 +24,7 @@ libclang-dev  /usr/lib/llvm-*/lib/libclang.so
 libclang-rt-dev /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.asan-x86_64.a
 patch         patch
 python3       python3
+python3-venv  /usr/lib/python3*/ensurepip/__init__.py
 valgrind      valgrind
 "
 
@@ -32,7 +33,7 @@ chromium      chromium
 "
 renderers_needs="
 libllvm19     /usr/lib/x86_64-linux-gnu/libLLVM.so.19*
-python3-venv  python3
+python3-venv  /usr/lib/python3*/ensurepip/__init__.py
 "
 docs_needs="
 doxygen       doxygen

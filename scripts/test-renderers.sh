@@ -18,7 +18,8 @@ if ! cmp -s "$folder/requirements.txt" "$venv/requirements.txt"; then
     "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$folder/requirements.txt"
     cp "$folder/requirements.txt" "$venv/requirements.txt"
 fi
-export WIS_LIB="$build/lib" PYTHONDONTWRITEBYTECODE=1
+"$venv/bin/pip" install --quiet --disable-pip-version-check ./python
+export WIS_BUILD="$build" PYTHONDONTWRITEBYTECODE=1
 if [ "$renderer" = cycles ]; then
     exec "$venv/bin/python" "$folder/lookup.py"
 fi
@@ -26,5 +27,6 @@ fi
 DRJIT_LIBLLVM_PATH=$(find /usr/lib -name 'libLLVM.so.19*' | sort | tail -n 1)
 [ -n "$DRJIT_LIBLLVM_PATH" ] || { echo "renderers: libLLVM 19 is missing: scripts/setup.sh renderers" >&2; exit 1; }
 export DRJIT_LIBLLVM_PATH
+"$venv/bin/python" -m pytest -q -p no:cacheprovider python/tests/test_mitsuba.py
 "$venv/bin/python" "$folder/main.py" "$@"
 { echo && scripts/provenance.sh renderers; } >> "$1"

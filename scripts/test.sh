@@ -168,6 +168,7 @@ library() {
     step integrating scripts/check-integrating.sh "$logs/integrating"
     step abi scripts/check-abi.sh
     step dist scripts/dist.sh "$build" --check
+    step python scripts/test-python.sh "$build" "$installed"
     step instruments test_instruments
     step fuzz scripts/fuzz.sh "$installed/lib" 0.5 1
     step hardcases hardcases

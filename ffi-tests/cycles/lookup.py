@@ -12,8 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "mitsuba"))
-import wis  # noqa: E402
+import wisdirect as wis
 
 WIDTH, HEIGHT, DIRECTIONS = 64, 32, 8
 WORLD_FROM_MAP = [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -63,13 +62,13 @@ def seen(scene, camera, direction, folder):
 def main():
     random = np.random.default_rng(3)
     pixels = (random.random((HEIGHT, WIDTH, 3)) + 0.05).astype(np.float32)
-    environment = wis.Environment(pixels, WORLD_FROM_MAP, flags=0)
+    environment = wis.Environment(pixels, world_from_map=WORLD_FROM_MAP)
     scene, camera = world(pixels)
     wi = random.normal(size=(DIRECTIONS, 3))
     wi /= np.linalg.norm(wi, axis=1, keepdims=True)
     with tempfile.TemporaryDirectory() as folder:
         radiance = np.array([seen(scene, camera, d, folder) for d in wi])
-    ratio = radiance / wis.Sampler().pdf(environment, None, wi)
+    ratio = radiance / wis.Sampler().pdf(environment, wi)
     spread = ratio.std() / ratio.mean()
     print(f"Blender {bpy.app.version_string}: radiance / pdf in {DIRECTIONS} directions has a relative standard deviation of {spread:.5f}")
     return 0 if spread < 0.01 else 1

@@ -1,15 +1,12 @@
 """What must hold with Mitsuba: conventions, densities by its own chi-square tool, region means by a z-test."""
 
-import ctypes as c
-
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 from mitsuba.chi2 import ChiSquareTest, SphericalDomain
 
 import scenes
-import wis
-from client import points_at
+import wisdirect as wis
+import wisdirect.mitsuba
 
 # Of all z of one run: a false alarm in 10,000 runs of 64 of them. Bonferroni.
 Z_LIMIT = 4.9
@@ -23,28 +20,20 @@ def vector(rows):
     return mi.Vector3f(*(mi.Float(np.ascontiguousarray(column)) for column in rows.T))
 
 
-def radiance(scene):
-    """The map as Mitsuba evaluates it, for wis_check."""
-    def eval(wi):
-        si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
-        si.wi = -vector(wi)
-        return rows(scene.environment().eval(si))
-    return eval
-
-
 def conventions(pixels, scene):
     """The name that wis_check gives to a light built as Mitsuba looks it up, and to lights that are not."""
-    def cause(matrix, flags):
-        return wis.Sampler().compare(wis.Environment(pixels, matrix, flags), radiance(scene))
+    def found(matrix, rows_at_poles=True):
+        light = wis.Environment(pixels, world_from_map=matrix, rows_at_poles=rows_at_poles)
+        return wis.Sampler().check(light, lambda wi: rows(wisdirect.mitsuba.radiance(scene.environment(), vector(wi))))
     right = scenes.WORLD_FROM_MAP
     built = {
-        "as Mitsuba has it": ("none", cause(right, wis.ROWS_AT_POLES)),
-        "with pbrt-v3's azimuth": ("mirrored", cause(np.eye(3), wis.ROWS_AT_POLES)),
-        "with +y up": ("axes", cause(scenes.MITSUBA_FROM_MAP, wis.ROWS_AT_POLES)),
-        "rotated by 90 degrees": ("turned", cause(right @ np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), wis.ROWS_AT_POLES)),
-        "rows half a texel beside the poles": ("rows", cause(right, 0)),
+        "as Mitsuba has it": ("none", found(right)),
+        "with pbrt-v3's azimuth": ("mirrored", found(np.eye(3))),
+        "with +y up": ("axes", found(scenes.MITSUBA_FROM_MAP)),
+        "rotated by 90 degrees": ("turned", found(right @ np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))),
+        "rows half a texel beside the poles": ("rows", found(right, False)),
     }
-    return {name: (expected, wis.CAUSES[info.cause], info.error) for name, (expected, info) in built.items()}
+    return {name: (expected, info.cause, info.error) for name, (expected, info) in built.items()}
 
 
 def chi_square(environment, product, samples=200_000):
@@ -52,11 +41,10 @@ def chi_square(environment, product, samples=200_000):
     sampler = wis.Sampler()
 
     def sample(u):
-        drawn = sampler.sample(environment, product, np.array(u).T)
-        return vector(drawn[:, :3])
+        return vector(sampler.sample(environment, np.array(u).T, product).wi)
 
     def pdf(wi):
-        return mi.Float(sampler.pdf(environment, product, rows(wi)))
+        return mi.Float(sampler.pdf(environment, rows(wi), product))
 
     test = ChiSquareTest(domain=SphericalDomain(), sample_func=sample, pdf_func=pdf, sample_dim=2, sample_count=samples, res=101,
                          ires=8)
@@ -67,18 +55,13 @@ def chi_square(environment, product, samples=200_000):
 def densities(pixels):
     """Chi-square tests of a light and of products at hits of every material, on a map small enough for Mitsuba's quadrature."""
     small = pixels[::16, ::16]
-    environment = wis.Environment(small, scenes.WORLD_FROM_MAP)
-    materials = wis.materials([lobes for _, _, lobes, _, _ in scenes.MATERIALS])
+    environment = wis.Environment(small, world_from_map=scenes.WORLD_FROM_MAP, rows_at_poles=True)
     found = {"light alone": chi_square(environment, None)}
-    for number, (name, _, lobes, factor, f0) in enumerate(scenes.MATERIALS):
-        glossy = 0 if factor is None else 3
-        weight, specular = np.full((1, 6), 0.5, np.float32), np.zeros((1, 6), np.float32)
-        if f0 is not None:
-            specular[0, glossy:glossy + 3] = f0
-        wo = np.array([[0.48, -0.36, 0.8]], np.float32)
-        points = points_at(materials, np.array([number]), np.array([[0, 0, 1]], np.float32), wo, weight, specular)
-        memory, products = wis.Sampler().prepare(environment, points)
-        found[name] = chi_square(environment, products[0])
+    for number, (name, bsdf) in enumerate(scenes.MATERIALS):
+        lobes = wisdirect.mitsuba.described.get(f"shape{number}") or wisdirect.mitsuba.lobes(mi.load_dict(bsdf))
+        f0 = [np.broadcast_to(of, 3) for of in lobes.f0]
+        points = wis.Points((0, 0, 1), (0.48, -0.36, 0.8), wis.Material(lobes.shapes), weight=0.5, f0=f0)
+        found[name] = chi_square(environment, wis.Sampler().prepare(environment, points)[0])
     return found
 
 
@@ -106,7 +89,7 @@ def z_scores(ours, stock, region):
         per_image = images[:, region == number].mean(axis=1)
         return per_image.mean(), per_image.std(ddof=1) / np.sqrt(len(per_image))
     found = {}
-    for number, (name, *_) in enumerate(scenes.MATERIALS):
+    for number, (name, _) in enumerate(scenes.MATERIALS):
         if not (region == number).any():
             continue
         (a, da), (b, db) = means(ours, number), means(stock, number)

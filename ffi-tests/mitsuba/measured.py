@@ -65,7 +65,7 @@ def file():
     """A measured material if there is one, else the project's own; and its name."""
     if os.path.exists(REAL):
         return REAL, "measured satin"
-    path = os.path.join(os.environ["WIS_LIB"], "..", "own.bsdf")
+    path = os.path.join(os.environ["WIS_BUILD"], "own.bsdf")
     write(path)
     return path, "measured, of its own"
 

@@ -127,15 +127,15 @@ def text(version, wis_version, densities, found, repeats, size, also):
     failures = []
     detail, ratios = summary(found)
     checked = tests(densities, found, failures)
-    version_of_wis = ".".join(str(wis_version >> s & 255) for s in (16, 8, 0))
     lines = [
         "# wis in real renderers", "",
-        "Mitsuba 3 (PyPI) calls the C library, rpt (crates.io) the Rust crate. A third, Cycles, can only be asked for its look-up: Blender's",
+        "Mitsuba 3 (PyPI) calls the Python package, rpt (crates.io) the Rust crate. A third, Cycles, can only be asked for its look-up: Blender's",
         "Python module renders pictures, and hands out neither hits nor BSDFs. `make cycles` holds a light against it.", "",
         "## Mitsuba 3", "",
-        "How many times lower the variance of `wis_direct_wave` is than that of Mitsuba's `direct` integrator: geometric means over maps,",
+        "How many times lower the variance of the integrator `wis` ([python](../python)) is than that of Mitsuba's `direct` integrator: geometric means over maps,",
         "rays a hit, and both kinds of MIS. Above 1x wis is better.", "",
         *conclusion(ratios), "",
+        "- \"wis\" looks at 16 candidates for each ray, the library's choice. The integrator's default is 2, for rays as cheap as Mitsuba's.",
         "- Equal rays: as many shadow rays a hit. Half of Mitsuba's come from the emitter and half from the BSDF.",
         "- Equal time: the same processor time, with everything that a client in Python adds. Mitsuba fuses a whole picture into one kernel;",
         "  for wis, hits leave that kernel as arrays and rays come back. Rays and BSDFs are as cheap here as they get.", "",
@@ -152,12 +152,12 @@ def text(version, wis_version, densities, found, repeats, size, also):
         "### Processor time of one picture", "", f"Four samples a pixel, {size[0]} x {size[1]} pixels, all threads together.", "",
         *costs(found), "",
         "### How it is measured", "",
-        f"- Written by `make test-renderers` with Mitsuba {version} (`llvm_ad_rgb`) and wis {version_of_wis}.",
+        f"- Written by `make test-renderers` with Mitsuba {version} (`llvm_ad_rgb`) and wis {wis_version}.",
         f"- Variance: of {repeats} pictures with seeds of their own, pixel by pixel. Relative: over the square of the mean, to which 1 % of the",
         "  picture's mean is added. Pixels that see one material alone count.",
         f"- \"{BRDF_NAME}\" is read by Mitsuba's plugin `measured`. Its lobes are fitted: Lambert and GGX {ALPHA:.2f}. With a file of the RGL",
         "  database beside the project it is that material; else `ffi-tests/mitsuba/measured.py` writes such a file of an analytic BRDF.",
-        "- Mitsuba's BSDFs as lobes: [integrating.md](integrating.md), step by step in `ffi-tests/mitsuba/scenes.py`. They need not fit.",
+        "- Mitsuba's BSDFs as lobes: guessed by `python/wisdirect/mitsuba.py` from the names of parameters. They need not fit.",
         "- Time: processor time over all threads, the median of the pictures without the first, which compiles Mitsuba's kernels.", "",
         *also.splitlines(), "",
     ]

@@ -6,13 +6,12 @@ import mitsuba as mi
 import numpy as np
 
 import measured
-from wis import GGX, LAMBERT
+import wisdirect as wis
+from wisdirect.mitsuba import MITSUBA_FROM_MAP, Lobes, described
 
 # Lat-long maps of Mitsuba have +y up; this world has +z up.
 TO_WORLD = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
-# What wis calls the map's space: polar axis +z, azimuth from +x to +y. Mitsuba's azimuth is atan2(x, -z) about +y.
-MITSUBA_FROM_MAP = [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]
-WORLD_FROM_MAP = np.array(TO_WORLD) @ np.array(MITSUBA_FROM_MAP)
+WORLD_FROM_MAP = np.array(TO_WORLD) @ MITSUBA_FROM_MAP
 
 DATA = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "data", "envmaps")
 REAL = ["venice_sunset_1k.hdr"]
@@ -46,27 +45,24 @@ def rgb(*value):
 
 
 ETA, K = (0.2, 0.92, 1.1), (3.9, 2.45, 2.14)
-F0_GOLD = [((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k) for n, k in zip(ETA, K)]
 CHECKER = {"type": "checkerboard", "color0": rgb(0.2, 0.22, 0.25), "color1": rgb(0.6, 0.55, 0.5),
            "to_uv": mi.ScalarTransform4f().scale(12)}
 
 BRDF, BRDF_NAME = measured.file()
 ALPHA, ALBEDO, F0_MEASURED = measured.lobes(BRDF)
 
-# Name, BSDF, lobes for wis, factor of the diffuse reflectance or the albedo, f0 of the glossy lobe. A roughplastic of index 1.49.
 MATERIALS = [
-    ("floor", {"type": "diffuse", "reflectance": CHECKER}, [(LAMBERT, 0, 0)], 1.0, None),
-    ("diffuse", {"type": "diffuse", "reflectance": rgb(0.7, 0.3, 0.2)}, [(LAMBERT, 0, 0)], 1.0, None),
-    ("roughplastic 0.1", {"type": "roughplastic", "alpha": 0.1, "distribution": "ggx", "diffuse_reflectance": rgb(0.1, 0.3, 0.6)},
-     [(LAMBERT, 0, 0), (GGX, 0.1, 0.1)], 0.93, [0.039] * 3),
-    ("principled 0.5", {"type": "principled", "base_color": rgb(0.5, 0.15, 0.5), "roughness": 0.5, "specular": 0.5},
-     [(LAMBERT, 0, 0), (GGX, 0.25, 0.25)], 1.0, [0.04] * 3),
-    ("roughconductor 0.2", {"type": "roughconductor", "alpha": 0.2, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)},
-     [(GGX, 0.2, 0.2)], None, F0_GOLD),
-    ("roughconductor 0.05", {"type": "roughconductor", "alpha": 0.05, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)},
-     [(GGX, 0.05, 0.05)], None, F0_GOLD),
-    (BRDF_NAME, {"type": "measured", "filename": BRDF}, [(LAMBERT, 0, 0), (GGX, ALPHA, ALPHA)], ALBEDO, F0_MEASURED),
+    ("floor", {"type": "diffuse", "reflectance": CHECKER}),
+    ("diffuse", {"type": "diffuse", "reflectance": rgb(0.7, 0.3, 0.2)}),
+    ("roughplastic 0.1", {"type": "roughplastic", "alpha": 0.1, "distribution": "ggx", "diffuse_reflectance": rgb(0.1, 0.3, 0.6)}),
+    ("principled 0.5", {"type": "principled", "base_color": rgb(0.5, 0.15, 0.5), "roughness": 0.5, "specular": 0.5}),
+    ("roughconductor 0.2", {"type": "roughconductor", "alpha": 0.2, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)}),
+    ("roughconductor 0.05", {"type": "roughconductor", "alpha": 0.05, "distribution": "ggx", "eta": rgb(*ETA), "k": rgb(*K)}),
+    (BRDF_NAME, {"type": "measured", "filename": BRDF}),
 ]
+# The package guesses the lobes of the others.
+described[f"shape{len(MATERIALS) - 1}"] = Lobes.of(
+    (wis.lambert(), ALBEDO, 0, 0, 0), (wis.ggx(ALPHA), 1, F0_MEASURED, 0, 0))
 
 
 def envmap(pixels, compensated=False):
@@ -85,7 +81,7 @@ def scene(pixels, width, height, compensated=False):
                    "sampler": {"type": "independent"}},
         "light": envmap(pixels, compensated),
     }
-    for number, (_, bsdf, _, _, _) in enumerate(MATERIALS):
+    for number, (_, bsdf) in enumerate(MATERIALS):
         if number == 0:
             of["shape0"] = {"type": "rectangle", "to_world": transform().scale(12), "bsdf": bsdf}
         else:

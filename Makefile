@@ -32,7 +32,7 @@ FILL_IN := sed -e 's/@VERSION@/$(VERSION)/' -e 's/@MAJOR@/$(MAJOR)/' -e 's/@MINO
 	-e 's/@ABI@/$(ABI)/'
 
 .PHONY: help lib header install demo pathtracer pathtracer-page figure gallery hardcases report goals test-report performance check-pages light tuning passes structured wavelets \
-	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers test-slow dist wheel docs abi clean
+	triple check test fuzz fuzz-guided growth instructions check-bits coverage soak sanitizers mutants check-aarch64 check-thumb renderers cycles test-renderers web test-web test-slow dist wheel docs abi clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile | expand -t 17
@@ -183,12 +183,22 @@ cycles: ## hold a light against the look-up of Cycles, from Blender's Python mod
 
 test-renderers: renderers
 
-test-slow: ## what takes longer than a push may: mutants, real renderers, bits on other platforms, the report in a browser
+web: ## build the browser's page, build/web/index.html: MIS and wis beside each other, one file, no network
+	scripts/web.sh $(BUILD)/web
+
+test-web: web lib ## open the browser's page without a window, at two widths: screenshots in build/test-web
+	scripts/setup.sh browser
+	$(CC) -std=c99 $(CFLAGS) -Iinclude python/tests/twenty.c $(LIB)/libwis.a -o $(BUILD)/twenty
+	$(BUILD)/twenty > $(BUILD)/twenty.txt
+	web/test.py $(BUILD)/web/index.html $(BUILD)/twenty.txt $(BUILD)/test-web
+
+test-slow: ## what takes longer than a push may: mutants, real renderers, bits on other platforms, the report and the page in a browser
 	$(MAKE) mutants
 	$(MAKE) test-renderers QUICK=1
 	$(MAKE) check-bits ALL=1
 	[ -f report/index.html ] || $(MAKE) report QUICK=1
 	$(MAKE) test-report
+	$(MAKE) test-web
 
 dist: lib ## pack libraries, headers, licences and pages into build/wis-VERSION-PLATFORM.tar.gz: no Rust is needed to use it
 	scripts/dist.sh $(BUILD)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a target needs and that are missing:
-# setup.sh demo | gallery | test | browser | renderers | docs | coverage | guided | bits
+# setup.sh demo | gallery | test | browser | renderers | web | docs | coverage | guided | bits
 set -eu
 
 # Each line: the package, and a command or a pattern of files that shows it is there.
@@ -35,6 +35,12 @@ renderers_needs="
 libllvm19     /usr/lib/x86_64-linux-gnu/libLLVM.so.19*
 python3-venv  /usr/lib/python3*/ensurepip/__init__.py
 "
+web_needs="
+lld           wasm-ld
+python3       python3
+rust-web-src  /usr/src/rustc-*/library/core/src/lib.rs
+rustc-web     /usr/bin/rustc
+"
 docs_needs="
 doxygen       doxygen
 "
@@ -58,11 +64,12 @@ case "${1:-}" in
     test) needs=$test_needs ;;
     browser) needs=$browser_needs ;;
     renderers) needs=$renderers_needs ;;
+    web) needs=$web_needs ;;
     docs) needs=$docs_needs ;;
     coverage) needs=$coverage_needs ;;
     guided) needs=$guided_needs ;;
     bits) needs=$bits_needs ;;
-    *) echo "usage: $0 demo | gallery | test | browser | renderers | docs | coverage | guided | bits" >&2; exit 2 ;;
+    *) echo "usage: $0 demo | gallery | test | browser | renderers | web | docs | coverage | guided | bits" >&2; exit 2 ;;
 esac
 
 # Prints the packages whose command or file is absent.

@@ -18,10 +18,10 @@ direct  1  lambert 1024 2700  3276  3212 11076
 direct  1  ggx     1024 3600  5076  4976 19891
 prepare 1  lambert 1024 6500  10222 10022 18787
 prepare 1  ggx     1024 16000 25995 25485 32227
-sample  1  lambert 1024 1200  3373  3307 3213
-sample  1  ggx     1024 1200  3707  3634 3564
-pdf     1  lambert 1024 800   2280  2235 2283
-pdf     1  ggx     1024 800   2588  2537 2557
+sample  1  lambert 1024 1200  3301  3236 3213
+sample  1  ggx     1024 1200  3653  3581 3564
+pdf     1  lambert 1024 800   2210  2166 2283
+pdf     1  ggx     1024 800   2535  2485 2557
 sample  64 lambert 1024 500   994   974 1098
 sample  64 ggx     1024 500   1110  1088 1260
 pdf     64 lambert 1024 300   659   646 685

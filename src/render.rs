@@ -155,13 +155,13 @@ impl Sampler<'_> {
     /// Draws directions in proportion to the light, one for each `u`, as many as there is room for. A pdf of 0 means that the
     /// light is black.
     pub fn sample(&self, environment: &Environment<'_>, u: &[[f32; 2]], out: &mut [Drawn]) {
-        samples(&environment.light(), &environment.frame(), u, out);
+        samples(&environment.tables(), &environment.frame(), u, out);
     }
 
     /// The pdf of directions in the light, per steradian: the very bits of [`Sampler::sample`]. 0 for directions that are not of
     /// unit length within 1e-3.
     pub fn pdf(&self, environment: &Environment<'_>, wi: &[[f32; 3]], out: &mut [f32]) {
-        pdfs(&environment.light(), &environment.frame(), wi, out);
+        pdfs(&environment.tables(), &environment.frame(), wi, out);
     }
 
     /// Compares the renderer's radiance with an environment and names the likely mistake: wrong axes, a wrong filter and the like.
@@ -212,7 +212,7 @@ impl Sampler<'_> {
     /// there, [`Status::Unreachable`] where no u of 24 bits does.
     pub fn invert(&self, environment: &Environment<'_>, wi: [f32; 3]) -> Result<[f32; 2]> {
         unit(wi).ok_or(Status::InvalidTransform)?;
-        environment.light().invert(&environment.frame(), wi).numbers()
+        environment.tables().invert(&environment.frame(), wi).numbers()
     }
 }
 

@@ -3,12 +3,55 @@
 //! Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; visible normals are drawn by spherical caps
 //! (Dupuy and Benyoub 2023). The half vector is never normalised: D needs only its squared length.
 
-use crate::light::chart::sin_cos_turns;
+use super::vector::dot;
+use crate::light::chart::{azimuth, sin_cos_turns};
 use crate::simd::Num;
+use bytemuck::{Pod, Zeroable};
 use core::f32::consts::FRAC_1_PI;
 
 /// How far below the surface a half vector may seem to lie by rounding.
 const LEVEL: f32 = 1e-6;
+
+/// Directions on the rim of the normals that let directions through.
+const RIM: u32 = 128;
+/// How much farther than those normals reach.
+const BESIDE: f32 = 1.02;
+/// Normals that stand steepest are drawn so many times as often as in the mean: what they let through is masked least.
+const STEEPEST: f32 = 1.5;
+/// Azimuths may be off by this much of a turn.
+const ROUNDING: f32 = 1e-5;
+
+/// Numbers of normals: a range of azimuths, and of 1 less the second number from 0 on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Refracting {
+    /// Where azimuths begin, 0 to 1.
+    pub start: f32,
+    /// How many of them, up to 1.
+    pub width: f32,
+    /// How much of the second number.
+    pub rest: f32,
+}
+
+impl Refracting {
+    /// Those of all normals.
+    pub const ALL: Refracting = Refracting { start: 0.0, width: 1.0, rest: 1.0 };
+
+    /// Their part of all numbers.
+    pub fn area(&self) -> f32 {
+        self.width * self.rest
+    }
+
+    fn is_all(&self) -> bool {
+        *self == Refracting::ALL
+    }
+
+    /// Whether the range is one.
+    pub fn is_sound(&self) -> bool {
+        (0.0..=1.0).contains(&self.start)
+            && [self.width, self.rest].iter().all(|x| (f32::MIN_POSITIVE..=1.0).contains(x))
+    }
+}
 
 /// A distribution of microfacets seen from a direction, in the frame of the surface.
 #[derive(Clone, Copy, Debug)]
@@ -121,9 +164,58 @@ impl Ggx {
         F::only((zero - LEVEL).lt(wi[2] + z), finite(density))
     }
 
+    /// Where the numbers of normals lie that let directions through, for `eta` as in [`Ggx::transmit`]. Beyond the critical angle those are few, and far
+    /// from the surface's own.
+    // Apart, since its caller needs its stack.
+    #[inline(never)]
+    pub fn refracting(&self, eta: f32) -> Refracting {
+        let least = Num::sqrt(Num::max(1.0 - eta * eta, 0.0));
+        // The normal of the numbers' pole, about which azimuths turn: where it lets directions through, normals of any azimuth may.
+        let pole = self.unit_normal::<f32>([0.0; 2]);
+        if !(dot(self.wo, pole) < least) {
+            return Refracting::ALL;
+        }
+        let [x, y, z] = self.wo;
+        // Two directions across wo: the first is level.
+        let level = Num::max(Num::sqrt(x * x + y * y), f32::MIN_POSITIVE);
+        let (first, second) = ([y / level, -x / level, 0.0], [-x * z / level, -y * z / level, level]);
+        let sine = eta;
+        let on_rim = |k: u32| {
+            let (sin, cos) = sin_cos_whole((k % RIM) as f32 / RIM as f32);
+            let at = |k: usize| least * self.wo[k] + sine * (cos * first[k] + sin * second[k]);
+            self.numbers([at(0), at(1), Num::max(at(2), 0.0)])
+        };
+        let [mut turn, mut rest] = on_rim(0);
+        let (mut from, mut to) = (turn, turn);
+        for k in 1..RIM {
+            let [azimuth, own] = on_rim(k);
+            // The shorter way from the direction before, beyond a whole turn if need be.
+            let step = azimuth - turn;
+            turn += step - libm::roundf(step);
+            (from, to, rest) = (Num::min(from, turn), Num::max(to, turn), Num::max(rest, own));
+        }
+        let beside = (to - from) * (BESIDE - 1.0) + ROUNDING;
+        let (start, width, rest) = (from - beside, to - from + 2.0 * beside, Num::min(rest * BESIDE, 1.0));
+        if !(width < 1.0) {
+            return Refracting { rest, ..Refracting::ALL };
+        }
+        Refracting { start: start - libm::floorf(start), width, rest }
+    }
+
+    /// The numbers of a visible normal of any length: the azimuth, and 1 less the second one.
+    #[inline(always)]
+    fn numbers<F: Num>(&self, h: [F; 3]) -> [F; 2] {
+        let [sx, sy, sz] = self.stretched;
+        let [x, y, z] = [h[0] * self.inverse[0], h[1] * self.inverse[1], h[2]];
+        let squared = (x * x + y * y + z * z).max(F::splat(f32::MIN_POSITIVE));
+        // What the normal of a sphere mirrors the view into: its height over the lowest one is 2 (s . h) h_z.
+        let twice = (x * sx + y * sy + z * sz) * 2.0 / squared;
+        [azimuth(twice * x - sx, twice * y - sy) * 0.25, twice * z * (1.0 / (1.0 + sz))]
+    }
+
     /// The density over the whole sphere of [`Ggx::sample_refraction`].
     #[inline(always)]
-    pub fn transmitted<F: Num>(&self, wi: [F; 3], eta: f32) -> F {
+    pub fn transmitted<F: Num>(&self, wi: [F; 3], eta: f32, of: &Refracting) -> F {
         let (zero, one, index) = (F::splat(0.0), F::splat(1.0), F::splat(eta));
         let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
         let h = [wo[0] + index * wi[0], wo[1] + index * wi[1], wo[2] + index * wi[2]];
@@ -138,14 +230,38 @@ impl Ggx {
         let half = [wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2]];
         let cosine = F::splat(0.25) * (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
         let total = F::splat(eta * eta).le(one - cosine);
-        through + F::only(total, self.reflected(wi))
+        let reflected = F::only(total, self.reflected(wi));
+        if of.is_all() {
+            return through + reflected;
+        }
+        finite(through * self.favoured(h, of) + reflected * self.favoured(half, of))
+    }
+
+    /// How much more often than by all numbers a normal of any length is drawn.
+    #[inline(always)]
+    fn favoured<F: Num>(&self, h: [F; 3], of: &Refracting) -> F {
+        let zero = F::splat(0.0);
+        let [azimuth, rest] = self.numbers(h);
+        let turn = azimuth - of.start;
+        let turn = F::select(turn.lt(zero), turn + 1.0, turn);
+        let share = rest * (1.0 / of.rest);
+        let inside = F::and(turn.le(F::splat(of.width)), share.le(F::splat(1.0)));
+        F::only(inside, (F::splat(STEEPEST) - share) * (1.0 / of.area()))
     }
 
     /// A direction behind a visible normal, or, where it lets nothing through, before it.
     #[inline(always)]
-    pub fn sample_refraction<F: Num>(&self, u: [F; 2], eta: f32) -> [F; 3] {
+    pub fn sample_refraction<F: Num>(&self, u: [F; 2], eta: f32, of: &Refracting) -> [F; 3] {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let h = self.unit_normal(u);
+        let turn = u[0] * of.width + of.start;
+        let turn = F::select(one.le(turn), turn - 1.0, turn);
+        // With a density of 3/2 - share.
+        let share = if of.is_all() {
+            one - u[1]
+        } else {
+            F::splat(STEEPEST) - (F::splat(STEEPEST * STEEPEST) - (one - u[1]) * 2.0).sqrt()
+        };
+        let h = self.unit_normal_of(turn, share * of.rest);
         let wo = [F::splat(self.wo[0]), F::splat(self.wo[1]), F::splat(self.wo[2])];
         let cos_o = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
         let inverse = F::splat(1.0 / eta);
@@ -154,6 +270,20 @@ impl Ggx {
         let along = F::select(total, cos_o + cos_o, inverse * cos_o - squared.max(zero).sqrt());
         let back = F::select(total, one, inverse);
         [along * h[0] - back * wo[0], along * h[1] - back * wo[1], along * h[2] - back * wo[2]]
+    }
+
+    /// As [`Ggx::unit_normal`], for an azimuth and 1 less the second number, however small.
+    #[inline(always)]
+    fn unit_normal_of<F: Num>(&self, turn: F, rest: F) -> [F; 3] {
+        let [sx, sy, sz] = self.stretched;
+        let (sine, cosine) = sin_cos_whole(turn);
+        let height = rest * (1.0 + sz);
+        // 1 - (height - s_z)^2, without the difference of two numbers near 1.
+        let radius = ((F::splat(1.0 + sz) - height) * (height + (1.0 - sz))).max(F::splat(0.0)).sqrt();
+        let [ax, ay] = self.alpha;
+        let (x, y) = ((radius * cosine + sx) * ax, (radius * sine + sy) * ay);
+        let scale = F::splat(1.0) / (x * x + y * y + height * height).max(F::splat(f32::MIN_POSITIVE)).sqrt();
+        [x * scale, y * scale, height * scale]
     }
 
     /// A visible normal of any length, and that squared.

@@ -147,7 +147,7 @@ fn draw(
     out: &mut [Ray],
 ) -> Option<usize> {
     let (frame, shaded) =
-        (environment.frame(), Shaded { light: environment.light(), product: Product::view(product)? });
+        (environment.frame(), Shaded { light: environment.tables(), product: Product::view(product)? });
     let (rays, mut written) = (out.len(), 0);
     let mut numbers = points.samples(rays);
     for first in (0..rays).step_by(TOGETHER) {

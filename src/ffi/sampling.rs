@@ -38,7 +38,7 @@ pub unsafe extern "C" fn wis_sample(
             let frame = environment.frame();
             match shaded(product, &environment, 3)? {
                 None => {
-                    let light = environment.light();
+                    let light = environment.tables();
                     in_batches(&u, &out, count, |u, out| samples(&light, &frame, u, cast_slice_mut(out)));
                 }
                 // A black product has no cell to search: that leads to no direction.
@@ -79,7 +79,7 @@ pub unsafe extern "C" fn wis_pdf(
             let frame = environment.frame();
             match shaded(product, &environment, 3)? {
                 None => {
-                    let light = environment.light();
+                    let light = environment.tables();
                     in_batches(&wi, &pdf, count, |wi, pdf| {
                         pdfs(&light, &frame, wi, pdf.as_flattened_mut());
                     });
@@ -120,7 +120,7 @@ pub unsafe extern "C" fn wis_invert(
             let wi = Strided::<3>::new(wi, wi_stride, count, 5)?;
             let u = StridedMut::<2>::new(u, u_stride, count, 7)?;
             let statuses = slice_mut(status, count, 9)?;
-            let (light, frame) = (environment.light(), environment.frame());
+            let (light, frame) = (environment.tables(), environment.frame());
             invert_each(&wi, &u, statuses, &|wi| {
                 unit(wi).ok_or(Status::InvalidTransform)?;
                 let found = match &shaded {

@@ -361,7 +361,7 @@ fn polar_sine_cosine<F: Num>(row: F, rows: f32) -> (F, F) {
 
 /// The azimuth of a direction in quarter turns, [0, 4).
 #[inline(always)]
-fn azimuth<F: Num>(x: F, y: F) -> F {
+pub fn azimuth<F: Num>(x: F, y: F) -> F {
     let (zero, one, two, four) = (F::splat(0.0), F::splat(1.0), F::splat(2.0), F::splat(4.0));
     let (ax, ay) = (x.abs(), y.abs());
     let eighth = atan_turns(ax.min(ay) / ax.max(ay).max(F::splat(f32::MIN_POSITIVE)));

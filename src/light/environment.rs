@@ -441,9 +441,20 @@ impl<'a> Environment<'a> {
         Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
     }
 
-    /// The tables.
-    #[inline(never)]
+    /// The tables, the texel map and the strata.
     pub fn light(&self) -> Light<'a> {
+        let (blob, s, of) = (Blob::new(self.bytes), &self.header.sections, &self.header.stand_in);
+        Light {
+            texels: blob.part(s.texels, of.words),
+            tiles: blob.part(s.tiles, of.tiles.into()),
+            strata: blob.part(s.strata, of.strata.into()),
+            ..self.tables()
+        }
+    }
+
+    /// The tables alone: what samples and densities need.
+    #[inline(never)]
+    pub fn tables(&self) -> Light<'a> {
         let h = self.header;
         let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
         let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
@@ -467,10 +478,10 @@ impl<'a> Environment<'a> {
             starts: Table::new(blob.part(s.starts, starts.wrapping_add(WINDOW as u64)), &[0.0; WINDOW]),
             blocks: blob.part(s.blocks, blocks),
             words: Table::new(blob.part(s.words, words.wrapping_add(WINDOW as u64)), &[0; WINDOW]),
-            texels: blob.part(s.texels, h.stand_in.words),
-            tiles: blob.part(s.tiles, h.stand_in.tiles.into()),
+            texels: &[],
+            tiles: &[],
             tile_side: h.stand_in.tile_side,
-            strata: blob.part(s.strata, h.stand_in.strata.into()),
+            strata: &[],
             mean: h.stand_in.mean,
             inverse_power: h.stand_in.inverse_power,
         }

@@ -163,7 +163,10 @@ fn lobes_are_sound(header: &Header) -> bool {
     for lobe in header.lobe.iter().take(count) {
         let sound = |kind| Shape { kind, a: lobe.a, b: lobe.b, eta: lobe.eta }.invalid().is_none();
         let shares = [lobe.scattered, lobe.share];
-        if !Kind::from_code(lobe.kind).is_some_and(sound) || !shares.iter().all(|s| (0.0..=1.0).contains(s)) {
+        if !lobe.refracting.is_sound()
+            || !Kind::from_code(lobe.kind).is_some_and(sound)
+            || !shares.iter().all(|s| (0.0..=1.0).contains(s))
+        {
             return false;
         }
         // From below no microfacet is visible.
@@ -177,7 +180,7 @@ fn lobes_are_sound(header: &Header) -> bool {
     count <= MAX_LOBES
         && header.lobe.iter().skip(count).all(|lobe| bytemuck::bytes_of(lobe).iter().all(|&byte| byte == 0))
         && header.flags & !(WHOLE_SPHERE | COSINE_INCLUDED) == 0
-        && header.reserved == 0
+        && header.reserved == [0; 5]
         && (header.peak == 0.0 || (0.0..1.0).contains(&header.peak) && draws)
         && (unit == 0.0 || (0.0..f64::MAX).contains(&unit) && unit == exp2i(exponent(unit)))
 }

@@ -285,7 +285,7 @@ impl<'a> Shaded<'a> {
     fn mixed<F: Num>(&self, map: [F; 3], grid: F) -> F {
         match &self.product.peak {
             None => grid,
-            Some(peak) => F::splat(1.0 - peak.share) * grid + F::splat(peak.share) * peak.density(map),
+            Some(peak) => F::splat(1.0 - peak.share()) * grid + F::splat(peak.share()) * peak.density(map),
         }
     }
 
@@ -319,7 +319,7 @@ impl<'a> Shaded<'a> {
 
     /// World directions for numbers of the narrow lobes, and their densities.
     #[inline(always)]
-    fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak, u: [F; 2]) -> ([F; 3], F) {
+    fn sample_peak<F: Num>(&self, frame: &Frame, peak: &Peak<'_>, u: [F; 2]) -> ([F; 3], F) {
         let world = to_world(frame, peak.sample(u));
         let pdf = self.pdf(frame, world);
         // Rounding may lose a direction at the very border of a lobe: of such numbers, a few of 2^24, the grid makes something.
@@ -355,7 +355,7 @@ impl<'a> Shaded<'a> {
         if !(density > 0.0) {
             return Inverted::Zero;
         }
-        let peak = self.product.peak.map_or(0.0, |peak| peak.share);
+        let peak = self.product.peak.map_or(0.0, |peak| peak.share());
         let [cell] = located.patch.cell;
         let outer = |numbers: [f32; 2]| {
             let [w, v] = self.outer(cell, numbers);
@@ -416,16 +416,16 @@ impl Density for Shaded<'_> {
     fn sample<F: Num>(&self, frame: &Frame, u: [F; 2]) -> ([F; 3], F) {
         let u = [clamp_u(u[0]), clamp_u(u[1])];
         let Some(peak) = &self.product.peak else { return self.sample_grid(frame, u) };
-        let from_peak = u[0].lt(F::splat(peak.share));
+        let from_peak = u[0].lt(F::splat(peak.share()));
         let lanes = F::bits(from_peak);
         if lanes == 0 {
-            return self.sample_grid(frame, [of_grid(peak.share, u[0]), u[1]]);
+            return self.sample_grid(frame, [of_grid(peak.share(), u[0]), u[1]]);
         }
-        let drawn = self.sample_peak(frame, peak, [of_peak(peak.share, u[0]), u[1]]);
+        let drawn = self.sample_peak(frame, peak, [of_peak(peak.share(), u[0]), u[1]]);
         if lanes.count_ones() as usize == F::WIDTH {
             return drawn;
         }
-        let other = self.sample_grid(frame, [of_grid(peak.share, u[0]), u[1]]);
+        let other = self.sample_grid(frame, [of_grid(peak.share(), u[0]), u[1]]);
         let select = |k: usize| F::select(from_peak, drawn.0[k], other.0[k]);
         ([select(0), select(1), select(2)], F::select(from_peak, drawn.1, other.1))
     }
@@ -433,7 +433,7 @@ impl Density for Shaded<'_> {
     /// Numbers that draw from narrow lobes and those that draw from the grid fill lanes of their own.
     #[inline(always)]
     fn samples<F: Num>(&self, frame: &Frame, u: &[[f32; 2]], out: &mut [Drawn]) {
-        let share = self.product.peak.map_or(0.0, |peak| peak.share);
+        let share = self.product.peak.map_or(0.0, |peak| peak.share());
         for (u, out) in u.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             let count = u.len().min(out.len());
             let (mut order, mut behind_grid, mut peak) = ([0u8; TOGETHER], 0, count);

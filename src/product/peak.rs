@@ -5,7 +5,7 @@
 //! directions that are drawn, also of the few that miss their side of the surface, so that the mixture integrates to 1.
 
 use super::stored::{Header, StoredLobe};
-use crate::brdf::ggx::Ggx;
+use crate::brdf::ggx::{Ggx, Refracting};
 use crate::brdf::lambert;
 use crate::brdf::material::{Kind, MAX_LOBES, Material, Shape};
 use crate::brdf::phong::Phong;
@@ -37,6 +37,10 @@ impl Mixture {
     pub const NONE: Mixture = Mixture { narrow: 0.0, share: 0.0, through: 0.0, resolved: 0.0 };
 }
 
+/// The share of a lobe that transmits far beyond its critical angle: what passes is a sliver at the horizon, which the grid does not resolve. From
+/// the critical angle on it grows with the normals that let nothing through.
+const BEYOND: f32 = 0.75;
+
 /// Phong lobes are drawn with this share of their exponent: a lamp on the flank of such a lobe, which falls exponentially, would
 /// otherwise have weights above 50.
 const FLANKS: f32 = 0.5;
@@ -55,9 +59,9 @@ const ALL_LOBES: f32 = 0.25;
 
 /// A lobe, ready to draw from.
 #[derive(Clone, Copy, Debug)]
-enum Drawn {
+enum Drawn<'a> {
     Ggx(Ggx),
-    Transmission(Ggx, f32),
+    Transmission(Ggx, &'a StoredLobe),
     Phong(Phong),
     Lambert,
     LambertTransmission,
@@ -65,11 +69,9 @@ enum Drawn {
 
 /// The lobes of a product that are drawn from.
 #[derive(Clone, Copy, Debug)]
-pub struct Peak {
-    /// The share of numbers that draw from them.
-    pub share: f32,
-    axes: [[f32; 3]; 3],
-    lobes: [Option<(f32, Drawn)>; MAX_LOBES],
+pub struct Peak<'a> {
+    header: &'a Header,
+    lobes: [Option<(f32, Drawn<'a>)>; MAX_LOBES],
 }
 
 /// The smaller width of a lobe, seen from a direction whose cosine is given: the alpha of microfacets that reflect into it.
@@ -83,9 +85,21 @@ pub fn width(shape: &Shape, cosine: f32) -> f32 {
     }
 }
 
-/// A material whose lobes are all as wide as the grid resolves; `None` if they are.
-pub fn widened(material: &Material, mixture: &Mixture) -> Option<Material> {
-    let least = mixture.resolved;
+/// The grid sees lobes wider at grazing views: by this power of the cosine. There a lobe of microfacets is
+/// narrow across the plane of incidence: without it 64 samples of GGX 0.1 have 1.17 times the relative variance, and with a power of 0.7 GGX 0.05
+/// has 1.24 times (eight maps).
+const GRAZING: f32 = 0.3;
+/// The least cosine that counts for it.
+const MOST_GRAZING: f32 = 0.05;
+/// What that power is there, rounded up.
+const WIDEST_GRAZING: f32 = 2.5;
+
+/// A material whose lobes are all as wide as the grid resolves, seen at a cosine; `None` if they are.
+pub fn widened(material: &Material, mixture: &Mixture, cosine: f32) -> Option<Material> {
+    if material.lobes().iter().all(|shape| width(shape, 1.0) >= mixture.resolved * WIDEST_GRAZING) {
+        return None;
+    }
+    let least = mixture.resolved * libm::powf(cosine.clamp(MOST_GRAZING, 1.0), -GRAZING);
     if material.lobes().iter().all(|shape| width(shape, 1.0) >= least) {
         return None;
     }
@@ -110,12 +124,18 @@ pub fn choose(material: &Material, surface: &Surface, mixture: &Mixture) -> ([St
         let Shape { kind, a, b, eta } = *shape;
         let angle = width(shape, cosine);
         let drawn = if angle < mixture.narrow { share } else { 0.0 };
-        *lobe = StoredLobe { kind: kind.code(), scattered: share, a, b, eta, share: drawn };
+        let refracting = match kind {
+            Kind::GgxTransmission if cosine > 0.0 => Ggx::new([a, b], surface.wo()).refracting(eta),
+            _ => Refracting::ALL,
+        };
+        *lobe = StoredLobe { kind: kind.code(), scattered: share, a, b, eta, share: drawn, refracting };
         narrow += drawn;
         let narrowness = max(1.0 - angle / mixture.narrow.max(f32::MIN_POSITIVE), 0.0);
         mixed += drawn
             * match kind {
-                Kind::GgxTransmission => mixture.through * narrowness,
+                Kind::GgxTransmission => {
+                    max(mixture.through * narrowness, BEYOND * (1.0 - refracting.area() * refracting.area()))
+                }
                 _ => mixture.share * narrowness * narrowness * narrowness,
             };
     }
@@ -144,9 +164,9 @@ fn diffuse<F: Num>(cosine: F) -> F {
     F::only(F::splat(-BORDER).lt(cosine), lambert::pdf(cosine.max(F::splat(BORDER))))
 }
 
-impl Peak {
+impl<'a> Peak<'a> {
     /// Those of a stored product.
-    pub fn of(header: &Header) -> Peak {
+    pub fn of(header: &'a Header) -> Peak<'a> {
         let mut lobes = [None; MAX_LOBES];
         for (out, lobe) in lobes.iter_mut().zip(&header.lobe) {
             if !(lobe.share > 0.0) {
@@ -154,7 +174,7 @@ impl Peak {
             }
             let ggx = || Ggx::new([lobe.a, lobe.b], header.local_wo);
             let drawn = match Kind::from_code(lobe.kind) {
-                Some(Kind::GgxTransmission) => Drawn::Transmission(ggx(), lobe.eta),
+                Some(Kind::GgxTransmission) => Drawn::Transmission(ggx(), lobe),
                 Some(Kind::Phong) => Drawn::Phong(Phong::drawn(max(FLANKS * lobe.a, WIDEST), header.local_wo)),
                 Some(Kind::Lambert) => Drawn::Lambert,
                 Some(Kind::LambertTransmission) => Drawn::LambertTransmission,
@@ -162,7 +182,12 @@ impl Peak {
             };
             *out = Some((lobe.share, drawn));
         }
-        Peak { share: header.peak, axes: header.axes, lobes }
+        Peak { header, lobes }
+    }
+
+    /// The share of numbers that draw from them.
+    pub fn share(&self) -> f32 {
+        self.header.peak
     }
 
     /// Densities of directions of map space.
@@ -173,13 +198,13 @@ impl Peak {
 
     #[inline(always)]
     fn density_here<F: Num>(&self, d: [F; 3]) -> F {
-        let [t, b, n] = self.axes;
+        let [t, b, n] = self.header.axes;
         let wi = [crate::brdf::vector::dot(d, t), crate::brdf::vector::dot(d, b), crate::brdf::vector::dot(d, n)];
         let mut density = F::splat(0.0);
         for (share, drawn) in self.lobes.iter().flatten() {
             let here = match drawn {
                 Drawn::Ggx(ggx) => ggx.reflected(wi),
-                Drawn::Transmission(ggx, eta) => ggx.transmitted(wi, *eta),
+                Drawn::Transmission(ggx, of) => ggx.transmitted(wi, of.eta, &of.refracting),
                 Drawn::Phong(phong) => F::splat(phong.pdf_norm()) * phong.power(wi),
                 Drawn::Lambert => diffuse(wi[2]),
                 Drawn::LambertTransmission => diffuse(F::splat(0.0) - wi[2]),
@@ -206,7 +231,7 @@ impl Peak {
             before += *share;
             let [x, y, z] = match drawn {
                 Drawn::Ggx(ggx) => ggx.sample_reflection([first, u[1]]),
-                Drawn::Transmission(ggx, eta) => ggx.sample_refraction([first, u[1]], *eta),
+                Drawn::Transmission(ggx, of) => ggx.sample_refraction([first, u[1]], of.eta, &of.refracting),
                 Drawn::Phong(phong) => phong.sample([first, u[1]]),
                 Drawn::Lambert => lambert::sample([first, u[1]]),
                 Drawn::LambertTransmission => {
@@ -216,7 +241,7 @@ impl Peak {
             };
             wi = [F::select(here, x, wi[0]), F::select(here, y, wi[1]), F::select(here, z, wi[2])];
         }
-        let [t, b, n] = self.axes;
+        let [t, b, n] = self.header.axes;
         [
             wi[0] * t[0] + wi[1] * b[0] + wi[2] * n[0],
             wi[0] * t[1] + wi[1] * b[1] + wi[2] * n[1],
@@ -226,7 +251,7 @@ impl Peak {
 }
 
 struct PeakDensity<'a, F: Num> {
-    peak: &'a Peak,
+    peak: &'a Peak<'a>,
     d: [F; 3],
 }
 
@@ -240,7 +265,7 @@ impl<F: Num> Apart<F> for PeakDensity<'_, F> {
 }
 
 struct SamplePeak<'a, F: Num> {
-    peak: &'a Peak,
+    peak: &'a Peak<'a>,
     u: [F; 2],
 }
 

@@ -51,7 +51,7 @@ fn header_of(product: &mut [u8]) -> Option<&mut Header> {
 #[inline(never)]
 fn tried(environment: &Environment<'_>, surface: &Surface, product: &[u8]) -> f32 {
     let Some(product) = Product::view(product) else { return 1.0 };
-    let shaded = &Shaded { light: environment.light(), product };
+    let shaded = &Shaded { light: environment.tables(), product };
     // Four at a time: a trial is rare, and wider registers would gain little for 30 kB of code.
     let of_grid = of_grid::<Four>(shaded, &environment.frame());
     Trial { shaded, surface, of_grid }.share::<Four>()

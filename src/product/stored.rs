@@ -1,6 +1,7 @@
 //! A product as bytes: relocatable, without pointers, and as short as the point needs.
 
 use super::peak::Peak;
+use crate::brdf::ggx::Refracting;
 use crate::brdf::material::MAX_LOBES;
 use crate::light::guide::{MAX_CELLS, Short};
 use crate::light::parts::{BORDERS, MIDDLES, PARTS};
@@ -34,6 +35,8 @@ pub struct StoredLobe {
     pub eta: f32,
     /// The share of the peak's directions that are drawn from it.
     pub share: f32,
+    /// Of a lobe of microfacets that transmits, the numbers that are drawn; else all.
+    pub refracting: Refracting,
 }
 
 /// What stands at the beginning of a product.
@@ -79,11 +82,11 @@ pub struct Header {
     /// The lobes.
     pub lobe: [StoredLobe; MAX_LOBES],
     /// Always 0: with it the header fills cache lines.
-    pub reserved: u32,
+    pub reserved: [u32; 5],
 }
 
 impl Magic for Header {
-    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x05\x00");
+    const MAGIC: u64 = u64::from_le_bytes(*b"wisprd\x06\x00");
 }
 
 impl Header {
@@ -166,7 +169,7 @@ pub struct Product<'a> {
     /// See [`Places`].
     pub borders: &'a [[Short; 4]],
     /// The narrow lobes.
-    pub peak: Option<Peak>,
+    pub peak: Option<Peak<'a>>,
 }
 
 impl<'a> Product<'a> {

@@ -4,7 +4,7 @@ use super::client::unit;
 use super::lookup::{V3, single};
 use super::points::view;
 use std::f64::consts::PI;
-use wis::brdf::ggx::Ggx;
+use wis::brdf::ggx::{Ggx, Refracting};
 use wis::brdf::material::{Kind, Material, Shape};
 use wis::brdf::surface::Surface;
 use wis::sphere::Frame;
@@ -79,20 +79,28 @@ fn values_are_those_of_the_formulas() {
     }
 }
 
-/// What total reflection sends back counts, too: the density of all directions that are drawn integrates to 1.
+/// What total reflection sends back counts, too: the density of all directions that are drawn integrates to 1. Of 0.1 beyond the critical angle only
+/// numbers about those that let directions through are drawn: were one left out, the integral would be less.
 #[test]
 fn densities_of_refraction_integrate_to_one() {
-    const SIDE: u32 = 800;
-    for eta in [1.5f32, 1.0 / 1.5] {
-        let wo = [0.866_025_4, 0.0, 0.5];
-        let ggx = Ggx::new([0.5, 0.5], wo);
-        let mut sum = 0.0;
-        for k in 0..SIDE * SIDE {
-            let z = 2.0 * (f64::from(k / SIDE) + 0.5) / f64::from(SIDE) - 1.0;
-            let (level, turn) = ((1.0 - z * z).sqrt(), 2.0 * PI * (f64::from(k % SIDE) + 0.5) / f64::from(SIDE));
-            sum += f64::from(ggx.transmitted::<f32>(single([level * turn.cos(), level * turn.sin(), z]), eta));
+    const SIDE: u32 = 1600;
+    for (eta, alpha, z) in
+        [(1.5f32, [0.5; 2], 0.5f32), (1.0 / 1.5, [0.5; 2], 0.5), (1.0 / 1.5, [0.1; 2], 0.1), (0.8, [0.1, 0.3], 0.3)]
+    {
+        let level = (1.0 - z * z).sqrt();
+        let ggx = Ggx::new(alpha, [0.8 * level, 0.6 * level, z]);
+        let drawn = ggx.refracting(eta);
+        assert_eq!(drawn == Refracting::ALL, eta > 1.0, "{eta}, {alpha:?}");
+        for of in [Refracting::ALL, drawn] {
+            let mut sum = 0.0;
+            for k in 0..SIDE * SIDE {
+                let z = 2.0 * (f64::from(k / SIDE) + 0.5) / f64::from(SIDE) - 1.0;
+                let (level, turn) = ((1.0 - z * z).sqrt(), 2.0 * PI * (f64::from(k % SIDE) + 0.5) / f64::from(SIDE));
+                let wi = single([level * turn.cos(), level * turn.sin(), z]);
+                sum += f64::from(ggx.transmitted::<f32>(wi, eta, &of));
+            }
+            let integral = sum * 4.0 * PI / f64::from(SIDE * SIDE);
+            assert!((integral - 1.0).abs() < 0.01, "{eta}, {alpha:?}, {of:?}: {integral}");
         }
-        let integral = sum * 4.0 * PI / f64::from(SIDE * SIDE);
-        assert!((integral - 1.0).abs() < 0.01, "{eta}: {integral}");
     }
 }

@@ -70,13 +70,10 @@ $(BUILD)/minimal-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/minimal.cpp $(LIB)/libwis.a -o $@
 
 $(BUILD)/wavelets: lib
-	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/wavelets.c $(LIB)/libwis.a -o $@
+	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/wavelets.c $(LIB)/libwis.a -lm -o $@
 
 $(BUILD)/wavelets-cpp: lib
 	$(CXX) -std=c++11 $(CXXFLAGS) -g -Iinclude c-examples/wavelets.cpp $(LIB)/libwis.a -o $@
-
-$(BUILD)/measured: lib
-	$(CC) -std=c99 $(CFLAGS) -g -Iinclude c-examples/measured.c $(LIB)/libwis.a -lm -o $@
 
 $(BUILD)/exr.o: c-examples/render/exr.cpp c-examples/render/read.h
 	$(CXX) -std=c++11 $(CXXFLAGS) $(shell pkg-config --cflags OpenEXR) -c $< -o $@

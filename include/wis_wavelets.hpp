@@ -1,5 +1,4 @@
-// wis_wavelets.h and wis_lights.h for C++11: classes that own the memory of octahedral lights, their products, trees, maps of
-// visibility and lists of lights. Conventions are those of wis.hpp.
+// wis_wavelets.h and wis_lights.h for C++11: classes that own the memory of trees, maps of visibility and lists of lights. Conventions are those of wis.hpp.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 #ifndef WIS_WAVELETS_HPP
 #define WIS_WAVELETS_HPP
@@ -37,117 +36,11 @@ private:
 
 namespace wavelets {
 
-/// An environment and its memory. Const once built: threads may share it.
-class environment {
-public:
-    /// WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_wavelet_light_config &config, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        wis_memory_size need;
-        const status measured = wis_wavelet_light_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        memory scratch;
-        if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
-            return pass(WIS_MEMORY_TOO_SMALL);
-        return pass(wis_wavelet_light_init(&config, memory_.data(), need.bytes, scratch.data(), need.scratch_bytes,
-                                         &handle_.value, &info_, diagnostic));
-    }
-    /// What was built.
-    const wis_wavelet_light_info &info() const noexcept { return info_; }
-    const wis_wavelet_light *get() const noexcept { return handle_; }
-
-    status sample(const float (&u)[2], wis_drawn &out, const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_sample(handle_, nullptr, world_from_map, 1, u, 0, &out, 0));
-    }
-    status pdf(const float (&wi)[3], float &out, const float *world_from_map = nullptr) const {
-        return pass(wis_wavelet_pdf(handle_, nullptr, world_from_map, 1, wi, 0, &out, 0));
-    }
-    status invert(const float (&wi)[3], float (&u)[2], const float *world_from_map = nullptr) const {
-        std::uint8_t found = WIS_OK;
-        const status asked = wis_wavelet_invert(handle_, nullptr, world_from_map, 1, wi, 0, u, 0, &found);
-        return pass(asked != WIS_OK ? asked : static_cast<status>(found));
-    }
-
-private:
-    memory memory_;
-    wis_wavelet_light_info info_ = sized<wis_wavelet_light_info>();
-    moving<const wis_wavelet_light *> handle_;
-};
-
-/// The product at one shading point after another, in memory that is reserved once. One for each thread.
-class product {
-public:
-    /// Reserves the memory, and copies the configuration with its matrix, which may go away afterwards; its table and callback
-    /// stay where they are. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_wavelet_product_config &config, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        config_.size = 0;
-        wis_memory_size need;
-        const status measured = wis_wavelet_product_size(&config, &need, diagnostic);
-        if (measured != WIS_OK) return pass(measured);
-        if (!memory_.reserve(need.bytes, need.align)) return pass(WIS_MEMORY_TOO_SMALL);
-        config_ = config;
-        config_.world_from_map = nullptr;
-        turned_ = config.world_from_map != nullptr;
-        if (turned_) std::memcpy(matrix_, config.world_from_map, sizeof matrix_);
-        return WIS_OK;
-    }
-    /// What tabulated lobes mean in the preparations to come, or null.
-    void set_table(const wis_wavelet_table *table) noexcept { config_.table = table; }
-    /// The BRDF in place of lobes in the preparations to come, or null.
-    void set_callback(const wis_wavelet_callback *callback) noexcept { config_.callback = callback; }
-    /// WIS_NOT_BUILT, here and below, if init was not called, or failed.
-    status prepare(const environment &light, const wis_wavelet_query &query, wis_diagnostic *diagnostic = nullptr) {
-        handle_ = nullptr;
-        if (!is_ready(diagnostic)) return pass(WIS_NOT_BUILT);
-        const wis_wavelet_product_config own = config();
-        return pass(wis_wavelet_product_prepare(light.get(), &own, 1, &query, memory_.data(), memory_.bytes(),
-                                                &handle_.value, diagnostic));
-    }
-    const wis_wavelet_product *get() const noexcept { return handle_; }
-
-    /// What the product is made of, and the approximation of its integral; set `size` before, as sized does.
-    status describe(const environment &light, wis_wavelet_product_info &info) const {
-        return pass(wis_wavelet_product_describe(light.get(), handle_, &info));
-    }
-    status sample(const environment &light, const float (&u)[2], wis_drawn &out) const {
-        return pass(wis_wavelet_sample(light.get(), handle_, nullptr, 1, u, 0, &out, 0));
-    }
-    status pdf(const environment &light, const float (&wi)[3], float &out) const {
-        return pass(wis_wavelet_pdf(light.get(), handle_, nullptr, 1, wi, 0, &out, 0));
-    }
-    status invert(const environment &light, const float (&wi)[3], float (&u)[2]) const {
-        std::uint8_t found = WIS_OK;
-        const status asked = wis_wavelet_invert(light.get(), handle_, nullptr, 1, wi, 0, u, 0, &found);
-        return pass(asked != WIS_OK ? asked : static_cast<status>(found));
-    }
-
-private:
-    /// Whether init succeeded and the memory was not moved away.
-    bool is_ready(wis_diagnostic *diagnostic) const noexcept {
-        const bool ready = config_.size != 0 && memory_.data();
-        if (!ready && diagnostic) *diagnostic = wis_diagnostic();
-        return ready;
-    }
-    /// The configuration with pointers to what this object keeps, wherever it was moved to.
-    wis_wavelet_product_config config() const noexcept {
-        wis_wavelet_product_config own = config_;
-        if (turned_) own.world_from_map = matrix_;
-        return own;
-    }
-    memory memory_;
-    /// Without its matrix.
-    wis_wavelet_product_config config_ = wis_wavelet_product_config();
-    bool turned_ = false;
-    float matrix_[9] = {};
-    moving<const wis_wavelet_product *> handle_;
-};
-
 /// A function on the unit cube as a tree, and its memory. Const once built: threads may share it.
 class tree {
 public:
     /// Of any source; no tree that it is made of is this one. WIS_MEMORY_TOO_SMALL if the heap is exhausted.
-    status init(const wis_tree_config &config, wis_tree_info *info = nullptr, wis_diagnostic *diagnostic = nullptr) {
+    status init(const wis_tree_config &config, wis_diagnostic *diagnostic = nullptr) {
         handle_ = nullptr;
         wis_memory_size need;
         const status measured = wis_tree_size(&config, &need, diagnostic);
@@ -156,19 +49,30 @@ public:
         if (!memory_.reserve(need.bytes, need.align) || !scratch.reserve(need.scratch_bytes, need.align))
             return pass(WIS_MEMORY_TOO_SMALL);
         return pass(wis_tree_init(&config, memory_.data(), memory_.bytes(), scratch.data(), scratch.bytes(),
-                                  &handle_.value, info, diagnostic));
+                                  &handle_.value, &info_, diagnostic));
     }
+    /// What was built, with its average.
+    const wis_tree_info &info() const noexcept { return info_; }
     const wis_tree *get() const noexcept { return handle_; }
 
-    status average(double &out) const { return pass(wis_tree_average(handle_, &out)); }
     /// As many numbers in `u` and `point` as the tree has axes.
     status sample(const float *u, float *point, float &pdf) const {
         return pass(wis_tree_sample(handle_, u, point, &pdf));
     }
     status pdf(const float *point, float &out) const { return pass(wis_tree_pdf(handle_, point, &out)); }
+    status invert(const float *point, float *u) const { return pass(wis_tree_invert(handle_, point, u)); }
+    /// Samples in place: `count` points and their numbers, permuted alike.
+    status warp(float *points, std::uint32_t *index, std::size_t count) const {
+        return pass(wis_warp_in_place(handle_, points, index, count, nullptr));
+    }
+    /// The integral of the product with another tree.
+    status product_integral(const tree &other, double &out) const {
+        return pass(wis_tree_product_integral(handle_, other.get(), &out));
+    }
 
 private:
     memory memory_;
+    wis_tree_info info_ = sized<wis_tree_info>();
     moving<const wis_tree *> handle_;
 };
 

@@ -45,9 +45,8 @@ run() {
 run minimal c-examples/minimal.c c99
 run minimal-cpp c-examples/minimal.cpp c++11
 run first c-examples/first.c c99 -lm
-run wavelets c-examples/wavelets.c c99
+run wavelets c-examples/wavelets.c c99 -lm
 run wavelets-cpp c-examples/wavelets.cpp c++11
-run measured c-examples/measured.c c99 -lm
 run pathtracer-small c-examples/pathtracer/small.c c99 -lm
 run pathtracer-small-cpp c-examples/pathtracer/small.cpp c++11
 run memory c-examples/hosts/memory.c gnu99 -lm

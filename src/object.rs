@@ -60,12 +60,6 @@ impl Part {
         let end = self.offset.wrapping_add(self.count.wrapping_mul(size_of::<T>()));
         bytes.get(self.offset..end).and_then(|part| try_cast_slice(part).ok()).unwrap_or(&[])
     }
-
-    /// The bytes between the array's end and the next multiple of the alignment.
-    pub fn padding<T>(self) -> Range<usize> {
-        let end = self.offset.saturating_add(self.count.saturating_mul(size_of::<T>()));
-        end..end.saturating_add(ALIGNMENT - 1) & !(ALIGNMENT - 1)
-    }
 }
 
 /// Arrays that are placed one behind the other.

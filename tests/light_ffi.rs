@@ -7,10 +7,10 @@ use wis::ffi::{Diagnostic, MemorySize};
 use wis::light::chart::Layout;
 use wis::light::decode::Pixels;
 use wis::light::environment::Environment;
+use wis::light::pixels::Format;
 use wis::light::plan::{Description, Filter, Plan};
 use wis::sphere::Frame;
 use wis::status::Status;
-use wis::wavelets::environment::Format;
 
 const QUARTER_TURN: [f32; 9] = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 const MIRROR: [f32; 9] = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

@@ -1,8 +1,7 @@
 //! The split rule: which side a point takes, and the way back.
 
-use crate::stored;
-use crate::stored::{EPS, Random};
-use wis::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
+use crate::stored::Random;
+use wis::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u};
 use wis::wavelets::tree::Tree;
 use wis::wavelets::warp;
 
@@ -59,29 +58,12 @@ fn undoing_a_split_stays_on_its_side() {
 }
 
 #[test]
-fn quads_split_as_trees_do() {
-    let mut random = Random(19);
-    for _ in 0..1000 {
-        let masses = std::array::from_fn(|_| random.texel());
-        let squares = [masses];
-        let tree = Tree::<4>::complete(1, masses.iter().sum(), &squares).unwrap();
-        let u = random.point();
-        let (child, inside, density) = take_quad(masses, u);
-        let Some(sampled) = warp::sample(&tree, u) else { continue };
-        let t = stored::pixel_of(sampled.point, 1);
-        assert_eq!((2 * t[0] + t[1], sampled.pdf), (child, density));
-        assert_eq!(quad_density(masses, child).to_bits(), density.to_bits());
-        let back = undo_quad(masses, child, inside);
-        assert!((0..2).all(|axis| (f64::from(back[axis]) - f64::from(u[axis])).abs() <= 2.0 * EPS));
-    }
-}
-
-#[test]
 fn axis_one_splits_first() {
-    let masses = [1.0, 2.0, 0.0, 5.0];
-    let (child, inside, density) = take_quad(masses, [0.25, 0.5]);
-    assert_eq!((child, inside), (1, [0.25 / 0.375, (0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0)]));
-    assert_eq!(density, 4.0 * 0.375 * (1.0 - 1.0 / 3.0));
+    let squares = [[1.0, 2.0, 0.0, 5.0]];
+    let tree = Tree::<4>::complete(1, 2.0, &squares).unwrap();
+    let sampled = warp::sample(&tree, [0.25, 0.5]).unwrap();
+    assert_eq!(sampled.point, [0.5 * (0.25 / 0.375), 0.5 + 0.5 * ((0.5 - 1.0 / 3.0) / (1.0 - 1.0 / 3.0))]);
+    assert_eq!(sampled.pdf, 4.0 * 0.375 * (1.0 - 1.0 / 3.0));
 }
 
 #[test]

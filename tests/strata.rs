@@ -11,10 +11,9 @@ use wis::ffi::lights::jitter::{
     wis_jitter_size, wis_strata_order,
 };
 use wis::ffi::lights::strata::{StrataConfig, wis_strata_lights, wis_strata_size};
-use wis::ffi::wavelets::environment::WIS_WAVELET_LIGHT_NEAREST;
 use wis::lights::strata::{Ball, Config, GROUP, Light, Scratch, stratify};
+use wis::sample::Sample;
 use wis::status::Status;
-use wis::wavelets::descent::Sample;
 
 /// Centres and the label of each texel.
 struct Strata {
@@ -210,7 +209,11 @@ fn strata_config(count: u32) -> StrataConfig {
 #[test]
 fn lights_carry_the_energy_of_their_strata() {
     let map = Map { pixels: room(96, 48), ..Map::latlong(96, 48, |_, _| 0.0) };
-    let power = map.build(0, WIS_WAVELET_LIGHT_NEAREST).info.power;
+    let rows = (0..).zip(map.pixels.chunks_exact(96));
+    let of_row = |(y, row): (u32, &[f32])| {
+        row.iter().map(|&l| f64::from(l)).sum::<f64>() * wis::sphere::latlong_solid_angle(96, 48, y)
+    };
+    let power: f64 = rows.map(of_row).sum();
     let matrix = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6f32];
     let still = strata_config(80);
     let turned = LightConfig { world_from_map: matrix.as_ptr(), ..map.light_config(0) };

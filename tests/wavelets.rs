@@ -1,16 +1,10 @@
-//! The octahedral light, its products, trees and integrals (wis_wavelets.h), and strata (wis_lights.h).
+//! Trees, rotated maps, tables and integrals (wis_wavelets.h), and strata (wis_lights.h).
 
 mod combine;
-mod density;
-mod environment;
-mod exactness;
 mod haar;
 mod hard;
 mod inner;
-mod lanes;
-mod products;
 mod ranges;
-mod reachability;
 mod rotated;
 mod sparse;
 mod split;
@@ -23,4 +17,3 @@ mod tree_ffi;
 mod triple;
 mod visibility;
 mod warp;
-mod wavelet_product;

@@ -1,4 +1,4 @@
-/* What the consumers in C sample: a dim sky with one bright texel above a Lambert surface. Needs no C library. */
+/* What the consumers in C sample: a dim sky with one bright texel. Needs no C library. */
 #ifndef SCENE_H
 #define SCENE_H
 #include <wis_wavelets.h>
@@ -10,47 +10,41 @@ static void scene_paint(float pixels[SCENE_FLOATS]) {
     for (int c = 0; c < 3; c++) pixels[3 * (2 * SCENE_WIDTH + 5) + c] = 100.0f;
 }
 
-static wis_wavelet_light_config scene_environment(const float pixels[SCENE_FLOATS]) {
-    wis_wavelet_light_config config = {0};
+static wis_environment_config scene_environment(const float pixels[SCENE_FLOATS]) {
+    wis_environment_config config = {0};
     config.size = sizeof config;
     config.layout = WIS_LAYOUT_LATLONG;
     config.width = SCENE_WIDTH;
     config.height = SCENE_HEIGHT;
     config.channels = 3;
     config.format = WIS_FORMAT_F32;
-    config.storage = WIS_STORAGE_PYRAMID;
     config.pixels = pixels;
     return config;
 }
 
-static wis_wavelet_query scene_query(void) {
-    wis_wavelet_query query = {0};
-    query.size = sizeof query;
-    query.lobe_count = 1;
-    query.normal[2] = 1.0f;
-    query.tangent[0] = 1.0f;
-    query.wo[0] = 0.6f;
-    query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_WAVELET_LOBE_LAMBERT;
-    for (int c = 0; c < 3; c++) query.lobe[0].weight[c] = 0.8f;
-    return query;
-}
-
-static wis_wavelet_product_config scene_product(void) {
-    wis_wavelet_product_config config = {0};
+/* The light over the octahedral square of the world. */
+static wis_tree_config scene_tree(const wis_environment *environment) {
+    wis_tree_config config = {0};
     config.size = sizeof config;
+    config.source = WIS_TREE_ENVIRONMENT;
+    config.depth = 4;
+    config.environment = environment;
     return config;
 }
 
-/* 1 if each sample has a positive pdf and pdf(wi) answers the same bits. */
-static int scene_densities_agree(const wis_wavelet_light *environment, const wis_wavelet_product *product) {
+/* 1 if each sample has a positive pdf, its direction leads back, and its point has the same bits of pdf. */
+static int scene_densities_agree(const wis_tree *tree) {
     for (int i = 0; i < SCENE_SAMPLES; i++) {
         const float u[2] = {(i + 0.5f) / SCENE_SAMPLES, (i * 37 % SCENE_SAMPLES + 0.5f) / SCENE_SAMPLES};
-        wis_drawn sample;
-        float pdf = 0.0f;
-        if (wis_wavelet_sample(environment, product, 0, 1, u, 0, &sample, 0) != WIS_OK) return 0;
-        if (wis_wavelet_pdf(environment, product, 0, 1, sample.wi, 0, &pdf, 0) != WIS_OK) return 0;
-        if (!(sample.pdf > 0.0f) || sample.pdf != pdf) return 0;
+        float point[2], back[2], wi[3], pdf = 0.0f, again = 0.0f;
+        if (wis_tree_sample(tree, u, point, &pdf) != WIS_OK) return 0;
+        if (wis_tree_pdf(tree, point, &again) != WIS_OK) return 0;
+        if (wis_square_direction(point, 0, wi) != WIS_OK || wis_square_point(wi, 0, back) != WIS_OK) return 0;
+        for (int k = 0; k < 2; k++) {
+            const float off = back[k] - point[k];
+            if (off > 1e-5f || off < -1e-5f) return 0;
+        }
+        if (!(pdf > 0.0f) || pdf != again) return 0;
     }
     return 1;
 }

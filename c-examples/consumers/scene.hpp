@@ -13,29 +13,25 @@ inline std::vector<float> paint() {
     return pixels;
 }
 
-inline wis_wavelet_light_config map_config(const std::vector<float> &pixels) {
-    auto config = wis::sized<wis_wavelet_light_config>();
+inline wis_environment_config map_config(const std::vector<float> &pixels) {
+    auto config = wis::sized<wis_environment_config>();
     config.layout = WIS_LAYOUT_LATLONG;
+    config.filter = WIS_FILTER_NEAREST;
     config.width = width;
     config.height = height;
     config.channels = 3;
     config.format = WIS_FORMAT_F32;
-    config.storage = WIS_STORAGE_PYRAMID;
-    config.flags = WIS_WAVELET_LIGHT_NEAREST;
     config.pixels = pixels.data();
     return config;
 }
 
-inline wis_wavelet_query lambert() {
-    auto query = wis::sized<wis_wavelet_query>();
-    query.lobe_count = 1;
-    query.normal[2] = 1.0f;
-    query.tangent[0] = 1.0f;
-    query.wo[0] = 0.6f;
-    query.wo[2] = 0.8f;
-    query.lobe[0].kind = WIS_WAVELET_LOBE_LAMBERT;
-    for (float &weight : query.lobe[0].weight) weight = 0.8f;
-    return query;
+// A tree of the light over the octahedral square of the world.
+inline wis_tree_config tree_config(const wis_environment *environment) {
+    auto config = wis::sized<wis_tree_config>();
+    config.source = WIS_TREE_ENVIRONMENT;
+    config.depth = 4;
+    config.environment = environment;
+    return config;
 }
 
 #endif

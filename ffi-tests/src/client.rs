@@ -4,7 +4,6 @@
 
 use std::ffi::{CStr, c_int, c_void};
 use std::fmt;
-use std::marker::PhantomData;
 use std::mem::size_of;
 use std::ptr::{null, null_mut};
 
@@ -115,7 +114,7 @@ pub enum Texels<'a> {
     RowsF16(&'a (dyn Fn(u32) -> *const u16 + Sync)),
 }
 
-/// An environment map and what to build from it. The fields are those of `wis_wavelet_light_config`.
+/// A map, as strata and lights take it.
 #[derive(Clone, Copy)]
 #[allow(missing_docs)]
 pub struct Map<'a> {
@@ -123,32 +122,13 @@ pub struct Map<'a> {
     pub width: u32,
     pub height: u32,
     pub channels: u32,
-    pub flags: u32,
-    pub storage: u32,
-    pub resolution: u32,
-    pub error_budget: f32,
     pub texels: Texels<'a>,
 }
 
 impl<'a> Map<'a> {
-    /// A lat-long map into a pyramid of default resolution.
+    /// A lat-long map.
     pub fn latlong(width: u32, height: u32, channels: u32, texels: &'a [f32]) -> Map<'a> {
-        Map {
-            layout: raw::WIS_LAYOUT_LATLONG,
-            width,
-            height,
-            channels,
-            flags: 0,
-            storage: raw::WIS_STORAGE_PYRAMID,
-            resolution: 0,
-            error_budget: 0.0,
-            texels: Texels::F32(texels),
-        }
-    }
-
-    /// A luminance map on the octahedral square, `side` texels wide.
-    pub fn octahedral(side: u32, texels: &'a [f32]) -> Map<'a> {
-        Map { layout: raw::WIS_LAYOUT_OCTAHEDRAL, ..Map::latlong(side, side, 1, texels) }
+        Map { layout: raw::WIS_LAYOUT_LATLONG, width, height, channels, texels: Texels::F32(texels) }
     }
 
     /// The format, the array, the function and its argument that give the texels.
@@ -168,7 +148,6 @@ impl<'a> Map<'a> {
     /// The map as wis.h describes it, for a nearest client.
     fn environment_config(&self, world_from_map: &[f32; 9]) -> raw::wis_environment_config {
         let (format, pixels, row, row_user) = self.source();
-        let sanitise = self.flags & raw::WIS_WAVELET_LIGHT_SANITISE != 0;
         raw::wis_environment_config {
             size: size_of::<raw::wis_environment_config>() as u32,
             layout: self.layout,
@@ -177,33 +156,13 @@ impl<'a> Map<'a> {
             channels: self.channels,
             format,
             filter: raw::WIS_FILTER_NEAREST,
-            flags: if sanitise { raw::WIS_ENVIRONMENT_SANITISE } else { 0 },
+            flags: 0,
             error_budget: 0.0,
             pixels,
             row_stride: 0,
             row,
             row_user,
             world_from_map: world_from_map.as_ptr(),
-        }
-    }
-
-    fn config(&self) -> raw::wis_wavelet_light_config {
-        let (format, pixels, row, row_user) = self.source();
-        raw::wis_wavelet_light_config {
-            size: size_of::<raw::wis_wavelet_light_config>() as u32,
-            layout: self.layout,
-            width: self.width,
-            height: self.height,
-            channels: self.channels,
-            format,
-            flags: self.flags,
-            storage: self.storage,
-            resolution: self.resolution,
-            error_budget: self.error_budget,
-            pixels,
-            row_stride: 0,
-            row,
-            row_user,
         }
     }
 }
@@ -228,62 +187,6 @@ pub unsafe extern "C" fn row_f16(user: *mut c_void, y: u32) -> *const c_void {
     rows(y).cast()
 }
 
-/// An environment and its memory.
-#[derive(Clone)]
-pub struct Environment {
-    memory: Block,
-    /// What was built.
-    pub info: raw::wis_wavelet_light_info,
-}
-
-impl Environment {
-    /// The bytes that a map needs.
-    pub fn size(map: &Map) -> Result<raw::wis_memory_size> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_wavelet_light_size(&map.config(), &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        Ok(size)
-    }
-
-    /// Builds a map.
-    pub fn new(map: &Map) -> Result<Environment> {
-        let size = Environment::size(map)?;
-        let (mut memory, mut scratch) = (Block::new(size.bytes), Block::new(size.scratch_bytes));
-        let mut info = Environment::empty_info();
-        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
-        // SAFETY: the blocks are as long as they say, and the texels live as long as the map.
-        let status = unsafe {
-            raw::wis_wavelet_light_init(
-                &map.config(),
-                memory.start_mut(),
-                memory.bytes(),
-                scratch.start_mut(),
-                scratch.bytes(),
-                &mut handle,
-                &mut info,
-                &mut diagnostic,
-            )
-        };
-        check_with(status, diagnostic)?;
-        Ok(Environment { memory, info })
-    }
-
-    fn empty_info() -> raw::wis_wavelet_light_info {
-        raw::wis_wavelet_light_info { size: size_of::<raw::wis_wavelet_light_info>() as u32, ..Default::default() }
-    }
-
-    /// The handle, for raw calls.
-    pub fn handle(&self) -> *const raw::wis_wavelet_light {
-        self.memory.start().cast()
-    }
-
-    /// The light alone as a density, under the turn of the map.
-    pub fn light(&self, world_from_map: Option<[f32; 9]>) -> Light<'_> {
-        Light { environment: self, world_from_map }
-    }
-}
-
 /// A density on the sphere of directions: what `sample`, `pdf` and `invert` answer for it.
 pub trait Density {
     /// A direction and its pdf.
@@ -296,171 +199,6 @@ pub trait Density {
     fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()>;
     /// The `u` that leads to a direction.
     fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]>;
-}
-
-/// The light of an environment as a density.
-#[derive(Clone, Copy)]
-pub struct Light<'a> {
-    environment: &'a Environment,
-    world_from_map: Option<[f32; 9]>,
-}
-
-impl Light<'_> {
-    fn asked(&self) -> Asked {
-        let matrix = self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr());
-        Asked(self.environment.handle(), null(), matrix)
-    }
-}
-
-/// What the calls that sample and ask take: a light, a product or none, and the turn of the map.
-struct Asked(*const raw::wis_wavelet_light, *const raw::wis_wavelet_product, *const f32);
-
-impl Asked {
-    fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-        let mut drawn = raw::wis_drawn::default();
-        // SAFETY: the handles are alive, and the arrays hold one element.
-        check(unsafe { raw::wis_wavelet_sample(self.0, self.1, self.2, 1, u.as_ptr(), 0, &mut drawn, 0) })?;
-        Ok(drawn)
-    }
-
-    fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        assert!(u.len() == wi.len() && u.len() == pdf.len());
-        // The harness keeps directions and pdfs apart.
-        const TOGETHER: usize = 64;
-        let mut drawn = [raw::wis_drawn::default(); TOGETHER];
-        let parts = wi.chunks_mut(TOGETHER).zip(pdf.chunks_mut(TOGETHER));
-        for (u, (wi, pdf)) in u.chunks(TOGETHER).zip(parts) {
-            let (numbers, place) = (u.as_ptr().cast(), drawn.as_mut_ptr());
-            // SAFETY: as in `sample`; there are `u.len()` elements.
-            check(unsafe { raw::wis_wavelet_sample(self.0, self.1, self.2, u.len(), numbers, 0, place, 0) })?;
-            for ((wi, pdf), drawn) in wi.iter_mut().zip(pdf).zip(&drawn) {
-                (*wi, *pdf) = (drawn.wi, drawn.pdf);
-            }
-        }
-        Ok(())
-    }
-
-    fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
-        let mut pdf = f32::NAN;
-        self.pdf_n(&[wi], std::slice::from_mut(&mut pdf))?;
-        Ok(pdf)
-    }
-
-    fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        assert!(wi.len() == pdf.len());
-        let directions = wi.as_ptr().cast();
-        // SAFETY: as in `sample`; there are `wi.len()` elements.
-        check(unsafe { raw::wis_wavelet_pdf(self.0, self.1, self.2, wi.len(), directions, 0, pdf.as_mut_ptr(), 0) })
-    }
-
-    fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
-        let (mut u, mut status) = ([f32::NAN; 2], 0);
-        let (direction, place) = (wi.as_ptr(), u.as_mut_ptr());
-        // SAFETY: as in `sample`.
-        check(unsafe { raw::wis_wavelet_invert(self.0, self.1, self.2, 1, direction, 0, place, 0, &mut status) })?;
-        check(status.into())?;
-        Ok(u)
-    }
-}
-
-macro_rules! density_by_asking {
-    ($type:ident) => {
-        impl Density for $type<'_> {
-            fn sample(&self, u: [f32; 2]) -> Result<raw::wis_drawn> {
-                self.asked().sample(u)
-            }
-
-            fn sample_n(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-                self.asked().sample_n(u, wi, pdf)
-            }
-
-            fn pdf(&self, wi: [f32; 3]) -> Result<f32> {
-                self.asked().pdf(wi)
-            }
-
-            fn pdf_n(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-                self.asked().pdf_n(wi, pdf)
-            }
-
-            fn invert(&self, wi: [f32; 3]) -> Result<[f32; 2]> {
-                self.asked().invert(wi)
-            }
-        }
-    };
-}
-
-density_by_asking!(Light);
-density_by_asking!(Product);
-
-/// A diffuse lobe.
-pub fn lambert(weight: [f32; 3]) -> raw::wis_wavelet_lobe {
-    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_LAMBERT, weight, ..Default::default() }
-}
-
-/// A microfacet lobe with alphas along the tangent and across it.
-pub fn ggx(weight: [f32; 3], f0: [f32; 3], alpha: [f32; 2]) -> raw::wis_wavelet_lobe {
-    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_GGX, weight, f0, a: alpha[0], b: alpha[1] }
-}
-
-/// A Phong lobe.
-pub fn phong(weight: [f32; 3], exponent: f32) -> raw::wis_wavelet_lobe {
-    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_PHONG, weight, a: exponent, ..Default::default() }
-}
-
-/// A shading point with at most four lobes, seen from `wo`.
-pub fn query(normal: [f32; 3], wo: [f32; 3], lobes: &[raw::wis_wavelet_lobe]) -> raw::wis_wavelet_query {
-    let mut query = raw::wis_wavelet_query {
-        size: size_of::<raw::wis_wavelet_query>() as u32,
-        lobe_count: lobes.len() as u32,
-        normal,
-        wo,
-        ..Default::default()
-    };
-    for (slot, lobe) in query.lobe.iter_mut().zip(lobes) {
-        *slot = *lobe;
-    }
-    query
-}
-
-/// RGB of BRDF x cosine for directions.
-pub fn evaluate(query: &raw::wis_wavelet_query, wi: &[[f32; 3]], f_cos: &mut [[f32; 3]]) -> Result<()> {
-    assert!(wi.len() == f_cos.len());
-    // SAFETY: the slices hold `wi.len()` elements.
-    check(unsafe {
-        raw::wis_wavelet_query_eval(query, null(), wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0)
-    })
-}
-
-/// What a preparation may spend, and how the map is turned. 0 stands for the default of the library.
-#[derive(Clone, Copy, Default)]
-#[allow(missing_docs)]
-pub struct Preparation {
-    pub max_squares: u32,
-    pub max_evaluations: u32,
-    pub world_from_map: Option<[f32; 9]>,
-}
-
-impl Preparation {
-    fn config(&self) -> raw::wis_wavelet_product_config {
-        raw::wis_wavelet_product_config {
-            size: size_of::<raw::wis_wavelet_product_config>() as u32,
-            max_squares: self.max_squares,
-            max_evaluations: self.max_evaluations,
-            reserved: 0,
-            world_from_map: self.world_from_map.as_ref().map_or(null(), |matrix| matrix.as_ptr()),
-            table: null(),
-            callback: null(),
-        }
-    }
-
-    /// The memory that a product of this configuration needs.
-    pub fn memory(&self) -> Result<Block> {
-        let (mut size, mut diagnostic) = (raw::wis_memory_size::default(), raw::wis_diagnostic::default());
-        // SAFETY: every pointer is to a live local.
-        let status = unsafe { raw::wis_wavelet_product_size(&self.config(), &mut size, &mut diagnostic) };
-        check_with(status, diagnostic)?;
-        Ok(Block::new(size.bytes))
-    }
 }
 
 /// A function that writes BRDF x cosine of each direction and answers whether it could.
@@ -482,182 +220,11 @@ pub unsafe extern "C" fn brdf_batch(user: *mut c_void, count: usize, wi: *const 
     c_int::from(!brdf(wi, f_cos))
 }
 
-/// The narrow lobe that a callback BRDF announces, and the surface that it belongs to.
-#[derive(Clone, Copy, Default)]
-#[allow(missing_docs)]
-pub struct CallbackShape {
-    pub flags: u32,
-    pub normal: [f32; 3],
-    pub peak: [f32; 3],
-    pub half_angle: f32,
-}
-
-/// The view of a slice of a table and the directions of its pixels.
-pub fn table_directions(slice: u32, slices: u32, depth: u32, offset: [f32; 2]) -> Result<([f32; 3], Vec<[f32; 3]>)> {
-    let (mut wo, mut wi) = ([0.0; 3], vec![[0.0; 3]; 1 << (2 * depth)]);
-    // SAFETY: there is room for 4^depth directions.
-    check(unsafe {
-        let target = wi.as_mut_ptr().cast();
-        raw::wis_wavelet_table_directions(slice, slices, depth, offset.as_ptr(), wo.as_mut_ptr(), target, 0)
-    })?;
-    Ok((wo, wi))
-}
-
-/// A lobe that stands for a table.
-pub fn tabulated(weight: [f32; 3]) -> raw::wis_wavelet_lobe {
-    raw::wis_wavelet_lobe { kind: raw::WIS_WAVELET_LOBE_TABLE, weight, ..Default::default() }
-}
-
-/// A prepared shading point in memory that it borrows.
-pub struct Product<'a> {
-    environment: &'a Environment,
-    handle: *const raw::wis_wavelet_product,
-    memory: PhantomData<&'a mut Block>,
-}
-
-impl<'a> Product<'a> {
-    fn prepare_by(
-        environment: &'a Environment,
-        query: &raw::wis_wavelet_query,
-        config: &raw::wis_wavelet_product_config,
-        memory: &'a mut Block,
-    ) -> Result<Product<'a>> {
-        let (mut handle, mut diagnostic) = (null(), raw::wis_diagnostic::default());
-        let (light, bytes) = (environment.handle(), memory.bytes());
-        // SAFETY: the block is as long as it says, and the product borrows it; what the configuration points to is alive.
-        let status = unsafe {
-            let place = memory.start_mut();
-            raw::wis_wavelet_product_prepare(light, config, 1, query, place, bytes, &mut handle, &mut diagnostic)
-        };
-        check_with(status, diagnostic)?;
-        Ok(Product { environment, handle, memory: PhantomData })
-    }
-
-    /// Prepares a query.
-    pub fn prepare(
-        environment: &'a Environment,
-        query: &raw::wis_wavelet_query,
-        preparation: &Preparation,
-        memory: &'a mut Block,
-    ) -> Result<Product<'a>> {
-        Product::prepare_by(environment, query, &preparation.config(), memory)
-    }
-
-    /// Prepares a BRDF that the client evaluates.
-    pub fn prepare_callback(
-        environment: &'a Environment,
-        shape: &CallbackShape,
-        mut brdf: Brdf,
-        preparation: &Preparation,
-        memory: &'a mut Block,
-    ) -> Result<Product<'a>> {
-        let callback = raw::wis_wavelet_callback {
-            size: size_of::<raw::wis_wavelet_callback>() as u32,
-            half_angle: shape.half_angle,
-            peak: shape.peak,
-            reserved: 0,
-            eval: Some(brdf_batch),
-            user: std::ptr::from_mut(&mut brdf).cast(),
-        };
-        let surface = raw::wis_wavelet_query { flags: shape.flags, ..query(shape.normal, shape.normal, &[]) };
-        let config = raw::wis_wavelet_product_config { callback: &callback, ..preparation.config() };
-        Product::prepare_by(environment, &surface, &config, memory)
-    }
-
-    /// Prepares a query with tabulated lobes.
-    pub fn prepare_table(
-        environment: &'a Environment,
-        table: &raw::wis_wavelet_table,
-        query: &raw::wis_wavelet_query,
-        preparation: &Preparation,
-        memory: &'a mut Block,
-    ) -> Result<Product<'a>> {
-        let config = raw::wis_wavelet_product_config { table, ..preparation.config() };
-        Product::prepare_by(environment, query, &config, memory)
-    }
-
-    fn asked(&self) -> Asked {
-        Asked(self.environment.handle(), self.handle, null())
-    }
-
-    /// What the product is made of.
-    pub fn describe(&self) -> Result<raw::wis_wavelet_product_info> {
-        let mut info = raw::wis_wavelet_product_info {
-            size: size_of::<raw::wis_wavelet_product_info>() as u32,
-            ..Default::default()
-        };
-        // SAFETY: both handles are alive.
-        check(unsafe { raw::wis_wavelet_product_describe(self.environment.handle(), self.handle, &mut info) })?;
-        Ok(info)
-    }
-
-    /// The approximate integral of luminance x luminance of BRDF x cosine.
-    pub fn estimate(&self) -> Result<f64> {
-        Ok(self.describe()?.estimate)
-    }
-
-    /// The approximate integral of radiance x BRDF x cosine.
-    pub fn estimate_rgb(&self) -> Result<[f64; 3]> {
-        let mut rgb = [f64::NAN; 3];
-        // SAFETY: both handles are alive.
-        check(unsafe {
-            raw::wis_wavelet_product_estimate_rgb(self.environment.handle(), self.handle, null(), rgb.as_mut_ptr())
-        })?;
-        Ok(rgb)
-    }
-}
-
-/// BRDF x cosine of a query with tabulated lobes, RGB.
-pub fn table_eval(
-    table: &raw::wis_wavelet_table,
-    query: &raw::wis_wavelet_query,
-    wi: &[[f32; 3]],
-    f_cos: &mut [[f32; 3]],
-) -> Result<()> {
-    assert_eq!(wi.len(), f_cos.len());
-    // SAFETY: the arrays are of one length, and the table's trees live as long as what it was borrowed from.
-    check(unsafe {
-        raw::wis_wavelet_query_eval(query, table, wi.len(), wi.as_ptr().cast(), 0, f_cos.as_mut_ptr().cast(), 0)
-    })
-}
-
-/// Many prepared shading points in memory that they borrow.
-pub struct Points<'a> {
-    environment: &'a Environment,
-    handles: Vec<*const raw::wis_wavelet_product>,
-    memory: PhantomData<&'a mut Block>,
-}
-
-impl Points<'_> {
-    fn each(&self) -> impl Iterator<Item = Asked> {
-        self.handles.iter().map(|&handle| Asked(self.environment.handle(), handle, null()))
-    }
-
-    /// One sample of each.
-    pub fn sample(&self, u: &[[f32; 2]], wi: &mut [[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        for ((point, u), (wi, pdf)) in self.each().zip(u).zip(wi.iter_mut().zip(pdf)) {
-            let drawn = point.sample(*u)?;
-            (*wi, *pdf) = (drawn.wi, drawn.pdf);
-        }
-        Ok(())
-    }
-
-    /// The pdf of a direction for each.
-    pub fn pdf(&self, wi: &[[f32; 3]], pdf: &mut [f32]) -> Result<()> {
-        self.each().zip(wi).zip(pdf).try_for_each(|((point, wi), pdf)| {
-            *pdf = point.pdf(*wi)?;
-            Ok(())
-        })
-    }
-}
-
-/// How a map is turned: see `WIS_TREE_ENVIRONMENT`. Matrices row by row.
+/// How a map is rotated: see `WIS_TREE_ENVIRONMENT`. The matrix row by row.
 pub struct Turn {
     pub depth: u32,
-    pub places: u32,
     pub error_budget: f32,
     pub least: f32,
-    pub world_from_map: [f32; 9],
     pub world_from_tree: [f32; 9],
 }
 
@@ -714,15 +281,13 @@ impl Tree {
     }
 
     /// A map in another frame.
-    pub fn of_environment(environment: &Environment, turn: &Turn) -> Result<Tree> {
-        let &Turn { depth, places, error_budget, least, .. } = turn;
+    pub fn of_environment(environment: *const raw::wis_environment, turn: &Turn) -> Result<Tree> {
+        let &Turn { depth, error_budget, least, .. } = turn;
         let config = raw::wis_tree_config {
             depth,
-            places,
             error_budget,
             least: least.into(),
-            environment: environment.handle(),
-            world_from_map: turn.world_from_map.as_ptr(),
+            environment,
             world_from_tree: turn.world_from_tree.as_ptr(),
             ..tree_config(raw::WIS_TREE_ENVIRONMENT)
         };
@@ -1116,10 +681,40 @@ pub fn blend(lists: &[(&[raw::wis_wavelets], f64)], out: &mut Vec<raw::wis_wavel
 
 /// The direction of a cell of a grid.
 pub fn grid_direction(side: u32, cell: u32) -> Result<[f32; 3]> {
-    let mut direction = [0.0; 3];
-    // SAFETY: the array is as long as it must be.
-    check(unsafe { raw::wis_grid_direction(side, cell, direction.as_mut_ptr()) })?;
+    square_direction([cell / side, cell % side].map(|k| (k as f32 + 0.5) / side as f32), None)
+}
+
+/// The world direction of a point of the square of a frame.
+pub fn square_direction(point: [f32; 2], frame: Option<&[f32; 9]>) -> Result<[f32; 3]> {
+    let (mut direction, frame) = ([0.0; 3], frame.map_or(null(), |frame| frame.as_ptr()));
+    // SAFETY: the arrays are as long as they must be.
+    check(unsafe { raw::wis_square_direction(point.as_ptr(), frame, direction.as_mut_ptr()) })?;
     Ok(direction)
+}
+
+/// The point of the square of a frame for a world direction.
+pub fn square_point(wi: [f32; 3], frame: Option<&[f32; 9]>) -> Result<[f32; 2]> {
+    let (mut point, frame) = ([0.0; 2], frame.map_or(null(), |frame| frame.as_ptr()));
+    // SAFETY: the arrays are as long as they must be.
+    check(unsafe { raw::wis_square_point(wi.as_ptr(), frame, point.as_mut_ptr()) })?;
+    Ok(point)
+}
+
+/// The slices of a table beside a view, their weights, and the frame about its mirror direction.
+pub fn table_view(slices: u32, normal: [f32; 3], wo: [f32; 3]) -> Result<([u32; 2], [f64; 2], [f32; 9])> {
+    let (mut slice, mut weight, mut frame) = ([0; 2], [0.0; 2], [0.0; 9]);
+    // SAFETY: the arrays are as long as they must be.
+    check(unsafe {
+        raw::wis_table_view(
+            slices,
+            normal.as_ptr(),
+            wo.as_ptr(),
+            slice.as_mut_ptr(),
+            weight.as_mut_ptr(),
+            frame.as_mut_ptr(),
+        )
+    })?;
+    Ok((slice, weight, frame))
 }
 
 /// The cells about a direction and their weights.

@@ -4,18 +4,16 @@
 //! The world's z axis points up. A lat-long map is mirrored on the way, since images show the sphere from inside.
 
 use crate::bilinear::{self, Bilinear};
-use crate::client::{Environment, Light as Distribution, Map, Texels, raw};
+use crate::client::{Texels, raw};
 use crate::environment;
 use crate::lanes::{F8, LANES, V8};
 use crate::layout::{Layout, Position};
+use crate::panorama;
 use anyhow::{Context, Result, bail};
 use glam::{DVec3, Mat3, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
-
-#[path = "../../tests/support/panorama.rs"]
-mod panorama;
 
 /// A map of luminance.
 #[derive(Clone, Debug)]
@@ -323,24 +321,6 @@ impl Light {
         hasher.finish()
     }
 
-    /// Builds the light as a wavelet tree, for the client's look-up.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn environment(&self) -> crate::client::Result<Environment> {
-        let flags = if self.is_bilinear() { 0 } else { raw::WIS_WAVELET_LIGHT_NEAREST };
-        let map = Map::latlong(self.width as u32, self.height as u32, 1, &self.luminance);
-        match self.layout {
-            Layout::LatLong => Environment::new(&Map { flags, ..map }),
-            Layout::Cube => Environment::new(&Map { layout: raw::WIS_LAYOUT_CUBE, flags, ..map }),
-            Layout::Angular => {
-                let side = self.width.max(self.height).next_power_of_two() as u32;
-                let texels = self.on_octahedron(side as usize, 2, |d| self.map_from_world.transpose() * d);
-                Environment::new(&Map::octahedral(side, &texels))
-            }
-        }
-    }
-
     /// Builds the light in small tables, with `WIS_ENVIRONMENT_*` and an error budget, for the client's look-up.
     ///
     /// # Errors
@@ -397,11 +377,6 @@ impl Light {
     pub fn world_from_map(&self) -> [f32; 9] {
         // The inverse of a rotation is its transpose, and columns of one are rows of the other.
         self.map_from_world.to_cols_array()
-    }
-
-    /// The light alone of an environment that was built from this map.
-    pub fn distribution<'a>(&self, environment: &'a Environment) -> Distribution<'a> {
-        environment.light(Some(self.world_from_map()))
     }
 
     /// The centres of all texels of a lat-long map as world directions, with solid angles, `k` by `k` for each texel.
@@ -577,9 +552,10 @@ mod tests {
         let (cube, probe) =
             (Light::cube("cube", 8, cut_cross(8, &texels)), Light::angular("probe", 16, texels[..256].into()));
         for light in [Light::sun(64), Light::windows(64), cube, probe] {
-            let environment = light.environment().unwrap();
+            let environment = light.tables(0, 0.0).unwrap();
             let power = environment.info.power;
-            let density = light.distribution(&environment);
+            let sampler = std::cell::RefCell::new(environment::Sampler::new(1, 0, 0).unwrap());
+            let density = environment::Light::new(&environment, &sampler);
             let mut u = vec![[0.0; 2]; 1 << 14];
             crate::client::sobol(3, 0, &mut u).unwrap();
             let sum: f64 = u

@@ -4,10 +4,10 @@
 //! GGX is sampled by visible normals (Heitz 2018) in the form of Dupuy and Benyoub 2023, "Sampling Visible GGX Normals
 //! with Spherical Caps".
 
-use crate::client::{self, Block, CallbackShape, Environment, Preparation, Product, raw};
-use crate::cost::Cost;
+use crate::client::{self, raw};
 use crate::lanes::{F8, LANES, V8, sin_cos_turn};
 use crate::measured;
+use crate::product::{Product, Rotations};
 use crate::reflectance::{Reflectance, View};
 use crate::scene::ShadingPoint;
 use crate::standin::{self, StandIn};
@@ -110,52 +110,14 @@ impl Material {
         [vec![Material::lambert()], ggx.to_vec(), vec![Material::mix(0.1)]].concat()
     }
 
-    /// The library's product at a point; measured materials come as a table or are evaluated in a callback.
+    /// The product with a map at a point, as the paper has it.
     ///
     /// # Errors
     /// Those of the library.
-    pub fn prepare<'a>(
-        &self,
-        environment: &'a Environment,
-        point: &ShadingPoint,
-        preparation: &Preparation,
-        memory: &'a mut Block,
-    ) -> client::Result<Product<'a>> {
-        self.prepare_at(Cost::CHEAP, environment, point, preparation, memory)
-    }
-
-    /// [`Material::prepare`] where an evaluation in the callback has a cost.
-    ///
-    /// # Errors
-    /// Those of the library.
-    pub fn prepare_at<'a>(
-        &self,
-        cost: Cost,
-        environment: &'a Environment,
-        point: &ShadingPoint,
-        preparation: &Preparation,
-        memory: &'a mut Block,
-    ) -> client::Result<Product<'a>> {
-        let Some(measured) = self.measured else {
-            return Product::prepare(environment, &self.query(point), preparation, memory);
-        };
-        if let Some(table) = self.table {
-            return Product::prepare_table(environment, &table.raw(), &self.query(point), preparation, memory);
-        }
+    pub fn prepare(&self, map: &Rotations, point: &ShadingPoint) -> client::Result<Product> {
         let bsdf = Bsdf::new(self, point);
-        let alpha = measured.roughness() as f32;
-        let shape = CallbackShape {
-            flags: 0,
-            normal: point.normal.to_array(),
-            peak: (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize().to_array(),
-            half_angle: if alpha < 0.6 { alpha } else { 0.0 },
-        };
-        let mut eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
-            cost.evaluate(wi.len());
-            bsdf.values(wi, f_cos);
-            true
-        };
-        Product::prepare_callback(environment, &shape, &mut eval, preparation, memory)
+        let mirror = (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize();
+        map.product(mirror, |wi, f_cos| bsdf.values(wi, f_cos))
     }
 
     /// The lobes that stand in for the BRDF in wis_direct, each with its weight: roughness 0 is diffuse.
@@ -189,22 +151,6 @@ impl Material {
             (*weight, *f0) = ([own; 3], [F0; 3]);
         }
         at
-    }
-
-    /// The same BRDF as the library is told of it.
-    pub fn query(&self, point: &ShadingPoint) -> raw::wis_wavelet_query {
-        let grey = |w| [w; 3];
-        if self.measured.is_some() {
-            return client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated(grey(1.0))]);
-        }
-        let diffuse = client::lambert(grey(self.diffuse_at(point)));
-        let specular = client::ggx(grey(self.specular), grey(F0), [self.alpha; 2]);
-        let lobes: &[_] = match (self.diffuse > 0.0, self.specular > 0.0) {
-            (true, true) => &[diffuse, specular],
-            (true, false) => &[diffuse],
-            _ => &[specular],
-        };
-        client::query(point.normal.to_array(), point.wo.to_array(), lobes)
     }
 }
 
@@ -358,24 +304,6 @@ mod tests {
         let normal = Vec3::new(0.2, -0.3, 0.9).normalize();
         let wo = Vec3::new(0.7, 0.1, 0.5).normalize();
         ShadingPoint { pixel: [0, 0], hit: 0, origin: Vec3::ZERO, normal, wo }
-    }
-
-    #[test]
-    fn the_library_evaluates_the_same_brdf() {
-        for material in Material::all() {
-            let bsdf = Bsdf::new(&material, &point());
-            let mut u = vec![[0.0; 2]; 509];
-            client::sobol(1, 0, &mut u).unwrap();
-            let wi: Vec<_> = u.iter().map(|&u| bsdf.sample_one(u)).collect();
-            let arrays: Vec<_> = wi.iter().map(|w| w.to_array()).collect();
-            let mut theirs = vec![[0.0; 3]; wi.len()];
-            client::evaluate(&material.query(&point()), &arrays, &mut theirs).unwrap();
-            let mut ours = vec![0.0; wi.len()];
-            bsdf.values(&arrays, &mut ours);
-            for (ours, theirs) in ours.into_iter().zip(theirs) {
-                assert!((ours - theirs[0]).abs() <= 2e-3 * ours.max(theirs[0]), "{} {ours} {theirs:?}", material.name);
-            }
-        }
     }
 
     #[test]

@@ -1,18 +1,12 @@
 //! Tables of measured BRDFs as a client builds them: one tree for each elevation of the view, about the mirror direction.
 
-use crate::client::{self, Tree, raw};
-use glam::{DVec3, dvec3};
+use crate::client::{self, Tree};
+use glam::{DVec3, Vec3, dvec3};
 
 /// A table and its trees.
 pub struct Table {
     slices: Vec<Tree>,
-    handles: Vec<*const raw::wis_tree>,
 }
-
-// SAFETY: the trees are never changed once they are built, and the handles point to their memory on the heap.
-unsafe impl Send for Table {}
-// SAFETY: as above.
-unsafe impl Sync for Table {}
 
 impl std::fmt::Debug for Table {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
@@ -42,18 +36,25 @@ impl Table {
 
     /// A table of trees.
     pub fn of(slices: Vec<Tree>) -> Table {
-        let handles = slices.iter().map(Tree::handle).collect();
-        Table { slices, handles }
+        Table { slices }
     }
 
-    /// As the library takes it.
-    pub fn raw(&self) -> raw::wis_wavelet_table {
-        raw::wis_wavelet_table {
-            size: size_of::<raw::wis_wavelet_table>() as u32,
-            slice_count: self.handles.len() as u32,
-            slice: self.handles.as_ptr(),
-            colour: [std::ptr::null(); 3],
+    /// BRDF x cosine of a view for world directions.
+    ///
+    /// # Errors
+    /// Those of the library.
+    pub fn eval(&self, normal: Vec3, wo: Vec3, wi: &[[f32; 3]], f_cos: &mut [f32]) -> client::Result<()> {
+        let (slices, weights, frame) = client::table_view(self.slices.len() as u32, normal.to_array(), wo.to_array())?;
+        for (wi, f_cos) in wi.iter().zip(f_cos) {
+            let point = client::square_point(*wi, Some(&frame))?;
+            let mut sum = 0.0;
+            for (slice, weight) in slices.into_iter().zip(weights) {
+                let tree = &self.slices[slice as usize];
+                sum += weight * tree.info.average * f64::from(tree.pdf(point)?);
+            }
+            *f_cos = sum as f32;
         }
+        Ok(())
     }
 
     /// The slices.
@@ -78,14 +79,16 @@ pub fn pixels(
     places: u32,
     value: impl Fn(DVec3, DVec3) -> f64,
 ) -> client::Result<Vec<f32>> {
-    let mut sums = vec![0.0f64; 1 << (2 * depth)];
-    for place in 0..places * places {
-        let offset = [place / places, place % places].map(|k| (k as f32 + 0.5) / places as f32);
-        let (wo, wi) = client::table_directions(slice, slices, depth, offset)?;
-        let double = |v: [f32; 3]| dvec3(v[0].into(), v[1].into(), v[2].into()).normalize();
-        for (sum, wi) in sums.iter_mut().zip(wi) {
-            *sum += value(double(wo), double(wi)) / f64::from(places * places);
-        }
+    let side = 1u32 << depth;
+    let angle = (f64::from(slice) + 0.5) / f64::from(slices) * std::f64::consts::FRAC_PI_2;
+    let wo = dvec3(angle.sin(), 0.0, angle.cos());
+    let (.., frame) = client::table_view(slices, [0.0, 0.0, 1.0], wo.as_vec3().to_array())?;
+    let along = |k: u32| (k as f32 + 0.5) / (side * places) as f32;
+    let mut sums = vec![0.0f64; (side * side) as usize];
+    for (row, column) in (0..side * places).flat_map(|row| (0..side * places).map(move |column| (row, column))) {
+        let [x, y, z] = client::square_direction([along(row), along(column)], Some(&frame))?;
+        let wi = dvec3(x.into(), y.into(), z.into()).normalize();
+        sums[(row / places * side + column / places) as usize] += value(wo, wi) / f64::from(places * places);
     }
     Ok(sums.into_iter().map(|sum| sum as f32).collect())
 }

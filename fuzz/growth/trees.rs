@@ -60,7 +60,6 @@ fn builds(w: &mut World) {
     w.curve("wis_tree_open", "pixels", &PIXELS, linear, |w, n| {
         vec![("memory", planar(w, n, 1)), ("bytes", w.sizes[0] as f64)]
     });
-    w.curve("wis_tree_average", "pixels", &PIXELS, constant, |w, n| vec![("tree", planar(w, n, 1))]);
     w.curve("wis_visibility_size", "pixels", &PIXELS, constant, |w, n| vec![("tree", planar(w, n, 1))]);
     w.curve("wis_visibility_size", "bytes by pixels", &PIXELS, linear, |w, n| vec![("tree", planar(w, n, 1))]);
     w.curve("wis_visibility_init", "pixels", &PIXELS, linear, |w, n| vec![("tree", planar(w, n, 1))]);
@@ -83,19 +82,6 @@ fn lookups(w: &mut World) {
             let index: Vec<u32> = (0..count as u32).collect();
             let (points, index) = (w.floats(&points), w.integers(&index));
             vec![("tree", planar(w, pixels, 1)), ("points", points), ("index", index), ("count", count as f64)]
-        });
-    }
-    for (input, direction) in [("count, forward", "WIS_HAAR_FORWARD"), ("count, inverse", "WIS_HAAR_INVERSE")] {
-        w.curve("wis_haar", input, &PIXELS, linear, |w, n| {
-            let (values, direction) = (w.doubles(&vec![1.0; n]), w.constant(direction));
-            let depth = f64::from(n.ilog2() / 2);
-            vec![
-                ("direction", direction),
-                ("dimensions", 2.0),
-                ("depth", depth),
-                ("count", n as f64),
-                ("values", values),
-            ]
         });
     }
 }
@@ -138,11 +124,6 @@ fn integrals(w: &mut World) {
     });
     w.curve("wis_visibility_product_integral", "pixels", &PIXELS, linear, |w, n| {
         vec![("tree", planar(w, n, 1)), ("visibility", visible(w, n, 2))]
-    });
-    w.curve("wis_tripling_coefficient", "level", &[4, 16, 31], constant, |w, n| {
-        let [i, j, k] =
-            [n, n, 0].map(|level| w.of("wis_basis_function", &vec![("level", level as f64), ("wavelet", 1.0)]));
-        vec![("n", 4.0), ("m", 4.0), ("i", i), ("j", j), ("k", k)]
     });
 }
 
@@ -212,20 +193,13 @@ fn lists(w: &mut World) {
         w.curve(function, "pixels", &PIXELS, f64::log2, |w, n| integral(w, function, scattered, 64, n));
     }
     for (input, places) in PLACES {
-        for (function, set, element, list) in [
-            ("wis_triple_multiply", "wis_wavelet_set", "wis_wavelets", "wavelets"),
-            ("wis_sparse_multiply", "wis_detail_set", "wis_details", "details"),
-        ] {
-            w.curve(function, input, &COUNTS, linear, |w, n| {
-                let [e, f] = [0.2, 0.3].map(|seed| {
-                    let mut fields =
-                        vec![("count", n as f64), ("average", 1.0), (list, elements(w, element, places, n, seed))];
-                    fields.extend((list == "details").then_some(("axes", 2.0)));
-                    w.of(set, &fields)
-                });
-                vec![("e", e), ("f", f), ("room", 24.0 * n as f64)]
+        w.curve("wis_sparse_multiply", input, &COUNTS, linear, |w, n| {
+            let [e, f] = [0.2, 0.3].map(|seed| {
+                let list = elements(w, "wis_details", places, n, seed);
+                w.of("wis_detail_set", &vec![("count", n as f64), ("average", 1.0), ("axes", 2.0), ("details", list)])
             });
-        }
+            vec![("e", e), ("f", f), ("room", 24.0 * n as f64)]
+        });
         for function in VERBS {
             w.curve(function, &format!("wavelets, {input}"), &COUNTS, linear, |w, n| {
                 let list = elements(w, "wis_wavelets", places, n, 0.2);

@@ -242,13 +242,6 @@ impl World {
         self.bytes(std::iter::once(bytes))
     }
 
-    /// A number in a struct that a call wrote.
-    pub fn field(&self, name: &str, at: f64, path: &str) -> u32 {
-        let offset = self.headers.layouts[name].field(path).offset;
-        // SAFETY: the struct has the field.
-        unsafe { *((at as usize + offset) as *const u32) }
-    }
-
     /// A constant of the headers.
     pub fn constant(&self, name: &str) -> f64 {
         self.headers.constant_of(name) as f64

@@ -94,7 +94,7 @@ pub fn left(case: &Case) -> Vec<Left> {
             let (build, count) = (case.build.expect("a build"), case.number("count").unwrap_or(0) as u32);
             vec![Left::Run { build, memory: memory(), scratch: scratch(), count }]
         }
-        "wis_product_prepare" | "wis_wavelet_product_prepare" if case.number("count") == Some(0) => Vec::new(),
+        "wis_product_prepare" if case.number("count") == Some(0) => Vec::new(),
         "wis_product_prepare" => {
             let mut bytes = memory();
             let next = if case.number("count") == Some(1) { long("bytes_used", 0) } else { long("offset", 8) };
@@ -112,10 +112,7 @@ pub fn left(case: &Case) -> Vec<Left> {
             let mut bytes = memory();
             let kind = handle.pointee.trim_end_matches([' ', '*']).to_string();
             // These begin with what they are and their length.
-            if matches!(
-                kind.as_str(),
-                "wis_environment" | "wis_wavelet_light" | "wis_wavelet_product" | "wis_tree" | "wis_jitter"
-            ) {
+            if matches!(kind.as_str(), "wis_environment" | "wis_tree" | "wis_jitter") {
                 let length = u64::from_le_bytes(bytes[8..16].try_into().expect("eight"));
                 bytes.truncate(length as usize);
             }

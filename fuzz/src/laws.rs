@@ -10,10 +10,6 @@ pub fn drawn_by_light(case: &Case) -> Verdict {
     drawn(case, "wis_pdf")
 }
 
-pub fn drawn_by_wavelets(case: &Case) -> Verdict {
-    drawn(case, "wis_wavelet_pdf")
-}
-
 pub fn densities(case: &Case) -> Verdict {
     let densities = elements(case, "pdf", "pdf_stride", 1);
     must!(densities.iter().flatten().all(|pdf| *pdf >= 0.0), "a pdf below 0");

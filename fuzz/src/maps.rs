@@ -129,7 +129,7 @@ extern "C" fn row(user: *mut c_void, y: u32) -> *const c_void {
     rows.pixels.wrapping_add(y as usize * rows.stride).cast()
 }
 
-/// Fills what wis_environment_config and wis_wavelet_light_config have in common. A hostile one never claims more texels than
+/// Fills what wis_environment_config says of a map. A hostile one never claims more texels than
 /// there are: it then has none.
 pub fn describe(case: &mut Case, fields: &mut Fields, latlong: bool) {
     let map = case.world.maps.pick(&mut case.random, latlong);

@@ -54,16 +54,13 @@ fn documented(case: &Case, status: u32) -> bool {
     let Some(name) = headers.statuses.get(status as usize) else { return false };
     let takes =
         |kinds: &[&str]| case.function.parameters.iter().any(|parameter| kinds.contains(&parameter.pointee.as_str()));
-    let maps = ["wis_environment_config", "wis_wavelet_light_config", "wis_tree_config"];
+    let maps = ["wis_environment_config", "wis_tree_config"];
     ANY.contains(&name.as_str())
         || case.function.statuses.contains(name)
         || match name.as_str() {
             "WIS_INVALID_TEXEL" => takes(&maps),
-            "WIS_CALLBACK_FAILED" => takes(&maps) || takes(&["wis_point", "wis_wavelet_product_config"]),
-            "WIS_INVALID_TRANSFORM" => {
-                takes(&maps) || takes(&["wis_point", "wis_wavelet_query", "wis_wavelet_product_config", "float"])
-            }
-            "WIS_NOT_BUILT" => takes(&["wis_wavelet_product_config", "wis_wavelet_table"]),
+            "WIS_CALLBACK_FAILED" => takes(&maps) || takes(&["wis_point"]),
+            "WIS_INVALID_TRANSFORM" => takes(&maps) || takes(&["wis_point", "float"]),
             _ => false,
         }
 }
@@ -102,8 +99,6 @@ fn written(case: &Case, given: &Given, status: u32) -> Verdict {
 /// Results that the header leaves undefined after a failure.
 fn undefined(function: &str, parameter: &str, status: u32) -> bool {
     match status {
-        // Products before the one at fault are whole.
-        _ if function == "wis_wavelet_product_prepare" && parameter == "product" => true,
         MEMORY_TOO_SMALL => parameter.ends_with("_count") || function == "wis_triple_blend",
         OVERFLOW => matches!(parameter, "wavelets" | "product" | "kept"),
         _ => false,

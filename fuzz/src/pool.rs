@@ -30,14 +30,12 @@ pub struct Pool {
 /// Objects of a kind that are kept; a new one then replaces the oldest.
 const KEPT: usize = 8;
 /// Kinds of objects.
-pub const KINDS: [&str; 10] = [
+pub const KINDS: [&str; 8] = [
     "wis_environment",
     "wis_sampler",
     "wis_visibility_cache",
     "wis_product",
     "wis_jitter",
-    "wis_wavelet_light",
-    "wis_wavelet_product",
     "wis_tree",
     "wis_visibility",
     "wis_material",
@@ -143,7 +141,6 @@ const VISIBILITY_NODES: usize = 24;
 fn sign(kind: &str, bytes: &mut [u8]) {
     let id = match kind {
         "wis_environment" if bytes.len() > ENVIRONMENT.header => sign_environment(bytes),
-        "wis_wavelet_light" => wavelet_light_id(bytes),
         "wis_tree" if bytes.len() >= 64 => tree_id(bytes),
         "wis_visibility" if bytes.len() >= VISIBILITY_NODES => visibility_checksum(bytes),
         "wis_product" | "wis_jitter" if bytes.len() >= CHECKSUM.end => checksum(bytes),
@@ -187,15 +184,6 @@ fn sign_environment(bytes: &mut [u8]) -> u64 {
     hash.add(tables);
     (0..9).for_each(|k| hash.add(word(bytes, frame + 4 * k)));
     hash.finish()
-}
-
-fn wavelet_light_id(bytes: &[u8]) -> u64 {
-    // The kernel's own, on memory that is aligned for it.
-    let mut aligned = vec![0u128; bytes.len().div_ceil(16)];
-    // SAFETY: as many bytes as the words have.
-    let copy = unsafe { std::slice::from_raw_parts_mut(aligned.as_mut_ptr().cast::<u8>(), bytes.len()) };
-    copy.copy_from_slice(bytes);
-    wis::wavelets::environment::Environment::view(copy).map_or(0, |view| view.content_id())
 }
 
 fn tree_id(bytes: &[u8]) -> u64 {

@@ -17,11 +17,8 @@ pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
             Some(config) => return config,
             None => environment(case, &mut fields),
         },
-        "wis_wavelet_light_config" => wavelet_light(case, &mut fields),
         "wis_wave" => wave(case, &mut fields),
         "wis_tree_config" => tree(case, &mut fields),
-        "wis_wavelet_table" => table(case, &mut fields),
-        "wis_wavelet_set" => set(case, &mut fields, ("wis_wavelets", "wavelets"), 2),
         "wis_detail_set" => details(case, &mut fields),
         "wis_candidates" => candidates(case, &mut fields),
         "wis_jitter_config" => jitter(case, &mut fields),
@@ -32,9 +29,6 @@ pub fn make(case: &mut Case, kind: &str) -> Vec<u8> {
                 "wis_product_config" => product,
                 "wis_check_config" => check,
                 "wis_strata_config" => strata,
-                "wis_wavelet_query" => query,
-                "wis_wavelet_product_config" => wavelet_product,
-                "wis_basis_function" => basis,
                 _ => panic!("no rule for {kind}"),
             };
             fill(case, &mut fields);
@@ -74,15 +68,6 @@ fn environment(case: &mut Case, fields: &mut Fields) {
     fields.float("error_budget", budget(&mut case.random));
     frame(case, fields, "world_from_map");
     maps::describe(case, fields, latlong);
-}
-
-fn wavelet_light(case: &mut Case, fields: &mut Fields) {
-    let flags = case.random.below(16) as u64;
-    fields.word("flags", flags);
-    fields.word("storage", 1 + case.random.below(2) as u64);
-    fields.word("resolution", case.random.pick(&[0, 0, 1, 2, 8, 32]));
-    fields.float("error_budget", budget(&mut case.random));
-    maps::describe(case, fields, false);
 }
 
 fn sampler(case: &mut Case, fields: &mut Fields) {
@@ -307,78 +292,9 @@ fn strata(case: &mut Case, fields: &mut Fields) {
     }
 }
 
-fn query(case: &mut Case, fields: &mut Fields) {
-    let lobes = case.random.below(5);
-    fields.word("flags", case.random.below(4) as u64);
-    fields.word("lobe_count", lobes as u64);
-    fields.floats("normal", &case.random.direction());
-    fields.floats("tangent", &case.random.direction());
-    fields.floats("wo", &case.random.direction());
-    for k in 0..lobes {
-        let kind = case.random.pick(&[1, 2, 2, 3, 4]);
-        let a = case.random.scale(1e-5, 16.0);
-        fields.word(&format!("lobe[{k}].kind"), kind);
-        fields.floats(&format!("lobe[{k}].weight"), &factors(&mut case.random, 3, 2.0));
-        fields.floats(&format!("lobe[{k}].f0"), &factors(&mut case.random, 3, 1.0));
-        fields.float(&format!("lobe[{k}].a"), a);
-        fields.float(&format!("lobe[{k}].b"), if case.random.one_in(3) { case.random.scale(1e-5, 16.0) } else { a });
-    }
-}
-
-fn wavelet_product(case: &mut Case, fields: &mut Fields) {
-    fields.word("max_squares", case.random.pick(&[0, 1, 16, 200]));
-    fields.word("max_evaluations", case.random.pick(&[0, 1, 66, 300]));
-    frame(case, fields, "world_from_map");
-    if case.random.one_in(2) {
-        let mut inner = Fields::new(&case.world.headers.layouts["wis_wavelet_table"]);
-        table(case, &mut inner);
-        let address = case.input(&inner.bytes, 8);
-        fields.word("table", address);
-    }
-    if case.random.one_in(4) {
-        let mut inner = Fields::new(&case.world.headers.layouts["wis_wavelet_callback"]);
-        let (function, user) = callback(case, values);
-        inner.float("half_angle", case.random.pick(&[0.0, 1e-3, 0.1, 1.5]));
-        inner.floats("peak", &case.random.direction());
-        inner.word("eval", function);
-        inner.word("user", user);
-        let address = case.input(&inner.bytes, 8);
-        fields.word("callback", address);
-    }
-}
-
-/// A table of trees of two axes, some of which are missing.
-fn table(case: &mut Case, fields: &mut Fields) {
-    let trees: Vec<_> = case.world.pool.of("wis_tree").into_iter().filter(|tree| tree.number == 2).collect();
-    let slices = 1 + case.random.below(5);
-    fields.word("slice_count", slices as u64);
-    let pointers = |case: &mut Case| {
-        let mut bytes = Vec::new();
-        for _ in 0..slices {
-            let missing = trees.is_empty() || case.random.one_in(8);
-            let tree = if missing { 0 } else { case.world.memory.reader(case.random.pick(&trees).place) as u64 };
-            bytes.extend(tree.to_le_bytes());
-        }
-        case.input(&bytes, 8)
-    };
-    let slice = pointers(case);
-    fields.word("slice", slice);
-    if case.random.one_in(2) {
-        for k in 0..3 {
-            let colour = pointers(case);
-            fields.word(&format!("colour[{k}]"), colour);
-        }
-    }
-    if case.is_spoiled() {
-        let (path, value) =
-            case.random.pick(&[("size", 0), ("slice_count", 0), ("slice_count", 257), ("slice", 0), ("colour[1]", 0)]);
-        fields.word(path, value);
-    }
-}
-
 /// A tree of any source: of pixels where there is nothing else to make it of.
 fn tree(case: &mut Case, fields: &mut Fields) {
-    let (trees, lights) = (case.world.pool.of("wis_tree"), case.world.pool.of("wis_wavelet_light"));
+    let (trees, lights) = (case.world.pool.of("wis_tree"), case.world.pool.of("wis_environment"));
     let source = match case.random.below(7) {
         source @ (1 | 2) if !trees.is_empty() => source,
         source @ (3 | 4) => source,
@@ -581,22 +497,11 @@ fn pixels(case: &mut Case, fields: &mut Fields) {
 
 fn rotated(case: &mut Case, fields: &mut Fields, lights: &[Object]) {
     fields.word("depth", case.random.below(5) as u64);
-    fields.word("places", 1 + case.random.below(3) as u64);
     fields.float("error_budget", budget(&mut case.random));
     fields.word("least", case.random.pick(&[0.0, 1e-3, 1.0, 1e6f64]).to_bits());
     let environment = handle(case, lights);
     fields.word("environment", environment);
-    frame(case, fields, "world_from_map");
     frame(case, fields, "world_from_tree");
-}
-
-fn basis(case: &mut Case, fields: &mut Fields) {
-    let level = case.random.below(5);
-    fields.word("level", level as u64);
-    for k in 0..4 {
-        fields.word(&format!("translation[{k}]"), case.random.below(1 << level) as u64);
-    }
-    fields.word("wavelet", case.random.below(2) as u64);
 }
 
 /// How a client's callback behaves: it answers well, fails, or writes what is no value.

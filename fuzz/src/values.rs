@@ -31,7 +31,8 @@ pub fn give(case: &mut Case) {
 /// Pointers that may be null, as their comments say.
 fn nullable(function: &str, name: &str) -> bool {
     match name {
-        "diagnostic" | "table" | "label" => true,
+        "diagnostic" | "label" => true,
+        "world_from_tree" => function != "wis_table_view",
         "product" => ["_sample", "_pdf", "_invert"].iter().any(|end| function.ends_with(end)),
         "world_from_map" => true,
         "info" => function.contains("_init") || function.contains("_open") || function.starts_with("wis_tree"),
@@ -58,7 +59,7 @@ fn pointer(case: &mut Case, parameter: &Parameter) -> u64 {
             let bytes = case.garbage(layout.size);
             case.give_packed(Role::Diagnostic, &bytes, &layout)
         }
-        ("wis_point" | "wis_wavelet_query" | "wis_basis_function", _) => {
+        ("wis_point", _) => {
             let count = length(case, name).min(MOST);
             let bytes: Vec<u8> = (0..count).flat_map(|_| structs::make(case, pointee)).collect();
             case.give_packed(Role::Input, &bytes, &layout)
@@ -81,8 +82,8 @@ fn length(case: &Case, name: &str) -> usize {
     let number = |name: &str| case.number(name).unwrap_or(1);
     let axes = || case.objects.last().map_or(2, |tree| tree.number);
     match (case.function.name.as_str(), name) {
-        (_, "values" | "contribution" | "reached" | "status" | "offset" | "list_count" | "list") => number("count"),
-        ("wis_product_prepare", "point") | ("wis_wavelet_product_prepare", "query" | "product") => number("count"),
+        (_, "contribution" | "reached" | "status" | "offset" | "list_count" | "list") => number("count"),
+        ("wis_product_prepare", "point") => number("count"),
         ("wis_direct", "ray") => number("rays"),
         ("wis_triple_blend", "weight") => number("count"),
         ("wis_strata_order" | "wis_warp_in_place", "index") => number("count"),
@@ -94,7 +95,6 @@ fn length(case: &Case, name: &str) -> usize {
         (_, "kept") => number("keep"),
         ("wis_sparse_multiply", "product") => number("room"),
         (_, "wavelets") => case.number("keep").or(case.number("room")).unwrap_or(1),
-        ("wis_wavelet_table_directions", "wi") => 1 << (2 * number("depth").min(5)),
         _ => 1,
     }
 }
@@ -123,10 +123,7 @@ fn array(case: &mut Case, parameter: &Parameter, layout: &Layout) -> u64 {
     let is_info = layout.fields.first().is_some_and(|field| field.path == "size");
     let (elements, span) = match stride_of(case, name) {
         Some(stride) => {
-            let count = match case.function.name.as_str() {
-                "wis_wavelet_table_directions" => length(case, name),
-                _ => case.number("count").unwrap_or(1),
-            };
+            let count = case.number("count").unwrap_or(1);
             // A count that no memory holds must be refused before anything is read.
             let count = if count > 2 * MOST { 1 } else { count };
             let (width, gap) = (4 * width(name), 4 * case.random.below(3));
@@ -143,7 +140,7 @@ fn array(case: &mut Case, parameter: &Parameter, layout: &Layout) -> u64 {
         let bytes = content(case, parameter, elements);
         return case.give(Role::Input, &bytes, layout.clone(), span);
     }
-    let in_place = matches!(name, "values" | "points") || case.function.name == "wis_warp_in_place" && name == "index";
+    let in_place = name == "points" || case.function.name == "wis_warp_in_place" && name == "index";
     let mut bytes = if in_place { content(case, parameter, elements) } else { case.garbage(elements) };
     if is_info && !(case.is_spoiled() && case.random.one_in(3)) {
         bytes[..4].copy_from_slice(&(layout.size as u32).to_le_bytes());
@@ -175,11 +172,11 @@ fn content(case: &mut Case, parameter: &Parameter, bytes: usize) -> Vec<u8> {
 
 /// Some floats of an array.
 fn floats(random: &mut Random, name: &str, hostile: bool) -> Vec<f32> {
-    if hostile && random.one_in(3) || name != "world_from_map" && random.one_in(64) {
+    if hostile && random.one_in(3) || !name.starts_with("world_from_") && random.one_in(64) {
         return vec![random.hard(); 3];
     }
     match name {
-        "world_from_map" => random.frame().to_vec(),
+        "world_from_map" | "world_from_tree" => random.frame().to_vec(),
         "wi" | "wo" | "normal" => random.direction().to_vec(),
         "position" => (0..3).map(|_| 200.0 * (random.unit() - 0.5)).collect(),
         "weight" | "contribution" => {
@@ -203,10 +200,10 @@ fn candidates(case: &Case, kind: &str) -> Vec<Object> {
     let takes_product = case.function.name == "wis_product_open"
         || case.function.parameters.iter().any(|parameter| parameter.pointee.ends_with("_product"));
     let fitting: Vec<Object> = match kind {
-        "wis_product" | "wis_wavelet_product" => all.iter().copied().filter(related).collect(),
+        "wis_product" => all.iter().copied().filter(related).collect(),
         // One that a product was prepared with, if there is a product to choose.
-        "wis_environment" | "wis_wavelet_light" if takes_product => {
-            let products = pool.of(&kind.replace("environment", "product").replace("light", "product"));
+        "wis_environment" if takes_product => {
+            let products = pool.of("wis_product");
             all.iter().copied().filter(|light| products.iter().any(|product| product.owner == light.id)).collect()
         }
         "wis_tree" => {
@@ -414,14 +411,8 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
     let name = case.function.name.as_str();
     let mut random = case.random;
     let value = match parameter.name.as_str() {
-        "count" if name.starts_with("wis_haar") => {
-            let levels = number_of(&case.words, 1).saturating_mul(number_of(&case.words, 2));
-            (1 << levels.min(10), 2000)
-        }
         "count" if name == "wis_triple_blend" => (1 + random.below(5) as u64, 20),
-        "count" if matches!(name, "wis_wavelet_product_prepare" | "wis_product_prepare") => {
-            (1 + random.below(5) as u64, 5)
-        }
+        "count" if name == "wis_product_prepare" => (1 + random.below(5) as u64, 5),
         "count" if name == "wis_points_hammersley" => (random.below(50) as u64, 100),
         "count" if name == "wis_direct_wave" => (random.below(40) as u64, 100),
         "count" => {
@@ -434,13 +425,6 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
             }
         }
         "total" => (number("first") + number("count"), u64::MAX),
-        "dimensions" | "n" => (1 + random.below(4) as u64, u64::MAX),
-        "m" => (1 + random.below(number_of(&case.words, 0).clamp(1, 4)) as u64, u64::MAX),
-        "depth" if name.starts_with("wis_haar") => {
-            (random.below(1 + 10 / number_of(&case.words, 1).max(1)) as u64, u64::MAX)
-        }
-        // A hostile depth has as many directions as memory for them, or must be refused.
-        "depth" => (if case.is_spoiled() { random.pick(&[13, 31, 64]) } else { random.below(5) as u64 }, 4),
         "rays" => (1 + random.below(8) as u64, 4999),
         "picks" => (random.below(40) as u64, 100),
         "keep" | "room" => (random.pick(&[0, 1, 10, 60, 2000]), 2000),
@@ -449,19 +433,11 @@ fn whole(case: &mut Case, parameter: &Parameter) -> (u64, u64) {
             let lights = case.objects.last().map_or(1, |jitter| jitter.number);
             (random.below(lights) as u64, u64::MAX)
         }
-        "direction" | "rule" | "distribution" => (random.below(2) as u64, u64::MAX),
+        "rule" | "distribution" => (random.below(2) as u64, u64::MAX),
         "side" => (1 + random.below(64) as u64, u64::MAX),
-        "cell" => (random.below(number_of(&case.words, 0).pow(2)) as u64, u64::MAX),
-        "slice_count" => (1 + number("slice") + random.below(8) as u64, u64::MAX),
-        "slice" => (random.below(20) as u64, u64::MAX),
+        "slice_count" => (1 + random.below(28) as u64, u64::MAX),
         _ => (random.bits() >> 32 >> random.below(32), u64::MAX),
     };
     case.random = random;
     value
-}
-
-fn number_of(words: &[crate::call::Word], position: usize) -> usize {
-    match words[position] {
-        crate::call::Word::Integer(bits) | crate::call::Word::Float(bits) => bits as usize,
-    }
 }

@@ -179,7 +179,7 @@ pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> co
 ///
 /// # Errors
 /// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
-/// number of texels or bytes of a row overflows; with the field of wis_wavelet_light_config at fault.
+/// number of texels or bytes of a row overflows; with the field at fault.
 pub fn check(pixels: &Pixels) -> core::result::Result<(), Fault> {
     check_map(pixels.layout, [pixels.width, pixels.height], pixels.channels)?;
     let overflow = |field| Fault { status: Status::Overflow, field };

@@ -633,6 +633,19 @@ impl<F: Num> Locate<'_, F> {
     }
 }
 
+/// A patch of a light.
+#[derive(Clone, Copy)]
+pub struct Patch {
+    /// Column and row on the face at which it begins.
+    pub low: [f32; 2],
+    /// Columns and rows.
+    pub size: [f32; 2],
+    /// The density inside.
+    pub shape: PatchDensity<f32>,
+    /// Its share of the light: those of all patches add up to 1.
+    pub share: f32,
+}
+
 /// How far rounding may carry a direction, of a client or of its own, in radians.
 const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
@@ -756,6 +769,26 @@ impl Light<'_> {
         let located = within(patch, &drawn.shape, &place);
         // What has no density where it was drawn may have one where it is found.
         (located, F::or(out, self.alone(&located).le(F::splat(0.0))))
+    }
+
+    /// Hands out the patches that begin in a row of a face, from left to right. Of coarse ones, all rows together hand out each once.
+    pub fn each_patch(&self, face: u32, row: u32, mut each: impl FnMut(&Patch)) {
+        let columns = self.chart.axes[0].patches;
+        for first in (0..columns).step_by(GROUP) {
+            let mut walk = Walk::<GROUP>::new();
+            let lanes = first..columns.min(first + GROUP as u32);
+            walk.face = [face; GROUP];
+            walk.behind[1] = [row; GROUP];
+            walk.behind[0].iter_mut().zip(lanes.clone()).for_each(|(out, column)| *out = column);
+            walk.at(self, None, lanes.len());
+            for (lane, column) in lanes.enumerate() {
+                let patch = walk.patches::<f32>(self, None, lane);
+                if patch.first == [column as f32, row as f32] {
+                    let Patches { low, size, light, probability, .. } = patch;
+                    each(&Patch { low, size, shape: patch.shape(self), share: light * probability });
+                }
+            }
+        }
     }
 
     /// The cell that holds a patch of a face of so many rows of cells.

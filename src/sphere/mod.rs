@@ -5,21 +5,12 @@
 //! edges' midpoints. Axis 1 of the square runs along x, axis 2 along y.
 //! The radius comes from `sqrt((x^2 + y^2) / (1 + |z|))`, which does not cancel at the poles.
 
-use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, inverse_power, max, min, select, sin_cos_turns, sqrt};
+use crate::numeric::{ONE_MINUS_EPSILON, atan_turns, max, min, select, sin_cos_turns, sqrt};
 use core::f64::consts::PI;
 use glam::{Mat3, Vec3};
 
 /// The solid angle of the sphere: a density on the square divided by this is a density per solid angle.
 pub const SPHERE: f32 = 4.0 * core::f32::consts::PI;
-
-/// The largest chord from the centre of a cell to a point of it, for a cell of the square at `level`.
-pub fn cell_chord(level: u32) -> f32 {
-    const CHORD: [f32; 8] = [2.0, 1.41422, 0.88195, 0.48593, 0.25509, 0.13081, 0.06626, 0.03335];
-    match CHORD.get(level as usize) {
-        Some(&chord) => chord,
-        None => 4.31 * inverse_power(level.min(126)),
-    }
-}
 
 /// The point of [0, 1)^2 for a direction of unit length.
 ///

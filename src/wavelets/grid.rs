@@ -5,18 +5,11 @@
 //! other half of the same edge, so that every direction lies between four cells; at the corners of the square, where all
 //! four sheets meet, cells may repeat.
 
-use crate::sphere::{direction, square};
+use crate::sphere::square;
 use glam::Vec3;
 
 /// The most cells along an axis.
 pub const WIS_MAX_GRID: u32 = 4096;
-
-/// The direction of a cell's centre.
-pub fn centre(side: u32, cell: u32) -> Vec3 {
-    let side = side.max(1);
-    let at = |k: u32| (k as f32 + 0.5) / side as f32;
-    direction([at(cell / side), at(cell % side)])
-}
 
 /// The four cells about a direction of unit length, and their weights, which add up to 1.
 pub fn about(side: u32, wi: Vec3) -> ([u32; 4], [f32; 4]) {

@@ -78,49 +78,6 @@ fn unit(side: u32) -> f32 {
     f32::from_bits(side.wrapping_mul(1.0f32.to_bits()))
 }
 
-/// `b` if `side` is 1, `a` if it is 0, exactly: products with 0 and 1 leave the compiler no branch.
-#[inline(always)]
-fn choose(side: u32, a: f32, b: f32) -> f32 {
-    a * unit(1 - side) + b * unit(side)
-}
-
-/// Sends a point of a square into one of its four children: the child, the point inside it, and the bits of
-/// [`quad_density`]. Child `c = 2 b1 + b2`; axis 1 (`u[0]`) splits first. The same bits as the general splits of
-/// 2^n children.
-#[inline(always)]
-pub fn take_quad(masses: [f32; 4], u: [f32; 2]) -> (u32, [f32; 2], f32) {
-    let [m0, m1, m2, m3] = masses;
-    // Both splits of axis 2 at once: they do not wait for the side that axis 1 takes.
-    let (low, high) = (Split::new(m0, m1), Split::new(m2, m3));
-    let first = Split::new(m0 + m1, m2 + m3);
-    let (b1, v) = first.take(u[0]);
-    let second = Split { lower: choose(b1, low.lower, high.lower) };
-    let (b2, w) = second.take(u[1]);
-    (2 * b1 + b2, [v, w], first.density(b1) * second.density(b2))
-}
-
-/// The two splits that lead to a child (0..4), with the side that each takes.
-#[inline(always)]
-fn quad_splits(masses: [f32; 4], child: u32) -> [(Split, u32); 2] {
-    let [m0, m1, m2, m3] = masses;
-    let (b1, b2) = (child >> 1 & 1, child & 1);
-    [(Split::new(m0 + m1, m2 + m3), b1), (Split::new(choose(b1, m0, m2), choose(b1, m1, m3)), b2)]
-}
-
-/// The factor by which the two splits that lead to `child` (0..4) multiply the density.
-#[inline(always)]
-pub fn quad_density(masses: [f32; 4], child: u32) -> f32 {
-    let [(first, b1), (second, b2)] = quad_splits(masses, child);
-    first.density(b1) * second.density(b2)
-}
-
-/// The inverse of [`take_quad`] for a child (0..4) of positive mass.
-#[inline(always)]
-pub fn undo_quad(masses: [f32; 4], child: u32, u: [f32; 2]) -> [f32; 2] {
-    let [(first, b1), (second, b2)] = quad_splits(masses, child);
-    [first.undo(b1, u[0]), second.undo(b2, u[1])]
-}
-
 /// The splits of a square as a heap: node 1 splits axis 1, and the sides of node `i` are nodes `2 i` and `2 i + 1`,
 /// down to child `c`, which is node `C + c`.
 #[derive(Clone, Copy)]

@@ -13,9 +13,6 @@ use crate::status::{Result, Status};
 pub use crate::wavelets::morton::MAX_DEPTH;
 use bytemuck::{Pod, Zeroable};
 
-/// Refined cells go on to at most 2^14 along each axis. Coordinates of 24 bits then still tell 2^10 places in a cell.
-pub const MAX_REFINED: u32 = 14;
-
 /// Stands for "no square": the function is constant from here on.
 pub const NO_SQUARE: u32 = u32::MAX;
 
@@ -32,16 +29,6 @@ pub struct Link {
     pub mask: u32,
 }
 
-/// Which of 32 finest cells of a complete tree, in Morton order, go on below as squares.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Mark {
-    /// Bit k: cell k of the 32 does.
-    pub bits: u32,
-    /// How many cells before these 32 do.
-    pub before: u32,
-}
-
 /// A function on the unit cube of n axes: averages over nested squares with `C = 2^n` children each.
 ///
 /// Child `c = (b1 .. bn)` in binary, axis 1 most significant, bit 0 = lower half. A child without a square is
@@ -51,11 +38,7 @@ pub struct Tree<'a, const C: usize> {
     depth: u32,
     average: f32,
     squares: &'a [[f32; C]],
-    /// The number of squares in heap order, which come first; 0 for a sparse tree.
-    heap: u32,
-    /// Where squares follow below the heap; empty if none do.
-    marks: &'a [Mark],
-    /// The links of the squares behind the heap.
+    /// A link for each square; none if the tree is complete, with squares in heap order.
     links: &'a [Link],
 }
 
@@ -145,7 +128,7 @@ fn close<const C: usize>(square: usize, mean: f64, coarser: &mut [[f32; C]], ope
 
 impl<'a, const C: usize> Tree<'a, C> {
     /// The function that is 0.
-    pub const NOTHING: Self = Tree { depth: 0, average: 0.0, squares: &[], heap: 0, marks: &[], links: &[] };
+    pub const NOTHING: Self = Tree { depth: 0, average: 0.0, squares: &[], links: &[] };
 
     /// A complete tree in heap order: child `c` of square `s` is square `C s + 1 + c`.
     ///
@@ -173,30 +156,7 @@ impl<'a, const C: usize> Tree<'a, C> {
         }
         let tree = Self::trusted(depth, average, squares, links);
         tree.check_averages()?;
-        tree.check_links(0, usize::from(!squares.is_empty()))?;
-        Ok(tree)
-    }
-
-    /// A complete tree of `depth` of which some finest cells are refined: its squares in heap order, then those below
-    /// the marked cells, breadth-first, the first of them in the order of the cells. Links count from the first square
-    /// behind the heap. `marks` has a bit for each cell, 32 to an entry, or is empty if none is refined.
-    ///
-    /// # Errors
-    /// As [`Tree::sparse`].
-    pub fn refined(
-        depth: u32,
-        average: f32,
-        squares: &'a [[f32; C]],
-        marks: &'a [Mark],
-        links: &'a [Link],
-    ) -> Result<Self> {
-        let heap = complete_len::<C>(depth).ok_or(Status::InvalidArgument)?;
-        if squares.len() as u64 != u64::from(heap) + links.len() as u64 {
-            return Err(Status::InvalidArgument);
-        }
-        let tree = Self::trusted_refined(depth, average, squares, marks, links);
-        tree.check_averages()?;
-        tree.check_links(depth, tree.check_marks()?)?;
+        tree.check_links()?;
         Ok(tree)
     }
 
@@ -205,21 +165,7 @@ impl<'a, const C: usize> Tree<'a, C> {
     #[inline]
     pub fn trusted(depth: u32, average: f32, squares: &'a [[f32; C]], links: &'a [Link]) -> Self {
         let depth = if depth < MAX_DEPTH { depth } else { MAX_DEPTH };
-        let heap = if links.is_empty() { squares.len() as u32 } else { 0 };
-        Tree { depth, average, squares, heap, marks: &[], links }
-    }
-
-    /// As [`Tree::trusted`], for [`Tree::refined`].
-    #[inline]
-    pub fn trusted_refined(
-        depth: u32,
-        average: f32,
-        squares: &'a [[f32; C]],
-        marks: &'a [Mark],
-        links: &'a [Link],
-    ) -> Self {
-        let heap = squares.len().saturating_sub(links.len()) as u32;
-        Tree { heap, marks, links, ..Self::trusted(depth, average, squares, &[]) }
+        Tree { depth, average, squares, links }
     }
 
     fn check_averages(&self) -> Result<()> {
@@ -231,42 +177,25 @@ impl<'a, const C: usize> Tree<'a, C> {
         }
     }
 
-    /// The number of marked cells.
-    fn check_marks(&self) -> Result<usize> {
-        let bits = (C as u64) << (C.trailing_zeros() * self.depth.saturating_sub(1));
-        let expected = if self.depth == 0 || self.marks.is_empty() { 0 } else { bits.div_ceil(32) };
-        let mut marked = 0;
-        for (first, mark) in (0u64..).step_by(32).zip(self.marks) {
-            let beyond = bits.saturating_sub(first) < 32 && u64::from(mark.bits) >> bits.saturating_sub(first) != 0;
-            if mark.before != marked || beyond {
-                return Err(Status::Corrupt);
-            }
-            marked = marked.checked_add(mark.bits.count_ones()).ok_or(Status::Corrupt)?;
-        }
-        if self.marks.len() as u64 == expected { Ok(marked as usize) } else { Err(Status::Corrupt) }
-    }
-
-    /// Breadth-first order gives every square but the first ones, whose parents have `level`, exactly one parent
-    /// before it: a tree without cycles.
-    fn check_links(&self, level: u32, first: usize) -> Result<()> {
-        let len = self.squares.len() - self.heap as usize;
-        let deepest = if level == 0 { self.depth } else { MAX_REFINED };
-        let (mut next, mut level, mut level_end) = (first, level + 1, first);
+    /// Breadth-first order gives every square but the first exactly one parent before it: a tree without cycles.
+    fn check_links(&self) -> Result<()> {
+        let first = usize::from(!self.squares.is_empty());
+        let (mut next, mut level, mut level_end) = (first, 1, first);
         for (square, link) in self.links.iter().enumerate() {
             if square == level_end {
                 (level, level_end) = (level + 1, next);
             }
             let children = link.mask.count_ones() as usize;
             let in_order = children == 0 || link.first as usize == next;
-            if !in_order || u64::from(link.mask) >= 1 << C || level > deepest {
+            if !in_order || u64::from(link.mask) >= 1 << C || level > self.depth {
                 return Err(Status::Corrupt);
             }
             next += children;
         }
-        if self.links.len() == len && next == len { Ok(()) } else { Err(Status::Corrupt) }
+        if self.links.len() == self.squares.len() && next == self.squares.len() { Ok(()) } else { Err(Status::Corrupt) }
     }
 
-    /// The grid has 2^depth cells per axis, not counting what lies below refined cells.
+    /// The grid has 2^depth cells per axis.
     #[inline]
     pub fn depth(&self) -> u32 {
         self.depth
@@ -284,13 +213,7 @@ impl<'a, const C: usize> Tree<'a, C> {
         self.squares
     }
 
-    /// The squares in heap order.
-    #[inline]
-    pub fn heap(&self) -> u32 {
-        self.heap
-    }
-
-    /// The links of the squares that are not in heap order; empty for a complete tree.
+    /// The links of the squares; empty for a complete tree.
     #[inline]
     pub fn links(&self) -> &'a [Link] {
         self.links
@@ -311,36 +234,16 @@ impl<'a, const C: usize> Tree<'a, C> {
     /// The square of child `c` (0..C); `None` if the function is constant there.
     #[inline]
     pub fn child_square(&self, square: u32, c: u32) -> Option<u32> {
-        let child = if square < self.heap {
-            let child = square.checked_mul(C as u32)?.checked_add(c)?.checked_add(1)?;
-            if child < self.heap { child } else { self.refinement(child - self.heap)? }
+        let child = if self.links.is_empty() {
+            square.checked_mul(C as u32)?.checked_add(c)?.checked_add(1)?
         } else {
-            let link = self.links.get((square - self.heap) as usize)?;
+            let link = self.links.get(square as usize)?;
             let bit = 1u32.wrapping_shl(c);
             if link.mask & bit == 0 {
                 return None;
             }
-            self.heap.checked_add(link.first)?.checked_add((link.mask & (bit - 1)).count_ones())?
+            link.first.checked_add((link.mask & (bit - 1)).count_ones())?
         };
         if (child as usize) < self.squares.len() { Some(child) } else { None }
-    }
-
-    /// Whether a square may have a child in heap order or behind the heap: false only if it has none.
-    #[inline(always)]
-    pub(crate) fn may_have(&self, square: u32, child: u32) -> bool {
-        let Some(cell) = child.checked_sub(self.heap) else { return true };
-        square >= self.heap
-            || self.marks.get((cell / 32) as usize).is_some_and(|mark| mark.bits >> (cell % 32) & 1 == 1)
-    }
-
-    /// The square below a finest cell of the heap, which is numbered in Morton order as heap order goes on.
-    #[inline]
-    fn refinement(&self, cell: u32) -> Option<u32> {
-        let mark = self.marks.get((cell / 32) as usize)?;
-        let bit = 1u32.wrapping_shl(cell % 32);
-        if mark.bits & bit == 0 {
-            return None;
-        }
-        self.heap.checked_add(mark.before)?.checked_add((mark.bits & (bit - 1)).count_ones())
     }
 }

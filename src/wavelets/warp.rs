@@ -8,7 +8,7 @@
 use crate::numeric::{max, min};
 use crate::status::{Result, Status};
 use crate::wavelets::split::Splits;
-pub use crate::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u, quad_density, take_quad, undo_quad};
+pub use crate::wavelets::split::{ONE_MINUS_EPSILON, Split, clamp_u};
 use crate::wavelets::tree::{MAX_DEPTH, Tree};
 
 /// The coordinate of offset `u` in [0, 1) inside cell `t` of 2^depth cells, rounded so that it stays in the

@@ -12,13 +12,9 @@ use wis::ffi::light::*;
 use wis::ffi::lights::jitter::JitterConfig;
 use wis::ffi::lights::strata::StrataConfig;
 use wis::ffi::pool::Candidates;
-use wis::ffi::wavelets::environment::*;
-use wis::ffi::wavelets::product::*;
-use wis::ffi::wavelets::sparse::{DetailSet, WaveletSet};
-use wis::ffi::wavelets::table::Table;
+use wis::ffi::wavelets::sparse::DetailSet;
 use wis::ffi::wavelets::tree::*;
 use wis::status::Status;
-use wis::wavelets::query::*;
 use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
 
@@ -27,8 +23,6 @@ const TRANSFORM: Status = Status::InvalidTransform;
 const MISALIGNED: Status = Status::Misaligned;
 const NULL: Status = Status::NullPointer;
 const OVERFLOW: Status = Status::Overflow;
-/// A struct of any kind whose size is 0.
-static NO_SIZE: [u64; 16] = [0; 16];
 static SCALED: [f32; 10] = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 /// The field that a diagnostic names, an edit that spoils it, and the status.
@@ -49,39 +43,6 @@ pub fn check<T: Copy>(functions: &[&str], argument: &str, faults: &[Fault<T>]) -
         }
     }
     told_all
-}
-
-#[test]
-fn environments() {
-    let faults: &[Fault<EnvironmentConfig>] = &[
-        ("size", |c| c.size = 0, Status::InvalidStructSize),
-        ("layout", |c| c.layout = 9, INVALID),
-        ("format", |c| c.format = 9, INVALID),
-        ("storage", |c| c.storage = 9, INVALID),
-        ("channels", |c| c.channels = 2, INVALID),
-        ("flags", |c| c.flags = 1 << 20, INVALID),
-        ("width", |c| c.width = 0, INVALID),
-        ("height", |c| c.height = 0, INVALID),
-        ("height", |c| (c.layout, c.height) = (WIS_LAYOUT_CUBE, 7), INVALID),
-        ("resolution", |c| c.resolution = 3, INVALID),
-        ("error_budget", |c| c.error_budget = -1.0, INVALID),
-        ("row_stride", |c| c.row_stride = 71, INVALID),
-        ("row_stride", |c| c.row_stride = 74, MISALIGNED),
-        ("row_stride", |c| (c.format, c.row_stride) = (WIS_FORMAT_F16, -37), MISALIGNED),
-        ("pixels", |c| c.pixels = null(), NULL),
-        ("pixels", |c| c.pixels = c.pixels.wrapping_byte_add(2), MISALIGNED),
-        ("pixels", |c| (c.format, c.pixels) = (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(1)), MISALIGNED),
-    ];
-    check(&["wis_wavelet_light_size", "wis_wavelet_light_init"], "config", faults);
-    // Half floats need two bytes only.
-    let scene = Scene::new();
-    let init = function("wis_wavelet_light_init");
-    let mut call = Call::valid(&scene, &init);
-    call.edit("config", |c: &mut EnvironmentConfig| {
-        (c.format, c.pixels, c.flags) =
-            (WIS_FORMAT_F16, c.pixels.wrapping_byte_add(2), c.flags | WIS_WAVELET_LIGHT_SANITISE);
-    });
-    call.succeeds("two bytes");
 }
 
 #[test]
@@ -150,70 +111,6 @@ fn comparisons() {
 }
 
 #[test]
-fn queries() {
-    let faults: &[Fault<Query>] = &[
-        ("size", |q| q.size = 0, Status::InvalidStructSize),
-        ("flags", |q| q.flags = 8, INVALID),
-        ("lobe_count", |q| q.lobe_count = 5, INVALID),
-        ("lobe[0].kind", |q| q.lobe[0].kind = 0, INVALID),
-        ("lobe[3].kind", |q| q.lobe_count = 4, INVALID),
-        ("lobe[2].weight", |q| q.lobe[2].weight[1] = -1.0, INVALID),
-        ("lobe[1].f0", |q| q.lobe[1].f0[0] = 2.0, INVALID),
-        ("lobe[1].a", |q| q.lobe[1].a = f32::NAN, INVALID),
-        // Not an anisotropy without tangent.
-        ("lobe[1].b", |q| (q.lobe[1].b, q.tangent) = (0.0, [0.0; 3]), INVALID),
-        ("lobe[2].a", |q| q.lobe[2].a = -1.0, INVALID),
-        ("normal", |q| q.normal = [0.0; 3], TRANSFORM),
-        ("wo", |q| q.wo = [0.0; 3], TRANSFORM),
-        ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, [0.0; 3]), TRANSFORM),
-        ("tangent", |q| (q.lobe[1].b, q.tangent) = (0.5, q.normal), TRANSFORM),
-    ];
-    check(&["wis_wavelet_product_prepare"], "query", faults);
-    let faults: &[Fault<ProductConfig>] = &[
-        ("max_squares", |c| c.max_squares = u32::MAX, INVALID),
-        ("reserved", |c| c.reserved = 7, INVALID),
-        ("world_from_map", |c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
-        ("callback", |c| c.callback = NO_SIZE.as_ptr().cast(), Status::InvalidStructSize),
-    ];
-    check(&["wis_wavelet_product_size", "wis_wavelet_product_prepare"], "config", faults);
-    let faults: &[Fault<ProductConfig>] =
-        &[("table", |c| c.table = NO_SIZE.as_ptr().cast(), Status::InvalidStructSize)];
-    check(&["wis_wavelet_product_prepare"], "config", faults);
-    let faults: &[Fault<CallbackBrdf>] = &[
-        ("callback.half_angle", |b| b.half_angle = -1.0, INVALID),
-        ("callback.peak", |b| b.peak = [0.0; 3], TRANSFORM),
-        ("callback.eval", |b| b.eval = None, NULL),
-    ];
-    let scene = Scene::new();
-    pointed(&scene, &scene.callback, faults, |config, callback| config.callback = callback.cast());
-}
-
-/// Prepares with a configuration that points to a struct which is spoiled in one field after another.
-fn pointed<T: Copy>(scene: &Scene, valid: &[u8], faults: &[Fault<T>], set: fn(&mut ProductConfig, *const u8)) {
-    let prepare = function("wis_wavelet_product_prepare");
-    for (name, edit, status) in faults {
-        let mut spoiled = Block::new(valid, 0);
-        spoiled.edit(edit);
-        let mut call = Call::valid(scene, &prepare);
-        call.edit("config", |config| set(config, spoiled.pointer().cast_const().cast()));
-        let diagnostic = call.fails(name, *status, "config");
-        assert_eq!(field(&diagnostic), Some(*name));
-    }
-}
-
-#[test]
-fn tables() {
-    static NO_TREES: [usize; 2] = [0; 2];
-    let faults: &[Fault<Table>] = &[
-        ("table.slice_count", |t| t.slice_count = 0, INVALID),
-        ("table.slice", |t| t.slice = null(), NULL),
-        ("table.slice", |t| t.slice = NO_TREES.as_ptr().cast(), Status::NotBuilt),
-    ];
-    let scene = Scene::new();
-    pointed(&scene, &scene.table(), faults, |config, table| config.table = table.cast());
-}
-
-#[test]
 fn trees() {
     let faults: &[Fault<TreeConfig>] = &[
         ("dimensions", |c| c.dimensions = 5, INVALID),
@@ -267,15 +164,11 @@ fn elements() {
     assert_eq!(row("wis_triple_blend", "list", &numbers(&handles), INVALID), (1, 2));
     assert_eq!(row("wis_triple_blend", "weight", &numbers(&[1.0, f64::NAN, 1.0]), INVALID), (0, 1));
     assert_eq!(row("wis_strata_order", "contribution", &numbers(&[1.0f32, 2.0, -1.0]), INVALID), (0, 2));
-    let mut values = [1.0f64; 16];
-    values[5] = f64::INFINITY;
-    assert_eq!(row("wis_haar", "values", &numbers(&values), INVALID), (0, 5));
 }
 
 /// The field, and the number of the element at fault in a list that a struct points to.
 #[test]
 fn elements_of_fields() {
-    static WAVELETS: [Wavelets; 2] = [unordered(1), unordered(0)];
     static DETAILS: [Details; 2] = [
         Details { position: 0, level: 1, reserved: 0, detail: [0.0; 16] },
         Details { position: 0, level: 0, reserved: 0, detail: [0.0; 16] },
@@ -286,20 +179,14 @@ fn elements_of_fields() {
         labels[1] = 2;
         labels
     };
-    let sets: [Fault<WaveletSet>; 1] = [("wavelets", |set| set.wavelets = WAVELETS.as_ptr(), INVALID)];
     let details: [Fault<DetailSet>; 1] = [("details", |set| set.details = DETAILS.as_ptr(), INVALID)];
     for argument in ["e", "f"] {
-        second(check(&["wis_triple_multiply"], argument, &sets));
         second(check(&["wis_sparse_multiply"], argument, &details));
     }
     let weights: [Fault<Candidates>; 1] = [("weight", |all| all.weight = WEIGHTS.as_ptr(), INVALID)];
     second(check(&["wis_pool_pick"], "candidates", &weights));
     let labels: [Fault<JitterConfig>; 1] = [("label", |config| config.label = LABELS.as_ptr(), INVALID)];
     second(check(&["wis_jitter_init"], "config", &labels));
-}
-
-const fn unordered(level: u32) -> Wavelets {
-    Wavelets { position: 0, level, detail: [0.0; 3] }
 }
 
 /// The second element is at fault in each.
@@ -314,12 +201,6 @@ fn second(diagnostics: Vec<Diagnostic>) {
 #[test]
 fn lists() {
     static UNALIGNED: [u64; 1] = [0];
-    let sets: [Fault<WaveletSet>; 4] = [
-        ("size", |set| set.size -= 1, Status::InvalidStructSize),
-        ("average", |set| set.average = f64::NAN, INVALID),
-        ("wavelets", |set| set.wavelets = null(), NULL),
-        ("wavelets", |set| set.wavelets = UNALIGNED.as_ptr().wrapping_byte_add(2).cast(), MISALIGNED),
-    ];
     let details: [Fault<DetailSet>; 6] = [
         ("axes", |set| set.axes = 0, INVALID),
         ("axes", |set| set.axes = 5, INVALID),
@@ -329,7 +210,6 @@ fn lists() {
         ("details", |set| set.details = UNALIGNED.as_ptr().wrapping_byte_add(2).cast(), MISALIGNED),
     ];
     for argument in ["e", "f"] {
-        check(&["wis_triple_multiply"], argument, &sets);
         check(&["wis_sparse_multiply"], argument, &details);
     }
     check::<DetailSet>(&["wis_sparse_multiply"], "f", &[("axes", |set| set.axes = 3, INVALID)]);
@@ -368,7 +248,6 @@ fn address(bytes: &[u8]) -> usize {
 fn rooms() {
     let scene = Scene::new();
     for (name, result, bytes) in [
-        ("wis_triple_multiply", "wavelets", size_of::<Wavelets>()),
         ("wis_sparse_multiply", "product", size_of::<Details>()),
         ("wis_triple_blend", "wavelets", size_of::<Wavelets>()),
     ] {

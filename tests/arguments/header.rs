@@ -16,7 +16,7 @@ pub struct Function {
 
 /// A parameter as the header declares it.
 pub struct Parameter {
-    /// Without `struct`, single spaces: `const float *wi`, `const wis_wavelet_light **environment`, `float u[2]`.
+    /// Without `struct`, single spaces: `const float *wi`, `const wis_environment **environment`, `float u[2]`.
     pub declaration: String,
     pub name: String,
 }
@@ -48,7 +48,7 @@ impl Parameter {
         self.is_pointer() && !self.declaration.starts_with("const") && !handle && self.name != "diagnostic"
     }
 
-    /// What the pointer points to, without `const`: `float`, `wis_wavelet_query`, `wis_wavelet_light *`.
+    /// What the pointer points to, without `const`: `float`, `wis_point`, `wis_environment *`.
     pub fn pointee(&self) -> &str {
         let declaration = self.declaration.trim_start_matches("const ");
         let end = declaration.rfind(['*', '[']).unwrap_or(declaration.len());

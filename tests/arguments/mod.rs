@@ -7,12 +7,10 @@
 pub mod block;
 mod call;
 mod control;
-mod extremes;
 mod fields;
 mod header;
 mod objects;
 mod order;
-mod passes;
 mod pointers;
 mod renderer;
 mod scene;

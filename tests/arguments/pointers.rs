@@ -15,20 +15,15 @@ use wis::ffi::pool::Candidates;
 use wis::ffi::product::{GridConfig, GridInfo};
 use wis::ffi::sampler::SamplerConfig;
 use wis::ffi::wave::DirectWave;
-use wis::ffi::wavelets::environment::{EnvironmentConfig, EnvironmentInfo, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use wis::ffi::wavelets::product::{ProductConfig, ProductInfo};
-use wis::ffi::wavelets::sparse::{DetailSet, WaveletSet};
-use wis::ffi::wavelets::table::Table;
+use wis::ffi::wavelets::sparse::DetailSet;
 use wis::ffi::wavelets::tree::{TreeConfig, TreeInfo};
 use wis::ffi::{Diagnostic, MemorySize, WIS_ALIGNMENT};
 use wis::lights::strata::Light;
 use wis::pool::Pick;
+use wis::sample::Sample;
 use wis::status::Status;
-use wis::wavelets::descent::Sample;
-use wis::wavelets::query::Query;
 use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
-use wis::wavelets::tripling::BasisFunction;
 
 /// Calls `test` with every parameter of every function.
 fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
@@ -44,16 +39,10 @@ fn for_each_parameter(test: impl Fn(&Scene, &Function, &Parameter)) {
 fn is_optional(function: &Function, parameter: &Parameter) -> bool {
     match parameter.name.as_str() {
         "diagnostic" | "world_from_map" => true,
-        "product" => matches!(
-            function.name.as_str(),
-            "wis_sample" | "wis_pdf" | "wis_invert" | "wis_wavelet_sample" | "wis_wavelet_pdf" | "wis_wavelet_invert"
-        ),
-        "table" => true,
+        "world_from_tree" => !parameter.is_result(),
+        "product" => matches!(function.name.as_str(), "wis_sample" | "wis_pdf" | "wis_invert"),
         "label" => function.name == "wis_strata_lights",
-        "info" => !matches!(
-            function.name.as_str(),
-            "wis_wavelet_product_describe" | "wis_environment_describe" | "wis_product_describe" | "wis_check"
-        ),
+        "info" => !matches!(function.name.as_str(), "wis_environment_describe" | "wis_product_describe" | "wis_check"),
         _ => false,
     }
 }
@@ -66,8 +55,6 @@ fn alignment(parameter: &Parameter) -> usize {
         | "wis_sampler"
         | "wis_visibility_cache"
         | "wis_product"
-        | "wis_wavelet_light"
-        | "wis_wavelet_product"
         | "wis_tree"
         | "wis_jitter"
         | "wis_visibility" => WIS_ALIGNMENT,
@@ -84,29 +71,21 @@ fn alignment(parameter: &Parameter) -> usize {
         "wis_material" => align_of::<MaterialData>(),
         "wis_point" => align_of::<PointData>(),
         "wis_wave" => align_of::<DirectWave>(),
-        "wis_basis_function" => align_of::<BasisFunction>(),
         "wis_details" => align_of::<Details>(),
         "wis_wavelets" => align_of::<Wavelets>(),
-        "wis_wavelet_set" => align_of::<WaveletSet>(),
         "wis_detail_set" => align_of::<DetailSet>(),
         "wis_candidates" => align_of::<Candidates>(),
         "wis_jitter_config" => align_of::<JitterConfig>(),
         "wis_wavelets *const" => align_of::<*const u8>(),
-        "wis_wavelet_table" => align_of::<Table>(),
         "double" => 8,
         "wis_drawn" => align_of::<Sample>(),
         "wis_pick" => align_of::<Pick>(),
         "wis_light" => align_of::<Light>(),
         "wis_strata_config" => align_of::<StrataConfig>(),
-        "wis_wavelet_query" => align_of::<Query>(),
         "wis_memory_size" => align_of::<MemorySize>(),
         "wis_diagnostic" => align_of::<Diagnostic>(),
         "wis_environment_config" => align_of::<LightConfig>(),
         "wis_environment_info" => align_of::<LightInfo>(),
-        "wis_wavelet_light_config" => align_of::<EnvironmentConfig>(),
-        "wis_wavelet_light_info" => align_of::<EnvironmentInfo>(),
-        "wis_wavelet_product_config" => align_of::<ProductConfig>(),
-        "wis_wavelet_product_info" => align_of::<ProductInfo>(),
         "wis_tree_config" => align_of::<TreeConfig>(),
         "wis_tree_info" => align_of::<TreeInfo>(),
         handle if handle.ends_with('*') => align_of::<*const u8>(),
@@ -192,13 +171,6 @@ fn block_of(length: &str) -> Option<&'static str> {
 /// The configurations with which a function is tried; `None` as it comes.
 fn configurations(scene: &Scene, function: &Function) -> Vec<Option<Vec<u8>>> {
     match function.name.as_str() {
-        "wis_wavelet_light_init" => [WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE]
-            .map(|storage| {
-                let mut config = Block::new(Call::valid(scene, function).bytes("config"), 0);
-                config.edit(|config: &mut EnvironmentConfig| config.storage = storage);
-                Some(config.to_vec())
-            })
-            .to_vec(),
         "wis_tree_init" => (0..SOURCES).map(|source| Some(scene.tree_config(source))).collect(),
         _ => vec![None],
     }
@@ -325,7 +297,7 @@ fn overflowing_counts() {
 #[test]
 fn zero_elements() {
     for_each_parameter(|scene, function, parameter| {
-        if parameter.name == "count" && !function.name.starts_with("wis_haar") {
+        if parameter.name == "count" {
             let mut call = Call::valid(scene, function);
             call.set("count", 0);
             for array in ["u", "wi", "pdf", "drawn", "point", "offset", "f_cos", "out", "points", "index"] {
@@ -344,14 +316,7 @@ fn other_objects() {
     for_each_parameter(|scene, function, parameter| {
         if matches!(
             parameter.pointee(),
-            "wis_environment"
-                | "wis_sampler"
-                | "wis_visibility_cache"
-                | "wis_product"
-                | "wis_wavelet_light"
-                | "wis_wavelet_product"
-                | "wis_tree"
-                | "wis_visibility"
+            "wis_environment" | "wis_sampler" | "wis_visibility_cache" | "wis_product" | "wis_tree" | "wis_visibility"
         ) {
             let len = Call::valid(scene, function).bytes(&parameter.name).len();
             for other in [vec![0; len], vec![SENTINEL; len], scene.other_object(parameter.pointee())] {

@@ -16,20 +16,15 @@ use wis::ffi::product::*;
 use wis::ffi::sampler::*;
 use wis::ffi::visibility::*;
 use wis::ffi::wave::{DirectWave, FloatsIn, FloatsOut, IntsIn};
-use wis::ffi::wavelets::environment::*;
-use wis::ffi::wavelets::product::*;
-use wis::ffi::wavelets::sparse::{DetailSet, WaveletSet};
-use wis::ffi::wavelets::table::*;
+use wis::ffi::wavelets::sparse::DetailSet;
 use wis::ffi::wavelets::tree::*;
 use wis::ffi::wavelets::visibility::*;
 use wis::ffi::{Diagnostic, MemorySize};
 use wis::pool::Pick;
+use wis::sample::Sample;
 use wis::status::Status;
-use wis::wavelets::descent::Sample;
-use wis::wavelets::query::*;
 use wis::wavelets::sparse::Details;
 use wis::wavelets::triple::Wavelets;
-use wis::wavelets::tripling::BasisFunction;
 
 /// A rotation about the axis (1, 1, 1).
 pub const ROTATION: [f32; 9] = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
@@ -107,8 +102,6 @@ pub enum Value {
 pub struct Scene {
     pixels: Vec<f32>,
     image: Vec<f32>,
-    environment_size: MemorySize,
-    environment: Vec<u8>,
     sampler_size: MemorySize,
     sampler: Vec<u8>,
     /// What points read and record in.
@@ -123,17 +116,12 @@ pub struct Scene {
     /// A scratch block after two passes and after three; the memory after three, and at the end.
     light_scratch: [Vec<u8>; 2],
     light_memory: [Vec<u8>; 2],
-    product_size: MemorySize,
     pool_size: MemorySize,
     strata_size: MemorySize,
     jitter_size: MemorySize,
     jitter: Vec<u8>,
-    product: Vec<u8>,
     /// A tree as calls on many take it: a block that stays where it is, and its handles.
     stored: Block,
-    /// A BRDF for a configuration.
-    pub callback: Block,
-    slices: [*const Tree; SLICES],
     tree_size: MemorySize,
     tree: Vec<u8>,
     /// A tree of values up to 1, and visibility made of it.
@@ -152,8 +140,6 @@ impl Scene {
         let mut scene = Scene {
             pixels: (0..WIDTH * HEIGHT * 3).map(|i| 0.25 + (i % 7) as f32).collect(),
             image: IMAGE.map(|value| value as f32).to_vec(),
-            environment_size: MemorySize::default(),
-            environment: Vec::new(),
             sampler_size: MemorySize::default(),
             sampler: Vec::new(),
             cache: cache(),
@@ -169,15 +155,11 @@ impl Scene {
             light_size: MemorySize::default(),
             light_scratch: [Vec::new(), Vec::new()],
             light_memory: [Vec::new(), Vec::new()],
-            product_size: MemorySize::default(),
             pool_size: MemorySize::default(),
             strata_size: MemorySize::default(),
             jitter_size: MemorySize::default(),
             jitter: Vec::new(),
-            product: Vec::new(),
             stored: Block::unwritten(0),
-            callback: Block::new(&callback_brdf(), 0),
-            slices: [null(); SLICES],
             tree_size: MemorySize::default(),
             tree: Vec::new(),
             shares: Vec::new(),
@@ -191,17 +173,15 @@ impl Scene {
         scene.build_light();
         scene.build_sampler();
         scene.build_grid();
-        scene.build_environment();
-        scene.build_product();
+        scene.measure();
         scene.build_jitter();
         scene.build_tree();
         scene.build_visibility();
         scene.list = [scene.lists[0].pointer().cast_const().cast(); COUNT];
         scene.stored = Block::new(&scene.tree, 0);
         scene.trees = [scene.stored.pointer().cast_const().cast(); COUNT];
-        scene.light = Block::new(&scene.environment, 0);
+        scene.light = Block::new(&scene.light_memory[1], 0);
         scene.measure_trees();
-        scene.slices = [scene.stored.pointer().cast_const().cast(); SLICES];
         scene
     }
 
@@ -295,43 +275,16 @@ impl Scene {
         })
     }
 
-    fn build_environment(&mut self) {
-        let config = Block::new(&self.environment_config(), 0);
-        let config = config.pointer().cast();
-        let mut handle = null();
+    /// The memory of pools and strata.
+    fn measure(&mut self) {
+        let (map, strata) = (Block::new(&self.light_config(), 0), Block::new(&strata_config(), 0));
+        let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
         // SAFETY: all pointers are valid.
         unsafe {
-            expect_ok(wis_wavelet_light_size(config, &mut self.environment_size, null_mut()));
-            let (bytes, scratch_bytes) = (self.environment_size.bytes, self.environment_size.scratch_bytes);
-            let (memory, scratch) = (Block::unwritten(bytes), Block::unwritten(scratch_bytes));
-            let (place, work) = (memory.pointer().cast(), scratch.pointer().cast());
-            let (info, none) = (null_mut(), null_mut());
-            expect_ok(wis_wavelet_light_init(config, place, bytes, work, scratch_bytes, &mut handle, info, none));
-            self.environment = memory.to_vec();
-        }
-    }
-
-    fn build_product(&mut self) {
-        let (config, query) = (Block::new(&product_config(), 0), Block::new(&query(), 0));
-        let (config, query) = (config.pointer().cast(), query.pointer().cast());
-        let environment = Block::new(&self.environment, 0);
-        let mut handle = null();
-        // SAFETY: all pointers are valid.
-        unsafe {
-            expect_ok(wis_wavelet_product_size(config, &mut self.product_size, null_mut()));
             expect_ok(wis_pool_size(COUNT, &mut self.pool_size));
-            let (map, strata) = (self.light_config(), strata_config());
-            let (map, strata) = (Block::new(&map, 0), Block::new(&strata, 0));
-            let (map, strata) = (map.pointer().cast(), strata.pointer().cast());
             expect_ok(wis_strata_size(map, strata, &mut self.strata_size, null_mut()));
-            self.pool_size.scratch_bytes = self.pool_size.bytes;
-            let memory = Block::unwritten(self.product_size.bytes);
-            let (light, place, bytes) = (environment.pointer().cast(), memory.pointer().cast(), memory.len());
-            expect_ok(wis_wavelet_product_prepare(light, config, 1, query, place, bytes, &mut handle, null_mut()));
-            let mut info = ProductInfo { size: size_of::<ProductInfo>() as u32, ..ProductInfo::default() };
-            expect_ok(wis_wavelet_product_describe(light, handle, &mut info));
-            self.product = memory[..info.bytes as usize].to_vec();
         }
+        self.pool_size.scratch_bytes = self.pool_size.bytes;
     }
 
     fn build_jitter(&mut self) {
@@ -397,12 +350,11 @@ impl Scene {
         match parameter.name.as_str() {
             "count" if name == "wis_environment_run" => 1,
             "pass" if name == "wis_environment_run" => 2,
-            "count" if name.starts_with("wis_haar") => IMAGE.len(),
             "count" => COUNT,
             "bytes" if function.takes("const void *memory") => self.stored(name).len(),
             "bytes" => self.size(name).bytes,
             "scratch_bytes" => self.size(name).scratch_bytes,
-            "dimensions" | "depth" | "picks" | "n" | "m" => 2,
+            "picks" => 2,
             "keep" | "brdf_count" | "light_count" => 2,
             "brdf_average" | "light" | "threshold" | "bound" => 1,
             "u" => 0,
@@ -412,9 +364,8 @@ impl Scene {
             "places" => PLACES as usize,
             "cell" => 5,
             "room" => PRODUCT,
-            "slice" => 1,
             "slice_count" => SLICES,
-            "direction" | "rule" | "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
+            "rule" | "distribution" | "pass" | "first" | "seed" | "x" | "y" | "status" => 0,
             stride if stride.ends_with("stride") => 0,
             _ => panic!("no argument for {} of {name}", parameter.declaration),
         }
@@ -426,7 +377,6 @@ impl Scene {
         let unwritten = |len: usize| vec![SENTINEL; len];
         match parameter.declaration.as_str() {
             "const wis_environment_config *config" => self.light_config(),
-            "const wis_wavelet_light_config *config" => self.environment_config(),
             "const wis_environment_config *map" => self.light_config(),
             "const wis_strata_config *config" => strata_config(),
             "const wis_sampler_config *config" => sampler_config(),
@@ -450,36 +400,24 @@ impl Scene {
             "wis_ray *ray" => unwritten(RAYS * size_of::<Ray>()),
             "uint32_t *ray_count" | "uint32_t *visibility_key" => unwritten(4),
             "uint8_t *status" => unwritten(count),
-            "float *u" if matches!(name, "wis_invert" | "wis_wavelet_invert") => unwritten(8 * count),
-            "const wis_wavelet_product_config *config" => product_config(),
+            "float *u" if name == "wis_invert" => unwritten(8 * count),
             "const wis_tree_config *config" => self.tree_config(WIS_TREE_PIXELS),
-            "const wis_wavelet_query *query" if name == "wis_wavelet_product_prepare" => query().repeat(COUNT),
-            "const wis_wavelet_query *query" => query(),
-            "const wis_wavelet_table *table" => self.table(),
-            "const float offset[2]" => numbers(&[0.5f32; 2]),
-            "float wo[3]" => unwritten(12),
-            "float *wi" if name == "wis_wavelet_table_directions" => unwritten(12 * IMAGE.len()),
-            "const wis_wavelet_product **product" => unwritten(COUNT * size_of::<*const c_void>()),
+            "const float wo[3]" => numbers(&DIRECTIONS[0]),
+            "uint32_t slice[2]" => unwritten(8),
+            "double weight[2]" => unwritten(16),
+            "float world_from_tree[9]" => unwritten(36),
             "const wis_environment *environment" => self.light_memory[1].clone(),
-            "const wis_wavelet_light *environment" => self.environment.clone(),
-            "const wis_wavelet_product *product" => self.product.clone(),
             "const wis_jitter *jitter" => self.jitter.clone(),
             "const wis_jitter_config *config" => jitter_config(),
             "const float *contribution" => numbers(&[1.0f32, 0.0, 2.0]),
             "uint32_t *traced" => unwritten(4),
             "const wis_tree *tree" if name.starts_with("wis_visibility") => self.shares.clone(),
             tree if tree.starts_with("const wis_tree *") => self.tree.clone(),
-            function if function.starts_with("const wis_basis_function *") => {
-                numbers(&[BasisFunction { level: 1, translation: [1, 0, 0, 0], wavelet: 2 }])
-            }
             "const wis_wavelets *brdf" | "const wis_wavelets *kept_light" => numbers(&WAVELETS),
             "const wis_wavelets *const *list" => numbers(&self.list),
             "const uint32_t *list_count" => numbers(&[2u32; COUNT]),
             "const double *weight" => numbers(&WEIGHTS),
-            "const wis_wavelet_set *e" | "const wis_wavelet_set *f" => wavelet_set(),
-            "wis_wavelets *wavelets" if name == "wis_triple_blend" || name == "wis_triple_multiply" => {
-                unwritten(PRODUCT * size_of::<Wavelets>())
-            }
+            "wis_wavelets *wavelets" if name == "wis_triple_blend" => unwritten(PRODUCT * size_of::<Wavelets>()),
             "const wis_detail_set *e" | "const wis_detail_set *f" => detail_set(),
             "wis_details *product" => unwritten(PRODUCT * size_of::<Details>()),
             "uint32_t *product_count" => unwritten(4),
@@ -490,7 +428,6 @@ impl Scene {
             "uint32_t cell[4]" | "float weights[4]" => unwritten(16),
             "wis_wavelets *wavelets" => unwritten(2 * size_of::<Wavelets>()),
             "uint32_t *wavelet_count" => unwritten(4),
-            "double *coefficient" => unwritten(8),
             "const void *memory" => self.stored(name).to_vec(),
             "void *memory" if name == "wis_environment_finish" => self.light_memory[0].clone(),
             "void *memory" if name == "wis_environment_turn" => self.light_memory[1].clone(),
@@ -499,20 +436,16 @@ impl Scene {
             "void *scratch" if name == "wis_environment_finish" => self.light_scratch[1].clone(),
             "void *scratch" => unwritten(self.size(name).scratch_bytes),
             "wis_environment_info *info" => sized(size_of::<LightInfo>()),
-            "wis_wavelet_light_info *info" => sized(size_of::<EnvironmentInfo>()),
-            "wis_wavelet_product_info *info" => sized(size_of::<ProductInfo>()),
             "wis_tree_info *info" => sized(size_of::<TreeInfo>()),
             "wis_memory_size *size" => unwritten(size_of::<MemorySize>()),
             "wis_diagnostic *diagnostic" | "wis_diagnostic *fault" => unwritten(size_of::<Diagnostic>()),
             "wis_drawn *sample" => unwritten(size_of::<Sample>()),
-            "const float world_from_map[9]" => numbers(&ROTATION),
+            "const float world_from_map[9]" | "const float world_from_tree[9]" => numbers(&ROTATION),
             "const float *u" | "const float u[2]" => numbers(&RANDOM[..count]),
             "const float *wi" | "const float wi[3]" => numbers(&DIRECTIONS[..count]),
-            "const float *point" => numbers(&RANDOM[0]),
+            "const float *point" | "const float point[2]" => numbers(&RANDOM[0]),
             "float *points" => numbers(&RANDOM),
             "uint32_t *index" => numbers(&[0u32, 1, 2]),
-            "double *values" => numbers(&IMAGE),
-            "float *wi" | "float *f_cos" => unwritten(12 * count),
             "float *out" => unwritten(8 * count),
             "float *base" => unwritten(4),
             "float *pdf" => unwritten(4 * count),
@@ -522,17 +455,16 @@ impl Scene {
             "const wis_candidates *candidates" => candidates(),
             "wis_pick *pick" => unwritten(2 * size_of::<Pick>()),
             "double *weight_sum" => unwritten(8),
-            "float *u" | "float u[2]" | "float *point" => unwritten(8),
+            "float *u" | "float u[2]" | "float *point" | "float point[2]" => unwritten(8),
             "double *average" | "double *integral" => unwritten(8),
             "uint32_t items[3]" => unwritten(12),
-            "double rgb[3]" => unwritten(24),
             handle if handle.contains("**") => unwritten(size_of::<*const c_void>()),
             other => panic!("no argument for {other} of {name}"),
         }
     }
 
-    pub fn environment(&self) -> &[u8] {
-        &self.environment
+    pub fn light(&self) -> &[u8] {
+        &self.light_memory[1]
     }
 
     pub fn tree(&self) -> &[u8] {
@@ -541,7 +473,7 @@ impl Scene {
 
     /// An object of another kind than a handle's.
     pub fn other_object(&self, kind: &str) -> Vec<u8> {
-        if kind == "wis_wavelet_light" { self.product.clone() } else { self.environment.clone() }
+        if kind == "wis_tree" { self.jitter.clone() } else { self.tree.clone() }
     }
 
     /// The object that a function opens.
@@ -551,8 +483,7 @@ impl Scene {
             name if name.starts_with("wis_visibility") => &self.visibility,
             name if name.starts_with("wis_environment") => &self.light_memory[1],
             name if name.starts_with("wis_product") => &self.grid,
-            name if name.starts_with("wis_jitter") => &self.jitter,
-            _ => &self.environment,
+            _ => &self.jitter,
         }
     }
 
@@ -561,30 +492,14 @@ impl Scene {
         match function {
             "wis_visibility_init" => MemorySize { bytes: self.visibility.len(), ..MemorySize::default() },
             name if name.starts_with("wis_tree") => self.tree_size,
-            "wis_wavelet_product_prepare" => MemorySize { bytes: COUNT * self.product_size.bytes, ..self.product_size },
-            name if name.starts_with("wis_wavelet_product") => self.product_size,
             "wis_product_prepare" => MemorySize { bytes: COUNT * self.grid_size.bytes, ..self.grid_size },
             name if name.starts_with("wis_pool") => self.pool_size,
             name if name.starts_with("wis_strata") => self.strata_size,
             name if name.starts_with("wis_jitter") => self.jitter_size,
             name if name.starts_with("wis_environment") => self.light_size,
             name if name.starts_with("wis_sampler") => self.sampler_size,
-            name if name.starts_with("wis_visibility_cache") => cache_size(),
-            _ => self.environment_size,
+            _ => cache_size(),
         }
-    }
-
-    fn environment_config(&self) -> Vec<u8> {
-        plain(|config: &mut EnvironmentConfig| {
-            config.size = size_of::<EnvironmentConfig>() as u32;
-            config.layout = WIS_LAYOUT_LATLONG;
-            (config.width, config.height, config.channels) = (WIDTH, HEIGHT, 3);
-            config.format = WIS_FORMAT_F32;
-            config.flags = WIS_WAVELET_LIGHT_RGB;
-            config.storage = WIS_STORAGE_SPARSE;
-            config.resolution = 4;
-            config.pixels = self.pixels.as_ptr().cast();
-        })
     }
 
     fn light_config(&self) -> Vec<u8> {
@@ -595,13 +510,6 @@ impl Scene {
             config.format = WIS_FORMAT_F32;
             config.pixels = self.pixels.as_ptr().cast();
             config.world_from_map = ROTATION.as_ptr();
-        })
-    }
-
-    pub fn table(&self) -> Vec<u8> {
-        plain(|table: &mut Table| {
-            (table.size, table.slice_count) = (size_of::<Table>() as u32, SLICES as u32);
-            table.slice = self.slices.as_ptr();
         })
     }
 
@@ -627,7 +535,7 @@ impl Scene {
                     config.details = self.details.pointer().cast_const().cast();
                 }
                 _ => {
-                    (config.depth, config.places, config.least) = (2, 2, 0.25);
+                    (config.depth, config.least) = (2, 0.25);
                     config.environment = self.light.pointer().cast_const().cast();
                     config.world_from_tree = ROTATION.as_ptr();
                 }
@@ -652,35 +560,6 @@ fn detail_set() -> Vec<u8> {
 fn grid_config() -> Vec<u8> {
     plain(|config: &mut GridConfig| {
         (config.size, config.flags) = (size_of::<GridConfig>() as u32, WIS_PRODUCT_CHECKSUM);
-    })
-}
-
-fn product_config() -> Vec<u8> {
-    plain(|config: &mut ProductConfig| {
-        config.size = size_of::<ProductConfig>() as u32;
-        config.max_squares = 32;
-        config.world_from_map = ROTATION.as_ptr();
-    })
-}
-
-fn query() -> Vec<u8> {
-    plain(|query: &mut Query| {
-        query.size = size_of::<Query>() as u32;
-        query.lobe_count = 3;
-        (query.normal, query.wo) = ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]);
-        query.tangent = [1.0, 0.0, 0.0];
-        let [lambert, ggx, phong, _] = &mut query.lobe;
-        *lambert = Lobe { kind: WIS_WAVELET_LOBE_LAMBERT, weight: [0.5, 0.25, 0.125], ..Lobe::default() };
-        *ggx = Lobe { kind: WIS_WAVELET_LOBE_GGX, weight: [1.0; 3], f0: [0.5; 3], a: 0.25, b: 0.25 };
-        *phong = Lobe { kind: WIS_WAVELET_LOBE_PHONG, weight: [0.5; 3], a: 20.0, ..Lobe::default() };
-    })
-}
-
-fn callback_brdf() -> Vec<u8> {
-    plain(|brdf: &mut CallbackBrdf| {
-        brdf.size = size_of::<CallbackBrdf>() as u32;
-        (brdf.peak, brdf.half_angle) = ([0.0, -0.6, 0.8], 0.5);
-        brdf.eval = Some(lambert);
     })
 }
 
@@ -713,13 +592,6 @@ static WAVELETS: [Wavelets; 2] = [
     Wavelets { position: 0, level: 0, detail: [0.5, 0.0, -0.25] },
     Wavelets { position: 1 << 22, level: 1, detail: [0.5, 0.0, -0.25] },
 ];
-
-fn wavelet_set() -> Vec<u8> {
-    plain(|set: &mut WaveletSet| {
-        (set.size, set.average) = (size_of::<WaveletSet>() as u32, 1.0);
-        (set.count, set.wavelets) = (2, WAVELETS.as_ptr());
-    })
-}
 
 fn candidates() -> Vec<u8> {
     static CANDIDATE_WEIGHTS: [f32; COUNT] = [1.0, 0.0, 2.0];

@@ -148,9 +148,6 @@ fn environments() {
     let faults: &[Fault] = &[
         ("depth", 0, &|c| c.depth = 13, INVALID),
         ("depth", 0, &|c| c.depth = u32::MAX, INVALID),
-        ("places", 0, &|c| c.places = 0, INVALID),
-        ("places", 0, &|c| c.places = 17, INVALID),
-        ("places", 0, &|c| c.places = u32::MAX, INVALID),
         ("error_budget", 0, &|c| c.error_budget = -1.0, INVALID),
         ("error_budget", 0, &|c| c.error_budget = f32::NAN, INVALID),
         ("least", 0, &|c| c.least = -1e-9, INVALID),
@@ -165,20 +162,21 @@ fn environments() {
         ("environment", 0, &|c| c.environment = null(), NULL),
         ("environment", 0, &|c| c.environment = off(c.environment), MISALIGNED),
         ("environment", 0, &|c| c.environment = c.environment.wrapping_byte_add(8), MISALIGNED),
-        ("world_from_map", 0, &|c| c.world_from_map = SCALED.as_ptr(), TRANSFORM),
-        ("world_from_map", 0, &|c| c.world_from_map = off(SCALED.as_ptr()), MISALIGNED),
         ("world_from_tree", 0, &|c| c.world_from_tree = SCALED.as_ptr(), TRANSFORM),
         ("world_from_tree", 0, &|c| c.world_from_tree = off(SCALED.as_ptr()), MISALIGNED),
     ];
     check(&scene, BUILD, WIS_TREE_ENVIRONMENT, faults);
-    for other in others(&scene, scene.environment().len(), "wis_wavelet_light") {
+    for other in others(&scene, scene.light().len(), "wis_environment") {
         let environment = other.pointer().cast_const().cast();
         let faults: &[Fault] = &[("environment", 0, &|c| c.environment = environment, Status::Mismatch)];
         check(&scene, BUILD, WIS_TREE_ENVIRONMENT, faults);
     }
-    let black = Block::new(&objects::black_environment(&scene), 0);
-    let black = black.pointer().cast_const().cast();
-    accepted(&scene, WIS_TREE_ENVIRONMENT, |c| c.environment = black);
+    let map = wis::Map::latlong(4, 2, 1, &[0.0; 8]);
+    let blocks = |bytes: usize| vec![wis::Block::ZERO; wis::Block::count(bytes)];
+    let size = map.size().unwrap();
+    let mut black = blocks(size.bytes);
+    map.build_in(&mut black, &mut blocks(size.scratch)).unwrap();
+    accepted(&scene, WIS_TREE_ENVIRONMENT, |c| c.environment = black.as_ptr().cast());
     accepted(&scene, WIS_TREE_ENVIRONMENT, |c| c.world_from_tree = null());
 }
 
@@ -245,8 +243,7 @@ fn spoil(c: &mut TreeConfig, source: u32) {
         c.least = f64::NAN;
     }
     if !reads(&[WIS_TREE_ENVIRONMENT]) {
-        (c.environment, c.places) = (wild(), 99);
-        (c.world_from_map, c.world_from_tree) = (wild(), wild());
+        (c.environment, c.world_from_tree) = (wild(), wild());
     }
 }
 

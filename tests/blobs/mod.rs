@@ -1,7 +1,6 @@
 //! Stored bytes that were cut or changed: the calls that open them answer WIS_CORRUPT or ask for more bytes and
 //! write nothing; whatever they do accept can be used without harm.
 
-mod environment;
 mod jitter;
 mod light;
 mod product;
@@ -31,7 +30,7 @@ struct Kind {
     memory: u32,
 }
 
-const KINDS: [Kind; 5] = [environment::KIND, jitter::KIND, product::KIND, tree::KIND, visibility::KIND];
+const KINDS: [Kind; 4] = [jitter::KIND, product::KIND, tree::KIND, visibility::KIND];
 /// Every kind of object stores its content id here, and environments and trees their length.
 const BYTES: usize = 8;
 const CONTENT_ID: usize = 16;

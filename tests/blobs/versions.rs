@@ -2,21 +2,18 @@
 //!
 //! The files of `version_0_1` are the smallest objects of each kind that version 0.1 could save, written by its library (4bfe238).
 
-use super::{environment, jitter, light, product, tree, visibility};
+use super::{jitter, light, product, tree, visibility};
 use std::ffi::{CStr, c_void};
 use std::ptr::{null, null_mut};
 use wis::ffi::Diagnostic;
 use wis::ffi::light::wis_environment_open;
 use wis::ffi::lights::jitter::wis_jitter_open;
 use wis::ffi::product::wis_product_open;
-use wis::ffi::wavelets::environment::wis_wavelet_light_open;
 use wis::ffi::wavelets::tree::wis_tree_open;
 use wis::ffi::wavelets::visibility::wis_visibility_open;
 use wis::status::Status;
 
-const VERSION_0_1: [(&str, &[u8]); 5] = [
-    ("environment, pyramid", include_bytes!("version_0_1/environment-pyramid.bin")),
-    ("environment, sparse", include_bytes!("version_0_1/environment-sparse.bin")),
+const VERSION_0_1: [(&str, &[u8]); 3] = [
     ("tree", include_bytes!("version_0_1/tree.bin")),
     ("visibility", include_bytes!("version_0_1/visibility.bin")),
     ("jitter", include_bytes!("version_0_1/jitter.bin")),
@@ -29,7 +26,7 @@ type Open = fn(*const c_void, usize, *mut Diagnostic) -> Status;
 type Opening = (&'static str, Open, fn() -> Vec<u8>);
 
 // SAFETY, of all: the memory is as long as stated, and the pointers are valid.
-const OPENINGS: [Opening; 6] = [
+const OPENINGS: [Opening; 5] = [
     (
         "wis_environment_open",
         |m, n, d| unsafe { wis_environment_open(m, n, &mut null(), d) },
@@ -44,11 +41,6 @@ const OPENINGS: [Opening; 6] = [
         "wis_jitter_open",
         |m, n, d| unsafe { wis_jitter_open(m, n, &mut null(), d) },
         || (jitter::KIND.objects)().remove(0),
-    ),
-    (
-        "wis_wavelet_light_open",
-        |m, n, d| unsafe { wis_wavelet_light_open(m, n, &mut null(), null_mut(), d) },
-        || (environment::KIND.objects)().remove(0),
     ),
     (
         "wis_tree_open",

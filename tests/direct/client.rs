@@ -1,9 +1,9 @@
 //! Clients in f64: BRDFs written apart from the library's, radiance, visibility, and the integral that rays estimate.
 
 use super::light::TURNED;
+use crate::support::GAUSS;
 use crate::support::Map;
 use crate::support::maps::Filter;
-use crate::support::quadrature::GAUSS;
 use crate::support::vector::{V3, add, cross, dot, rotate, scale, single, unit};
 use std::f64::consts::PI;
 use wis::brdf::material::{MAX_LOBES, Material, Shape};

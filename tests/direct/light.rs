@@ -9,10 +9,10 @@ use wis::direct::sampler::{Config, Sampler, Sequence};
 use wis::light::chart::Layout;
 use wis::light::decode::Pixels;
 use wis::light::environment::Environment;
+use wis::light::pixels::Format;
 use wis::light::plan::{Description, Filter, Plan};
 use wis::simd::Level;
 use wis::sphere::Frame;
-use wis::wavelets::environment::Format;
 
 /// A rotation, row by row, by which the light is turned.
 pub const TURNED: [f32; 9] = [0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6];

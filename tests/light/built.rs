@@ -3,10 +3,10 @@
 use super::lookup::Map;
 use wis::light::decode::Pixels;
 use wis::light::environment::{BuildError, Environment, turn};
+use wis::light::pixels::Format;
 use wis::light::plan::{Description, Plan};
 use wis::simd::{Compute, GROUP, Level, Num, compute, places};
 use wis::sphere::Frame;
-use wis::wavelets::environment::Format;
 
 pub struct Built {
     words: Vec<u128>,

@@ -1,10 +1,7 @@
 //! Maps for tests, procedural and real, and how a client looks them up.
 
 use super::Map;
-use super::panorama::{self, Panorama};
 use super::vector::{V3, add, dot, scale, unit};
-use std::path::PathBuf;
-use wis::ffi::wavelets::environment::WIS_LAYOUT_LATLONG;
 use wis::sphere::{latlong, latlong_direction};
 
 /// How a client filters texels.
@@ -64,24 +61,11 @@ impl Map {
         let pixels = texels.flat_map(|texel| texel.into_iter().take(channels)).map(|c| c as f32).collect();
         Map { width, height, channels: self.channels, layout: self.layout, pixels }
     }
-
-    /// The direction of the brightest texel.
-    pub fn key(&self) -> V3 {
-        let texels = self.pixels.chunks_exact(self.channels as usize).map(|texel| texel.iter().sum::<f32>());
-        let (index, _) = texels.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-        let (x, y) = (index as u32 % self.width, index as u32 / self.width);
-        self.direction(f64::from(x) + 0.5, f64::from(y) + 0.5)
-    }
 }
 
 /// One texel of 64 x 32 in black.
 pub fn one_texel(x: u32, y: u32) -> Map {
     Map::latlong(64, 32, |i, j| if (i, j) == (x, y) { 7.0 } else { 0.0 })
-}
-
-/// Every other texel lit.
-pub fn checker(width: u32, height: u32) -> Map {
-    Map::latlong(width, height, |x, y| if (x + y) % 2 == 0 { 1.0 } else { 0.0 })
 }
 
 /// Light from the two rows at the horizon of the map only, in azimuths that alternate.
@@ -115,37 +99,4 @@ pub fn sun(width: u32, height: u32) -> Map {
         }
     }
     map
-}
-
-/// The project's own HDR maps, a room with lamps and a field in the sun, and photographs of such places if they are
-/// there, all of them small enough for brute force.
-pub fn hdr_maps() -> Vec<(&'static str, Map)> {
-    let own = [panorama::room(OWN_HEIGHT), panorama::field(OWN_HEIGHT)].map(|own| (own.name, own.into()));
-    let photographs = ["studio_small_03_1k.hdr", "rooitou_park_1k.hdr"].into_iter().filter_map(photograph);
-    own.into_iter().chain(photographs).collect()
-}
-
-/// The maps that [`hdr_maps`] gives where all photographs are there.
-pub const HDR_MAPS: usize = 4;
-const OWN_HEIGHT: usize = 128;
-
-impl From<Panorama> for Map {
-    fn from(map: Panorama) -> Map {
-        let Panorama { width, height, rgb, .. } = map;
-        let (width, height) = (width as u32, height as u32);
-        Map { width, height, channels: 3, layout: WIS_LAYOUT_LATLONG, pixels: rgb.into_flattened() }
-    }
-}
-
-/// The lat-long map of that name beside the crate, a quarter as wide; `None` if it is not there, and then that is printed.
-pub fn photograph(name: &'static str) -> Option<(&'static str, Map)> {
-    let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", "shared", "data", "envmaps", name].iter().collect();
-    let Ok(image) = image::open(&path) else {
-        println!("left out: {name} (no such map beside the crate)");
-        return None;
-    };
-    let image = image.into_rgb32f();
-    let (width, height) = image.dimensions();
-    let map = Map { width, height, channels: 3, layout: WIS_LAYOUT_LATLONG, pixels: image.into_raw() };
-    Some((name, map.reduced(4)))
 }

@@ -67,21 +67,13 @@ const HEADERS: [Header; 3] = [
     Header {
         file: "wis_wavelets.h",
         sources: &[
-            "src/wavelets/environment/flags.rs",
-            "src/ffi/wavelets/environment.rs src/wavelets/environment/info.rs",
-            "src/wavelets/query.rs",
-            "src/ffi/wavelets/product.rs src/wavelets/sampler.rs",
-            "src/ffi/wavelets/sampling.rs",
             "src/wavelets/triple.rs",
             "src/wavelets/sparse.rs",
             "src/wavelets/combine.rs",
-            "src/wavelets/rotated.rs",
             "src/ffi/wavelets/tree/build.rs src/ffi/wavelets/tree.rs src/wavelets/stored.rs",
             "src/wavelets/table.rs",
             "src/ffi/wavelets/table.rs",
-            "src/ffi/wavelets/haar.rs",
             "src/ffi/wavelets/sparse.rs",
-            "src/wavelets/tripling.rs",
             "src/ffi/wavelets/triple.rs",
             "src/wavelets/visibility.rs",
             "src/ffi/wavelets/visibility.rs",
@@ -418,7 +410,7 @@ fn identifier(text: &str) -> Option<&str> {
 }
 
 /// Types whose name in C is not that in Rust: systems of the wavelet header share words with the renderer's.
-const NAMES: [(&str, &str); 23] = [
+const NAMES: [(&str, &str); 13] = [
     ("VisibilityCacheObject", "wis_visibility_cache"),
     ("DirectWave", "wis_wave"),
     ("SamplerObject", "wis_sampler"),
@@ -431,17 +423,7 @@ const NAMES: [(&str, &str); 23] = [
     ("ProductObject", "wis_product"),
     ("GridConfig", "wis_product_config"),
     ("GridInfo", "wis_product_info"),
-    ("Environment", "wis_wavelet_light"),
-    ("EnvironmentConfig", "wis_wavelet_light_config"),
-    ("EnvironmentInfo", "wis_wavelet_light_info"),
-    ("Product", "wis_wavelet_product"),
-    ("ProductConfig", "wis_wavelet_product_config"),
-    ("ProductInfo", "wis_wavelet_product_info"),
-    ("Query", "wis_wavelet_query"),
-    ("Lobe", "wis_wavelet_lobe"),
     ("Sample", "wis_drawn"),
-    ("CallbackBrdf", "wis_wavelet_callback"),
-    ("Table", "wis_wavelet_table"),
 ];
 
 /// `TreeConfig` becomes `wis_tree_config`.
@@ -509,7 +491,7 @@ mod tests {
         assert_eq!(declared_type("pub struct ProductConfig {"), Some("ProductConfig"));
         assert_eq!(declared_type("pub type RowFn = Option<fn()>;"), Some("RowFn"));
         assert_eq!(declared_type("pub fn size() {"), None);
-        assert_eq!(c_name("ProductConfig"), "wis_wavelet_product_config");
+        assert_eq!(c_name("TreeConfig"), "wis_tree_config");
     }
 
     #[test]

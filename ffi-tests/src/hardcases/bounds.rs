@@ -111,8 +111,6 @@ pub struct Figures {
     pub integral: Option<[f64; 2]>,
     /// The largest weight of a sample over the reference.
     pub largest: f64,
-    /// Where no limit holds for that: the share of the integral that comes with weights above [`LARGEST`], and its limit.
-    pub heavy: Option<[f64; 2]>,
     /// The mean of samples over the reference, less 1.
     pub mean: f64,
     /// The share of samples that bring nothing.
@@ -130,19 +128,10 @@ pub struct Limits {
     pub empty: f64,
     /// The largest share of rays that do.
     pub idle: f64,
-    /// What weights may be.
-    pub weights: Weights,
+    /// The largest weight.
+    pub weights: f64,
     /// The largest fault of a mean that may be missed.
     pub missed: f64,
-}
-
-/// What limits weights.
-#[derive(Clone, Copy, Debug)]
-pub enum Weights {
-    /// The largest weight.
-    Largest(f64),
-    /// No rule bounds the largest one: the share of the integral that comes with weights above [`LARGEST`].
-    Heavy(f64),
 }
 
 /// The larger of two integrals over the smaller, less 1: an estimate of 0 is beyond any limit.
@@ -189,28 +178,12 @@ pub fn density(
     figures.empty = weights.iter().filter(|weight| **weight == 0.0).count() as f64 / weights.len() as f64;
     ensure(figures.empty <= limits.empty, || format!("{:.3} of the samples bring nothing", figures.empty))?;
     figures.largest = weights.iter().copied().fold(0.0, f64::max).max(look(product, light, task)?);
-    figures.heavy = judge_weights(figures.largest, &weights, fault, limits.weights)?;
+    ensure(figures.largest <= limits.weights, || format!("a weight of {:.1} integrals", figures.largest))?;
     if fault == Fault::Frequency {
         wi.iter_mut().step_by(20).for_each(|wi| *wi = single(task.peaks[0].at));
     }
     frequencies(product, &task.peaks, &wi)?;
     Ok(figures)
-}
-
-/// The share of the integral that comes with large weights, and its limit, if that is what is limited.
-fn judge_weights(largest: f64, weights: &[f64], fault: Fault, limit: Weights) -> Result<Option<[f64; 2]>, String> {
-    let limit = match limit {
-        Weights::Largest(limit) => {
-            ensure(largest <= limit, || format!("a weight of {largest:.1} integrals"))?;
-            return Ok(None);
-        }
-        Weights::Heavy(limit) => limit,
-    };
-    // Where a density has a hole, samples are as much rarer as their weights are larger.
-    let hole = |weight: f64| if fault == Fault::Hole && weight > 0.5 { 100.0 * weight } else { weight };
-    let share = weights.iter().filter(|weight| hole(**weight) > LARGEST).sum::<f64>() / weights.len() as f64;
-    ensure(share <= limit, || format!("weights above {LARGEST} bring {share:.4} of the integral"))?;
-    Ok(Some([share, limit]))
 }
 
 /// Looks for large weights where the light is, at every distance of the peaks, and all over the sphere.

@@ -1,6 +1,6 @@
 //! The naive twin of the lobes: published formulas in f64. What the library answers is held against it.
 
-use crate::client::{self, raw};
+use crate::client::raw;
 use std::f64::consts::PI;
 
 /// A vector of the client.
@@ -60,14 +60,6 @@ impl Lobe {
             Lobe::Lambert(weight) => (weight as f32, 0.0),
             Lobe::Ggx(_, f0) => (1.0, f0 as f32),
             _ => (1.0, 0.0),
-        }
-    }
-
-    /// For the wavelet header; there is no transmission.
-    pub fn wavelet(&self) -> raw::wis_wavelet_lobe {
-        match *self {
-            Lobe::Ggx([a, b], f0) => client::ggx([1.0; 3], [f0 as f32; 3], [a as f32, b as f32]),
-            lobe => client::lambert([lobe.factors().0; 3]),
         }
     }
 

@@ -1,10 +1,12 @@
 //! Hosts that flush denormals, round otherwise or unmask exceptions.
 
+use super::failing::TILTED;
 use super::laws::{Verdict, ensure, points};
-use super::light::{TILTED, diffuse};
 use super::maps::Image;
 use super::table::Table;
-use crate::client::{Density, Environment, Preparation, Product};
+use crate::client::{Block, Density, Texels, raw};
+use crate::environment::{Environment, Light, Map, Sampler, material};
+use std::cell::RefCell;
 
 #[cfg(target_arch = "x86_64")]
 mod word {
@@ -83,14 +85,24 @@ fn unchanged(mode: u64) -> Verdict {
 /// The bits of an environment's power and of samples of it and of a product.
 fn bits() -> Result<Vec<u32>, String> {
     let image = Image::new(16, 8, |x, y| f32::from_bits(1 + (x * 7 + y * 3) % 100));
-    let environment = Environment::new(&image.map())?;
-    let preparation = Preparation::default();
-    let mut memory = preparation.memory()?;
-    let product = Product::prepare(&environment, &diffuse(TILTED), &preparation, &mut memory)?;
+    let environment = Environment::new(&Map::latlong(16, 8, 1, Texels::F32(&image.texels)))?;
+    let material = material(&[raw::wis_lobe { kind: raw::WIS_LOBE_LAMBERT, ..Default::default() }])?;
+    let mut point = raw::wis_point {
+        size: size_of::<raw::wis_point>() as u32,
+        material: &material,
+        normal: TILTED,
+        wo: TILTED,
+        ..Default::default()
+    };
+    point.weight[0] = [0.8; 3];
+    let (own, other) = (RefCell::new(Sampler::new(1, 0, 0)?), RefCell::new(Sampler::new(1, 0, 0)?));
+    let mut memory = Block::new(0);
+    let product = Light::product(&environment, &own, &point, &mut memory)?;
+    let light = Light::new(&environment, &other);
     let power = environment.info.power.to_bits();
     let mut bits = vec![power as u32, (power >> 32) as u32];
     for u in points() {
-        for sample in [environment.light(None).sample(u)?, product.sample(u)?] {
+        for sample in [light.sample(u)?, product.sample(u)?] {
             bits.extend(sample.wi.map(f32::to_bits));
             bits.push(sample.pdf.to_bits());
         }

@@ -96,17 +96,6 @@ pub fn nothing(density: &impl Density) -> Result<(), String> {
     Ok(())
 }
 
-/// The density is positive and finite at all of these directions, which are counted.
-pub fn positive(density: &impl Density, directions: impl IntoIterator<Item = [f32; 3]>) -> Result<usize, String> {
-    let mut count = 0;
-    for wi in directions {
-        let pdf = density.pdf(wi)?;
-        ensure(pdf > 0.0 && pdf.is_finite(), || format!("pdf({wi:?}) = {pdf} where light and lobe are"))?;
-        count += 1;
-    }
-    Ok(count)
-}
-
 /// The integral of a density that is constant on cells of the octahedral square, `side` along each axis.
 pub fn mass(density: &impl Density, side: u32) -> Result<f64, String> {
     let centre = |i: u32| (f64::from(i) + 0.5) / f64::from(side);

@@ -1,7 +1,7 @@
 //! Products and rays where lobes are anisotropic or grazing, where they transmit, under suns of 1e8, one texel, the smallest and the
 //! largest radiance, and a map of 16384 x 8192.
 
-use super::bounds::{self, Fault, Figures, Job, LARGEST, Limits, MISSED, Task, Weights, wide};
+use super::bounds::{self, Fault, Figures, Job, LARGEST, Limits, MISSED, Task, wide};
 use super::brdf::{Hit, Lobe, V3, dot, single, unit};
 use super::huge::Huge;
 use super::laws;
@@ -35,17 +35,14 @@ pub struct Case {
 
 impl Case {
     fn new(name: impl Into<String>, image: &Image, hit: Hit, integral: f64) -> Case {
-        let limits = Limits { integral, empty: EMPTY, idle: IDLE, weights: Weights::Largest(LARGEST), missed: MISSED };
+        let limits = Limits { integral, empty: EMPTY, idle: IDLE, weights: LARGEST, missed: MISSED };
         Case { name: name.into(), source: Source::Image(image.clone()), hit, limits }
     }
 
     /// Beyond the critical angle only the slopes of a rough surface let light through: most candidates bring nothing, and weights
     /// are large.
     fn nearly_black(self, largest: f64, missed: f64) -> Case {
-        Case {
-            limits: Limits { empty: 0.96, idle: 0.96, weights: Weights::Largest(largest), missed, ..self.limits },
-            ..self
-        }
+        Case { limits: Limits { empty: 0.96, idle: 0.96, weights: largest, missed, ..self.limits }, ..self }
     }
 
     fn radiance(&self, least: f64, wi: V3) -> f64 {

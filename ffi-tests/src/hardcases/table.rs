@@ -65,10 +65,8 @@ They are our own short versions (`ffi-tests/src/hardcases/peers.rs`), not those 
 
 ";
 
-const WAVELETS: &str = "
-## Light in a pyramid, products and calls
-
-The first rows are `wis_wavelet_environment` with its products, on the same kinds of maps.
+const CALLS: &str = "
+## Calls
 
 ";
 
@@ -162,7 +160,6 @@ impl Table {
         };
         let found: Vec<(&str, &Figures)> =
             self.bounded.iter().filter_map(|row| Some((&*row.case, row.got.as_ref().ok()?))).collect();
-        let of_wis = |case: &str| !case.contains("wavelet");
         let rays = found.iter().filter_map(|(_, figures)| figures.rays).count();
         let most = |of: &dyn Fn(&Figures) -> f64| found.iter().map(|(_, figures)| of(figures)).fold(0.0, f64::max);
         let below = |x: f64| bound(x)[2..].to_string();
@@ -170,22 +167,20 @@ impl Table {
         let of_rays = below(most(&|figures| figures.rays.map_or(0.0, |[one, four, _]| one.max(four))));
         let deviations = self.lights.iter().filter_map(|light| Some(light.accuracy.as_ref()?.deviation));
         let deviation = below(deviations.fold(0.0, f64::max));
-        let sound = found.iter().filter(|(case, figures)| of_wis(case) && figures.largest <= LARGEST);
+        let sound = found.iter().filter(|(_, figures)| figures.largest <= LARGEST);
         let largest = sound.map(|(_, figures)| figures.largest).fold(0.0, f64::max).ceil();
         let integrals = found.iter().filter_map(|(case, figures)| Some((figures.integral?[0], *case)));
         let (off, worst) = integrals
-            .filter(|(_, case)| of_wis(case) && !case.contains("holes"))
+            .filter(|(_, case)| !case.contains("holes"))
             .fold((0.0, ""), |worst, this| if this.0 > worst.0 { this } else { worst });
-        let large = |(case, figures): &&(&str, &Figures)| (figures.largest > LARGEST).then(|| of_wis(case));
-        let [beyond, wavelets] = [true, false].map(|of| found.iter().filter(|row| large(row) == Some(of)).count());
+        let beyond = found.iter().filter(|(_, figures)| figures.largest > LARGEST).count();
         format!(
             "{first} In {} scenes of narrow, grazing or transmitting lobes, suns and
 tables with holes:
 
 - means of samples are within {means} of the reference, means of rays within {of_rays} in {rays} of them;
 - weights of products of `wis.h` are at most {largest} integrals, but more than {LARGEST} in {beyond} scenes beyond the critical angle.
-  Rule 33 of [design.md](../design.md) is not met there. In the wavelet header, tables and lobes narrower than 0.1, of which the
-  rule does not speak, have larger weights in {wavelets} scenes;
+  Rule 33 of [design.md](../design.md) is not met there;
 - the integral that a product states is an approximation. For lobes that the library knows, it is off by a factor of up to {}:
   {worst}.
 
@@ -209,7 +204,7 @@ Radiance over density varies by less than {deviation} on every lit map.
         for light in &self.lights {
             page.push_str(&light.line());
         }
-        page.push_str(WAVELETS);
+        page.push_str(CALLS);
         page.push_str(
             "| case | expected | got | cumulative sums | hierarchical warp |\n| --- | --- | --- | --- | --- |\n",
         );
@@ -270,10 +265,7 @@ impl Bounded {
             format!("{} | {} | {}", mean(one), mean(four), share(idle))
         });
         let samples = f.integral.map_or("- | - | -".into(), |_| {
-            let heavy = f.heavy.map_or(String::new(), |[heavy, limit]| {
-                format!(", not bounded; {} of {limit} above {LARGEST}", bound(heavy))
-            });
-            format!("< {:.1}{heavy} | {} | {}", (f.largest * 10.0).ceil() / 10.0, mean(f.mean), share(f.empty))
+            format!("< {:.1} | {} | {}", (f.largest * 10.0).ceil() / 10.0, mean(f.mean), share(f.empty))
         });
         format!("| {case} | {integral} | {samples} | {rays} |\n")
     }

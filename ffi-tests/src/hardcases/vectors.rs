@@ -2,8 +2,10 @@
 
 use super::laws::{self, Verdict, ensure, fails};
 use super::table::Table;
-use crate::client::{Environment, Map, Tree, raw};
+use crate::client::{self, Texels, Tree, raw};
+use crate::environment::{Environment, Light, Map, Sampler};
 use serde_json::Value;
+use std::cell::RefCell;
 
 const VECTORS: &str = include_str!("../../../tests/vectors/hard.json");
 
@@ -57,10 +59,17 @@ fn answers(case: &Value) -> Verdict {
     let (tree, image) = (tree(case, "image")?, pixels(case, "image"));
     legal_tree(&tree, case, &image)?;
     let exact = exact(&tree, case, &image)?;
-    let flags = raw::WIS_WAVELET_LIGHT_NEAREST | raw::WIS_WAVELET_LIGHT_EXACT_ZERO;
-    let environment = Environment::new(&Map { flags, ..Map::octahedral(1 << depth(case), &image) })?;
-    laws::legal(&environment.light(None))?;
+    let environment = environment(case)?;
+    laws::legal(&Light::new(&environment, &RefCell::new(Sampler::new(1, 0, 0)?)))?;
     Ok(format!("legal; {exact} points exact"))
+}
+
+/// The image as an octahedral map for a nearest client, whose black stays black.
+fn environment(case: &Value) -> client::Result<Environment> {
+    let (side, texels) = (1 << depth(case), pixels(case, "image"));
+    let (layout, filter) = (raw::WIS_LAYOUT_OCTAHEDRAL, raw::WIS_FILTER_NEAREST);
+    let map = Map::latlong(side, side, 1, Texels::F32(&texels));
+    Environment::new(&Map { layout, filter, flags: raw::WIS_ENVIRONMENT_EXACT_ZERO, ..map })
 }
 
 /// The position in the image of the cell that holds a point.
@@ -123,8 +132,8 @@ fn nothing(case: &Value) -> Verdict {
         ensure(pdf == 0.0, || format!("u = {u:?}: pdf {pdf}"))?;
     }
     let failure = fails(tree.invert([0.3, 0.7]), raw::WIS_ZERO_DENSITY)?;
-    let environment = Environment::new(&Map::octahedral(1 << depth(case), &pixels(case, "image")))?;
-    laws::nothing(&environment.light(None))?;
+    let environment = environment(case)?;
+    laws::nothing(&Light::new(&environment, &RefCell::new(Sampler::new(1, 0, 0)?)))?;
     Ok(format!("pdf 0; invert: {failure}"))
 }
 
@@ -133,7 +142,7 @@ fn invalid(case: &Value) -> Verdict {
     let (side, depth) = (1usize << depth(case), depth(case));
     let bad = pixels.iter().position(|p| !p.is_finite() || *p < 0.0).unwrap_or(0);
     let mut failures = vec![fails(Tree::new(depth, 0.0, &pixels), raw::WIS_INVALID_TEXEL)?];
-    let environment = Environment::new(&Map::octahedral(side as u32, &pixels));
+    let environment = environment(case);
     // What is negative is no fault of a map.
     if pixels[bad].is_finite() {
         ensure(environment?.info.sanitised == 1, || "not counted".into())?;

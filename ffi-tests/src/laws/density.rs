@@ -5,12 +5,15 @@
 //! .99. Inversion: 40 000 directions find a shift of the distribution of u by .014, half of which a density that is
 //! tilted by 2 % over the square makes at its middle. Integral: to 0.2 %.
 
-use crate::client::{self, Density, Preparation};
+use crate::client::{self, Density};
+use crate::environment::{self, Sampler};
 use crate::light::{Light, octahedral_direction};
 use crate::material::Material;
+use crate::product::Rotations;
 use crate::scene::ShadingPoint;
 use crate::statistics::{chi_square, holm, kolmogorov_smirnov};
 use glam::Vec3;
+use std::cell::RefCell;
 use std::f32::consts::PI;
 
 const SIGNIFICANCE: f64 = 1e-3;
@@ -83,9 +86,8 @@ fn inversion(density: &impl Density, axis: usize) -> f64 {
 #[test]
 fn samples_follow_their_pdfs() {
     let light = Light::windows(64);
-    let environment = light.environment().unwrap();
-    let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-    let mut memory = preparation.memory().unwrap();
+    let rotations = Rotations::new(light.tables(0, 0.0).unwrap());
+    let sampler = RefCell::new(Sampler::new(1, 0, 0).unwrap());
     let (mut names, mut p_values) = (Vec::new(), Vec::new());
     let mut add = |name: &str, (found, integral): ([f64; 3], f64)| {
         assert!((integral - 1.0).abs() < 2e-3, "{name}: the pdf integrates to {integral}");
@@ -94,9 +96,9 @@ fn samples_follow_their_pdfs() {
             p_values.push(p);
         }
     };
-    add("light", judge(&light.distribution(&environment)));
+    add("light", judge(&environment::Light::new(&rotations.environment, &sampler)));
     for material in [Material::lambert(), Material::ggx(0.5), Material::mix(0.4)] {
-        let product = material.prepare(&environment, &point(), &preparation, &mut memory).unwrap();
+        let product = material.prepare(&rotations, &point()).unwrap();
         add(&material.name, judge(&product));
     }
     for (name, rejected) in names.iter().zip(holm(&p_values, SIGNIFICANCE)) {

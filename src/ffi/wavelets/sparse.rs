@@ -7,7 +7,6 @@ use crate::status::{Fault, Status};
 use crate::wavelets::approximate;
 use crate::wavelets::sparse::{self, Details, Set, Unfit};
 use crate::wavelets::stored::Stored;
-use crate::wavelets::triple::{Wavelets, disorder};
 use core::ptr::null_mut;
 
 /// The most axes of a function.
@@ -61,21 +60,7 @@ pub unsafe extern "C" fn wis_sparse_select(
     })
 }
 
-/// A function of two axes: its average, and some of its wavelets, depth first.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct WaveletSet {
-    /// sizeof(wis_wavelet_set).
-    pub size: u32,
-    /// Elements of `wavelets`.
-    pub count: u32,
-    /// Over the whole square; finite, may be negative.
-    pub average: f64,
-    /// By position, and squares before those inside them. Null if there are none.
-    pub wavelets: *const Wavelets,
-}
-
-/// As wis_wavelet_set, of 1 to 4 axes.
+/// A function of 1 to 4 axes: its average, and some of its wavelets, depth first.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct DetailSet {
@@ -93,38 +78,14 @@ pub struct DetailSet {
     pub details: *const Details,
 }
 
-/// The product of two functions (Clarberg et al. 2005, Section 4.3; values may be negative): its average and its wavelets,
-/// without decompression: each square that either has a wavelet in is visited once. `wavelets` has room for `room` elements.
-/// WIS_MEMORY_TOO_SMALL if the product has more squares: then nothing is multiplied, and `wavelet_count` alone is written. It
-/// tells how many squares the product has, at most 12 times the sum of both counts. WIS_INVALID_ARGUMENT for an average that is
-/// not finite, or a list that is out of order: `y` in the diagnostic is the first element that is. WIS_OVERFLOW if the average
-/// is beyond a double or a detail beyond a float; `wavelets` is then undefined. Work: wavelets of e and f.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_triple_multiply(
-    e: *const WaveletSet,
-    f: *const WaveletSet,
-    room: u32,
-    wavelets: *mut Wavelets,
-    wavelet_count: *mut u32,
-    average: *mut f64,
-    diagnostic: *mut Diagnostic,
-) -> Status {
-    // SAFETY: the caller's contract; the product does not overlap its factors.
-    answer(diagnostic, || unsafe {
-        let (e, f) = (plane(e, 1)?, plane(f, 2)?);
-        let wavelets = slice_mut(wavelets, room as usize, 4)?;
-        let results = (out(wavelet_count, 5)?, out(average, 6)?);
-        report::<Wavelets>(sparse::multiply((2, e), (2, f), wavelets), results)
-    })
-}
-
-/// As wis_triple_multiply, for a function `e` of 1 to 4 axes, and one, `f`, of the first of them, constant along the rest
-/// (Clarberg et al. 2005, Section 4.3). Where `e` is constant and `f` is not, the product has as many squares as n axes ask for:
-/// 2^((n - m) level) for each of the m axes of `f`. A `product_count` of 2^32 - 1 stands for that many or more.
-/// Work: details of e and f + squares of the product.
+/// The product of a function `e` of 1 to 4 axes and one, `f`, of the first of them, constant along the rest (Clarberg et al. 2005,
+/// Section 4.3; values may be negative): its average and its details, without decompression. Each square that either has a
+/// wavelet in is visited once. `product` has room for `room` elements. WIS_MEMORY_TOO_SMALL if the product has more squares: then
+/// nothing is multiplied, and `product_count` alone is written. It tells how many squares the product has; 2^32 - 1 stands for
+/// that many or more. Of two axes these are at most 12 times the sum of both counts. Where `e` is constant and `f` is not, they are as
+/// many as n axes ask for: 2^((n - m) level) for each of the m axes of `f`. WIS_INVALID_ARGUMENT for an average that is not finite, or
+/// a list that is out of order: `y` in the diagnostic is the first element that is. WIS_OVERFLOW if the average is beyond a double
+/// or a detail beyond a float; `product` is then undefined. Work: details of e and f + squares of the product.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -144,28 +105,14 @@ pub unsafe extern "C" fn wis_sparse_multiply(
         let f = cube(f, e.0, 2)?;
         let product = slice_mut(product, room as usize, 4)?;
         let results = (out(product_count, 5)?, out(average, 6)?);
-        report::<Details>(sparse::multiply(e, f, product), results)
+        report(sparse::multiply(e, f, product), results)
     })
-}
-
-/// A set of two axes, checked.
-///
-/// # Safety
-/// The pointer is null or points to what the header says.
-unsafe fn plane<'a>(set: *const WaveletSet, argument: u32) -> Checked<Set<'a, Wavelets>> {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let &WaveletSet { count, average, wavelets, .. } = sized(set, argument)?;
-        Fault::first([(average.is_finite(), c"average")]).map_err(|fault| Failure::fault(fault, argument))?;
-        let list = ordered(wavelets, count, argument, disorder).map_err(|at| at.of(c"wavelets"))?;
-        Ok(Set { average, wavelets: list })
-    }
 }
 
 /// A set of any axes, at most so many, with their number, checked.
 ///
 /// # Safety
-/// As [`plane`].
+/// The pointer is null or points to what the header says.
 unsafe fn cube<'a>(set: *const DetailSet, most: u32, argument: u32) -> Checked<(u32, Set<'a, Details>)> {
     // SAFETY: the caller's contract.
     unsafe {
@@ -182,11 +129,11 @@ unsafe fn cube<'a>(set: *const DetailSet, most: u32, argument: u32) -> Checked<(
     }
 }
 
-/// Writes what a product of sets is. Argument 3 is at fault if there are more elements of `W`.
+/// Writes what a product of sets is. Argument 3 is at fault if there are more elements.
 ///
 /// # Safety
 /// The pointers are those of the caller's results.
-unsafe fn report<W>(
+unsafe fn report(
     product: core::result::Result<(f64, usize), Unfit>,
     (to_count, to_average): (*mut u32, *mut f64),
 ) -> Checked<()> {
@@ -201,7 +148,7 @@ unsafe fn report<W>(
         }
         Err(Unfit::Room(squares)) => {
             tell(squares);
-            let bytes = squares.saturating_mul(size_of::<W>() as u64);
+            let bytes = squares.saturating_mul(size_of::<Details>() as u64);
             Err(Failure::too_small(3, usize::try_from(bytes).unwrap_or(usize::MAX)))
         }
         Err(Unfit::Range) => Err(Failure::new(Status::Overflow, 0)),

@@ -44,16 +44,6 @@ pub unsafe extern "C" fn wis_tree_open(
     })
 }
 
-/// The average of the function. Work: constant.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tree_average(tree: *const Tree, average: *mut f64) -> Status {
-    // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe { put(average, 2, view(tree, 1).map(|stored| stored.header.mean)) })
-}
-
 /// The integral over the unit cube of the product of the stored functions. `f` has the first axes of `e`, at most as
 /// many (else WIS_INVALID_ARGUMENT), and is constant along the rest. At least 0; WIS_OVERFLOW if it is beyond a double.
 /// Costs one visit of each square that both trees keep. Work: squares.

@@ -1,47 +1,14 @@
-//! Tripling coefficients and triple product integrals in C.
+//! Triple product integrals in C.
 
-use crate::ffi::wavelets::check_axes;
 use crate::ffi::wavelets::memory::ordered;
 use crate::ffi::wavelets::tree::{Tree, integral_of, square_tree};
-use crate::ffi::{Checked, Diagnostic, Failure, answer, borrow, out, put, require, require_all, slice, slice_mut};
+use crate::ffi::{Checked, Diagnostic, Failure, answer, out, put, require, require_all, slice, slice_mut};
 use crate::numeric::exp2i;
 use crate::status::Status;
 use crate::wavelets::approximate;
 use crate::wavelets::combine::WIS_MAX_BLEND;
 use crate::wavelets::triple::{self, Quadtree, Wavelets};
-use crate::wavelets::tripling::{self, BasisFunction};
 use core::ptr::null_mut;
-
-/// The integral of the product of two Haar functions `i` and `j` of n variables and one, `k`, of the first m of them
-/// (Clarberg et al. 2005, Eq. 5): the generalised tripling coefficient. n is 1 to 4 and m 1 to n. With the constant
-/// (level 0, no wavelet) as `k` it is the non-standard coupling coefficient of `i` and `j`. WIS_INVALID_ARGUMENT for anything
-/// out of range. Work: constant.
-///
-/// # Safety
-/// Pointers are null or point to what the header says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn wis_tripling_coefficient(
-    n: u32,
-    m: u32,
-    i: *const BasisFunction,
-    j: *const BasisFunction,
-    k: *const BasisFunction,
-    coefficient: *mut f64,
-) -> Status {
-    // SAFETY: the caller's contract.
-    answer(null_mut(), || unsafe {
-        check_axes(n, m)?;
-        let function = |pointer: *const BasisFunction, dimensions: u32, argument| {
-            borrow(pointer, argument).and_then(|f| {
-                Some(f)
-                    .filter(|f| f.is_valid(dimensions as usize))
-                    .ok_or(Failure::new(Status::InvalidArgument, argument))
-            })
-        };
-        let functions = [function(i, n, 3)?, function(j, n, 4)?, function(k, m, 5)?];
-        put(coefficient, 6, Ok(tripling::generalised(n as usize, m as usize, functions).to_f64()))
-    })
-}
 
 /// The integral over the unit square of BRDF x light x visibility (Ng et al. 2004, Section 5), three trees of two axes
 /// (WIS_INVALID_ARGUMENT for others), in any order. At least 0, and exact but for the rounding of stored averages: the

@@ -60,11 +60,10 @@ pub fn materials(table: &Table) -> Vec<Material<'_>> {
         Box::new(|normal, _, wi| wi.iter().map(|wi| 0.7 / std::f32::consts::PI * wi.dot(normal).max(0.0)).collect());
     let measured: Value = Box::new(|normal, reflected, wi| {
         let wo = (2.0 * normal.dot(reflected) * normal - reflected).normalize();
-        let query = client::query(normal.to_array(), wo.to_array(), &[client::tabulated([1.0; 3])]);
         let wi: Vec<[f32; 3]> = wi.iter().map(|wi| wi.to_array()).collect();
-        let mut f_cos = vec![[0.0; 3]; wi.len()];
-        client::table_eval(&table.raw(), &query, &wi, &mut f_cos).expect("a table");
-        f_cos.into_iter().map(|rgb| rgb[0]).collect()
+        let mut f_cos = vec![0.0; wi.len()];
+        table.eval(normal, wo, &wi, &mut f_cos).expect("a table");
+        f_cos
     });
     vec![
         Material { name: "Lambert", normals: 16, reflected: 0, depth: DEPTH, value: lambert },

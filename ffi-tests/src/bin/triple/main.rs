@@ -43,7 +43,7 @@ fn main() -> Result<()> {
 
 const INTRODUCTION: &str =
     "Ng et al. 2004, \"Triple Product Wavelet Integrals for All-Frequency Relighting\", claim by claim. The calls:
-`wis_triple_*` and `wis_tripling_coefficient` for integrals, their coefficients and the sublinear algorithm, and
+`wis_triple_*` for integrals and the sublinear algorithm, and
 `WIS_TREE_PRODUCT` for the product as something to sample. Written by `make triple` at
 {commit}.
 ";

@@ -91,9 +91,7 @@ pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
         let lights = Lights::of(&strata);
         let by = |how: How| row(&parts, |part| Ok(picture(&part.scene, &part.material, &how, 0)?));
         let all = [
-            row(&parts, |part| {
-                Ok(by_product(&part.scene, &part.material, (&lit.light, &lit.environment), count, 0)?.0)
-            })?,
+            row(&parts, |part| Ok(by_product(&part.scene, &part.material, (&lit.light, &lit.map), count, 0)?.0))?,
             by(How::Jittered(&lights, &jitter))?,
             by(How::Importance(&raster, count))?,
             by(How::Brdf(&lit.light, count))?,
@@ -214,7 +212,7 @@ fn glossier(page: &mut Paper, lit: &Lit) -> Result<()> {
     for alpha in [0.2, 0.1, 0.05] {
         let material = Material::ggx(alpha);
         let truth = truth(&scene, &lit.light, &material)?;
-        let product = by_product(&scene, &material, (&lit.light, &lit.environment), 100, 0)?.0;
+        let product = by_product(&scene, &material, (&lit.light, &lit.map), 100, 0)?.0;
         let strata = picture(&scene, &material, &How::Lights(&lights), 0)?;
         let (own, other) = (product.error(&truth), strata.error(&truth));
         writeln!(page.text, "| {alpha} | {own:.3} | {:.1} | {other:.3} | {:.1} |", product.us, strata.us)?;

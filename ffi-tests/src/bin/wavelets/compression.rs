@@ -95,7 +95,7 @@ pub fn range(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, 0.0], |[least, most], x| [x.min(least), x.max(most)])
 }
 
-const TEXT: &str = "Every BRDF file at hand, BRDF x cosine about the mirror direction (`wis_wavelet_table_directions`, four places in a pixel).
+const TEXT: &str = "Every BRDF file at hand, BRDF x cosine about the mirror direction (`wis_table_view`, four places in a pixel).
 Errors: relative L2 over the whole table in luminance. The wavelets that are kept are the largest of all slices, as in the paper. Then the size of trees of whole squares whose error is at most that of 2 % of the wavelets. They hold no negative
 values, and can be sampled, multiplied and blended. The paper has a slice for each of two angles of the view. An isotropic BRDF
 depends on its elevation alone: it has as many different slices as elevations. Colour is measured: three tables, each to that

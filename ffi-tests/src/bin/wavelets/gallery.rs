@@ -6,7 +6,7 @@ use anyhow::Result;
 use glam::Vec3;
 use std::f64::consts::SQRT_2;
 use std::fmt::Write;
-use wis_ffi_tests::client::{self, Density, Product, Tree};
+use wis_ffi_tests::client::{self, Density, Tree};
 use wis_ffi_tests::data;
 use wis_ffi_tests::images::Sheet;
 use wis_ffi_tests::material::Bsdf;
@@ -118,19 +118,18 @@ fn peaks(page: &mut Paper) -> Result<Vec<Peak>> {
         let highest = (0..wi.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap_or(0);
         let (peak, mean) =
             (f64::from(values[highest]), values.iter().copied().map(f64::from).sum::<f64>() / values.len() as f64);
-        let mut f_cos = [[0.0; 3]];
+        let mut f_cos = [0.0];
         if let Some(table) = material.table {
-            let query = client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated([1.0; 3])]);
-            client::table_eval(&table.raw(), &query, &[wi[highest].to_array()], &mut f_cos)?;
+            table.eval(point.normal, point.wo, &[wi[highest].to_array()], &mut f_cos)?;
         }
-        let share = f64::from(f_cos[0][0]) / peak;
+        let share = f64::from(f_cos[0]) / peak;
         writeln!(page.text, "| {} | {:.1} | {share:.2} |", material.name, peak / mean)?;
         peaks.push(Peak { name: short(&material.name).into(), share });
     }
     Ok(peaks)
 }
 
-const TEXT: &str = "Samples of the product by tables of 16 elevations x 64 x 64 to 256 x 256 directions, finer for glossier ones. The estimate
+const TEXT: &str = "Samples of the product of rotated map and BRDF, 64 x 64 pixels each. The estimate
 evaluates the measured BRDF itself, in luminance. Noise: the root mean square of the difference of two runs over sqrt 2 and the
 mean. Unoccluded, only the product's own noise is left. Microseconds of processor time with rays and this program's evaluation of the BRDF.
 The paper shows eight materials with 30 samples at 400 x 800 in about a minute. Twelve on two cars with 10 samples at 4000 x
@@ -144,7 +143,7 @@ fn rows(page: &mut Paper, sheet: &mut Sheet, first: u32, (mesh, count): (&str, u
     let mut noises = Vec::new();
     for (i, file) in (0..).zip(FILES) {
         let material = data::measured(file)?;
-        let run = |pass: u32| by_product(&thin, &material, (&lit.light, &lit.environment), count, pass);
+        let run = |pass: u32| by_product(&thin, &material, (&lit.light, &lit.map), count, pass);
         let [(one, open), (two, other)] = [run(0)?, run(1)?];
         let noise = |a: &[f64], b: &[f64]| difference(a, b) / SQRT_2;
         let unoccluded = noise(&open, &other);
@@ -229,7 +228,7 @@ fn two_percent(page: &mut Paper, lit: &Lit) -> Result<()> {
     let mut rows = Vec::new();
     for brdf in data::all_brdfs()?.iter().filter(|brdf| FILES.iter().any(|file| file.starts_with(&brdf.name))) {
         let material = data::measured(&format!("{}.bsdf", brdf.name))?;
-        let run = |count, pass| by_product(&scene, &material, (&lit.light, &lit.environment), count, pass);
+        let run = |count, pass| by_product(&scene, &material, (&lit.light, &lit.map), count, pass);
         let [exact, one, two] = [run(MANY, 2)?, run(FEW, 0)?, run(FEW, 1)?].map(|(picture, _)| picture.values);
         let noise = difference(&one, &two) / SQRT_2;
         let table = table_of(&brdf.value)?;
@@ -262,22 +261,23 @@ fn two_percent(page: &mut Paper, lit: &Lit) -> Result<()> {
 
 /// A picture in which the table is the BRDF: luminance, and red, green and blue.
 fn by_table(scene: &Scene, lit: &Lit, table: &Table, count: usize) -> Result<(Vec<f64>, Vec<[f32; 3]>)> {
-    let preparation = lit.preparation();
-    let mut memory = preparation.memory()?;
     let (mut u, mut wi, mut pdf) = (vec![[0.0; 2]; count], vec![[0.0; 3]; count], vec![0.0; count]);
-    let mut f_cos = vec![[0.0; 3]; count];
+    let mut f_cos = vec![0.0; count];
     let (mut values, mut colours) = (Vec::new(), Vec::new());
     for point in &scene.points {
-        let query = client::query(point.normal.to_array(), point.wo.to_array(), &[client::tabulated([1.0; 3])]);
-        let product = Product::prepare_table(&lit.environment, &table.raw(), &query, &preparation, &mut memory)?;
+        let mirror = (2.0 * point.normal.dot(point.wo) * point.normal - point.wo).normalize();
+        let eval = |wi: &[[f32; 3]], f_cos: &mut [f32]| {
+            table.eval(point.normal, point.wo, wi, f_cos).expect("a table");
+        };
+        let product = lit.map.product(mirror, eval)?;
         points::sobol(client::pixel_seed(point.pixel, 0), 0, &mut u);
         product.sample_n(&u, &mut wi, &mut pdf)?;
-        client::table_eval(&table.raw(), &query, &wi, &mut f_cos)?;
+        table.eval(point.normal, point.wo, &wi, &mut f_cos)?;
         let (mut sum, mut rgb) = (0.0, [0.0; 3]);
         for ((wi, pdf), f) in wi.iter().zip(&pdf).zip(&f_cos) {
             let wi = Vec3::from_array(*wi);
-            if *pdf > 0.0 && f[0] > 0.0 && scene.visible(point, wi) {
-                let share = f[0] / pdf / count as f32;
+            if *pdf > 0.0 && *f > 0.0 && scene.visible(point, wi) {
+                let share = f / pdf / count as f32;
                 sum += f64::from(share * lit.light.radiance(wi));
                 rgb.iter_mut().zip(&lit.colours).for_each(|(sum, c)| *sum += share * c.radiance(wi));
             }

@@ -13,13 +13,14 @@ use anyhow::Result;
 use glam::Vec3;
 use std::fmt::Write;
 use std::path::Path;
-use wis_ffi_tests::client::{self, Density, Environment, Preparation};
+use wis_ffi_tests::client::{self, Density};
 use wis_ffi_tests::data;
 use wis_ffi_tests::light::{Light, octahedral_direction};
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::paper::Paper;
 use wis_ffi_tests::points;
 use wis_ffi_tests::processor;
+use wis_ffi_tests::product::Rotations;
 use wis_ffi_tests::scene::{Scene, ShadingPoint};
 use wis_ffi_tests::structured::Picture;
 
@@ -50,16 +51,16 @@ fn main() -> Result<()> {
 }
 
 const INTRODUCTION: &str = "Clarberg et al. 2005, \"Wavelet Importance Sampling: Efficiently Evaluating Products of Complex Functions\", claim by
-claim. Products of trees are `WIS_TREE_PRODUCT`, the hierarchical warp is `wis_warp_in_place`. Tables of BRDFs about the mirror
-direction are `wis_wavelet_table_*`, and the product at a shading point without rotated maps is `wis_wavelet_product_*`. Written
-by `make wavelets` at {commit}.
+claim. Maps rotated to 64 x 64 directions are `WIS_TREE_ENVIRONMENT`, products of trees `WIS_TREE_PRODUCT`, the hierarchical warp is
+`wis_warp_in_place`. At a point the product is that of the nearest rotated map and of the BRDF over the square of its frame, 64 x 64
+pixels each. Written by `make wavelets` at {commit}.
 ";
 
 /// A light with its colours, as a renderer holds it.
 pub struct Lit {
     pub light: Light,
     pub colours: [Light; 3],
-    pub environment: Environment,
+    pub map: Rotations,
 }
 
 impl Lit {
@@ -69,22 +70,15 @@ impl Lit {
         let path = Path::new(data::FOLDER).join("envmaps").join(name);
         let colours =
             if path.exists() { Light::load_channels(&path)? } else { [light.clone(), light.clone(), light.clone()] };
-        let environment = light.environment()?;
-        Ok(Lit { light, colours, environment })
-    }
-
-    pub fn preparation(&self) -> Preparation {
-        Preparation { world_from_map: Some(self.light.world_from_map()), ..Default::default() }
+        let map = Rotations::new(light.tables(0, 0.0)?);
+        Ok(Lit { light, colours, map })
     }
 }
 
 /// What each mode keeps in memory.
 fn memory(page: &mut Paper, lit: &Lit) -> Result<()> {
     let material = data::measured("satin_rosaline_rgb.bsdf")?;
-    let preparation = lit.preparation();
-    let mut memory = preparation.memory()?;
-    let reserved = memory.bytes() as f64 / 1e3;
-    let product = material.prepare(&lit.environment, &tilted(), &preparation, &mut memory)?;
+    let product = material.prepare(&lit.map, &tilted())?;
     let kb = |bytes: u64| bytes as f64 / 1e3;
     let table = material.table.map_or(0, |table| table.bytes() as u64);
     let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -92,14 +86,13 @@ fn memory(page: &mut Paper, lit: &Lit) -> Result<()> {
     writeln!(
         page.text,
         "\n## Memory\n\n| what | kB |\n|---|---:|\n| environment of {} | {:.0} |\n| table of {} | {:.0} |\n\
-         | product of a point | {:.1} |\n| the block that it is prepared in, one a thread | {reserved:.0} |\n\n\
-         The product on the fly keeps the first three; rotated maps and the product for all directions keep what stands there \
-         instead of the first. Peak of this program, with all maps, meshes and pictures: {peak}.",
+         | product of a point | {:.1} |\n\n\
+         Rotated maps and the product for all directions keep what stands there. Peak of this program, with all maps, meshes and pictures: {peak}.",
         lit.light.name,
-        kb(lit.environment.info.bytes),
+        kb(lit.map.environment.info.bytes),
         material.name,
         kb(table),
-        kb(product.describe()?.bytes)
+        kb(product.tree.info.bytes)
     )?;
     Ok(())
 }
@@ -108,18 +101,16 @@ fn memory(page: &mut Paper, lit: &Lit) -> Result<()> {
 pub fn by_product(
     scene: &Scene,
     material: &Material,
-    (light, environment): (&Light, &Environment),
+    (light, map): (&Light, &Rotations),
     count: usize,
     pass: u32,
 ) -> Result<(Picture, Vec<f64>)> {
-    let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-    let mut memory = preparation.memory()?;
     let (mut u, mut wi, mut pdf) = (vec![[0.0; 2]; count], vec![[0.0; 3]; count], vec![0.0; count]);
     let (start, mut rays) = (processor::seconds(), 0);
     let (mut values, mut lit) = (Vec::with_capacity(scene.points.len()), Vec::with_capacity(scene.points.len()));
     for point in &scene.points {
         let bsdf = Bsdf::new(material, point);
-        let product = material.prepare(environment, point, &preparation, &mut memory)?;
+        let product = material.prepare(map, point)?;
         points::sobol(client::pixel_seed(point.pixel, pass), 0, &mut u);
         product.sample_n(&u, &mut wi, &mut pdf)?;
         let (mut sum, mut open) = (0.0, 0.0);
@@ -142,12 +133,10 @@ pub fn by_product(
 /// A picture by samples of the product in the colours of the light, on two threads: luminance, and red, green and blue.
 pub fn in_colour(scene: &Scene, material: &Material, lit: &Lit, count: usize) -> Result<(Vec<f64>, Vec<[f32; 3]>)> {
     let shade = |points: &[ShadingPoint]| -> Result<Vec<(f64, [f32; 3])>> {
-        let preparation = lit.preparation();
-        let mut memory = preparation.memory()?;
         let (mut u, mut wi, mut pdf) = (vec![[0.0; 2]; count], vec![[0.0; 3]; count], vec![0.0; count]);
         let each = |point: &ShadingPoint| -> Result<(f64, [f32; 3])> {
             let bsdf = Bsdf::new(material, point);
-            let product = material.prepare(&lit.environment, point, &preparation, &mut memory)?;
+            let product = material.prepare(&lit.map, point)?;
             points::sobol(client::pixel_seed(point.pixel, 0), 0, &mut u);
             product.sample_n(&u, &mut wi, &mut pdf)?;
             let (mut sum, mut rgb) = (0.0, [0.0; 3]);

@@ -1,5 +1,5 @@
 //! The paper's own system: the map turned about every direction of a grid, and BRDF tables for two dimensions of the view
-//! in that frame; built, measured, and set beside the product that needs neither.
+//! in that frame; built and measured.
 
 use crate::compression::range;
 use crate::{Lit, middle, relative_variance, tilted};
@@ -7,8 +7,9 @@ use anyhow::Result;
 use glam::{Mat3, Vec3};
 use std::fmt::Write;
 use std::time::Instant;
-use wis_ffi_tests::client::{self, Block, Density, Environment, Preparation, Tree, Turn};
+use wis_ffi_tests::client::{self, Block, Tree, Turn};
 use wis_ffi_tests::data;
+use wis_ffi_tests::environment::Environment;
 use wis_ffi_tests::light::Light;
 use wis_ffi_tests::material::{Bsdf, Material};
 use wis_ffi_tests::paper::Paper;
@@ -28,15 +29,13 @@ pub fn frame(direction: Vec3) -> Mat3 {
 }
 
 /// The map about one direction, made when it is asked for.
-fn turned(light: &Light, environment: &Environment, direction: Vec3, depth: u32) -> Result<Tree> {
+fn turned(environment: &Environment, direction: Vec3, depth: u32) -> Result<Tree> {
     Ok(Tree::of_environment(
-        environment,
+        environment.handle(),
         &Turn {
             depth,
-            places: 2,
             error_budget: BUDGET,
             least: FLOOR,
-            world_from_map: light.world_from_map(),
             // Row by row.
             world_from_tree: frame(direction).transpose().to_cols_array(),
         },
@@ -48,7 +47,7 @@ const HOUR: f64 = 3600.0;
 
 /// Writes the section.
 pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
-    let (light, environment, out) = (&lit.light, &lit.environment, &mut page.text);
+    let (light, environment, out) = (&lit.light, &lit.map.environment, &mut page.text);
     let mut built = Vec::new();
     writeln!(out, "\n## The map rotated to every direction (Sections 6.1 and 7)\n\n{TEXT}")?;
     writeln!(out, "| directions x pixels | trees | seconds | MB | without pruning, MB |\n|---|---:|---:|---:|---:|")?;
@@ -61,7 +60,7 @@ pub fn write(page: &mut Paper, lit: &Lit) -> Result<()> {
                     let mut bytes = 0;
                     for &cell in <[u32]>::iter(part) {
                         let direction = Vec3::from_array(client::grid_direction(grid, cell)?);
-                        bytes += turned(light, environment, direction, depth)?.info.bytes;
+                        bytes += turned(environment, direction, depth)?.info.bytes;
                     }
                     Ok(bytes)
                 })
@@ -104,21 +103,12 @@ struct Compared {
     /// With four directions and views blended, and with the point's own: of 64 x 64 pixels and of 128 x 128.
     blended: [f64; 2],
     own: [f64; 2],
-    table: f64,
-    /// Whether no rotated tree is prepared as fast as the product by a table.
-    fastest: bool,
 }
 
 impl Compared {
     fn cell(&self) -> String {
-        let Compared { name, alone: [brdf, map], blended: [coarse, fine], table, .. } = self;
-        format!(
-            "{name}: variance {coarse:.2} with 64^4, {fine:.2} with 128^4 (BRDF {brdf:.0}, map {map:.0}; the product on the map itself {table:.3})"
-        )
-    }
-
-    fn is_lowest(&self) -> bool {
-        self.blended.iter().chain(&self.own).chain([&self.nearest]).all(|variance| self.table < *variance)
+        let Compared { name, alone: [brdf, map], blended: [coarse, fine], .. } = self;
+        format!("{name}: variance {coarse:.2} with 64^4, {fine:.2} with 128^4 (BRDF {brdf:.0}, map {map:.0})")
     }
 }
 
@@ -127,7 +117,7 @@ of a shared machine, an upper bound. The paper: up to a couple of hours.
 A scene that builds only the directions that its points ask for pays for those alone.
 ";
 
-/// Relative variances and costs of the paper's product and of the one without tables for the map.
+/// Relative variances and costs of the paper's product.
 fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result<Vec<Compared>> {
     let mut rows = Vec::new();
     const SIDE: usize = 512;
@@ -135,21 +125,21 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
         out,
         "\nOne point, variance of one sample relative to the square of the integral. First the product of a rotated tree and a BRDF slice\n\
          in its frame (`WIS_TREE_PRODUCT`), with the nearest of 64 x 64 directions. Then four directions and four of 16 x 16 views\n\
-         blended (`WIS_TREE_BLEND`: one product is all sixteen, exactly), and the point's own direction. Last the product on the map\n\
-         itself by a table (`wis_wavelet_product_prepare`). Times: blends and product.\n"
+         blended (`WIS_TREE_BLEND`: one product is all sixteen, exactly), and the point's own direction.\n\
+         Times: blends and product.\n"
     )?;
     writeln!(
         out,
-        "| material | nearest, 64 x 64 | us | 4 x 4 blended | us | 4 x 4, 128 x 128 | us | own, 64 x 64 | own, 128 x 128 | by table | us |"
+        "| material | nearest, 64 x 64 | us | 4 x 4 blended | us | 4 x 4, 128 x 128 | us | own, 64 x 64 | own, 128 x 128 |"
     )?;
-    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|")?;
+    writeln!(out, "|---|---:|---:|---:|---:|---:|---:|---:|---:|")?;
     for name in ["satin_rosaline_rgb.bsdf", "cc_iris_purple_gem_rgb.bsdf"] {
         let material = data::measured(name)?;
         let point = tilted();
         let bsdf = Bsdf::new(&material, &point);
         let wi: Vec<Vec3> = (0..SIDE * SIDE).map(|i| middle(i, SIDE)).collect();
         let values: Vec<f64> = wi.iter().map(|&wi| f64::from(bsdf.eval_one(wi).0 * light.radiance(wi))).collect();
-        let scene = Turning { light, environment, material: &material, point: &point };
+        let scene = Turning { environment, material: &material, point: &point };
         let variance = |(product, direction): &(Tree, Vec3)| {
             let to_tree = frame(*direction).transpose();
             let pdf = |wi: Vec3| {
@@ -167,37 +157,18 @@ fn compare(out: &mut String, light: &Light, environment: &Environment) -> Result
         let (nearest, nearest_us) = scene.product(&[(grid(64, mirror)?[0].0, 1.0)], &[(point.wo, 1.0)], 6)?;
         let nearest = variance(&(nearest, grid(64, mirror)?[0].0))?;
         let mut cells = vec![format!("{nearest:.3} | {nearest_us:.0}")];
-        let (mut blended, mut own, mut least_us) = ([0.0; 2], [0.0; 2], nearest_us);
+        let (mut blended, mut own) = ([0.0; 2], [0.0; 2]);
         for (blended, depth) in blended.iter_mut().zip([6, 7]) {
             let (tree, us) = scene.product(&grid(64, mirror)?, &grid(16, point.wo)?, depth)?;
             *blended = variance(&(tree, mirror))?;
-            least_us = least_us.min(us);
             cells.push(format!("{blended:.3} | {us:.0}"));
         }
         for (own, depth) in own.iter_mut().zip([6, 7]) {
             *own = variance(&(scene.product(&[(mirror, 1.0)], &[(point.wo, 1.0)], depth)?.0, mirror))?;
             cells.push(format!("{own:.3}"));
         }
-        let preparation = Preparation { world_from_map: Some(light.world_from_map()), ..Default::default() };
-        let (mut memory, mut us) = (preparation.memory()?, f64::MAX);
-        for _ in 0..20 {
-            let start = Instant::now();
-            material.prepare(environment, &point, &preparation, &mut memory)?;
-            us = us.min(start.elapsed().as_secs_f64() * 1e6);
-        }
-        let product = material.prepare(environment, &point, &preparation, &mut memory)?;
-        let table = relative_variance(&wi, &values, |wi| Ok(f64::from(product.pdf(wi.to_array())?)))?;
-        cells.push(format!("{table:.3} | {us:.0}"));
         writeln!(out, "| {} | {} |", material.name, cells.join(" | "))?;
-        rows.push(Compared {
-            name: material.name.clone(),
-            alone,
-            nearest,
-            blended,
-            own,
-            table,
-            fastest: us < least_us,
-        });
+        rows.push(Compared { name: material.name.clone(), alone, nearest, blended, own });
     }
     writeln!(out, "\n{}", lesson(&rows))?;
     Ok(rows)
@@ -220,7 +191,6 @@ fn reflected(point: &ShadingPoint, wo: Vec3) -> Vec3 {
 
 /// What the paper's product is made of.
 struct Turning<'a> {
-    light: &'a Light,
     environment: &'a Environment,
     material: &'a Material,
     point: &'a ShadingPoint,
@@ -232,7 +202,7 @@ impl Turning<'_> {
     fn product(&self, directions: &[(Vec3, f64)], views: &[(Vec3, f64)], depth: u32) -> Result<(Tree, f64)> {
         let maps = directions
             .iter()
-            .map(|(direction, weight)| Ok((turned(self.light, self.environment, *direction, depth)?, *weight)))
+            .map(|(direction, weight)| Ok((turned(self.environment, *direction, depth)?, *weight)))
             .collect::<Result<Vec<_>>>()?;
         let slices =
             views.iter().map(|(wo, weight)| Ok((self.slice(*wo, depth)?, *weight))).collect::<Result<Vec<_>>>()?;
@@ -268,12 +238,8 @@ fn lesson(rows: &[Compared]) -> String {
     let ratios = |of: fn(&Compared) -> f64| range(&rows.iter().map(of).collect::<Vec<_>>());
     let ([low, high], [least, most]) = (ratios(|row| row.own[0] / row.own[1]), ratios(|row| row.nearest / row.own[0]));
     format!(
-        "The product by a table needs no rotated maps. It has the lowest variance for {} of {n} materials, and is prepared fastest for {}.\n\
-         About the point's own direction, 128 x 128 pixels in place of 64 x 64 divide the variance by {low:.1} to {high:.1}.\n\
-         With 64 x 64 pixels, the nearest direction of the grid has {least:.2} to {most:.2} times the variance of the point's own.",
-        rows.iter().filter(|row| row.is_lowest()).count(),
-        rows.iter().filter(|row| row.fastest).count(),
-        n = rows.len()
+        "About the point's own direction, 128 x 128 pixels in place of 64 x 64 divide the variance by {low:.1} to {high:.1}.\n\
+         With 64 x 64 pixels, the nearest direction of the grid has {least:.2} to {most:.2} times the variance of the point's own."
     )
 }
 

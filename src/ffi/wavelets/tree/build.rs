@@ -1,8 +1,8 @@
 //! Trees built in C: of pixels, of trees, of wavelets or of an environment, as the source of the configuration says.
 
 use super::{Tree, TreeInfo, view};
+use crate::ffi::light::{EnvironmentObject, environment};
 use crate::ffi::memory::block_mut;
-use crate::ffi::wavelets::environment::{self, Environment};
 use crate::ffi::wavelets::memory::{Results, ordered, room_mut};
 use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, frame, put_size, require_all, sized, slice};
 use crate::object::Size;
@@ -61,13 +61,15 @@ pub const WIS_TREE_WAVELETS: u32 = 3;
 /// sample. It reads `dimensions`, `average`, `count`, `details` and `least`. Work: count.
 pub const WIS_TREE_DETAILS: u32 = 4;
 /// Source of a tree: the luminance of an environment over the octahedral square of another frame, a map that is rotated about a
-/// direction. It is made when a scene asks for it (Clarberg et al. 2005, Section 6.1, make all of them beforehand). It reads
-/// `depth`, `error_budget`, `least`, `environment`, `places`, `world_from_map` and `world_from_tree`. With a BRDF that is
-/// tabulated about the same direction WIS_TREE_PRODUCT gives their product; WIS_TREE_BLEND interpolates between directions,
-/// wis_grid_cells says which.
+/// direction (Clarberg et al. 2005, Section 6.1). It reads `depth`, `error_budget`, `least`, `environment` and `world_from_tree`.
+/// With a BRDF that is tabulated about the same direction WIS_TREE_PRODUCT gives their product; WIS_TREE_BLEND interpolates
+/// between directions, wis_grid_cells says which.
 ///
-/// wis_tree_size tells the bytes that the tree needs at most, and reads neither the environment nor the matrices. Costs
-/// (places 2^depth)^2 look-ups in the map. Work: places^2 x 4^depth.
+/// Each patch of the light hands its share out to the pixels that it covers, so that `average` in wis_tree_info is the power in
+/// wis_environment_info over 4 pi: no lamp is lost, however small. Pixels of an even sky differ by 0.6 % (root mean square). Of a
+/// compensated environment it is the tree of what compensation leaves. wis_tree_size tells the bytes that the tree needs at most, and
+/// reads neither the environment nor the matrix.
+/// Work: (columns + 2^depth) x (rows + 2^depth), of the map with all its faces.
 pub const WIS_TREE_ENVIRONMENT: u32 = 5;
 
 /// What to build. Fields that the source does not read need not be set.
@@ -105,14 +107,9 @@ pub struct TreeConfig {
     /// map's mean that is added to each pixel, 0 to 1e6: what keeps the pdf above 0 wherever there is light.
     pub least: f64,
     /// Of environments: the map.
-    pub environment: *const Environment,
-    /// Of environments: each pixel is the mean of places x places, 1 to WIS_MAX_PLACES, each of a cell of the map about as large
-    /// as what it stands for; 2 is a good start.
-    pub places: u32,
-    /// Of environments: nine numbers, row by row: world = M map, within 1e-4 of a rotation or reflection; null is the identity.
-    pub world_from_map: *const f32,
-    /// Of environments: the same from the frame of the tree: the direction about which the map is rotated is its third column.
-    /// Null is the identity.
+    pub environment: *const EnvironmentObject,
+    /// Of environments: nine numbers, row by row: world = M tree, within 1e-4 of a rotation or reflection. The direction about which
+    /// the map is rotated is the third column. Null is the identity.
     pub world_from_tree: *const f32,
 }
 
@@ -133,7 +130,7 @@ pub unsafe extern "C" fn wis_tree_size(
 
 /// Builds a tree of what its configuration says. Each source tells its statuses, the bounds of its blocks and its work.
 /// `scratch` may be null where wis_tree_size asks for none. `info` may be null. The bytes in use stand in `info`.
-/// Work: pixels; places^2 x 4^depth for environments; count for lists; else squares of the trees and of the result.
+/// Work: pixels; (columns + 2^depth) x (rows + 2^depth) for environments; count for lists; else squares of the trees and of the result.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says; blocks are as long as stated and nobody else uses them.
@@ -244,13 +241,10 @@ unsafe fn of_environment(config: &TreeConfig, blocks: &Blocks) -> Checked<Built>
     let rotation = rotation(config)?;
     // SAFETY: the caller's contract.
     unsafe {
-        let environment = environment::view(config.environment, 1).map_err(|at| at.of(c"environment"))?;
-        let frames = [
-            frame(config.world_from_map.cast(), 1).map_err(|at| at.of(c"world_from_map"))?,
-            frame(config.world_from_tree.cast(), 1).map_err(|at| at.of(c"world_from_tree"))?,
-        ];
+        let environment = environment(config.environment, 1).map_err(|at| at.of(c"environment"))?;
+        let world_from_tree = frame(config.world_from_tree.cast(), 1).map_err(|at| at.of(c"world_from_tree"))?;
         let (block, scratch) = blocks.of(rotation.size().ok_or(overflow(config))?)?;
-        Ok(rotation.build_in(&environment, frames, block, scratch))
+        Ok(rotation.build_in(&environment, &world_from_tree, block, scratch))
     }
 }
 
@@ -349,8 +343,8 @@ unsafe fn read_pixels<'a>(config: &TreeConfig) -> Checked<&'a [f32]> {
 
 /// How a map is rotated, checked.
 fn rotation(config: &TreeConfig) -> Checked<Rotation> {
-    let &TreeConfig { depth, places, error_budget, least, .. } = config;
-    let rotation = Rotation { depth, places, error_budget, least };
+    let &TreeConfig { depth, error_budget, least, .. } = config;
+    let rotation = Rotation { depth, error_budget, least };
     rotation.check().map_err(|fault| Failure::fault(fault, 1))?;
     Ok(rotation)
 }

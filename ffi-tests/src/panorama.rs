@@ -1,8 +1,7 @@
 //! Two HDR maps of the project's own, made by code and the same in every run: a room with lamps, and a field in the sun.
 //!
 //! They have what photographs have and smooth test maps have not: detail in every texel, edges that lie between texels,
-//! colours, and light sources of some texels that outshine the rest a thousand times and more. The tests of the kernel and
-//! the instruments share this file, so it depends on nothing.
+//! colours, and light sources of some texels that outshine the rest a thousand times and more. The file depends on nothing.
 
 use std::f64::consts::{PI, TAU};
 

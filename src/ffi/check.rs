@@ -2,7 +2,7 @@
 
 pub use crate::light::verdict::*;
 
-use super::light::{EnvironmentObject, environment as view};
+use super::light::{EnvironmentObject, exact};
 use super::sampler::{SamplerObject, with_sampler};
 use super::{Failure, put, sized};
 use crate::light::compare::compare;
@@ -34,7 +34,7 @@ pub struct CheckConfig {
 /// `radiance` of `config` is called for at most 64 world directions at a time: 256, half of them drawn from the light, and up to 25,000
 /// more that confirm an explanation. It answers the same for the same direction. What your map does not show is no mistake: a constant
 /// sky fits every frame. WIS_CALLBACK_FAILED for a radiance that is NaN, infinite or negative: `y` of the fault (wis_sampler_fault) is
-/// the number of the direction. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
+/// the number of the direction. WIS_NOT_BUILT for an environment with WIS_ENVIRONMENT_RAYS_ONLY. Set `info->size` before. Costs 1 to 20 ms besides `radiance`. Work: constant.
 ///
 /// # Safety
 /// Pointers are null or point to what the header says.
@@ -48,7 +48,7 @@ pub unsafe extern "C" fn wis_check(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_sampler(sampler, |_| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let config = sized(config, 3)?;
             Fault::first([(config.reserved == 0, c"reserved")]).map_err(|fault| Failure::fault(fault, 3))?;
             let eval = config.radiance.ok_or(Failure::new(Status::NullPointer, 3).of(c"radiance"))?;

@@ -71,6 +71,18 @@ pub(super) unsafe fn environment<'a>(pointer: *const EnvironmentObject, argument
     Environment::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
 }
 
+/// As [`environment`]; it has the exact tables.
+///
+/// # Safety
+/// As [`environment`].
+#[inline(always)]
+pub(super) unsafe fn exact<'a>(pointer: *const EnvironmentObject, argument: u32) -> Checked<Environment<'a>> {
+    // SAFETY: the caller's contract.
+    let environment = unsafe { environment(pointer, argument)? };
+    let built = environment.exact().map(|_| environment);
+    built.map_err(|status| Failure::new(status, argument).of(c"flags"))
+}
+
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them
 /// it uses. A map of 1024 x 512 needs 3.7 MB (WIS_FILTER_NEAREST: 2.5 MB) and 2.4 MB of scratch. Reads no pixels; costs about
 /// 15 us. Work: constant.

@@ -1,6 +1,6 @@
 //! Products in C: prepared at shading points, for wis_sample, wis_pdf and wis_invert.
 
-use super::light::{EnvironmentObject, environment as view};
+use super::light::{EnvironmentObject, environment as view, exact};
 use super::material::{PointData, failure, point as read_point};
 use super::memory::{handle, stored_or};
 use super::sampler::{SamplerObject, with_level};
@@ -98,7 +98,7 @@ pub unsafe extern "C" fn wis_product_prepare(
     // SAFETY: the caller's contract, also for what stands inside.
     unsafe {
         with_level(sampler, |level| {
-            let environment = view(environment, 2)?;
+            let environment = exact(environment, 2)?;
             let flags = sized(config, 3)?.flags;
             let config = checked(sized(config, 3)?, 3)?;
             let overflow = Failure::new(Status::Overflow, 4);

@@ -84,13 +84,14 @@ fn shared() -> Lengths {
 pub fn full_lengths(plan: &Plan) -> Lengths {
     (0..plan.cells()).fold(shared(), |sum, index| {
         let tiles = Lengths { groups: map::full_groups(plan, index), ..Lengths::default() };
-        sum.plus(CellBlocks::new(plan, index, 0).full(plan)).plus(tiles)
+        let exact = CellBlocks::new(plan, index, 0).full(plan);
+        sum.plus(if plan.of.rays_only { Lengths::default() } else { exact }).plus(tiles)
     })
 }
 
 /// The blocks of cell `index` before they are doubled, and those of all cells before it.
 pub fn block_range(plan: &Plan, index: u32) -> (usize, usize) {
-    let count = |index: u32| CellBlocks::new(plan, index, 0).count();
+    let count = |index: u32| if plan.of.rays_only { 0 } else { CellBlocks::new(plan, index, 0).count() };
     ((0..index).map(count).sum(), count(index))
 }
 
@@ -103,7 +104,8 @@ pub fn weights(plan: &Plan, weights: &mut [[f64; 2]]) {
 
 /// The second pass, for a cell.
 pub fn choose_cell(texels: &Texels<'_>, index: u32, steps: &mut [Steps], tile_steps: &mut [u8]) -> CellWork {
-    let Choice { level, lengths, variance } = choose(texels, index, steps);
+    let rays_only = texels.plan.of.rays_only;
+    let Choice { level, lengths, variance } = if rays_only { Choice::default() } else { choose(texels, index, steps) };
     let groups = map::choose(&Texels { plan: &texels.plan.plain(), ..*texels }, index, tile_steps);
     let lengths = [lengths.starts, lengths.blocks, lengths.words, groups].map(|n| n as u64);
     CellWork { level: level.into(), lengths, light: 0.0, variance }
@@ -114,13 +116,16 @@ pub fn offset(work: &[CellWork], index: u32) -> Lengths {
     work.iter().take(index as usize).fold(shared(), |sum, cell| sum.plus(cell.lengths()))
 }
 
-/// The third pass, for a cell.
+/// The third pass, for a cell of a light that has exact tables.
 pub fn write(texels: &Texels<'_>, index: u32, work: &CellWork, steps: &[Steps], tables: CellTables<'_>) -> (Cell, f64) {
     write_cell(texels, index, work.level as u32, steps, tables)
 }
 
-/// The end: probabilities of cells, and the tables above them. Answers the light of all.
-pub fn finish(plan: &Plan, work: &[CellWork], cells: &mut [Cell], tops: &mut [f32]) -> f64 {
+/// The end: probabilities of cells, and the tables above them. Answers the light of all, which without tables is that of the texels.
+pub fn finish(plan: &Plan, totals: &Totals, work: &[CellWork], cells: &mut [Cell], tops: &mut [f32]) -> f64 {
+    if plan.of.rays_only {
+        return 4.0 * PI * totals.mean;
+    }
     let light = |index: usize| work.get(index).map_or(0.0, |cell| cell.light);
     write_tops(plan, light, tops, |index, probability| {
         if let Some(cell) = cells.get_mut(index) {

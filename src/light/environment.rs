@@ -101,6 +101,7 @@ const ROWS_AT_POLES: u32 = 2;
 const EXACT_ZERO: u32 = 4;
 const COMPENSATED: u32 = 8;
 const LIGHT_ONLY: u32 = 16;
+const RAYS_ONLY: u32 = 32;
 
 /// Lines begin at a multiple of this, so that those of a full block of a bilinear light are cache lines.
 const LINE: usize = 64;
@@ -128,7 +129,9 @@ impl Sections {
     /// `None` if the sum overflows.
     fn new(plan: &Plan, lengths: Lengths, strata: usize) -> Option<Sections> {
         let Plan { grid, .. } = *plan;
-        let cells = plan.cells() as usize;
+        // Rays alone read the texel map and its strata.
+        let exact = |count: usize| if plan.of.rays_only { 0 } else { count };
+        let cells = exact(plan.cells() as usize);
         let mut at = size_of::<Header>();
         let mut put = |count: usize, size: usize, align: usize| {
             let start = at.checked_next_multiple_of(align)?;
@@ -137,14 +140,17 @@ impl Sections {
         };
         // What every sample reads stands together: the fewer pages, the fewer walks through page tables.
         let sections = Sections {
-            tops: put(tops(grid) + WINDOW, 4, 4)?,
-            cell_of: [put(plan.small_blocks(0) as usize, 1, 1)?, put(plan.small_blocks(1) as usize, 1, 1)?],
+            tops: put(exact(tops(grid) + WINDOW), 4, 4)?,
+            cell_of: [
+                put(exact(plan.small_blocks(0) as usize), 1, 1)?,
+                put(exact(plan.small_blocks(1) as usize), 1, 1)?,
+            ],
             cells: put(cells, size_of::<Cell>(), LINE)?,
             colours: put(cells, 12, 4)?,
             guide: put(guide_length(plan), 2, LINE)?,
-            starts: put(lengths.starts.checked_add(WINDOW)?, 4, 16)?,
+            starts: put(lengths.starts.checked_add(exact(WINDOW))?, 4, 16)?,
             blocks: put(lengths.blocks, size_of::<Block>(), 16)?,
-            words: put(lengths.words.checked_add(WINDOW)?, 2, LINE)?,
+            words: put(lengths.words.checked_add(exact(WINDOW))?, 2, LINE)?,
             tiles: put(map::tile_count(plan), 4, 4)?,
             texels: put(map::words(plan, lengths.groups)?, 2, LINE)?,
             strata: put(strata, size_of::<[f32; 4]>(), LINE)?,
@@ -156,7 +162,7 @@ impl Sections {
 
 /// The numbers of the guide.
 fn guide_length(plan: &Plan) -> usize {
-    if plan.of.light_only { 0 } else { guide::length(plan.grid, plan.chart.faces()) }
+    if plan.of.light_only || plan.of.rays_only { 0 } else { guide::length(plan.grid, plan.chart.faces()) }
 }
 
 /// Numbers in the tables of cells: of rows, then of the columns of each.
@@ -323,7 +329,9 @@ impl<'a> Environment<'a> {
             let (first, count) = build::block_range(plan, index);
             let steps = scratch.steps.get(first..first + count).unwrap_or(&[]);
             let light = scratch.block_light.get_mut(first..first + count).unwrap_or(&mut []);
-            writer.cell(&texels, index, scratch.work, steps, light);
+            if !plan.of.rays_only {
+                writer.cell(&texels, index, scratch.work, steps, light);
+            }
             writer.map(&texels, index, scratch.work, scratch.tile_steps);
         }
         writer.finish(&totals, scratch.work, scratch.tile_steps, scratch.rgb, frame, scratch.luminance)?;
@@ -381,6 +389,7 @@ impl<'a> Environment<'a> {
             exact_zero: flag(EXACT_ZERO),
             compensated: flag(COMPENSATED),
             light_only: flag(LIGHT_ONLY),
+            rays_only: flag(RAYS_ONLY),
             budget: h.budget,
         }
     }
@@ -388,7 +397,7 @@ impl<'a> Environment<'a> {
     /// Whether the header is one that a build of this version writes, and the bytes are those that were written.
     pub(super) fn header_is_sound(&self) -> bool {
         let h = self.header;
-        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED | LIGHT_ONLY;
+        let known = BILINEAR | ROWS_AT_POLES | EXACT_ZERO | COMPENSATED | LIGHT_ONLY | RAYS_ONLY;
         if h.magic != Header::MAGIC || h.flags & !known != 0 || h.layout > 2 || h.reserved != 0 {
             return false;
         }
@@ -441,7 +450,16 @@ impl<'a> Environment<'a> {
         Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
     }
 
-    /// The tables.
+    /// Requires the exact tables.
+    ///
+    /// # Errors
+    /// [`Status::NotBuilt`] if it was built for rays alone.
+    #[inline(always)]
+    pub fn exact(&self) -> Result<&Self> {
+        if self.header.flags & RAYS_ONLY == 0 { Ok(self) } else { Err(Status::NotBuilt) }
+    }
+
+    /// The tables; of one that was built for rays alone the texel map and its strata.
     #[inline(never)]
     pub fn light(&self) -> Light<'a> {
         let h = self.header;
@@ -479,7 +497,7 @@ impl<'a> Environment<'a> {
     /// What products must know of the cells; `None` if it was built for the light alone.
     #[inline(always)]
     pub fn guide(&self) -> Option<Guide<'a>> {
-        if self.header.flags & LIGHT_ONLY != 0 {
+        if self.header.flags & (LIGHT_ONLY | RAYS_ONLY) != 0 {
             return None;
         }
         let (grid, faces) = (self.header.grid, if self.header.layout == 1 { 6 } else { 1 });
@@ -653,13 +671,13 @@ impl<'a> Writer<'a> {
     fn tables(&mut self, totals: &Totals, work: &[CellWork], rgb: &[[f64; 3]], frame: &Frame) {
         let Writer { plan, sections, lengths, bytes } = self;
         let (plan, sections, lengths) = (*plan, *sections, *lengths);
-        let count = plan.cells() as usize;
+        let count = if plan.of.rays_only { 0 } else { plan.cells() as usize };
         let (tiles, words) = (map::tile_count(&plan), map::words(&plan, lengths.groups).unwrap_or(0));
         // Gaps between sections are part of the bytes.
         for (start, length, end) in [
             (0, size_of::<Header>(), sections.tops),
-            (sections.tops, 4 * tops(plan.grid), sections.cell_of[0]),
-            (sections.cell_of[1], plan.small_blocks(1) as usize, sections.cells),
+            (sections.tops, if count > 0 { 4 * tops(plan.grid) } else { 0 }, sections.cell_of[0]),
+            (sections.cell_of[1], if count > 0 { plan.small_blocks(1) as usize } else { 0 }, sections.cells),
             (sections.colours, 12 * count, sections.guide),
             (sections.guide, 0, sections.starts),
             (sections.starts, 4 * lengths.starts, sections.blocks),
@@ -673,7 +691,7 @@ impl<'a> Writer<'a> {
         for (out, &start) in part_mut(bytes, sections.starts as usize, SINGLE.len()).iter_mut().zip(&SINGLE) {
             *out = start;
         }
-        for k in [0, 1] {
+        for k in if count > 0 { 0..2 } else { 0..0 } {
             let of = part_mut::<u8>(bytes, sections.cell_of[k] as usize, plan.small_blocks(k) as usize);
             for (small, out) in (0..).zip(of) {
                 *out = plan.cell_of(k, small) as u8;
@@ -682,7 +700,8 @@ impl<'a> Writer<'a> {
         let (before, colours) = bytes.split_at_mut_checked(sections.colours as usize).unwrap_or_default();
         let (before, cells) = before.split_at_mut_checked(sections.cells as usize).unwrap_or_default();
         let cells = part_mut(cells, 0, count);
-        let power = build::finish(&plan, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
+        let power =
+            build::finish(&plan, totals, work, cells, part_mut(before, sections.tops as usize, tops(plan.grid)));
         build::colours(&plan, rgb, cells, part_mut(colours, 0, count));
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
         let variance: f64 = work.iter().map(|cell| cell.variance).sum();
@@ -715,7 +734,8 @@ impl<'a> Writer<'a> {
                 | flag(plan.of.rows_at_poles, ROWS_AT_POLES)
                 | flag(plan.of.exact_zero, EXACT_ZERO)
                 | flag(plan.of.compensated, COMPENSATED)
-                | flag(plan.of.light_only, LIGHT_ONLY),
+                | flag(plan.of.light_only, LIGHT_ONLY)
+                | flag(plan.of.rays_only, RAYS_ONLY),
             width: plan.of.width,
             height: plan.of.height,
             patches: axis.map(|a| a.patches),

@@ -4,8 +4,9 @@ use super::chart::Layout;
 use super::environment::Environment;
 use super::plan::Filter;
 use super::request::{
-    WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_LIGHT_ONLY, WIS_ENVIRONMENT_ROWS_AT_POLES,
-    WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG, WIS_LAYOUT_OCTAHEDRAL,
+    WIS_ENVIRONMENT_COMPENSATED, WIS_ENVIRONMENT_EXACT_ZERO, WIS_ENVIRONMENT_LIGHT_ONLY, WIS_ENVIRONMENT_RAYS_ONLY,
+    WIS_ENVIRONMENT_ROWS_AT_POLES, WIS_FILTER_BILINEAR, WIS_FILTER_NEAREST, WIS_LAYOUT_CUBE, WIS_LAYOUT_LATLONG,
+    WIS_LAYOUT_OCTAHEDRAL,
 };
 
 /// What was built.
@@ -30,7 +31,7 @@ pub struct LightInfo {
     pub sanitised: u64,
     /// Tells environments apart: a hash of the bytes, also of world_from_map.
     pub content_id: u64,
-    /// The integral of luminance, or of what compensation leaves of it, over the sphere: unit of the map x steradian.
+    /// The integral of luminance, or of what compensation leaves of it, over the sphere: unit of the map x steradian. WIS_ENVIRONMENT_RAYS_ONLY: of luminance.
     pub power: f64,
     /// The mean luminance over the sphere, in the unit of the map.
     pub mean: f64,
@@ -58,7 +59,8 @@ impl LightInfo {
             flags: flag(of.rows_at_poles, WIS_ENVIRONMENT_ROWS_AT_POLES)
                 | flag(of.exact_zero, WIS_ENVIRONMENT_EXACT_ZERO)
                 | flag(of.compensated, WIS_ENVIRONMENT_COMPENSATED)
-                | flag(of.light_only, WIS_ENVIRONMENT_LIGHT_ONLY),
+                | flag(of.light_only, WIS_ENVIRONMENT_LIGHT_ONLY)
+                | flag(of.rays_only, WIS_ENVIRONMENT_RAYS_ONLY),
             bytes: header.bytes,
             sanitised: header.sanitised,
             content_id: header.content_id,

@@ -36,6 +36,9 @@ pub const WIS_ENVIRONMENT_SANITISE: u32 = 8;
 
 /// No products will be prepared with it, nor shared by hits: 21 kB less. wis_product_prepare answers WIS_NOT_BUILT.
 pub const WIS_ENVIRONMENT_LIGHT_ONLY: u32 = 16;
+/// Only rays will be drawn with it: no exact tables. 1.3 MB for a map of 1024 x 512, in half the time; wis_sample, wis_pdf, wis_invert,
+/// wis_product_prepare and wis_check answer WIS_NOT_BUILT, with the field `flags`.
+pub const WIS_ENVIRONMENT_RAYS_ONLY: u32 = 64;
 /// Negative channels count by their size instead of as 0: pdf > 0 wherever |L| > 0.
 pub const WIS_ENVIRONMENT_ABSOLUTE: u32 = 32;
 
@@ -44,6 +47,7 @@ const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
     | WIS_ENVIRONMENT_COMPENSATED
     | WIS_ENVIRONMENT_SANITISE
     | WIS_ENVIRONMENT_LIGHT_ONLY
+    | WIS_ENVIRONMENT_RAYS_ONLY
     | WIS_ENVIRONMENT_ABSOLUTE;
 
 /// What any configuration says of a map.
@@ -149,6 +153,7 @@ impl Request {
             exact_zero: has(WIS_ENVIRONMENT_EXACT_ZERO),
             compensated: has(WIS_ENVIRONMENT_COMPENSATED),
             light_only: has(WIS_ENVIRONMENT_LIGHT_ONLY),
+            rays_only: has(WIS_ENVIRONMENT_RAYS_ONLY),
             // -0 is 0.
             budget: error_budget.abs(),
         });

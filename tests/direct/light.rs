@@ -28,6 +28,7 @@ pub fn description(map: &Map) -> Description {
         exact_zero: false,
         compensated: false,
         light_only: false,
+        rays_only: false,
         budget: 0.0,
     }
 }

@@ -169,25 +169,29 @@ impl Build {
             let plain = plan.plain();
             for index in items {
                 let (first, count) = kernel::block_range(plan, index);
-                let steps = block.finished().part::<Steps>(arrays.steps, first, count);
                 let Some(own) = work.get(index as usize) else { continue };
                 let (offset, length) = (kernel::offset(work, index), own.lengths());
-                let parts = CellTables {
-                    offset,
-                    starts: tables.part(table(places.starts), offset.starts, length.starts),
-                    blocks: tables.part(table(places.blocks), offset.blocks, length.blocks),
-                    words: tables.part(table(places.words), offset.words, length.words),
-                    light: block.part(arrays.block_light, first, count),
-                };
-                let (cell, light) = kernel::write(&texels, index, own, steps, parts);
                 let (tile, tiles) = map::tile_range(plan, index);
                 let tile_steps = block.finished().part::<u8>(arrays.tile_steps, tile, tiles);
                 for piece in map::pieces(&plain, index, offset.groups, tile_steps) {
                     let words = tables.part(table(places.texels), piece.start, piece.length);
                     map::write(&Texels { plan: &plain, ..texels }, &piece, words);
                 }
-                tables.part::<Cell>(table(places.cells), index as usize, 1).fill(cell);
-                block.part(arrays.cell_light, index as usize, 1).fill(light);
+                let mut cell_light = 0.0;
+                if !plan.of.rays_only {
+                    let parts = CellTables {
+                        offset,
+                        starts: tables.part(table(places.starts), offset.starts, length.starts),
+                        blocks: tables.part(table(places.blocks), offset.blocks, length.blocks),
+                        words: tables.part(table(places.words), offset.words, length.words),
+                        light: block.part(arrays.block_light, first, count),
+                    };
+                    let steps = block.finished().part::<Steps>(arrays.steps, first, count);
+                    let (cell, light) = kernel::write(&texels, index, own, steps, parts);
+                    tables.part::<Cell>(table(places.cells), index as usize, 1).fill(cell);
+                    cell_light = light;
+                }
+                block.part(arrays.cell_light, index as usize, 1).fill(cell_light);
             }
         }
         Ok(())

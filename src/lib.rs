@@ -41,15 +41,15 @@ pub mod ffi;
 
 pub use brdf::compare::{Match, Mistake};
 pub use brdf::material::{Kind, Material, Shape};
-pub use brdf::point::{Fault, Point, Target};
+pub use brdf::point::{Point, Target};
 pub use brdf::portal::Portal;
 pub use direct::Ray;
 pub use direct::sampler::{Config, Sampler, Sequence};
 pub use light::batch::Drawn;
 pub use light::chart::Layout;
 pub use light::compare::{Cause, Comparison};
-pub use light::environment::{BuildError, Environment, Size};
+pub use light::environment::{Environment, Size};
 pub use light::plan::Filter;
 pub use render::{Block, Map};
 pub use simd::Level;
-pub use status::Status;
+pub use status::{Error, Status};

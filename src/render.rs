@@ -1,17 +1,17 @@
 //! What a renderer in Rust calls, all of it safe: a map, memory, and the densities of a sampler.
 
 use crate::brdf::compare::{self, Match, Mistake};
-use crate::brdf::point::{Fault, Point};
+use crate::brdf::point::Point;
 use crate::direct::sampler::{Config, MAX_RAYS, Sampler};
 use crate::light::batch::{Drawn, pdfs, samples};
 use crate::light::chart::Layout;
 use crate::light::compare::{Comparison, compare};
 use crate::light::decode::Pixels;
-use crate::light::environment::{BuildError, Environment, Size};
+use crate::light::environment::{Environment, Size};
 use crate::light::pixels::Format;
 use crate::light::plan::{Description, Filter, Plan};
 use crate::sphere::{Frame, unit};
-use crate::status::{Result, Status};
+use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable};
 use core::fmt;
 
@@ -124,13 +124,12 @@ impl<'p> Map<'p> {
     /// Builds the environment in `memory`; `scratch` may be freed afterwards. Sizes are those of [`Map::size`].
     ///
     /// # Errors
-    /// [`BuildError::Row`] tells which row holds a texel that is NaN or infinite, [`BuildError::TooSmall`] how many
-    /// bytes are needed, [`BuildError::Status`] what else is wrong.
+    /// [`Error`] tells which texel is NaN or infinite, how many bytes are needed, or what else is wrong.
     pub fn build_in<'a>(
         &self,
         memory: &'a mut [Block],
         scratch: &mut [Block],
-    ) -> core::result::Result<Environment<'a>, BuildError> {
+    ) -> core::result::Result<Environment<'a>, Error> {
         let frame = Frame::new(&self.world_from_map).ok_or(Status::InvalidTransform)?;
         let plan = self.plan()?;
         let length = (self.width as usize).checked_mul(self.channels as usize).ok_or(Status::Overflow)?;
@@ -201,20 +200,20 @@ impl Sampler<'_> {
     /// below the surface. Costs 0.1 to 2 ms besides. `target` of the point is not read.
     ///
     /// # Errors
-    /// What is wrong with the point; [`Fault::Target`] for a value that is NaN, infinite or negative.
+    /// What is wrong with the point; [`Status::CallbackFailed`] for a value that is NaN, infinite or negative.
     pub fn check_point(
         &self,
         environment: &Environment<'_>,
         point: &Point<'_>,
         mut f_cos: impl FnMut([f32; 3]) -> f32,
-    ) -> core::result::Result<Match, Fault> {
+    ) -> core::result::Result<Match, Error> {
         let mut all = |wi: &[[f32; 3]], out: &mut [f32]| {
             for (out, wi) in out.iter_mut().zip(wi) {
                 *out = f_cos(*wi);
             }
             true
         };
-        compare::compare(point, &environment.frame(), &mut all).map_err(|(fault, _)| fault)
+        compare::compare(point, &environment.frame(), &mut all)
     }
 
     /// The `u` that leads to a direction.
@@ -242,16 +241,19 @@ impl fmt::Display for Mistake {
     }
 }
 
-impl fmt::Display for BuildError {
+impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            BuildError::Row(row, _) => {
-                write!(f, "row {row} of the map holds a texel that is NaN or infinite: sanitise it")
-            }
-            BuildError::TooSmall(bytes) => write!(f, "the memory is too small: {bytes} bytes are needed"),
-            BuildError::Status(status) => status.fmt(f),
+        let &Error { status, field, x, y, bytes, .. } = self;
+        if let Some(field) = field {
+            write!(f, "{}: ", field.to_str().unwrap_or_default())?;
+        }
+        status.fmt(f)?;
+        match status {
+            Status::InvalidTexel => write!(f, " (column {x}, row {y})"),
+            Status::MemoryTooSmall => write!(f, " ({bytes} bytes are needed)"),
+            _ => Ok(()),
         }
     }
 }
 
-impl core::error::Error for BuildError {}
+impl core::error::Error for Error {}

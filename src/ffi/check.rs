@@ -4,9 +4,9 @@ pub use crate::light::verdict::*;
 
 use super::light::{EnvironmentObject, exact};
 use super::sampler::{SamplerObject, with_sampler};
-use super::{Failure, put, sized};
+use super::{put, sized};
 use crate::light::compare::compare;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use core::ffi::{c_int, c_void};
 
 /// Writes the radiance that you see from `count` world directions, three floats each: linear RGB, three floats each, finite and at
@@ -50,14 +50,14 @@ pub unsafe extern "C" fn wis_check(
         with_sampler(sampler, |_| {
             let environment = exact(environment, 2)?;
             let config = sized(config, 3)?;
-            Fault::first([(config.reserved == 0, c"reserved")]).map_err(|fault| Failure::fault(fault, 3))?;
-            let eval = config.radiance.ok_or(Failure::new(Status::NullPointer, 3).of(c"radiance"))?;
+            Error::first([(config.reserved == 0, c"reserved")]).map_err(|error| error.instead(3))?;
+            let eval = config.radiance.ok_or(Error::new(Status::NullPointer, 3).of(c"radiance"))?;
             sized(info.cast_const(), 4)?;
             let mut radiance = |wi: &[[f32; 3]], rgb: &mut [[f32; 3]]| {
                 let count = wi.len().min(rgb.len());
                 eval(config.radiance_user, count, wi.as_ptr().cast(), rgb.as_mut_ptr().cast()) == 0
             };
-            let failed = |direction| Failure::new(Status::CallbackFailed, 3).of(c"radiance").in_row(3, direction);
+            let failed = |direction| Error::new(Status::CallbackFailed, 3).of(c"radiance").in_row(direction);
             put(info, 4, compare(&environment, &mut radiance).map_err(failed).map(CheckInfo::from))
         })
     }

@@ -8,10 +8,10 @@ pub use crate::light::request::*;
 pub use rows::RowFn;
 
 use super::memory::{handle, stored_or};
-use super::{Checked, Diagnostic, Failure, MemorySize, answer, frame, out, put, put_size, sized};
+use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
 use crate::light::environment::{Environment, Header, turn};
 use crate::light::passes::PASSES;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use build::Build;
 use core::ffi::c_void;
 use core::ptr::null_mut;
@@ -68,7 +68,7 @@ pub struct LightConfig {
 pub(super) unsafe fn environment<'a>(pointer: *const EnvironmentObject, argument: u32) -> Checked<Environment<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(pointer.cast(), Header::length, argument)? };
-    Environment::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    Environment::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }
 
 /// As [`environment`]; it has the exact tables.
@@ -80,7 +80,7 @@ pub(super) unsafe fn exact<'a>(pointer: *const EnvironmentObject, argument: u32)
     // SAFETY: the caller's contract.
     let environment = unsafe { environment(pointer, argument)? };
     let built = environment.exact().map(|_| environment);
-    built.map_err(|status| Failure::new(status, argument).of(c"flags"))
+    built.map_err(|status| Error::new(status, argument).of(c"flags"))
 }
 
 /// Measures the memory of a build: bytes of the environment, at most, and bytes of scratch memory. What was built says how many of them
@@ -182,7 +182,7 @@ pub unsafe extern "C" fn wis_environment_run(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (request, rows) = read_config(config)?;
-        let invalid = |argument| Failure::new(Status::InvalidArgument, argument);
+        let invalid = |argument| Error::new(Status::InvalidArgument, argument);
         let build = Build::go_on(request, scratch, scratch_bytes, 4)?;
         let pass = pass as usize;
         let available = build.items().get(pass).copied().ok_or(invalid(6))?;
@@ -240,7 +240,7 @@ pub unsafe extern "C" fn wis_environment_open(
     answer(diagnostic, || unsafe {
         let handle = out(environment, 3)?;
         let opened = Environment::open(stored_or(Status::Corrupt, memory, bytes, 1, Header::length)?);
-        opened.map_err(|status| Failure::new(status, 1))?;
+        opened.map_err(|status| Error::new(status, 1))?;
         handle.write(memory.cast());
         Ok(())
     })
@@ -299,7 +299,7 @@ pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<
     let &LightConfig { layout, width, height, channels, format, filter, flags, error_budget, .. } = c;
     let map = MapNumbers { layout, width, height, channels, format };
     let numbers = Numbers { map, filter, flags, error_budget };
-    let mut request = Request::new(&numbers).map_err(|fault| Failure::fault(fault, 1))?;
+    let mut request = Request::new(&numbers).map_err(|error| error.instead(1))?;
     let source = rows::Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
     let rows = PixelRows::new(source, request.pixels.format, request.row_bytes(), height)?;
     // SAFETY: the caller's contract: null or nine floats.

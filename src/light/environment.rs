@@ -13,13 +13,13 @@ use super::radiance::Radiance;
 use super::strata;
 use super::tables::{Block, Cell, Light};
 use super::texels::Texels;
-use crate::light::pixels::RowError;
+use crate::light::pixels::missing;
 use crate::numeric::ContentHash;
 use crate::object::Magic;
 pub use crate::object::Size;
 use crate::simd::{Blob, Table, WINDOW};
 use crate::sphere::Frame;
-use crate::status::{Result, Status};
+use crate::status::{Error, Result, Status};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// What stands at the beginning of an environment.
@@ -276,28 +276,11 @@ impl<'a> Scratch<'a> {
     }
 }
 
-/// Why a build stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BuildError {
-    /// A row could not be decoded: which, and why.
-    Row(u32, RowError),
-    /// The memory is too small: the bytes that are needed.
-    TooSmall(usize),
-    /// Anything else.
-    Status(Status),
-}
-
-impl From<Status> for BuildError {
-    fn from(status: Status) -> BuildError {
-        BuildError::Status(status)
-    }
-}
-
 impl<'a> Environment<'a> {
     /// Builds an environment from rows of pixels.
     ///
     /// # Errors
-    /// [`BuildError`].
+    /// [`Error`].
     pub fn build_in<'p>(
         plan: &Plan,
         pixels: &Pixels,
@@ -305,15 +288,15 @@ impl<'a> Environment<'a> {
         row: impl Fn(u32) -> Option<&'p [u8]>,
         memory: &'a mut [u8],
         scratch: &mut [u8],
-    ) -> core::result::Result<Environment<'a>, BuildError> {
+    ) -> core::result::Result<Environment<'a>, Error> {
         let scratch = Scratch::new(plan, scratch)?;
         let width = plan.of.width as usize;
         let columns = plan.grid[0] as usize;
         let needed = pixels.row_bytes(plan.of.width).ok_or(Status::Overflow)?;
         let lines = scratch.luminance.chunks_exact_mut(width.max(1)).zip(scratch.rgb.chunks_exact_mut(columns.max(1)));
         for ((y, (luminance, rgb)), summary) in (0..).zip(lines).zip(scratch.rows.iter_mut()) {
-            let bytes = row(y).and_then(|bytes| bytes.get(..needed)).ok_or(BuildError::Row(y, RowError::Missing))?;
-            *summary = decode_row(plan, pixels, bytes, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
+            let bytes = row(y).and_then(|bytes| bytes.get(..needed)).ok_or(missing(y))?;
+            *summary = decode_row(plan, pixels, bytes, y, luminance, rgb)?;
         }
         let totals = Totals::of(scratch.rows);
         build::weights(plan, scratch.weights);
@@ -335,7 +318,7 @@ impl<'a> Environment<'a> {
             writer.map(&texels, index, scratch.work, scratch.tile_steps);
         }
         writer.finish(&totals, scratch.work, scratch.tile_steps, scratch.rgb, frame, scratch.luminance)?;
-        Environment::view(memory).ok_or(BuildError::Status(Status::Misaligned))
+        Environment::view(memory).ok_or(Status::Misaligned.into())
     }
 
     /// The environment that bytes hold, without a check of what they hold.
@@ -590,12 +573,12 @@ impl<'a> Writer<'a> {
     /// The memory for what the cells were found to take.
     ///
     /// # Errors
-    /// [`BuildError::TooSmall`].
-    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, BuildError> {
+    /// [`Status::MemoryTooSmall`].
+    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, Error> {
         let lengths = build::offset(work, plan.cells());
         let sections = Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
         let end = sections.end as usize;
-        let bytes = memory.get_mut(..end).ok_or(BuildError::TooSmall(end))?;
+        let bytes = memory.get_mut(..end).ok_or(Error::too_small(0, end))?;
         Ok(Writer { plan: *plan, sections, lengths, bytes })
     }
 

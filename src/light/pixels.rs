@@ -2,7 +2,7 @@
 
 pub use super::chart::Layout;
 use crate::numeric::LUMINANCE;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use bytemuck::{Pod, Zeroable};
 
 /// The number format of a channel.
@@ -53,32 +53,14 @@ pub trait Rows {
     fn row(&self, y: u32) -> Option<&[u8]>;
 }
 
-/// A texel that cannot be light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct InvalidTexel {
-    /// Column.
-    pub x: u32,
-    /// Row.
-    pub y: u32,
+/// What stops a build that gets no row, or a short one.
+pub fn missing(y: u32) -> Error {
+    Error::new(Status::CallbackFailed, 0).at(0, y).of(c"row")
 }
 
-/// Why a row could not be decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RowError {
-    /// The client gave no row, or a short one.
-    Missing,
-    /// The policy rejects this texel.
-    Texel(InvalidTexel),
-}
-
-impl RowError {
-    /// The status that a call answers with.
-    pub fn status(self) -> Status {
-        match self {
-            RowError::Missing => Status::CallbackFailed,
-            RowError::Texel(_) => Status::InvalidTexel,
-        }
-    }
+/// What stops a build at a texel that cannot be light.
+pub fn invalid(x: u32, y: u32) -> Error {
+    Error::new(Status::InvalidTexel, 0).at(x, y).of(c"pixels")
 }
 
 /// What +Inf counts as: the largest half float, since suns overflow in maps of half floats.
@@ -103,13 +85,13 @@ pub fn decode_row(
     sanitise: bool,
     luminance: &mut [f64],
     rgb: &mut [[f32; 3]],
-) -> core::result::Result<RowSummary, RowError> {
+) -> core::result::Result<RowSummary, Error> {
     let mut summary = RowSummary::default();
     let texels = bytes.chunks_exact((pixels.channels as usize * pixels.format.bytes()).max(1));
     let mut colours = rgb.iter_mut();
     for ((x, texel), out) in (0u32..).zip(texels).zip(luminance.iter_mut()) {
         let found = channels(pixels, texel);
-        let colour = mended(found, sanitise, false).ok_or(RowError::Texel(InvalidTexel { x, y }))?;
+        let colour = mended(found, sanitise, false).ok_or(invalid(x, y))?;
         summary.sanitised += u64::from(colour != found);
         *out = luminance_f64(colour);
         if let Some(out) = colours.next() {
@@ -166,9 +148,9 @@ pub(crate) fn half(bits: u16) -> f32 {
 /// Checks sides and channels of a map.
 ///
 /// # Errors
-/// [`Fault`] names the field.
-pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> core::result::Result<(), Fault> {
-    Fault::first([
+/// [`Error`] names the field.
+pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> core::result::Result<(), Error> {
+    Error::first([
         (width > 0, c"width"),
         (height > 0 && layout.fits(width, height), c"height"),
         (matches!(channels, 1 | 3 | 4), c"channels"),
@@ -180,9 +162,9 @@ pub fn check_map(layout: Layout, [width, height]: [u32; 2], channels: u32) -> co
 /// # Errors
 /// [`Status::InvalidArgument`] for sizes of 0 or sides that do not fit the layout, [`Status::Overflow`] if the
 /// number of texels or bytes of a row overflows; with the field of wis_wavelet_light_config at fault.
-pub fn check(pixels: &Pixels) -> core::result::Result<(), Fault> {
+pub fn check(pixels: &Pixels) -> core::result::Result<(), Error> {
     check_map(pixels.layout, [pixels.width, pixels.height], pixels.channels)?;
-    let overflow = |field| Fault { status: Status::Overflow, field };
+    let overflow = |field| Error::new(Status::Overflow, 0).of(field);
     pixels.row_bytes().filter(|&b| b <= isize::MAX as usize).ok_or(overflow(c"width"))?;
     (pixels.width as usize).checked_mul(pixels.height as usize).ok_or(overflow(c"height"))?;
     Ok(())

@@ -6,7 +6,7 @@ use super::pixels::{Format, check_map};
 use super::plan::{Description, Filter, MAX_SIDE, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 
 /// Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z.
 pub const WIS_LAYOUT_LATLONG: u32 = 1;
@@ -69,15 +69,15 @@ impl MapNumbers {
     /// Layout and format.
     ///
     /// # Errors
-    /// [`Fault`] names the field.
-    pub fn kinds(&self) -> core::result::Result<(Layout, Format), Fault> {
+    /// [`Error`] names the field.
+    pub fn kinds(&self) -> core::result::Result<(Layout, Format), Error> {
         let layout = match self.layout {
             WIS_LAYOUT_LATLONG => Layout::LatLong,
             WIS_LAYOUT_CUBE => Layout::Cube,
             WIS_LAYOUT_OCTAHEDRAL => Layout::Octahedral,
-            _ => return Err(Fault::range(c"layout")),
+            _ => return Err(Error::range(c"layout")),
         };
-        Ok((layout, format_of(self.format).ok_or(Fault::range(c"format"))?))
+        Ok((layout, format_of(self.format).ok_or(Error::range(c"format"))?))
     }
 }
 
@@ -119,19 +119,19 @@ impl Request {
     /// Checks a configuration; the frame is the identity.
     ///
     /// # Errors
-    /// [`Fault`] names the field.
-    pub fn new(numbers: &Numbers) -> core::result::Result<Request, Fault> {
+    /// [`Error`] names the field.
+    pub fn new(numbers: &Numbers) -> core::result::Result<Request, Error> {
         let &Numbers { map, flags, error_budget, .. } = numbers;
         let MapNumbers { width, height, channels, .. } = map;
         let (layout, format) = map.kinds()?;
         let filter = match numbers.filter {
             WIS_FILTER_BILINEAR => Filter::Bilinear,
             WIS_FILTER_NEAREST => Filter::Nearest,
-            _ => return Err(Fault::range(c"filter")),
+            _ => return Err(Error::range(c"filter")),
         };
         let has = |flag: u32| flags & flag != 0;
         check_map(layout, [width, height], channels)?;
-        Fault::first([
+        Error::first([
             (flags & !ALL_FLAGS == 0, c"flags"),
             (!has(WIS_ENVIRONMENT_ROWS_AT_POLES) || layout == Layout::LatLong, c"flags"),
             ((0.0..=1.0).contains(&error_budget), c"error_budget"),
@@ -139,7 +139,7 @@ impl Request {
         let faces = if layout == Layout::Cube { 6 } else { 1 };
         for (side, field) in [(width, c"width"), (height / faces, c"height")] {
             if side > MAX_SIDE {
-                return Err(Fault { status: Status::Overflow, field });
+                return Err(Error::new(Status::Overflow, 0).of(field));
             }
         }
         let (sanitise, absolute) = (has(WIS_ENVIRONMENT_SANITISE), has(WIS_ENVIRONMENT_ABSOLUTE));
@@ -158,7 +158,7 @@ impl Request {
             budget: error_budget.abs(),
         });
         // What a plan refuses was refused above.
-        let plan = plan.map_err(|status| Fault { status, field: c"layout" })?;
+        let plan = plan.map_err(|status| Error::new(status, 0).of(c"layout"))?;
         Ok(Request { plan, pixels, frame: Frame::IDENTITY, flags })
     }
 

@@ -2,7 +2,7 @@
 
 use crate::brdf::point::Target;
 use crate::sphere::unit;
-use crate::status::{Fault, Result, Status};
+use crate::status::{Error, Result, Status};
 use crate::wavelets::lanes::vector::{V3, dot, splat, to_arrays};
 use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::lobe::{Asked, Brdf, Lobes, MAX_PEAKS, Peak, share_of_lobe};
@@ -23,17 +23,17 @@ impl<'a> Callback<'a> {
     /// A BRDF at the normal of a query, concentrated within `half_angle` of the direction `peak`; 0: not narrow.
     ///
     /// # Errors
-    /// [`Fault`] names the field of the query.
+    /// [`Error`] names the field of the query.
     pub fn new(
         target: &'a dyn Target,
         (peak, half_angle): ([f32; 3], f32),
         query: &Query,
-    ) -> core::result::Result<Callback<'a>, Fault> {
+    ) -> core::result::Result<Callback<'a>, Error> {
         let whole = query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0;
         if query.flags & !WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 {
-            return Err(Fault::range(c"flags"));
+            return Err(Error::range(c"flags"));
         }
-        let normal = unit(query.normal).ok_or(Fault::transform(c"normal"))?;
+        let normal = unit(query.normal).ok_or(Error::transform(c"normal"))?;
         let peak = unit(peak).filter(|_| half_angle > 0.0);
         let peak = peak.map(|direction| Peak::disc(direction, half_angle));
         let hemisphere = if whole { None } else { Some(normal) };

@@ -2,7 +2,7 @@
 
 use crate::numeric::{LUMINANCE, max, min, sqrt};
 use crate::sphere::unit;
-use crate::status::{Fault, Result};
+use crate::status::{Error, Result};
 use crate::wavelets::lanes::vector::{V3, add, dot, splat, to_arrays};
 use crate::wavelets::lanes::{LANES, Lanes};
 use crate::wavelets::query::{
@@ -141,18 +141,18 @@ impl<'a> Lobes<'a> {
     /// `Status::InvalidTransform` for a normal or wo that is not of unit length, or a tangent that is needed and
     /// is parallel to the normal; `Status::InvalidArgument` for anything else out of its range. The lobes come first, so
     /// that a wrong alpha is not taken for an anisotropy without tangent.
-    pub fn new(query: &'a Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Fault> {
+    pub fn new(query: &'a Query, table: Option<Table<'a>>) -> core::result::Result<Lobes<'a>, Error> {
         if query.flags & !(WIS_WAVELET_QUERY_WHOLE_SPHERE | WIS_WAVELET_QUERY_COSINE_INCLUDED) != 0 {
-            return Err(Fault::range(c"flags"));
+            return Err(Error::range(c"flags"));
         }
-        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Fault::range(c"lobe_count"))?;
+        let lobes = query.lobe.get(..query.lobe_count as usize).ok_or(Error::range(c"lobe_count"))?;
         for (lobe, fields) in lobes.iter().zip(&FIELDS) {
-            check(lobe, table.is_some()).map_err(|field| Fault::range(fields[field as usize]))?;
+            check(lobe, table.is_some()).map_err(|field| Error::range(fields[field as usize]))?;
         }
-        let normal = unit(query.normal).ok_or(Fault::transform(c"normal"))?;
-        let world_wo = unit(query.wo).ok_or(Fault::transform(c"wo"))?;
+        let normal = unit(query.normal).ok_or(Error::transform(c"normal"))?;
+        let world_wo = unit(query.wo).ok_or(Error::transform(c"wo"))?;
         let anisotropic = lobes.iter().any(|l| l.kind == WIS_WAVELET_LOBE_GGX && l.a != l.b);
-        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Fault::transform(c"tangent"))?;
+        let tangent = tangent_frame(normal, query.tangent, anisotropic).ok_or(Error::transform(c"tangent"))?;
         let bitangent = normal.cross(tangent);
         let mut wo = Vec3::new(world_wo.dot(tangent), world_wo.dot(bitangent), world_wo.dot(normal));
         let side = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 && wo.z < 0.0 { -1.0 } else { 1.0 };

@@ -7,7 +7,7 @@
 use crate::numeric::min;
 use crate::object::Size;
 use crate::sphere::Frame;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use crate::wavelets::environment::Environment;
 use crate::wavelets::lanes::sphere as wide;
 use crate::wavelets::lanes::{LANES, Lanes, Native};
@@ -42,9 +42,9 @@ impl Rotation {
     /// Checks what a client asks for.
     ///
     /// # Errors
-    /// [`Fault`] names the field.
-    pub fn check(&self) -> core::result::Result<(), Fault> {
-        Fault::first([
+    /// [`Error`] names the field.
+    pub fn check(&self) -> core::result::Result<(), Error> {
+        Error::first([
             ((1..=WIS_MAX_PLACES).contains(&self.places), c"places"),
             ((0.0..=MAX_LEAST).contains(&self.least), c"least"),
         ])?;

@@ -1,26 +1,26 @@
 //! A build at work on the caller's scratch block, by one thread or by many (see [`passes`]).
 
-use super::rows::{PixelRows, build_failure, row_failure};
+use super::rows::PixelRows;
+use crate::ffi::Checked;
 use crate::ffi::memory::{DividedBlock, block_mut};
-use crate::ffi::{Checked, Failure};
 use crate::light::blocks::{CellTables, Steps};
 use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::decode::{RowSummary, decode_row};
 use crate::light::environment::{Places, Writer};
 use crate::light::map;
 use crate::light::passes::{self, Arrays, Begun, PASSES};
-use crate::light::pixels::{RowError, Rows};
+use crate::light::pixels::{Rows, missing};
 use crate::light::request::Request;
 use crate::light::tables::Cell;
 use crate::light::texels::Texels;
 use crate::object::{Part, Size};
-use crate::status::Status;
+use crate::status::{Error, Status};
 use core::ffi::c_void;
 use core::ops::Range;
 
 /// Bytes of the object, at most, and of the scratch block.
 pub(super) fn size(request: &Request) -> Checked<Size> {
-    passes::size(&request.plan).ok_or(Failure::new(Status::Overflow, 1))
+    passes::size(&request.plan).ok_or(Error::new(Status::Overflow, 1))
 }
 
 /// A build at work.
@@ -38,7 +38,7 @@ const BEGUN: Part = Part { offset: 0, count: 1 };
 impl Build {
     fn new(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         size(&request)?;
-        let arrays = Arrays::of(&request.plan).ok_or(Failure::new(Status::Overflow, 1))?;
+        let arrays = Arrays::of(&request.plan).ok_or(Error::new(Status::Overflow, 1))?;
         let block = DividedBlock::new(scratch.cast(), bytes, arrays.bytes, argument)?;
         Ok(Build { request, arrays, block, argument })
     }
@@ -67,7 +67,7 @@ impl Build {
         let build = Build::new(request, scratch, bytes, argument)?;
         // SAFETY: threads only read the header.
         let begun = unsafe { build.block.finished().all::<Begun>(BEGUN) } == [Begun::new(&request)];
-        if begun { Ok(build) } else { Err(Failure::new(Status::Mismatch, argument)) }
+        if begun { Ok(build) } else { Err(Error::new(Status::Mismatch, argument)) }
     }
 
     /// How many items each pass has.
@@ -87,7 +87,7 @@ impl Build {
                 && (pass < 2 || passes::chosen(block.finished().all(arrays.work)))
                 && (pass < 3 || passes::written(block.finished().all(arrays.cell_light)))
         };
-        if done { Ok(()) } else { Err(Failure::new(Status::Mismatch, self.argument)) }
+        if done { Ok(()) } else { Err(Error::new(Status::Mismatch, self.argument)) }
     }
 
     /// Works on items of a pass; the object's memory is written by the last one only. Passes are not inlined, so that they share the
@@ -129,9 +129,9 @@ impl Build {
                 block.part::<RowSummary>(arrays.rows, row, 1),
             )
         };
-        let bytes = rows.row(y).ok_or(RowError::Missing);
+        let bytes = rows.row(y).ok_or(missing(y));
         let decoded = bytes.and_then(|bytes| decode_row(plan, pixels, bytes, y, luminance, rgb));
-        summary.fill(decoded.map_err(|error| row_failure(y, error))?);
+        summary.fill(decoded.map_err(|error| error.instead(1))?);
         Ok(())
     }
 
@@ -163,7 +163,7 @@ impl Build {
         unsafe {
             let (totals, work) = (self.totals(), block.finished().all::<CellWork>(arrays.work));
             let texels = self.texels(&totals);
-            let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
+            let places = Places::new(plan, work).map_err(|status| Error::new(status, 1))?;
             let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
             let table = |offset| Part { offset, count: 0 };
             let plain = plan.plain();
@@ -206,16 +206,16 @@ impl Build {
         // SAFETY: this thread is alone; the arrays do not overlap, and the memory is another block than the scratch.
         unsafe {
             let (totals, work) = (self.totals(), block.all::<CellWork>(arrays.work));
-            let places = Places::new(plan, work).map_err(|status| Failure::new(status, 1))?;
+            let places = Places::new(plan, work).map_err(|status| Error::new(status, 1))?;
             let memory = block_mut(memory, bytes, places.bytes(), 2)?;
             for (work, light) in work.iter_mut().zip(block.finished().all::<f64>(arrays.cell_light)) {
                 work.light = *light;
             }
-            let writer = Writer::new(plan, work, memory).map_err(|error| build_failure(error, [1, 2]))?;
+            let writer = Writer::new(plan, work, memory).map_err(|error| error.of_build([1, 2]))?;
             let (rgb, room) = (block.finished().all(arrays.rgb), block.all::<f32>(arrays.luminance));
             let tile_steps = block.finished().all::<u8>(arrays.tile_steps);
             let finished = writer.finish(&totals, work, tile_steps, rgb, frame, room);
-            finished.map_err(|status| Failure::new(status, 1))
+            finished.map_err(|status| Error::new(status, 1))
         }
     }
 

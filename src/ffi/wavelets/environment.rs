@@ -9,12 +9,12 @@ pub use crate::wavelets::environment::{
     WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 
-use crate::ffi::light::rows::{PixelRows, Source, build_failure};
+use crate::ffi::light::rows::{PixelRows, Source};
 use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::wavelets::memory::{Results, room_mut, stored};
-use crate::ffi::{Checked, Diagnostic, Failure, MemorySize, answer, put_size, sized};
+use crate::ffi::{Checked, Diagnostic, MemorySize, answer, put_size, sized};
 use crate::light::request::MapNumbers;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::wavelets::environment as kernel;
 use crate::wavelets::environment::request::Numbers;
 use crate::wavelets::environment::{Config, Header};
@@ -77,7 +77,7 @@ pub unsafe extern "C" fn wis_wavelet_light_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (config, _) = read_config(config)?;
-        put_size(size, 2, config.size().map_err(|status| Failure::new(status, 1)))
+        put_size(size, 2, config.size().map_err(|status| Error::new(status, 1)))
     })
 }
 
@@ -102,12 +102,12 @@ pub unsafe extern "C" fn wis_wavelet_light_init(
     answer(diagnostic, || unsafe {
         let (config, rows) = read_config(config)?;
         let results = Results::new((environment, 6), (info, 7))?;
-        let size = config.size().map_err(|status| Failure::new(status, 1))?;
+        let size = config.size().map_err(|status| Error::new(status, 1))?;
         let work = block_mut(scratch, scratch_bytes, size.scratch, 4)?;
         // How many bytes a sparse tree needs is known only at the end.
         let target = room_mut(memory, bytes, size.bytes, 2)?;
         let built = kernel::Environment::build_in(&config, &rows, target, work);
-        results.publish(memory, built.map_err(|error| build_failure(error, [1, 2]))?.header.info())
+        results.publish(memory, built.map_err(|error| error.of_build([1, 2]))?.header.info())
     })
 }
 
@@ -128,7 +128,7 @@ pub unsafe extern "C" fn wis_wavelet_light_open(
     answer(diagnostic, || unsafe {
         let results = Results::new((environment, 3), (info, 4))?;
         let opened = kernel::Environment::open(stored(memory, bytes, Header::checked_length)?);
-        results.publish(memory, opened.map_err(|status| Failure::new(status, 1))?.header.info())
+        results.publish(memory, opened.map_err(|status| Error::new(status, 1))?.header.info())
     })
 }
 
@@ -143,8 +143,8 @@ unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, Pixe
     let error_budget = c.error_budget;
     let map = MapNumbers { layout, width, height, channels, format };
     let numbers = Numbers { map, flags, storage, resolution, error_budget };
-    let config = Config::new(&numbers).map_err(|fault| Failure::fault(fault, 1))?;
-    let row_bytes = config.pixels.row_bytes().ok_or(Failure::new(Status::Overflow, 1).of(c"width"))?;
+    let config = Config::new(&numbers).map_err(|error| error.instead(1))?;
+    let row_bytes = config.pixels.row_bytes().ok_or(Error::new(Status::Overflow, 1).of(c"width"))?;
     let source = Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
     Ok((config, PixelRows::new(source, config.pixels.format, row_bytes, height)?))
 }
@@ -157,5 +157,5 @@ unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, Pixe
 pub(super) unsafe fn view<'a>(environment: *const Environment, argument: u32) -> Checked<kernel::Environment<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(environment.cast(), Header::length, argument)? };
-    kernel::Environment::view(bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    kernel::Environment::view(bytes).ok_or(Error::new(Status::Mismatch, argument))
 }

@@ -1,8 +1,8 @@
 //! Grids of directions in C.
 
-use crate::ffi::{Failure, answer, borrow, out, put, require};
+use crate::ffi::{answer, borrow, out, put, require};
 use crate::sphere::unit;
-use crate::status::Status;
+use crate::status::{Error, Status};
 use crate::wavelets::grid::{self, WIS_MAX_GRID};
 use core::ptr::null_mut;
 
@@ -38,7 +38,7 @@ pub unsafe extern "C" fn wis_grid_cells(
     // SAFETY: the caller's contract.
     answer(null_mut(), || unsafe {
         require((1..=WIS_MAX_GRID).contains(&side), Status::InvalidArgument, 1)?;
-        let wi = unit(*borrow(wi, 2)?).ok_or(Failure::new(Status::InvalidTransform, 2))?;
+        let wi = unit(*borrow(wi, 2)?).ok_or(Error::new(Status::InvalidTransform, 2))?;
         let (to_cell, to_weights) = (out(cell, 3)?, out(weights, 4)?);
         let (cells, values) = grid::about(side, wi);
         to_cell.write(cells);

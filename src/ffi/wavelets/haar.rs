@@ -1,7 +1,7 @@
 //! The Haar transform in C.
 
-use crate::ffi::{Diagnostic, Failure, answer, require, require_all, slice_mut};
-use crate::status::Status;
+use crate::ffi::{Diagnostic, answer, require, require_all, slice_mut};
+use crate::status::{Error, Status};
 use crate::wavelets::tree::MAX_DEPTH;
 use crate::wavelets::{haar, morton};
 
@@ -32,7 +32,7 @@ pub unsafe extern "C" fn wis_haar(
         let transform = match direction {
             WIS_HAAR_FORWARD => haar::forward_any,
             WIS_HAAR_INVERSE => haar::inverse_any,
-            _ => return Err(Failure::new(Status::InvalidArgument, 1)),
+            _ => return Err(Error::new(Status::InvalidArgument, 1)),
         };
         require((1..=4).contains(&dimensions), Status::InvalidArgument, 2)?;
         require(depth <= MAX_DEPTH, Status::InvalidArgument, 3)?;
@@ -40,7 +40,7 @@ pub unsafe extern "C" fn wis_haar(
         let values = slice_mut(values, count, 5)?;
         // Sums over all levels, of coefficients of up to 2^22 in value space, stay finite.
         require_all(values, 5, |value| (-LARGEST..=LARGEST).contains(value))?;
-        transform(dimensions, depth, values).map_err(Failure::from)
+        transform(dimensions, depth, values).map_err(Error::from)
     })
 }
 

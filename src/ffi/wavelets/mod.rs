@@ -12,24 +12,11 @@ pub mod tree;
 pub mod triple;
 pub mod visibility;
 
-use crate::ffi::{Checked, Diagnostic, Failure, require};
+use crate::ffi::{Checked, require};
 use crate::status::Status;
 
 /// Checks numbers of axes, which are the first two arguments: n, 1 to 4, and the first m of them.
 pub(crate) fn check_axes(n: u32, m: u32) -> Checked<()> {
     require((1..=4).contains(&n), Status::InvalidArgument, 1)?;
     require((1..=n).contains(&m), Status::InvalidArgument, 2)
-}
-
-impl Failure {
-    /// The argument at fault.
-    pub(crate) fn argument(&self) -> u32 {
-        self.diagnostic.argument
-    }
-
-    /// The same failure, in an array of arrays: the number of the element becomes the column.
-    pub(crate) fn in_column(self) -> Failure {
-        let Diagnostic { y, .. } = self.diagnostic;
-        Failure { diagnostic: Diagnostic { x: y, y: 0, ..self.diagnostic }, ..self }
-    }
 }

@@ -7,12 +7,10 @@ use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::strided::{Strided, StridedMut};
 use crate::ffi::wavelets::environment::{Environment, view};
 use crate::ffi::wavelets::table::{Table, lobes_of};
-use crate::ffi::{
-    Checked, Diagnostic, Failure, MemorySize, answer, frame, out, put, put_size, require, sized, slice_mut,
-};
+use crate::ffi::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, require, sized, slice_mut};
 use crate::object::Size;
 use crate::sphere::{Frame, unit};
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use crate::wavelets::callback::{Callback, Material};
 use crate::wavelets::environment::{self as kernel, WIS_WAVELET_LIGHT_RGB};
 use crate::wavelets::product::Budget;
@@ -118,7 +116,7 @@ pub unsafe extern "C" fn wis_wavelet_product_size(
 ) -> Status {
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
-        let bytes = sampler::size(read_config(config, 1)?.budget).ok_or(Failure::new(Status::Overflow, 1));
+        let bytes = sampler::size(read_config(config, 1)?.budget).ok_or(Error::new(Status::Overflow, 1));
         put_size(size, 2, bytes.map(|bytes| Size { bytes, scratch: 0 }))
     })
 }
@@ -148,13 +146,13 @@ pub unsafe extern "C" fn wis_wavelet_product_prepare(
         if count == 0 {
             return Ok(());
         }
-        let overflow = Failure::new(Status::Overflow, 3);
+        let overflow = Error::new(Status::Overflow, 3);
         let each = sampler::size(settings.budget).ok_or(overflow)?;
         let needed = each.checked_mul(count).filter(|bytes| *bytes <= isize::MAX as usize).ok_or(overflow)?;
         let places = block_mut(memory, bytes, needed, 5)?.chunks_exact_mut(each.max(1));
         let handles = slice_mut(product, count, 7)?;
         for (number, (handle, place)) in handles.iter_mut().zip(places).enumerate() {
-            let at = |failure: Failure| if failure.argument() == 4 { failure.in_row(4, number) } else { failure };
+            let at = |failure: Error| if failure.argument == 4 { failure.in_row(number) } else { failure };
             // One at a time: after a struct of another size nothing stands where it ought to.
             let query = sized(query.wrapping_add(number), 4).map_err(at)?;
             // Matched where it stands: a copy would lie on the stack of the preparation.
@@ -166,8 +164,8 @@ pub unsafe extern "C" fn wis_wavelet_product_prepare(
             let kept = Some(query).filter(|_| settings.target.is_none());
             let built = sampler::prepare_in(&light, kept, &settings.frame, material, settings.budget, place);
             built.map_err(|status| match status {
-                Status::CallbackFailed => Failure::new(status, 2).of(c"callback.eval"),
-                _ => Failure::new(status, 2),
+                Status::CallbackFailed => Error::new(status, 2).of(c"callback.eval"),
+                _ => Error::new(status, 2),
             })?;
             *handle = place.as_ptr().cast();
         }
@@ -214,7 +212,7 @@ pub unsafe extern "C" fn wis_wavelet_product_estimate_rgb(
         require(prepared.environment.header.flags & WIS_WAVELET_LIGHT_RGB != 0, Status::NotBuilt, 1)?;
         require(query.size != 0, Status::NotBuilt, 2)?;
         // A tabulated lobe that is asked for without its table.
-        let without = |failure: Failure| if table.is_null() { Failure::new(Status::NotBuilt, 2) } else { failure };
+        let without = |failure: Error| if table.is_null() { Error::new(Status::NotBuilt, 2) } else { failure };
         let (lobes, channels) = lobes_of((query, 2), (table, 3)).map_err(without)?.coloured()?;
         target.write(prepared.estimate_rgb(&lobes, Some(channels.each_ref()))?);
         Ok(())
@@ -233,7 +231,7 @@ pub(super) unsafe fn prepared<'a>(
 ) -> Checked<Prepared<'a>> {
     // SAFETY: the caller's contract.
     let bytes = unsafe { handle(product.cast(), Header::length, argument)? };
-    Prepared::view(environment, bytes).ok_or(Failure::new(Status::Mismatch, argument))
+    Prepared::view(environment, bytes).ok_or(Error::new(Status::Mismatch, argument))
 }
 
 /// A configuration that was checked.
@@ -253,8 +251,8 @@ unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Se
     // SAFETY: the caller's contract.
     unsafe {
         let config = sized(config, argument)?;
-        Fault::first([(config.max_squares <= WIS_MAX_SQUARES, c"max_squares"), (config.reserved == 0, c"reserved")])
-            .map_err(|fault| Failure::fault(fault, argument))?;
+        Error::first([(config.max_squares <= WIS_MAX_SQUARES, c"max_squares"), (config.reserved == 0, c"reserved")])
+            .map_err(|error| error.instead(argument))?;
         let or = |value: u32, default: u32| if value == 0 { default } else { value };
         let budget = Budget {
             squares: or(config.max_squares, Budget::DEFAULT.squares),
@@ -273,13 +271,13 @@ unsafe fn read_config(config: *const ProductConfig, argument: u32) -> Checked<Se
 unsafe fn read_callback(callback: *const CallbackBrdf, argument: u32) -> Checked<(ClientTarget, ([f32; 3], f32))> {
     // SAFETY: the caller's contract.
     let given = unsafe { sized(callback, argument) }.map_err(|at| at.of(c"callback"))?;
-    let none = Failure::new(Status::NullPointer, argument).of(c"callback.eval");
+    let none = Error::new(Status::NullPointer, argument).of(c"callback.eval");
     let target = ClientTarget::new(given.eval, given.user).ok_or(none)?;
     let half_angles = 0.0..=core::f32::consts::FRAC_PI_2 + 1e-6;
-    Fault::first([(half_angles.contains(&given.half_angle), c"callback.half_angle")])
-        .map_err(|fault| Failure::fault(fault, argument))?;
+    Error::first([(half_angles.contains(&given.half_angle), c"callback.half_angle")])
+        .map_err(|error| error.instead(argument))?;
     if given.half_angle > 0.0 && unit(given.peak).is_none() {
-        return Err(Failure::fault(Fault::transform(c"callback.peak"), argument));
+        return Err(Error::transform(c"callback.peak").instead(argument));
     }
     Ok((target, (given.peak, given.half_angle)))
 }
@@ -294,7 +292,7 @@ impl Settings {
     unsafe fn material<'a>(&'a self, query: &'a Query) -> Checked<Material<'a>> {
         match &self.target {
             Some((target, peak)) => {
-                let callback = Callback::new(target, *peak, query).map_err(|fault| Failure::fault(fault, 4))?;
+                let callback = Callback::new(target, *peak, query).map_err(|error| error.instead(4))?;
                 Ok(Material::Callback(callback))
             }
             // SAFETY: the caller's contract.

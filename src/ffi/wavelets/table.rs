@@ -2,10 +2,10 @@
 
 use crate::ffi::strided::StridedMut;
 use crate::ffi::wavelets::tree::{Tree, square_tree};
-use crate::ffi::{Checked, Failure, answer, borrow, out, pointer, require, sized, slice};
+use crate::ffi::{Checked, answer, borrow, out, pointer, require, sized, slice};
 use crate::numeric::exp2i;
 use crate::sphere::unit;
-use crate::status::{Fault, Status};
+use crate::status::{Error, Status};
 use crate::wavelets::lobe::Lobes;
 use crate::wavelets::query::{Query, WIS_WAVELET_QUERY_WHOLE_SPHERE};
 use crate::wavelets::table::{self as kernel, Between, Slice, WIS_MAX_SLICES};
@@ -86,7 +86,7 @@ impl<'a> Tabulated<'a> {
         if let Some((table, between, argument)) = self.beside {
             if table.colour.iter().any(|channel| !channel.is_null()) {
                 for (channel, trees) in channels.iter_mut().zip(table.colour) {
-                    let of_colour = |at: Failure| at.of(c"table.colour");
+                    let of_colour = |at: Error| at.of(c"table.colour");
                     // SAFETY: the caller's contract.
                     let blended = unsafe {
                         let trees = slice(trees, table.slice_count as usize, argument).map_err(of_colour)?;
@@ -108,7 +108,7 @@ pub(super) unsafe fn lobes_of<'a>(
     (query, query_argument): (&'a Query, u32),
     (table, argument): (*const Table, u32),
 ) -> Checked<Tabulated<'a>> {
-    let of_query = |fault| Failure::fault(fault, query_argument);
+    let of_query = |error: Error| error.instead(query_argument);
     if table.is_null() {
         let lobes = Lobes::new(query, None).map_err(of_query)?;
         return Ok(Tabulated { lobes, seen: kernel::Table::NOTHING, beside: None });
@@ -117,11 +117,11 @@ pub(super) unsafe fn lobes_of<'a>(
     unsafe {
         let table = sized(table, argument).map_err(|at| at.of(c"table"))?;
         if !(1..=WIS_MAX_SLICES).contains(&table.slice_count) {
-            return Err(Failure::fault(Fault::range(c"table.slice_count"), argument));
+            return Err(Error::range(c"table.slice_count").instead(argument));
         }
-        let of_slice = |at: Failure| at.of(c"table.slice");
+        let of_slice = |at: Error| at.of(c"table.slice");
         let trees = slice(table.slice, table.slice_count as usize, argument).map_err(of_slice)?;
-        let direction = |v, field| unit(v).ok_or(of_query(Fault::transform(field)));
+        let direction = |v, field| unit(v).ok_or(of_query(Error::transform(field)));
         let (normal, wo): (Vec3, Vec3) = (direction(query.normal, c"normal")?, direction(query.wo, c"wo")?);
         let cosine = normal.dot(wo);
         let above = if query.flags & WIS_WAVELET_QUERY_WHOLE_SPHERE != 0 { cosine.abs() } else { cosine };
@@ -140,7 +140,7 @@ unsafe fn blend<'a>(trees: &[*const Tree], between: Between, argument: u32) -> C
     let [low, high] = between.slices.map(|slice| trees.get(slice as usize).copied().unwrap_or(core::ptr::null()));
     let low = if low.is_null() { high } else { low };
     let high = if high.is_null() { low } else { high };
-    pointer(low, argument).map_err(|_| Failure::new(Status::NotBuilt, argument))?;
+    pointer(low, argument).map_err(|_| Error::new(Status::NotBuilt, argument))?;
     // SAFETY: the caller's contract.
     let slices = unsafe { [read(low, argument)?, read(high, argument)?] };
     Ok(kernel::Table::new(slices, between.share))
@@ -153,7 +153,7 @@ unsafe fn read<'a>(tree: *const Tree, argument: u32) -> Checked<Slice<'a>> {
     let (tree, exponent) = unsafe { square_tree(tree, argument)? };
     // Its average is a float; one that is smaller than any counts as the smallest.
     if exponent > 127 {
-        return Err(Failure::new(Status::Overflow, argument));
+        return Err(Error::new(Status::Overflow, argument));
     }
     Ok(Slice { tree, scale: exp2i(exponent.max(-126)) as f32 })
 }

@@ -6,9 +6,9 @@ use super::{
     Header, Storage, WIS_WAVELET_LIGHT_EXACT_ZERO, WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB,
     WIS_WAVELET_LIGHT_SANITISE,
 };
-use crate::light::pixels::{Layout, Pixels, RowError, RowSummary, Rows, decode_row};
+use crate::light::pixels::{Layout, Pixels, RowSummary, Rows, decode_row, missing};
 use crate::numeric::{exp2i, exponent};
-use crate::status::{Result, Status};
+use crate::status::{Error, Result, Status};
 use crate::wavelets::morton;
 use crate::wavelets::prune::{self, Pruning};
 use crate::wavelets::tree::{self, Link, MAX_DEPTH, Tree};
@@ -90,16 +90,16 @@ impl Config {
 /// First pass: decodes row `y` into its luminance and, if kept, its RGB.
 ///
 /// # Errors
-/// [`RowError`]
+/// [`Error`]
 pub fn decode(
     config: &Config,
     rows: &impl Rows,
     y: u32,
     luminance: &mut [f64],
     rgb: &mut [[f32; 3]],
-) -> core::result::Result<RowSummary, RowError> {
+) -> core::result::Result<RowSummary, Error> {
     let bytes = config.pixels.row_bytes().unwrap_or(usize::MAX);
-    let row = rows.row(y).and_then(|row| row.get(..bytes)).ok_or(RowError::Missing)?;
+    let row = rows.row(y).and_then(|row| row.get(..bytes)).ok_or(missing(y))?;
     decode_row(&config.pixels, row, y, config.sanitise, luminance, rgb)
 }
 

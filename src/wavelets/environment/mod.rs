@@ -13,7 +13,7 @@ mod refine;
 pub mod request;
 mod spread;
 
-pub use crate::light::pixels::{Format, InvalidTexel, Layout, Pixels, RowError, RowSummary, Rows, check};
+pub use crate::light::pixels::{Format, Layout, Pixels, RowSummary, Rows, check};
 pub use build::{Config, Decoded, Grid, Row, Trees, complete, copy_kept, decode, integrate, plan, write_kept};
 pub use flags::*;
 pub use integrate::Texels;

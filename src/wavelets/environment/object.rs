@@ -5,11 +5,11 @@ use super::build::{Config, Decoded, Grid, Row, Trees, complete, copy_kept, decod
 use super::refine::{Refinement, refine};
 use super::spread::{Refined, Spread};
 use super::{ALL_FLAGS, Environment, Header, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE};
-use crate::light::environment::{BuildError, Size};
+use crate::light::environment::Size;
 use crate::light::pixels::{RowSummary, Rows};
 use crate::numeric::times_power;
 use crate::object::{Layout, Magic, Part, header, take, taken, write_header};
-use crate::status::{Result, Status};
+use crate::status::{Error, Result, Status};
 use crate::wavelets::tree::{Link, MAX_AVERAGE, MAX_DEPTH, Mark, Tree, complete_len};
 use core::f64::consts::PI;
 
@@ -210,13 +210,13 @@ impl<'a> Environment<'a> {
     /// Builds an environment from rows of pixels. Memory and scratch are aligned to 16 bytes.
     ///
     /// # Errors
-    /// [`BuildError`].
+    /// [`Error`].
     pub fn build_in(
         config: &Config,
         rows: &impl Rows,
         memory: &'a mut [u8],
         scratch: &mut [u8],
-    ) -> core::result::Result<Environment<'a>, BuildError> {
+    ) -> core::result::Result<Environment<'a>, Error> {
         let scratch = config.scratch(scratch).ok_or(Status::MemoryTooSmall)?;
         let (width, cells) = (config.pixels.width as usize, config.cells() as usize);
         let mut colours = scratch.texels_rgb.chunks_exact_mut(width.max(1));
@@ -224,7 +224,7 @@ impl<'a> Environment<'a> {
             (0..).zip(scratch.texels.chunks_exact_mut(width.max(1))).zip(&mut *scratch.rows)
         {
             let rgb = colours.next().unwrap_or_default();
-            *summary = decode(config, rows, y, luminance, rgb).map_err(|error| BuildError::Row(y, error))?;
+            *summary = decode(config, rows, y, luminance, rgb)?;
         }
         let decoded = Decoded { luminance: scratch.texels, rgb: scratch.texels_rgb };
         let (mut spreads, mut colours) =
@@ -269,7 +269,7 @@ impl<'a> Environment<'a> {
         }
         header.content_id = parts.view(&header, memory).content_id();
         write_header(memory, &header);
-        Environment::view(memory).ok_or(BuildError::Status(Status::Misaligned))
+        Environment::view(memory).ok_or(Error::new(Status::Misaligned, 0))
     }
 
     /// The environment that bytes begin with, without a check of what they hold; `None` if they are of something else.
@@ -302,13 +302,13 @@ impl Parts {
     fn room<'a>(
         &self,
         memory: &'a mut [u8],
-    ) -> core::result::Result<(&'a mut [[f32; 4]], &'a mut [Mark], &'a mut [Link], &'a mut [[[f32; 3]; 4]]), BuildError>
+    ) -> core::result::Result<(&'a mut [[f32; 4]], &'a mut [Mark], &'a mut [Link], &'a mut [[[f32; 3]; 4]]), Error>
     {
         let bytes = self.whole.bytes().ok_or(Status::Overflow)?;
         if memory.len() < bytes {
-            return Err(BuildError::TooSmall(bytes));
+            return Err(Error::too_small(0, bytes));
         }
-        self.divide(memory).ok_or(BuildError::Status(Status::Misaligned))
+        self.divide(memory).ok_or(Error::new(Status::Misaligned, 0))
     }
 }
 

@@ -5,7 +5,7 @@ use super::{
     WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE, check,
 };
 use crate::light::request::MapNumbers;
-use crate::status::Fault;
+use crate::status::Error;
 use crate::wavelets::tree::MAX_DEPTH;
 
 /// What a configuration asks for.
@@ -27,18 +27,18 @@ impl Config {
     /// Checks what a client asks for.
     ///
     /// # Errors
-    /// [`Fault`] names the field.
-    pub fn new(numbers: &Numbers) -> core::result::Result<Config, Fault> {
+    /// [`Error`] names the field.
+    pub fn new(numbers: &Numbers) -> core::result::Result<Config, Error> {
         let &Numbers { map, flags, resolution, error_budget, .. } = numbers;
         let MapNumbers { width, height, channels, .. } = map;
         let (layout, format) = map.kinds()?;
         let storage = match numbers.storage {
             WIS_STORAGE_PYRAMID => Storage::Pyramid,
             WIS_STORAGE_SPARSE => Storage::Sparse,
-            _ => return Err(Fault::range(c"storage")),
+            _ => return Err(Error::range(c"storage")),
         };
         let resolution_fits = resolution == 0 || (resolution.is_power_of_two() && resolution <= 1 << MAX_DEPTH);
-        Fault::first([
+        Error::first([
             (resolution_fits, c"resolution"),
             (flags & !ALL_FLAGS == 0, c"flags"),
             ((0.0..=f32::MAX).contains(&error_budget), c"error_budget"),

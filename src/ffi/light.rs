@@ -3,9 +3,7 @@
 mod build;
 pub(in crate::ffi) mod rows;
 
-pub use crate::light::info::LightInfo;
-pub use crate::light::request::*;
-pub use rows::RowFn;
+pub use crate::light::config::*;
 
 use super::memory::{handle, stored_or};
 use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
@@ -23,40 +21,6 @@ use rows::PixelRows;
 #[allow(missing_debug_implementations)]
 pub struct EnvironmentObject {
     _opaque: [u8; 0],
-}
-
-/// The map, and what to build from it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct LightConfig {
-    /// sizeof(wis_environment_config).
-    pub size: u32,
-    /// WIS_LAYOUT_*.
-    pub layout: u32,
-    /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
-    pub width: u32,
-    /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
-    pub height: u32,
-    /// 1 (luminance), 3 (RGB) or 4 (alpha is ignored), linear Rec. 709. Negative ones count as 0: clamp alike.
-    pub channels: u32,
-    /// WIS_FORMAT_*.
-    pub format: u32,
-    /// WIS_FILTER_*: how you look the map up.
-    pub filter: u32,
-    /// WIS_ENVIRONMENT_*, or 0.
-    pub flags: u32,
-    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0: every texel.
-    pub error_budget: f32,
-    /// Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment.
-    pub pixels: *const c_void,
-    /// Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together.
-    pub row_stride: isize,
-    /// Used if `pixels` is null; called from each thread that runs the first pass.
-    pub row: RowFn,
-    /// Handed to `row`.
-    pub row_user: *mut c_void,
-    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied.
-    pub world_from_map: *const f32,
 }
 
 /// The environment behind a pointer.
@@ -296,12 +260,9 @@ pub unsafe extern "C" fn wis_environment_turn(
 pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<(Request, PixelRows)> {
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
-    let &LightConfig { layout, width, height, channels, format, filter, flags, error_budget, .. } = c;
-    let map = MapNumbers { layout, width, height, channels, format };
-    let numbers = Numbers { map, filter, flags, error_budget };
-    let mut request = Request::new(&numbers).map_err(|error| error.instead(1))?;
+    let mut request = Request::new(c).map_err(|error| error.instead(1))?;
     let source = rows::Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
-    let rows = PixelRows::new(source, request.pixels.format, request.row_bytes(), height)?;
+    let rows = PixelRows::new(source, request.pixels.format, request.row_bytes(), c.height)?;
     // SAFETY: the caller's contract: null or nine floats.
     request.frame = unsafe { frame(c.world_from_map.cast(), 1) }.map_err(|at| at.of(c"world_from_map"))?;
     Ok((request, rows))

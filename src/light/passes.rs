@@ -4,10 +4,10 @@
 
 use super::blocks::Steps;
 use super::build::{CellWork, full_lengths};
+use super::config::Request;
 use super::decode::RowSummary;
 use super::environment::Scratch;
 use super::plan::Plan;
-use super::request::Request;
 use crate::object::{Layout, Part, Size};
 
 /// Rows of texels are decoded; grids of cells are chosen; tables of cells are written.

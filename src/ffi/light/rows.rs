@@ -1,13 +1,10 @@
 //! The client's rows of pixels: an array or a callback.
 
 use crate::ffi::Checked;
+use crate::light::config::RowFn;
 use crate::light::pixels::{Format, Rows};
 use crate::status::{Error, Status};
 use core::ffi::c_void;
-
-/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
-/// thread. Null stops the build with WIS_CALLBACK_FAILED.
-pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
 
 /// Where rows of pixels come from, as a configuration says it.
 pub(in crate::ffi) struct Source {

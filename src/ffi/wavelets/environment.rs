@@ -13,7 +13,6 @@ use crate::ffi::light::rows::{PixelRows, Source};
 use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::wavelets::memory::{Results, room_mut, stored};
 use crate::ffi::{Checked, Diagnostic, MemorySize, answer, put_size, sized};
-use crate::light::request::MapNumbers;
 use crate::status::{Error, Status};
 use crate::wavelets::environment as kernel;
 use crate::wavelets::environment::request::Numbers;
@@ -141,7 +140,7 @@ unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, Pixe
     let c = unsafe { sized(config, 1)? };
     let &EnvironmentConfig { layout, width, height, channels, format, flags, storage, resolution, .. } = c;
     let error_budget = c.error_budget;
-    let map = MapNumbers { layout, width, height, channels, format };
+    let map = [layout, width, height, channels, format];
     let numbers = Numbers { map, flags, storage, resolution, error_budget };
     let config = Config::new(&numbers).map_err(|error| error.instead(1))?;
     let row_bytes = config.pixels.row_bytes().ok_or(Error::new(Status::Overflow, 1).of(c"width"))?;

@@ -4,15 +4,15 @@ use super::{
     ALL_FLAGS, Config, Pixels, Storage, WIS_STORAGE_PYRAMID, WIS_STORAGE_SPARSE, WIS_WAVELET_LIGHT_EXACT_ZERO,
     WIS_WAVELET_LIGHT_NEAREST, WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE, check,
 };
-use crate::light::request::MapNumbers;
+use crate::light::config::{format_of, layout_of};
 use crate::status::Error;
 use crate::wavelets::tree::MAX_DEPTH;
 
 /// What a configuration asks for.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers {
-    /// The map.
-    pub map: MapNumbers,
+    /// Of the map: WIS_LAYOUT_*, texels in a row, rows, channels, WIS_FORMAT_*.
+    pub map: [u32; 5],
     /// WIS_WAVELET_LIGHT_*.
     pub flags: u32,
     /// WIS_STORAGE_*.
@@ -30,8 +30,8 @@ impl Config {
     /// [`Error`] names the field.
     pub fn new(numbers: &Numbers) -> core::result::Result<Config, Error> {
         let &Numbers { map, flags, resolution, error_budget, .. } = numbers;
-        let MapNumbers { width, height, channels, .. } = map;
-        let (layout, format) = map.kinds()?;
+        let [layout, width, height, channels, format] = map;
+        let (layout, format) = (layout_of(layout)?, format_of(format)?);
         let storage = match numbers.storage {
             WIS_STORAGE_PYRAMID => Storage::Pyramid,
             WIS_STORAGE_SPARSE => Storage::Sparse,

@@ -1,12 +1,14 @@
-//! A light in the numbers of the C interface: what a client asks for, checked.
+//! A light in the numbers of the C interface: what a client asks for, checked, and what was built.
 
 use super::chart::Layout;
 use super::decode::Pixels;
+use super::environment::Environment;
 use super::pixels::{Format, check_map};
 use super::plan::{Description, Filter, MAX_SIDE, Plan};
 use crate::numeric::ContentHash;
 use crate::sphere::Frame;
 use crate::status::{Error, Status};
+use core::ffi::c_void;
 
 /// Columns: azimuth 2 pi (x + 1/2) / width from +x to +y. Rows: angle pi (y + 1/2) / height from +z.
 pub const WIS_LAYOUT_LATLONG: u32 = 1;
@@ -50,48 +52,55 @@ const ALL_FLAGS: u32 = WIS_ENVIRONMENT_ROWS_AT_POLES
     | WIS_ENVIRONMENT_RAYS_ONLY
     | WIS_ENVIRONMENT_ABSOLUTE;
 
-/// What any configuration says of a map.
-#[derive(Clone, Copy, Debug)]
-pub struct MapNumbers {
-    /// WIS_LAYOUT_*.
-    pub layout: u32,
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// 1, 3 or 4.
-    pub channels: u32,
-    /// WIS_FORMAT_*.
-    pub format: u32,
-}
-
-impl MapNumbers {
-    /// Layout and format.
-    ///
-    /// # Errors
-    /// [`Error`] names the field.
-    pub fn kinds(&self) -> core::result::Result<(Layout, Format), Error> {
-        let layout = match self.layout {
-            WIS_LAYOUT_LATLONG => Layout::LatLong,
-            WIS_LAYOUT_CUBE => Layout::Cube,
-            WIS_LAYOUT_OCTAHEDRAL => Layout::Octahedral,
-            _ => return Err(Error::range(c"layout")),
-        };
-        Ok((layout, format_of(self.format).ok_or(Error::range(c"format"))?))
+/// The layout of this number.
+///
+/// # Errors
+/// [`Error`] names the field.
+pub fn layout_of(number: u32) -> Result<Layout, Error> {
+    match number {
+        WIS_LAYOUT_LATLONG => Ok(Layout::LatLong),
+        WIS_LAYOUT_CUBE => Ok(Layout::Cube),
+        WIS_LAYOUT_OCTAHEDRAL => Ok(Layout::Octahedral),
+        _ => Err(Error::range(c"layout")),
     }
 }
 
-/// What a configuration asks for.
+/// Gives row `y` in the format of the configuration. The bytes must stay as they are until the next call on the same
+/// thread. Null stops the build with WIS_CALLBACK_FAILED.
+pub type RowFn = Option<unsafe extern "C" fn(user: *mut c_void, y: u32) -> *const c_void>;
+
+/// The map, and what to build from it.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Numbers {
-    /// The map.
-    pub map: MapNumbers,
-    /// WIS_FILTER_*.
+pub struct LightConfig {
+    /// sizeof(wis_environment_config).
+    pub size: u32,
+    /// WIS_LAYOUT_*.
+    pub layout: u32,
+    /// Texels in a row, 1 to 32768, also odd; more is WIS_OVERFLOW.
+    pub width: u32,
+    /// Rows, 1 to 32768; of a cube map all six faces. More is WIS_OVERFLOW.
+    pub height: u32,
+    /// 1 (luminance), 3 (RGB) or 4 (alpha is ignored), linear Rec. 709. Negative ones count as 0: clamp alike.
+    pub channels: u32,
+    /// WIS_FORMAT_*.
+    pub format: u32,
+    /// WIS_FILTER_*: how you look the map up.
     pub filter: u32,
-    /// WIS_ENVIRONMENT_*.
+    /// WIS_ENVIRONMENT_*, or 0.
     pub flags: u32,
-    /// 0 to 1.
+    /// The relative standard deviation of radiance / pdf that coarser tables may add, 0 to 1; 0: every texel.
     pub error_budget: f32,
+    /// Texel 0 of row 0, aligned to its format; or null, and `row` gives the rows, which need no alignment.
+    pub pixels: *const c_void,
+    /// Bytes from a row to the next, a multiple of a channel's, may be negative; 0: rows stand close together.
+    pub row_stride: isize,
+    /// Used if `pixels` is null; called from each thread that runs the first pass.
+    pub row: RowFn,
+    /// Handed to `row`.
+    pub row_user: *mut c_void,
+    /// A row-major 3x3 rotation or reflection, world = M map, within 1e-4; null is the identity. Copied.
+    pub world_from_map: *const f32,
 }
 
 /// A build that was asked for.
@@ -107,11 +116,14 @@ pub struct Request {
 }
 
 /// The format of this number.
-pub fn format_of(number: u32) -> Option<Format> {
+///
+/// # Errors
+/// [`Error`] names the field.
+pub fn format_of(number: u32) -> Result<Format, Error> {
     match number {
-        WIS_FORMAT_F32 => Some(Format::F32),
-        WIS_FORMAT_F16 => Some(Format::F16),
-        _ => None,
+        WIS_FORMAT_F32 => Ok(Format::F32),
+        WIS_FORMAT_F16 => Ok(Format::F16),
+        _ => Err(Error::range(c"format")),
     }
 }
 
@@ -120,11 +132,10 @@ impl Request {
     ///
     /// # Errors
     /// [`Error`] names the field.
-    pub fn new(numbers: &Numbers) -> core::result::Result<Request, Error> {
-        let &Numbers { map, flags, error_budget, .. } = numbers;
-        let MapNumbers { width, height, channels, .. } = map;
-        let (layout, format) = map.kinds()?;
-        let filter = match numbers.filter {
+    pub fn new(config: &LightConfig) -> Result<Request, Error> {
+        let &LightConfig { width, height, channels, flags, error_budget, .. } = config;
+        let (layout, format) = (layout_of(config.layout)?, format_of(config.format)?);
+        let filter = match config.filter {
             WIS_FILTER_BILINEAR => Filter::Bilinear,
             WIS_FILTER_NEAREST => Filter::Nearest,
             _ => return Err(Error::range(c"filter")),
@@ -179,5 +190,68 @@ impl Request {
         }
         hash.add_floats(&self.frame.to_array());
         hash.finish()
+    }
+}
+
+/// What was built.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LightInfo {
+    /// sizeof(wis_environment_info), set by the caller.
+    pub size: u32,
+    /// WIS_LAYOUT_*.
+    pub layout: u32,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// WIS_FILTER_*.
+    pub filter: u32,
+    /// WIS_ENVIRONMENT_*, but for WIS_ENVIRONMENT_SANITISE and WIS_ENVIRONMENT_ABSOLUTE.
+    pub flags: u32,
+    /// Bytes of the environment: that much of the block is in use and needs to be saved.
+    pub bytes: u64,
+    /// Texels that had a negative channel, or one that WIS_ENVIRONMENT_SANITISE replaced.
+    pub sanitised: u64,
+    /// Tells environments apart: a hash of the bytes, also of world_from_map.
+    pub content_id: u64,
+    /// The integral of luminance, or of what compensation leaves of it, over the sphere: unit of the map x steradian. WIS_ENVIRONMENT_RAYS_ONLY: of luminance.
+    pub power: f64,
+    /// The mean luminance over the sphere, in the unit of the map.
+    pub mean: f64,
+    /// The share of the light that the brightest texel gives, 0 to 1.
+    pub largest_share: f64,
+    /// The relative standard deviation of radiance / pdf that the error budget added.
+    pub error: f64,
+}
+
+impl LightInfo {
+    /// What an environment is.
+    pub fn of(environment: &Environment<'_>) -> LightInfo {
+        let (header, of) = (environment.header(), environment.description());
+        let flag = |on: bool, flag: u32| if on { flag } else { 0 };
+        LightInfo {
+            size: size_of::<LightInfo>() as u32,
+            layout: match of.layout {
+                Layout::LatLong => WIS_LAYOUT_LATLONG,
+                Layout::Cube => WIS_LAYOUT_CUBE,
+                Layout::Octahedral => WIS_LAYOUT_OCTAHEDRAL,
+            },
+            width: of.width,
+            height: of.height,
+            filter: if of.filter == Filter::Bilinear { WIS_FILTER_BILINEAR } else { WIS_FILTER_NEAREST },
+            flags: flag(of.rows_at_poles, WIS_ENVIRONMENT_ROWS_AT_POLES)
+                | flag(of.exact_zero, WIS_ENVIRONMENT_EXACT_ZERO)
+                | flag(of.compensated, WIS_ENVIRONMENT_COMPENSATED)
+                | flag(of.light_only, WIS_ENVIRONMENT_LIGHT_ONLY)
+                | flag(of.rays_only, WIS_ENVIRONMENT_RAYS_ONLY),
+            bytes: header.bytes,
+            sanitised: header.sanitised,
+            content_id: header.content_id,
+            power: header.power,
+            mean: header.mean,
+            largest_share: header.largest_share,
+            error: header.error,
+        }
     }
 }

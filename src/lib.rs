@@ -1,7 +1,7 @@
 #![doc = include_str!("../docs/crate.md")]
 // A folder or file imports only what stands before it, and nothing imports `lights` or `wavelets` but `ffi`
 // (tests/imports.rs). Order of folders: `status`, `numeric`, `simd`, `sample`, `sphere`, `points`, `object`, `pool`,
-// `visibility`, `light`, `brdf`, `product`, `direct`, `render`, `lights`, `wavelets`, `ffi`.
+// `visibility`, `light`, `brdf`, `product`, `direct`, `lights`, `wavelets`, `ffi`, `render`.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
 

@@ -62,7 +62,7 @@ pub unsafe extern "C" fn wis_environment_size(
     // SAFETY: the caller's contract.
     answer(diagnostic, || unsafe {
         let (request, _) = read_config(config)?;
-        put_size(size, 2, build::size(&request))
+        put_size(size, 2, request.plan.size().map_err(|status| Error::new(status, 1)))
     })
 }
 
@@ -90,11 +90,7 @@ pub unsafe extern "C" fn wis_environment_init(
         // How long the block must be is known only when grids are chosen.
         super::check_block(memory.cast(), bytes, 0, 2)?;
         let handle = out(environment, 6)?;
-        let build = Build::begin(request, scratch, scratch_bytes, 4)?;
-        for (pass, count) in build.items().into_iter().enumerate() {
-            build.run(&rows, (memory, bytes), pass, 0..count)?;
-        }
-        build.finish(memory, bytes)?;
+        Build::begin(request, scratch, scratch_bytes, 4)?.run_all(&rows, memory, bytes)?;
         handle.write(memory.cast_const().cast());
         Ok(())
     })

@@ -112,7 +112,8 @@ pub struct Request {
     pub pixels: Pixels,
     /// From its space to the world's.
     pub frame: Frame,
-    flags: u32,
+    /// WIS_ENVIRONMENT_*.
+    pub flags: u32,
 }
 
 /// The format of this number.

@@ -1,25 +1,23 @@
 //! The environment: a light as one block of bytes without pointers, in the caller's memory. Built once, shared by all threads,
 //! copied, saved and mapped as it is.
 
-use super::blocks::{CellTables, Lengths, SINGLE, Steps};
+use super::blocks::{Lengths, SINGLE};
 use super::build::{self, CellWork, Totals};
 use super::candidates::Source;
 use super::chart::{Axis, Chart, Layout};
-use super::decode::{Pixels, RowSummary, decode_row};
 use super::guide::{self, CellGuide, Guide};
 use super::map;
+use super::passes::Arrays;
 use super::plan::{Description, Filter, Plan};
 use super::radiance::Radiance;
 use super::strata;
 use super::tables::{Block, Cell, Light};
-use super::texels::Texels;
-use crate::light::pixels::missing;
 use crate::numeric::ContentHash;
 use crate::object::Magic;
 pub use crate::object::Size;
 use crate::simd::{Blob, Table, WINDOW};
 use crate::sphere::Frame;
-use crate::status::{Error, Result, Status};
+use crate::status::{Result, Status};
 use bytemuck::{Pod, Zeroable, try_cast_slice_mut};
 
 /// What stands at the beginning of an environment.
@@ -109,23 +107,38 @@ const LINE: usize = 64;
 /// Where the parts of an environment begin, in bytes. Behind each table that is searched stands a window of zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-struct Sections {
+pub struct Sections {
     tops: u64,
     cell_of: [u64; 2],
-    cells: u64,
+    /// [`Cell`]s.
+    pub cells: u64,
     colours: u64,
     guide: u64,
-    starts: u64,
-    blocks: u64,
-    words: u64,
+    /// In-cell starts.
+    pub starts: u64,
+    /// [`Block`]s.
+    pub blocks: u64,
+    /// Of blocks.
+    pub words: u64,
     tiles: u64,
-    texels: u64,
+    /// Words of the texel map.
+    pub texels: u64,
     /// Last: how many there are is known when all else is written.
     strata: u64,
-    end: u64,
+    /// The bytes of the environment.
+    pub end: u64,
 }
 
 impl Sections {
+    /// For what the cells were found to take, with the most strata.
+    ///
+    /// # Errors
+    /// [`Status::Overflow`].
+    pub fn of_cells(plan: &Plan, work: &[CellWork]) -> Result<Sections> {
+        let lengths = build::offset(work, plan.cells());
+        Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)
+    }
+
     /// `None` if the sum overflows.
     fn new(plan: &Plan, lengths: Lengths, strata: usize) -> Option<Sections> {
         let Plan { grid, .. } = *plan;
@@ -177,13 +190,6 @@ fn part_mut<T: Pod>(bytes: &mut [u8], start: usize, count: usize) -> &mut [T] {
     bytes.get_mut(start..end).and_then(|part| try_cast_slice_mut(part).ok()).unwrap_or(&mut [])
 }
 
-/// Takes the first `count` elements of a block off it.
-fn take<'a, T: Pod>(bytes: &mut &'a mut [u8], count: usize) -> Option<&'a mut [T]> {
-    let (first, rest) = core::mem::take(bytes).split_at_mut_checked(count.checked_mul(size_of::<T>())?)?;
-    *bytes = rest;
-    try_cast_slice_mut(first).ok()
-}
-
 /// An environment in bytes that hold one.
 #[derive(Clone, Copy, Debug)]
 pub struct Environment<'a> {
@@ -203,124 +209,12 @@ impl Plan {
             return Err(Status::Overflow);
         }
         let sections = Sections::new(self, full, strata::most(&self.chart)).ok_or(Status::Overflow)?;
-        Ok(Size { bytes: sections.end as usize, scratch: Scratch::bytes(self, full.blocks).ok_or(Status::Overflow)? })
-    }
-}
-
-/// The memory of a build, divided.
-#[derive(Debug)]
-pub struct Scratch<'a> {
-    /// A summary of each row of texels.
-    pub rows: &'a mut [RowSummary],
-    /// The colour of each row in each column of cells.
-    pub rgb: &'a mut [[f64; 3]],
-    /// The weights of each row of patches.
-    pub weights: &'a mut [[f64; 2]],
-    /// What each cell becomes.
-    pub work: &'a mut [CellWork],
-    /// The light of each block.
-    pub block_light: &'a mut [f64],
-    /// The luminance of each texel.
-    pub luminance: &'a mut [f32],
-    /// The grid of each block.
-    pub steps: &'a mut [Steps],
-    /// The step of each tile of the texel map, cell by cell.
-    pub tile_steps: &'a mut [u8],
-}
-
-impl<'a> Scratch<'a> {
-    /// Lengths and sizes of elements of the parts, in the order of the fields, with so many blocks at most.
-    pub fn counts(plan: &Plan, blocks: usize) -> Option<[(usize, usize); 8]> {
-        let rows = plan.rows() as usize;
-        Some([
-            (rows, size_of::<RowSummary>()),
-            (rows.checked_mul(plan.grid[0] as usize)?, 24),
-            (plan.chart.axes[1].patches as usize, 16),
-            (plan.cells() as usize, size_of::<CellWork>()),
-            (blocks, 8),
-            // Sums of the strata stand there when all is decoded.
-            (rows.checked_mul(plan.of.width as usize)?.max(strata::room(plan)), 4),
-            (blocks, 2),
-            (map::tile_count(plan), 1),
-        ])
-    }
-
-    fn bytes(plan: &Plan, blocks: usize) -> Option<usize> {
-        let counts = Self::counts(plan, blocks)?;
-        counts.into_iter().try_fold(0usize, |sum, (count, size)| sum.checked_add(count.checked_mul(size)?))
-    }
-
-    /// Divides a block of memory.
-    ///
-    /// # Errors
-    /// [`Status::MemoryTooSmall`], [`Status::Misaligned`] if it is not aligned to 8.
-    pub fn new(plan: &Plan, mut memory: &'a mut [u8]) -> Result<Scratch<'a>> {
-        let size = plan.size()?;
-        if memory.len() < size.scratch {
-            return Err(Status::MemoryTooSmall);
-        }
-        let blocks = build::full_lengths(plan).blocks;
-        let [rows, rgb, weights, work, light, luminance, steps, tile_steps] =
-            Self::counts(plan, blocks).ok_or(Status::Overflow)?.map(|(n, _)| n);
-        let misaligned = Status::Misaligned;
-        Ok(Scratch {
-            rows: take(&mut memory, rows).ok_or(misaligned)?,
-            rgb: take(&mut memory, rgb).ok_or(misaligned)?,
-            weights: take(&mut memory, weights).ok_or(misaligned)?,
-            work: take(&mut memory, work).ok_or(misaligned)?,
-            block_light: take(&mut memory, light).ok_or(misaligned)?,
-            luminance: take(&mut memory, luminance).ok_or(misaligned)?,
-            steps: take(&mut memory, steps).ok_or(misaligned)?,
-            tile_steps: take(&mut memory, tile_steps).ok_or(misaligned)?,
-        })
+        let size = Size { bytes: sections.end as usize, scratch: Arrays::of(self).ok_or(Status::Overflow)?.bytes };
+        if size.bytes <= isize::MAX as usize { Ok(size) } else { Err(Status::Overflow) }
     }
 }
 
 impl<'a> Environment<'a> {
-    /// Builds an environment from rows of pixels.
-    ///
-    /// # Errors
-    /// [`Error`].
-    pub fn build_in<'p>(
-        plan: &Plan,
-        pixels: &Pixels,
-        frame: &Frame,
-        row: impl Fn(u32) -> Option<&'p [u8]>,
-        memory: &'a mut [u8],
-        scratch: &mut [u8],
-    ) -> core::result::Result<Environment<'a>, Error> {
-        let scratch = Scratch::new(plan, scratch)?;
-        let width = plan.of.width as usize;
-        let columns = plan.grid[0] as usize;
-        let needed = pixels.row_bytes(plan.of.width).ok_or(Status::Overflow)?;
-        let lines = scratch.luminance.chunks_exact_mut(width.max(1)).zip(scratch.rgb.chunks_exact_mut(columns.max(1)));
-        for ((y, (luminance, rgb)), summary) in (0..).zip(lines).zip(scratch.rows.iter_mut()) {
-            let bytes = row(y).and_then(|bytes| bytes.get(..needed)).ok_or(missing(y))?;
-            *summary = decode_row(plan, pixels, bytes, y, luminance, rgb)?;
-        }
-        let totals = Totals::of(scratch.rows);
-        build::weights(plan, scratch.weights);
-        let texels = totals.texels(plan, scratch.luminance, scratch.weights);
-        for (index, work) in (0..).zip(scratch.work.iter_mut()) {
-            let ((first, count), (tile, tiles)) = (build::block_range(plan, index), map::tile_range(plan, index));
-            let steps = scratch.steps.get_mut(first..first + count).unwrap_or(&mut []);
-            let tile_steps = scratch.tile_steps.get_mut(tile..tile + tiles).unwrap_or(&mut []);
-            *work = build::choose_cell(&texels, index, steps, tile_steps);
-        }
-        let mut writer = Writer::new(plan, scratch.work, memory)?;
-        for index in 0..plan.cells() {
-            let (first, count) = build::block_range(plan, index);
-            let steps = scratch.steps.get(first..first + count).unwrap_or(&[]);
-            let light = scratch.block_light.get_mut(first..first + count).unwrap_or(&mut []);
-            if !plan.of.rays_only {
-                writer.cell(&texels, index, scratch.work, steps, light);
-            }
-            writer.map(&texels, index, scratch.work, scratch.tile_steps);
-        }
-        writer.finish(&totals, scratch.work, scratch.tile_steps, scratch.rgb, frame, scratch.luminance)?;
-        Environment::view(memory).ok_or(Status::Misaligned.into())
-    }
-
     /// The environment that bytes hold, without a check of what they hold.
     #[inline(always)]
     pub fn view(bytes: &'a [u8]) -> Option<Environment<'a>> {
@@ -524,42 +418,6 @@ fn content_id(tables: u64, frame: &[f32; 9]) -> u64 {
     hash.finish()
 }
 
-/// Where the tables of all cells stand in the bytes of an environment, for threads that write cells side by side.
-#[derive(Clone, Copy, Debug)]
-pub struct Places {
-    /// Of [`Cell`]s.
-    pub cells: usize,
-    /// Of in-cell starts.
-    pub starts: usize,
-    /// Of [`Block`]s.
-    pub blocks: usize,
-    /// Of words.
-    pub words: usize,
-    /// Of words of the texel map.
-    pub texels: usize,
-    end: usize,
-}
-
-impl Places {
-    /// The places for what the cells were found to take.
-    ///
-    /// # Errors
-    /// [`Status::Overflow`].
-    pub fn new(plan: &Plan, work: &[CellWork]) -> Result<Places> {
-        let lengths = build::offset(work, plan.cells());
-        let Sections { cells, starts, blocks, words, texels, end, .. } =
-            Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
-        let [cells, starts, blocks, words, texels, end] =
-            [cells, starts, blocks, words, texels, end].map(|place| place as usize);
-        Ok(Places { cells, starts, blocks, words, texels, end })
-    }
-
-    /// The bytes of the environment, at most.
-    pub fn bytes(&self) -> usize {
-        self.end
-    }
-}
-
 /// An environment while its tables are written.
 #[derive(Debug)]
 pub struct Writer<'a> {
@@ -574,49 +432,10 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// [`Status::MemoryTooSmall`].
-    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> core::result::Result<Writer<'a>, Error> {
-        let lengths = build::offset(work, plan.cells());
-        let sections = Sections::new(plan, lengths, strata::most(&plan.chart)).ok_or(Status::Overflow)?;
-        let end = sections.end as usize;
-        let bytes = memory.get_mut(..end).ok_or(Error::too_small(0, end))?;
-        Ok(Writer { plan: *plan, sections, lengths, bytes })
-    }
-
-    /// Writes the tables of a cell.
-    pub fn cell(&mut self, texels: &Texels<'_>, index: u32, work: &mut [CellWork], steps: &[Steps], light: &mut [f64]) {
-        let offset = build::offset(work, index);
-        let Some(own) = work.get_mut(index as usize) else { return };
-        let length = own.lengths();
-        let Sections { cells, starts, blocks, words, .. } = self.sections;
-        let [cells, starts, blocks, words] = [cells, starts, blocks, words].map(|at| at as usize);
-        // Sections stand in this order, so the block can be taken apart.
-        let (before, rest) = self.bytes.split_at_mut_checked(starts).unwrap_or_default();
-        let (starts_part, rest) = rest.split_at_mut_checked(blocks - starts).unwrap_or_default();
-        let (blocks_part, words_part) = rest.split_at_mut_checked(words - blocks).unwrap_or_default();
-        let tables = CellTables {
-            offset,
-            starts: part_mut(starts_part, 4 * offset.starts, length.starts),
-            blocks: part_mut(blocks_part, size_of::<Block>() * offset.blocks, length.blocks),
-            words: part_mut(words_part, 2 * offset.words, length.words),
-            light,
-        };
-        let (written, light) = build::write(texels, index, own, steps, tables);
-        own.light = light;
-        if let Some(cell) = part_mut(before, cells, self.plan.cells() as usize).get_mut(index as usize) {
-            *cell = written;
-        }
-    }
-
-    /// Writes a cell's part of the texel map; `steps` of all tiles.
-    pub fn map(&mut self, texels: &Texels<'_>, index: u32, work: &[CellWork], steps: &[u8]) {
-        let plan = self.plan.plain();
-        let texels = Texels { plan: &plan, ..*texels };
-        let first = build::offset(work, index).groups;
-        let (tile, count) = map::tile_range(&plan, index);
-        for piece in map::pieces(&plan, index, first, steps.get(tile..tile + count).unwrap_or(&[])) {
-            let start = self.sections.texels as usize + 2 * piece.start;
-            map::write(&texels, &piece, part_mut(self.bytes, start, piece.length));
-        }
+    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> Result<Writer<'a>> {
+        let sections = Sections::of_cells(plan, work)?;
+        let bytes = memory.get_mut(..sections.end as usize).ok_or(Status::MemoryTooSmall)?;
+        Ok(Writer { plan: *plan, sections, lengths: build::offset(work, plan.cells()), bytes })
     }
 
     /// Writes all that is known when every cell is written. `room`: the luminances, which nobody reads any more.

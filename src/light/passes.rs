@@ -4,11 +4,11 @@
 
 use super::blocks::Steps;
 use super::build::{CellWork, full_lengths};
-use super::config::Request;
 use super::decode::RowSummary;
-use super::environment::Scratch;
+use super::map;
 use super::plan::Plan;
-use crate::object::{Layout, Part, Size};
+use super::strata;
+use crate::object::{Layout, Part};
 
 /// Rows of texels are decoded; grids of cells are chosen; tables of cells are written.
 pub const PASSES: usize = 3;
@@ -27,9 +27,9 @@ pub struct Begun {
 }
 
 impl Begun {
-    /// Those of a build.
-    pub fn new(request: &Request) -> Begun {
-        Begun { magic: u64::from_le_bytes(*b"wis-lit\x02"), fingerprint: request.fingerprint() }
+    /// Those of a build with this fingerprint.
+    pub fn new(fingerprint: u64) -> Begun {
+        Begun { magic: u64::from_le_bytes(*b"wis-lit\x02"), fingerprint }
     }
 }
 
@@ -66,29 +66,24 @@ pub struct Arrays {
 impl Arrays {
     /// The arrays of a build; `None` if no memory is as long.
     pub fn of(plan: &Plan) -> Option<Arrays> {
-        let counts = Scratch::counts(plan, full_lengths(plan).blocks)?;
-        let [rows, rgb, weights, work, block_light, luminance, steps, tiles] = counts.map(|(count, _)| count as u64);
+        let (rows, cells, blocks) = (u64::from(plan.rows()), u64::from(plan.cells()), full_lengths(plan).blocks as u64);
+        // Sums of the strata stand there when all is decoded.
+        let luminance = (rows * u64::from(plan.of.width)).max(strata::room(plan) as u64);
         let mut whole = Layout::behind::<Begun>();
         let arrays = Arrays {
             rows: whole.part::<RowSummary>(rows),
-            rgb: whole.part::<[f64; 3]>(rgb),
-            weights: whole.part::<[f64; 2]>(weights),
-            work: whole.part::<CellWork>(work),
-            block_light: whole.part::<f64>(block_light),
+            rgb: whole.part::<[f64; 3]>(rows * u64::from(plan.grid[0])),
+            weights: whole.part::<[f64; 2]>(plan.chart.axes[1].patches.into()),
+            work: whole.part::<CellWork>(cells),
+            block_light: whole.part::<f64>(blocks),
             luminance: whole.part::<f32>(luminance),
-            steps: whole.part::<Steps>(steps),
-            tile_steps: whole.part::<u8>(tiles),
-            cell_light: whole.part::<f64>(u64::from(plan.cells())),
+            steps: whole.part::<Steps>(blocks),
+            tile_steps: whole.part::<u8>(map::tile_count(plan) as u64),
+            cell_light: whole.part::<f64>(cells),
             bytes: 0,
         };
         Some(Arrays { bytes: whole.bytes()?, ..arrays })
     }
-}
-
-/// The memory of a shared build, at most; `None` if none is as long.
-pub fn size(plan: &Plan) -> Option<Size> {
-    let bytes = plan.size().ok()?.bytes;
-    Some(Size { bytes, scratch: Arrays::of(plan)?.bytes }).filter(|size| size.bytes <= isize::MAX as usize)
 }
 
 /// Marks all items as not done.

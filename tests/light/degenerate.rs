@@ -100,7 +100,7 @@ fn invalid_texels_are_rejected_or_replaced() {
         for filter in FILTERS {
             let of = map.description(filter);
             match Built::over(&map, &of, false, 0) {
-                Err(error) => assert_eq!(error, Error::new(Status::InvalidTexel, 0).at(40, 20).of(c"pixels")),
+                Err(error) => assert_eq!(error, Error::new(Status::InvalidTexel, 1).at(40, 20).of(c"pixels")),
                 Ok(_) => panic!("{bad} was not rejected"),
             }
             let (built, other) = (Built::over(&map, &of, true, 0).unwrap(), Built::new(&mended, &of));

@@ -1,26 +1,60 @@
-//! A build at work on the caller's scratch block, by one thread or by many (see [`passes`]).
+//! A build at work on the caller's blocks, by one thread or by many (see [`passes`]): the only one, for C and for Rust. It stands here
+//! because threads write side by side into blocks that they know by address.
 
-use super::rows::PixelRows;
 use crate::ffi::Checked;
 use crate::ffi::memory::{DividedBlock, block_mut};
 use crate::light::blocks::{CellTables, Steps};
 use crate::light::build::{self as kernel, CellWork, Totals};
 use crate::light::config::Request;
-use crate::light::decode::{RowSummary, decode_row};
-use crate::light::environment::{Places, Writer};
+use crate::light::decode::{Pixels, RowSummary, decode_row};
+use crate::light::environment::{Environment, Sections, Writer};
 use crate::light::map;
 use crate::light::passes::{self, Arrays, Begun, PASSES};
 use crate::light::pixels::{Rows, missing};
+use crate::light::plan::Plan;
 use crate::light::tables::Cell;
 use crate::light::texels::Texels;
-use crate::object::{Part, Size};
+use crate::object::Part;
+use crate::sphere::Frame;
 use crate::status::{Error, Status};
 use core::ffi::c_void;
+use core::marker::PhantomData;
 use core::ops::Range;
 
-/// Bytes of the object, at most, and of the scratch block.
-pub(super) fn size(request: &Request) -> Checked<Size> {
-    passes::size(&request.plan).ok_or(Error::new(Status::Overflow, 1))
+impl<'a> Environment<'a> {
+    /// Builds an environment from rows of pixels. Memory is aligned to 16.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn build_in<'p>(
+        plan: &Plan,
+        pixels: &Pixels,
+        frame: &Frame,
+        row: impl Fn(u32) -> Option<&'p [u8]>,
+        memory: &'a mut [u8],
+        scratch: &mut [u8],
+    ) -> Checked<Environment<'a>> {
+        let request = Request { plan: *plan, pixels: *pixels, frame: *frame, flags: 0 };
+        let (start, bytes) = (memory.as_mut_ptr().cast(), memory.len());
+        // SAFETY: both blocks are borrowed by this call alone.
+        unsafe {
+            Build::begin(request, scratch.as_mut_ptr().cast(), scratch.len(), 4)?.run_all(
+                &Given(row, PhantomData),
+                start,
+                bytes,
+            )?
+        };
+        Environment::view(memory).ok_or(Error::new(Status::Misaligned, 2))
+    }
+}
+
+/// Rows that a function gives.
+struct Given<'p, R>(R, PhantomData<&'p [u8]>);
+
+impl<'p, R: Fn(u32) -> Option<&'p [u8]>> Rows for Given<'p, R> {
+    fn row(&self, y: u32) -> Option<&[u8]> {
+        (self.0)(y)
+    }
 }
 
 /// A build at work.
@@ -37,8 +71,9 @@ const BEGUN: Part = Part { offset: 0, count: 1 };
 
 impl Build {
     fn new(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
-        size(&request)?;
-        let arrays = Arrays::of(&request.plan).ok_or(Error::new(Status::Overflow, 1))?;
+        let overflow = Error::new(Status::Overflow, 1);
+        request.plan.size().map_err(|_| overflow)?;
+        let arrays = Arrays::of(&request.plan).ok_or(overflow)?;
         let block = DividedBlock::new(scratch.cast(), bytes, arrays.bytes, argument)?;
         Ok(Build { request, arrays, block, argument })
     }
@@ -52,7 +87,7 @@ impl Build {
         let Build { arrays, block, .. } = &build;
         // SAFETY: nothing else uses the block yet, and the arrays do not overlap.
         unsafe {
-            block.all(BEGUN).fill(Begun::new(&request));
+            block.all(BEGUN).fill(Begun::new(request.fingerprint()));
             passes::begin(block.all(arrays.rows), block.all(arrays.work), block.all(arrays.cell_light));
             kernel::weights(&request.plan, block.all(arrays.weights));
         }
@@ -66,7 +101,7 @@ impl Build {
     pub(super) unsafe fn go_on(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
         let build = Build::new(request, scratch, bytes, argument)?;
         // SAFETY: threads only read the header.
-        let begun = unsafe { build.block.finished().all::<Begun>(BEGUN) } == [Begun::new(&request)];
+        let begun = unsafe { build.block.finished().all::<Begun>(BEGUN) } == [Begun::new(request.fingerprint())];
         if begun { Ok(build) } else { Err(Error::new(Status::Mismatch, argument)) }
     }
 
@@ -90,6 +125,20 @@ impl Build {
         if done { Ok(()) } else { Err(Error::new(Status::Mismatch, self.argument)) }
     }
 
+    /// Does all passes, one after the other.
+    ///
+    /// # Safety
+    /// No other thread uses the blocks.
+    pub(super) unsafe fn run_all(&self, rows: &impl Rows, memory: *mut c_void, bytes: usize) -> Checked<()> {
+        // SAFETY: the caller's contract.
+        unsafe {
+            for (pass, count) in self.items().into_iter().enumerate() {
+                self.run(rows, (memory, bytes), pass, 0..count)?;
+            }
+            self.finish(memory, bytes)
+        }
+    }
+
     /// Works on items of a pass; the object's memory is written by the last one only. Passes are not inlined, so that they share the
     /// stack.
     ///
@@ -97,7 +146,7 @@ impl Build {
     /// No other thread works on these items, nor on an earlier pass.
     pub(super) unsafe fn run(
         &self,
-        rows: &PixelRows,
+        rows: &impl Rows,
         (memory, bytes): (*mut c_void, usize),
         pass: usize,
         items: Range<u32>,
@@ -118,7 +167,7 @@ impl Build {
     /// # Safety
     /// As [`Build::run`].
     #[inline(never)]
-    unsafe fn decode(&self, rows: &PixelRows, y: u32) -> Checked<()> {
+    unsafe fn decode(&self, rows: &impl Rows, y: u32) -> Checked<()> {
         let Build { request: Request { plan, pixels, .. }, arrays, block, .. } = self;
         let (width, columns, row) = (plan.of.width as usize, plan.grid[0] as usize, y as usize);
         // SAFETY: elements of this row only.
@@ -129,7 +178,8 @@ impl Build {
                 block.part::<RowSummary>(arrays.rows, row, 1),
             )
         };
-        let bytes = rows.row(y).ok_or(missing(y));
+        let needed = pixels.row_bytes(plan.of.width).unwrap_or(usize::MAX);
+        let bytes = rows.row(y).and_then(|bytes| bytes.get(..needed)).ok_or(missing(y));
         let decoded = bytes.and_then(|bytes| decode_row(plan, pixels, bytes, y, luminance, rgb));
         summary.fill(decoded.map_err(|error| error.instead(1))?);
         Ok(())
@@ -163,9 +213,9 @@ impl Build {
         unsafe {
             let (totals, work) = (self.totals(), block.finished().all::<CellWork>(arrays.work));
             let texels = self.texels(&totals);
-            let places = Places::new(plan, work).map_err(|status| Error::new(status, 1))?;
-            let tables = DividedBlock::new(memory.cast(), bytes, places.bytes(), 2)?;
-            let table = |offset| Part { offset, count: 0 };
+            let places = Sections::of_cells(plan, work).map_err(|status| Error::new(status, 1))?;
+            let tables = DividedBlock::new(memory.cast(), bytes, places.end as usize, 2)?;
+            let table = |offset: u64| Part { offset: offset as usize, count: 0 };
             let plain = plan.plain();
             for index in items {
                 let (first, count) = kernel::block_range(plan, index);
@@ -206,12 +256,12 @@ impl Build {
         // SAFETY: this thread is alone; the arrays do not overlap, and the memory is another block than the scratch.
         unsafe {
             let (totals, work) = (self.totals(), block.all::<CellWork>(arrays.work));
-            let places = Places::new(plan, work).map_err(|status| Error::new(status, 1))?;
-            let memory = block_mut(memory, bytes, places.bytes(), 2)?;
+            let places = Sections::of_cells(plan, work).map_err(|status| Error::new(status, 1))?;
+            let memory = block_mut(memory, bytes, places.end as usize, 2)?;
             for (work, light) in work.iter_mut().zip(block.finished().all::<f64>(arrays.cell_light)) {
                 work.light = *light;
             }
-            let writer = Writer::new(plan, work, memory).map_err(|error| error.of_build([1, 2]))?;
+            let writer = Writer::new(plan, work, memory).map_err(|status| Error::new(status, 2))?;
             let (rgb, room) = (block.finished().all(arrays.rgb), block.all::<f32>(arrays.luminance));
             let tile_steps = block.finished().all::<u8>(arrays.tile_steps);
             let finished = writer.finish(&totals, work, tile_steps, rgb, frame, room);

@@ -2,7 +2,7 @@
 
 use super::chart::Layout;
 use super::plan::Plan;
-use crate::light::pixels::{Format, half, invalid, mended};
+use crate::light::pixels::{Format, channels, invalid, mended};
 use crate::numeric::LUMINANCE;
 use crate::status::Error;
 use bytemuck::{Pod, Zeroable};
@@ -82,19 +82,9 @@ pub fn decode_row(
             _ => decode(plan, pixels, floats.chunks_exact(size.max(1)).map(first_three), y, luminance, rgb),
         },
         (format, _) => {
-            let channel = |texel: &[u8], k: usize| match format {
-                Format::F32 => {
-                    texel.get(4 * k..4 * k + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_le_bytes)
-                }
-                Format::F16 => texel
-                    .get(2 * k..2 * k + 2)
-                    .and_then(|b| b.try_into().ok())
-                    .map_or(0.0, |b| half(u16::from_le_bytes(b))),
-            };
-            let colours = bytes.chunks_exact((size * format.bytes()).max(1)).map(|texel| match size {
-                1 => [channel(texel, 0); 3],
-                _ => [channel(texel, 0), channel(texel, 1), channel(texel, 2)],
-            });
+            let colours = bytes
+                .chunks_exact((size * format.bytes()).max(1))
+                .map(|texel| channels(format, pixels.channels, texel));
             decode(plan, pixels, colours, y, luminance, rgb)
         }
     }

@@ -90,7 +90,7 @@ pub fn decode_row(
     let texels = bytes.chunks_exact((pixels.channels as usize * pixels.format.bytes()).max(1));
     let mut colours = rgb.iter_mut();
     for ((x, texel), out) in (0u32..).zip(texels).zip(luminance.iter_mut()) {
-        let found = channels(pixels, texel);
+        let found = channels(pixels.format, pixels.channels, texel);
         let colour = mended(found, sanitise, false).ok_or(invalid(x, y))?;
         summary.sanitised += u64::from(colour != found);
         *out = luminance_f64(colour);
@@ -111,14 +111,14 @@ pub fn luminance_f64(rgb: [f32; 3]) -> f64 {
 }
 
 /// The colour of a texel.
-fn channels(pixels: &Pixels, texel: &[u8]) -> [f32; 3] {
-    let channel = |c: usize| match pixels.format {
+pub(crate) fn channels(format: Format, count: u32, texel: &[u8]) -> [f32; 3] {
+    let channel = |c: usize| match format {
         Format::F32 => texel.get(4 * c..4 * c + 4).and_then(|b| b.try_into().ok()).map_or(0.0, f32::from_ne_bytes),
         Format::F16 => {
             texel.get(2 * c..2 * c + 2).and_then(|b| b.try_into().ok()).map_or(0.0, |b| half(u16::from_ne_bytes(b)))
         }
     };
-    if pixels.channels == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
+    if count == 1 { [channel(0); 3] } else { [channel(0), channel(1), channel(2)] }
 }
 
 /// A colour as light: a negative channel is 0, or its size with `absolute`; with `sanitise` NaN is 0 and +Inf [`INFINITE`].
@@ -133,7 +133,7 @@ pub(crate) fn mended(colour: [f32; 3], sanitise: bool, absolute: bool) -> Option
 }
 
 /// A 16-bit float as f32, exactly.
-pub(crate) fn half(bits: u16) -> f32 {
+fn half(bits: u16) -> f32 {
     let sign = u32::from(bits >> 15) << 31;
     let exponent = u32::from(bits >> 10 & 31);
     let fraction = u32::from(bits & 1023);

@@ -7,8 +7,8 @@ pub use crate::light::config::*;
 
 use super::memory::{handle, stored_or};
 use super::{Checked, Diagnostic, MemorySize, answer, frame, out, put, put_size, sized};
+use crate::light::build::PASSES;
 use crate::light::environment::{Environment, Header, turn};
-use crate::light::passes::PASSES;
 use crate::status::{Error, Status};
 use build::Build;
 use core::ffi::c_void;
@@ -257,8 +257,9 @@ pub(in crate::ffi) unsafe fn read_config(config: *const LightConfig) -> Checked<
     // SAFETY: the caller's contract.
     let c = unsafe { sized(config, 1)? };
     let mut request = Request::new(c).map_err(|error| error.instead(1))?;
-    let source = rows::Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
-    let rows = PixelRows::new(source, request.pixels.format, request.row_bytes(), c.height)?;
+    let &LightConfig { pixels, row_stride, row, row_user, height, .. } = c;
+    let rows = PixelRows { pixels, row_stride, row, row_user, row_bytes: request.row_bytes() };
+    let rows = rows.checked(request.pixels.format, height)?;
     // SAFETY: the caller's contract: null or nine floats.
     request.frame = unsafe { frame(c.world_from_map.cast(), 1) }.map_err(|at| at.of(c"world_from_map"))?;
     Ok((request, rows))

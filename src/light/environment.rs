@@ -2,12 +2,11 @@
 //! copied, saved and mapped as it is.
 
 use super::blocks::{Lengths, SINGLE};
-use super::build::{self, CellWork, Totals};
+use super::build::{self, Arrays, CellWork, Totals};
 use super::candidates::Source;
 use super::chart::{Axis, Chart, Layout};
 use super::guide::{self, CellGuide, Guide};
 use super::map;
-use super::passes::Arrays;
 use super::plan::{Description, Filter, Plan};
 use super::radiance::Radiance;
 use super::strata;

@@ -16,7 +16,6 @@ pub mod environment;
 pub mod guide;
 pub mod map;
 pub mod parts;
-pub mod passes;
 pub mod pixels;
 pub mod plan;
 pub mod radiance;

@@ -1,15 +1,14 @@
-//! A build at work on the caller's blocks, by one thread or by many (see [`passes`]): the only one, for C and for Rust. It stands here
+//! A build at work on the caller's blocks, by one thread or by many (see [`kernel`]): the only one, for C and for Rust. It stands here
 //! because threads write side by side into blocks that they know by address.
 
 use crate::ffi::Checked;
 use crate::ffi::memory::{DividedBlock, block_mut};
 use crate::light::blocks::{CellTables, Steps};
-use crate::light::build::{self as kernel, CellWork, Totals};
+use crate::light::build::{self as kernel, Arrays, Begun, CellWork, PASSES, Totals};
 use crate::light::config::Request;
 use crate::light::decode::{Pixels, RowSummary, decode_row};
 use crate::light::environment::{Environment, Sections, Writer};
 use crate::light::map;
-use crate::light::passes::{self, Arrays, Begun, PASSES};
 use crate::light::pixels::{Rows, missing};
 use crate::light::plan::Plan;
 use crate::light::tables::Cell;
@@ -88,7 +87,7 @@ impl Build {
         // SAFETY: nothing else uses the block yet, and the arrays do not overlap.
         unsafe {
             block.all(BEGUN).fill(Begun::new(request.fingerprint()));
-            passes::begin(block.all(arrays.rows), block.all(arrays.work), block.all(arrays.cell_light));
+            kernel::begin(block.all(arrays.rows), block.all(arrays.work), block.all(arrays.cell_light));
             kernel::weights(&request.plan, block.all(arrays.weights));
         }
         Ok(build)
@@ -107,7 +106,7 @@ impl Build {
 
     /// How many items each pass has.
     pub(super) fn items(&self) -> [u32; PASSES] {
-        passes::items(&self.request.plan)
+        kernel::items(&self.request.plan)
     }
 
     /// Checks that every item of the passes before this one is done.
@@ -118,9 +117,9 @@ impl Build {
         let Build { arrays, block, .. } = self;
         // SAFETY: what earlier passes wrote is not written any more.
         let done = unsafe {
-            (pass < 1 || passes::decoded(block.finished().all(arrays.rows)))
-                && (pass < 2 || passes::chosen(block.finished().all(arrays.work)))
-                && (pass < 3 || passes::written(block.finished().all(arrays.cell_light)))
+            (pass < 1 || kernel::decoded(block.finished().all(arrays.rows)))
+                && (pass < 2 || kernel::chosen(block.finished().all(arrays.work)))
+                && (pass < 3 || kernel::written(block.finished().all(arrays.cell_light)))
         };
         if done { Ok(()) } else { Err(Error::new(Status::Mismatch, self.argument)) }
     }

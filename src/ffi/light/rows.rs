@@ -6,24 +6,19 @@ use crate::light::pixels::{Format, Rows};
 use crate::status::{Error, Status};
 use core::ffi::c_void;
 
-/// Where rows of pixels come from, as a configuration says it.
-pub(in crate::ffi) struct Source {
+/// The client's rows, as a configuration describes them.
+pub(in crate::ffi) struct PixelRows {
     pub(in crate::ffi) pixels: *const c_void,
     pub(in crate::ffi) row_stride: isize,
     pub(in crate::ffi) row: RowFn,
     pub(in crate::ffi) row_user: *mut c_void,
-}
-
-/// The client's rows.
-pub(in crate::ffi) struct PixelRows {
-    source: Source,
-    row_bytes: usize,
+    pub(in crate::ffi) row_bytes: usize,
 }
 
 impl PixelRows {
-    /// Checks what a configuration, which is argument 1, says about `height` rows of `row_bytes`.
-    pub(in crate::ffi) fn new(source: Source, format: Format, row_bytes: usize, height: u32) -> Checked<PixelRows> {
-        let Source { pixels, row_stride, row, .. } = source;
+    /// Checks what a configuration, which is argument 1, says about `height` rows.
+    pub(in crate::ffi) fn checked(self, format: Format, height: u32) -> Checked<PixelRows> {
+        let PixelRows { pixels, row_stride, row, row_bytes, .. } = self;
         let stride = if row_stride == 0 { row_bytes as isize } else { row_stride };
         if stride.unsigned_abs() < row_bytes {
             return Err(Error::range(c"row_stride").instead(1));
@@ -40,13 +35,13 @@ impl PixelRows {
         if pixels.addr() % format.bytes() != 0 {
             return Err(Error::new(Status::Misaligned, 1).of(c"pixels"));
         }
-        Ok(PixelRows { source: Source { row_stride: stride, ..source }, row_bytes })
+        Ok(PixelRows { row_stride: stride, ..self })
     }
 }
 
 impl Rows for PixelRows {
     fn row(&self, y: u32) -> Option<&[u8]> {
-        let Source { pixels, row_stride, row, row_user } = self.source;
+        let &PixelRows { pixels, row_stride, row, row_user, .. } = self;
         let start: *const u8 = match row {
             // SAFETY: row y of the array that the client describes; the offset was checked to fit an isize.
             _ if !pixels.is_null() => unsafe { pixels.cast::<u8>().byte_offset(row_stride * y as isize) },

@@ -9,7 +9,7 @@ pub use crate::wavelets::environment::{
     WIS_WAVELET_LIGHT_RGB, WIS_WAVELET_LIGHT_SANITISE,
 };
 
-use crate::ffi::light::rows::{PixelRows, Source};
+use crate::ffi::light::rows::PixelRows;
 use crate::ffi::memory::{block_mut, handle};
 use crate::ffi::wavelets::memory::{Results, room_mut, stored};
 use crate::ffi::{Checked, Diagnostic, MemorySize, answer, put_size, sized};
@@ -144,8 +144,9 @@ unsafe fn read_config(config: *const EnvironmentConfig) -> Checked<(Config, Pixe
     let numbers = Numbers { map, flags, storage, resolution, error_budget };
     let config = Config::new(&numbers).map_err(|error| error.instead(1))?;
     let row_bytes = config.pixels.row_bytes().ok_or(Error::new(Status::Overflow, 1).of(c"width"))?;
-    let source = Source { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user };
-    Ok((config, PixelRows::new(source, config.pixels.format, row_bytes, height)?))
+    let rows = PixelRows { pixels: c.pixels, row_stride: c.row_stride, row: c.row, row_user: c.row_user, row_bytes };
+    let rows = rows.checked(config.pixels.format, height)?;
+    Ok((config, rows))
 }
 
 /// The environment behind a handle.

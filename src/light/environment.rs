@@ -91,6 +91,13 @@ impl Header {
     pub fn length(&self) -> Option<usize> {
         if self.magic == Header::MAGIC { usize::try_from(self.bytes).ok() } else { None }
     }
+
+    /// Directions and positions.
+    #[inline(always)]
+    fn chart(&self) -> Chart {
+        let axis = |k: usize| Axis { patches: self.patches[k], length: self.length[k], shift: self.shift[k] };
+        Chart { layout: layout_of(self.layout), axes: [axis(0), axis(1)], offset: self.offset }
+    }
 }
 
 const BILINEAR: u32 = 1;
@@ -278,11 +285,9 @@ impl<'a> Environment<'a> {
             return false;
         }
         let Ok(plan) = Plan::new(&self.description()) else { return false };
-        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
-        let chart = Chart { layout: plan.of.layout, axes: [axis(0), axis(1)], offset: h.offset };
         let sections = Sections::new(&plan, self.lengths(), h.stand_in.strata as usize);
         let hash = hash(self.bytes);
-        plan.chart == chart
+        plan.chart == h.chart()
             && plan.grid == h.grid
             && plan.side == h.side
             && sections.is_some_and(|s| s == h.sections && s.end == h.bytes)
@@ -313,8 +318,6 @@ impl<'a> Environment<'a> {
     #[inline(always)]
     pub fn source(&self) -> Source<'a> {
         let h = self.header;
-        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
-        let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let (blob, s, of) = (Blob::new(self.bytes), &h.sections, &h.stand_in);
         let radiance = Radiance {
             words: blob.part(s.texels, of.words),
@@ -323,7 +326,7 @@ impl<'a> Environment<'a> {
             bilinear: h.flags & BILINEAR != 0,
         };
         let strata = blob.part(s.strata, of.strata.into());
-        Source { chart, radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
+        Source { chart: h.chart(), radiance, strata, mean: of.mean, inverse_power: of.inverse_power }
     }
 
     /// Requires the exact tables.
@@ -339,14 +342,12 @@ impl<'a> Environment<'a> {
     #[inline(never)]
     pub fn light(&self) -> Light<'a> {
         let h = self.header;
-        let axis = |k: usize| Axis { patches: h.patches[k], length: h.length[k], shift: h.shift[k] };
-        let chart = Chart { layout: layout_of(h.layout), axes: [axis(0), axis(1)], offset: h.offset };
         let s = &h.sections;
         let [starts, blocks, words, _] = h.lengths;
         let cells = h.grid[0] as usize * h.grid[1] as usize;
         let blob = Blob::new(self.bytes);
         Light {
-            chart,
+            chart: h.chart(),
             bilinear: h.flags & BILINEAR != 0,
             exact: h.budget == 0.0,
             power: h.power,

@@ -428,14 +428,9 @@ pub struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// The memory for what the cells were found to take.
-    ///
-    /// # Errors
-    /// [`Status::MemoryTooSmall`].
-    pub fn new(plan: &Plan, work: &[CellWork], memory: &'a mut [u8]) -> Result<Writer<'a>> {
-        let sections = Sections::of_cells(plan, work)?;
-        let bytes = memory.get_mut(..sections.end as usize).ok_or(Status::MemoryTooSmall)?;
-        Ok(Writer { plan: *plan, sections, lengths: build::offset(work, plan.cells()), bytes })
+    /// The memory for what the cells were found to take: as long as the sections say.
+    pub fn new(plan: &Plan, work: &[CellWork], sections: Sections, bytes: &'a mut [u8]) -> Writer<'a> {
+        Writer { plan: *plan, sections, lengths: build::offset(work, plan.cells()), bytes }
     }
 
     /// Writes all that is known when every cell is written. `room`: the luminances, which nobody reads any more.

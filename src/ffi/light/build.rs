@@ -260,7 +260,7 @@ impl Build {
             for (work, light) in work.iter_mut().zip(block.finished().all::<f64>(arrays.cell_light)) {
                 work.light = *light;
             }
-            let writer = Writer::new(plan, work, memory).map_err(|status| Error::new(status, 2))?;
+            let writer = Writer::new(plan, work, places, memory);
             let (rgb, room) = (block.finished().all(arrays.rgb), block.all::<f32>(arrays.luminance));
             let tile_steps = block.finished().all::<u8>(arrays.tile_steps);
             let finished = writer.finish(&totals, work, tile_steps, rgb, frame, room);

@@ -90,7 +90,7 @@ pub unsafe extern "C" fn wis_environment_init(
         // How long the block must be is known only when grids are chosen.
         super::check_block(memory.cast(), bytes, 0, 2)?;
         let handle = out(environment, 6)?;
-        Build::begin(request, scratch, scratch_bytes, 4)?.run_all(&rows, memory, bytes)?;
+        Build::begin(&request, scratch, scratch_bytes, 4)?.run_all(&rows, memory, bytes)?;
         handle.write(memory.cast_const().cast());
         Ok(())
     })
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn wis_environment_begin(
     answer(diagnostic, || unsafe {
         let (request, _) = read_config(config)?;
         let target = out(items, 4)?;
-        target.write(Build::begin(request, scratch, scratch_bytes, 2)?.items());
+        target.write(Build::begin(&request, scratch, scratch_bytes, 2)?.items());
         Ok(())
     })
 }
@@ -143,7 +143,7 @@ pub unsafe extern "C" fn wis_environment_run(
     answer(diagnostic, || unsafe {
         let (request, rows) = read_config(config)?;
         let invalid = |argument| Error::new(Status::InvalidArgument, argument);
-        let build = Build::go_on(request, scratch, scratch_bytes, 4)?;
+        let build = Build::go_on(&request, scratch, scratch_bytes, 4)?;
         let pass = pass as usize;
         let available = build.items().get(pass).copied().ok_or(invalid(6))?;
         let left = available.checked_sub(first).ok_or(invalid(7))?;
@@ -175,7 +175,7 @@ pub unsafe extern "C" fn wis_environment_finish(
     answer(diagnostic, || unsafe {
         let (request, _) = read_config(config)?;
         let handle = out(environment, 6)?;
-        let build = Build::go_on(request, scratch, scratch_bytes, 4)?;
+        let build = Build::go_on(&request, scratch, scratch_bytes, 4)?;
         build.require_before(PASSES)?;
         build.finish(memory, bytes)?;
         handle.write(memory.cast_const().cast());

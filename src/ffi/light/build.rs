@@ -37,7 +37,7 @@ impl<'a> Environment<'a> {
         let (start, bytes) = (memory.as_mut_ptr().cast(), memory.len());
         // SAFETY: both blocks are borrowed by this call alone.
         unsafe {
-            Build::begin(request, scratch.as_mut_ptr().cast(), scratch.len(), 4)?.run_all(
+            Build::begin(&request, scratch.as_mut_ptr().cast(), scratch.len(), 4)?.run_all(
                 &Given(row, PhantomData),
                 start,
                 bytes,
@@ -57,8 +57,8 @@ impl<'p, R: Fn(u32) -> Option<&'p [u8]>> Rows for Given<'p, R> {
 }
 
 /// A build at work.
-pub(super) struct Build {
-    request: Request,
+pub(super) struct Build<'a> {
+    request: &'a Request,
     arrays: Arrays,
     block: DividedBlock,
     /// The number of the scratch block among the arguments; that of the object is 2.
@@ -68,8 +68,8 @@ pub(super) struct Build {
 /// What stands before all arrays.
 const BEGUN: Part = Part { offset: 0, count: 1 };
 
-impl Build {
-    fn new(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
+impl<'r> Build<'r> {
+    fn new(request: &'r Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build<'r>> {
         let overflow = Error::new(Status::Overflow, 1);
         request.plan.size().map_err(|_| overflow)?;
         let arrays = Arrays::of(&request.plan).ok_or(overflow)?;
@@ -81,7 +81,12 @@ impl Build {
     ///
     /// # Safety
     /// The block is the caller's to write, and nobody else's meanwhile.
-    pub(super) unsafe fn begin(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
+    pub(super) unsafe fn begin(
+        request: &'r Request,
+        scratch: *mut c_void,
+        bytes: usize,
+        argument: u32,
+    ) -> Checked<Build<'r>> {
         let build = Build::new(request, scratch, bytes, argument)?;
         let Build { arrays, block, .. } = &build;
         // SAFETY: nothing else uses the block yet, and the arrays do not overlap.
@@ -97,7 +102,12 @@ impl Build {
     ///
     /// # Safety
     /// The block may be read, and nobody begins another build in it meanwhile.
-    pub(super) unsafe fn go_on(request: Request, scratch: *mut c_void, bytes: usize, argument: u32) -> Checked<Build> {
+    pub(super) unsafe fn go_on(
+        request: &'r Request,
+        scratch: *mut c_void,
+        bytes: usize,
+        argument: u32,
+    ) -> Checked<Build<'r>> {
         let build = Build::new(request, scratch, bytes, argument)?;
         // SAFETY: threads only read the header.
         let begun = unsafe { build.block.finished().all::<Begun>(BEGUN) } == [Begun::new(request.fingerprint())];
